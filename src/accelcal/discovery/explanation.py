@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
-from accelcal.discovery.instance import Instance, amplitude_columns
+from accelcal.discovery.instance import Instance, own_columns
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 
 _ROUNDS = 3
@@ -129,7 +129,7 @@ def _is_bent(comparison: Comparison, item: Instance, taken: Array) -> bool:
 def _refined(family: Family, place: int, others: Array) -> Instance:
     """Move the nonlinear parameter off the grid, to where the squares are largest."""
     start = family.candidates.instances[place]
-    if sum(part != 0.0 for part in start.mixture) > 1:
+    if len(start.amplitudes) > 1:
         return _in_phase(family.comparison, start, others)
     smooth = [item.name for item in start.effect.shapes if not item.discrete]
     if len(smooth) != 1:
@@ -148,11 +148,11 @@ def _refined(family: Family, place: int, others: Array) -> Instance:
 
 def _in_phase(comparison: Comparison, start: Instance, others: Array) -> Instance:
     """Mix the amplitudes as the readings have it, in place of a phase of the grid."""
-    own = np.array(start.mixture) != 0.0
-    acting = amplitude_columns(start, comparison.model.conditions)[:, own]
-    columns = without(comparison.space.see(acting), others)
+    own = np.flatnonzero(start.mixture)
+    columns = own_columns(start, comparison.model.conditions)
+    columns = without(comparison.space.see(columns), others)
     sizes = np.linalg.lstsq(columns, comparison.seen, rcond=NEW)[0]
-    mixture = np.zeros(own.size)
+    mixture = np.zeros(len(start.mixture))
     mixture[own] = sizes / max(float(np.linalg.norm(sizes)), SMALLEST)
     return start._replace(mixture=tuple(mixture.tolist()))
 

@@ -57,6 +57,11 @@ def amplitude_columns(instance: Instance, c: Conditions) -> Array:
     return np.asarray(c.gain[:, None] * instance.effect.columns(c, **instance.shape))
 
 
+def own_columns(instance: Instance, c: Conditions) -> Array:
+    """Those of `amplitude_columns` whose amplitudes the mixture has."""
+    return amplitude_columns(instance, c)[:, np.flatnonzero(instance.mixture)]
+
+
 def column_of(instance: Instance, c: Conditions) -> Array:
     """Change of the readings for an instance of size 1 [g], shape (n,)."""
     return np.asarray(amplitude_columns(instance, c) @ np.array(instance.mixture))

@@ -16,7 +16,7 @@ from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import BENT
 from accelcal.discovery.family import chance
-from accelcal.discovery.instance import Instance, amplitude_columns, instance_of
+from accelcal.discovery.instance import Instance, instance_of, own_columns
 from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
@@ -111,8 +111,8 @@ def _places(item: Instance, c: Conditions) -> Iterator[Instance]:
 def _is_needed(comparison: Comparison, item: Instance, others: Sequence[Instance]) -> bool:
     """Whether noise alone would hardly leave as much of an effect beside others."""
     space, c, seen = comparison.space, comparison.model.conditions, comparison.seen
-    columns = [space.see(amplitude_columns(e, c)[:, np.flatnonzero(e.mixture)]) for e in others]
-    own = space.see(amplitude_columns(item, c)[:, np.flatnonzero(item.mixture)])
+    columns = [space.see(own_columns(other, c)) for other in others]
+    own = space.see(own_columns(item, c))
     beside, within = orthonormal(np.hstack(columns)), orthonormal(np.hstack([*columns, own]))
     degrees = within.shape[1] - beside.shape[1]
     if not degrees:

@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, solve
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance, amplitude_columns, column_of
+from accelcal.discovery.instance import Instance, column_of, own_columns
 from accelcal.discovery.spans import lengths
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Parameter
@@ -87,23 +87,18 @@ def parameters_of(
     parameters together from the derivatives by the nonlinear ones at the solution.
     """
     c, space = comparison.model.conditions, comparison.space
-    own = [item.amplitudes for item in instances]
-    columns = [_columns(item, names, c) for item, names in zip(instances, own, strict=True)]
-    linear = space.see(np.hstack(columns))
+    linear = space.see(np.hstack([own_columns(item, c) for item in instances]))
     sizes = np.linalg.lstsq(linear, comparison.seen, rcond=None)[0]
-    split = np.split(sizes, np.cumsum([len(names) for names in own])[:-1])
-    slopes = [
-        _slopes(item, names, size, c)
-        for item, names, size in zip(instances, own, split, strict=True)
-    ]
+    split = np.split(sizes, np.cumsum([len(item.amplitudes) for item in instances])[:-1])
+    slopes = [_slopes(item, size, c) for item, size in zip(instances, split, strict=True)]
     derivatives = np.hstack([linear, *(space.see(s) for s in slopes if s.shape[1])])
     uncertainty = standard_uncertainties(derivatives)
     of_sizes, of_shapes = iter(uncertainty[: sizes.size]), iter(uncertainty[sizes.size :])
     found = []
-    for item, names, size in zip(instances, own, split, strict=True):
+    for item, size in zip(instances, split, strict=True):
         told = {
             p.name: _quantity(p, value, next(of_sizes), space.dof)
-            for p, value in zip(names, size.tolist(), strict=True)
+            for p, value in zip(item.amplitudes, size.tolist(), strict=True)
         }
         for p in item.effect.shapes:
             u = None if p.discrete else next(of_shapes)
@@ -120,12 +115,7 @@ def standard_uncertainties(derivatives: Array) -> Array:
     return np.asarray(np.sqrt((inverse**2).sum(axis=1)) / norms)
 
 
-def _columns(instance: Instance, names: Sequence[Parameter], c: Conditions) -> Array:
-    kept = [instance.effect.amplitudes.index(item) for item in names]
-    return amplitude_columns(instance, c)[:, kept]
-
-
-def _slopes(instance: Instance, names: Sequence[Parameter], size: Array, c: Conditions) -> Array:
+def _slopes(instance: Instance, size: Array, c: Conditions) -> Array:
     """Derivatives of the effect by its smooth nonlinear parameters [g per unit], (n, k)."""
     found = [np.empty((c.input.size, 0))]
     for parameter in instance.effect.shapes:
@@ -134,8 +124,7 @@ def _slopes(instance: Instance, names: Sequence[Parameter], size: Array, c: Cond
         value = instance.shape[parameter.name]
         step = _STEP * max(abs(value), 1e-3)
         above, below = (
-            _columns(instance.at(parameter.name, at), names, c)
-            for at in (value + step, value - step)
+            own_columns(instance.at(parameter.name, at), c) for at in (value + step, value - step)
         )
         found.append(((above - below) @ size / (2.0 * step))[:, None])
     return np.hstack(found)

@@ -58,20 +58,18 @@ def single_readings(
         The record with exchanged readings exchanged back and outliers set aside. Its notes name
         readings that are kept though only heavy tails of the noise explain them.
     """
-    readings = record.output / nominal
-    views = views_of(readings, c, record.mounting, weight)
-    steps, after, doubtful = suspects(views, readings, weight, c, least, alpha)
-    found = [_exchange(record, c, step) for step in steps if len(step.readings) == 2]
-    for pair in [list(step.readings) for step in steps if len(step.readings) == 2]:
-        record = _exchanged(record, pair)
-    wrong = [step.readings[0] for step in steps if len(step.readings) == 1]
+    views = views_of(record.output / nominal, c, record.mounting, weight, least)
+    steps, after, doubtful = suspects(views, alpha)
+    exchanges = [step for step in steps if step.is_exchange]
+    found = [_exchange(record, c, step) for step in exchanges]
+    for step in exchanges:
+        record = _exchanged(record, list(step.readings))
+    outliers = [step for step in steps if step.is_outlier]
     kept = np.ones(len(record), dtype=np.bool_)
-    kept[wrong] = False
+    kept[[step.readings[0] for step in outliers]] = False
     ratio = nominal / nominal_scale(record, c, kept)  # now without the faults
-    errors = [(e * ratio, u * abs(ratio)) for e, u in _errors(views, after, steps, weight, least)]
-    chances = [step.p_value for step in steps if len(step.readings) == 1]
-    for reading, error, chance in zip(wrong, errors, chances, strict=True):
-        found.append(_outlier(record, c, reading, error, chance))
+    for step, (e, u) in zip(outliers, _errors(views, after, steps), strict=True):
+        found.append(_outlier(record, c, step, e * ratio, u * abs(ratio)))
     notes = [_doubt(record, step) for step in doubtful]
     return tuple(found), replace(record.select(kept), notes=(*record.notes, *notes))
 
@@ -88,21 +86,17 @@ def _exchanged(record: TumbleRecord, pair: list[int]) -> TumbleRecord:
     return replace(record, **changed)
 
 
-def _errors(
-    views: Views, after: Views, steps: list[Suspect], weight: Array, least: float
-) -> list[tuple[float, float]]:
+def _errors(views: Views, after: Views, steps: list[Suspect]) -> list[tuple[float, float]]:
     """Error of each outlier and its standard uncertainty [g], all estimated together."""
-    wrong = [step.readings[0] for step in steps if len(step.readings) == 1]
+    wrong = [step.readings[0] for step in steps if step.is_outlier]
     for step in steps:
-        if len(step.readings) == 2:
-            views = views.changed(step.column)
-        elif not step.readings:
-            views = views.without(step.column)
+        views = views if step.is_outlier else views.after(step)
+    weight = views.weight[wrong]
     view, rest = views.pooled, after.pooled
     inverse = np.linalg.pinv(view.projector[np.ix_(wrong, wrong)], hermitian=True)
-    values = inverse @ view.residual[wrong] / weight[wrong]
-    sigma = np.sqrt(max(rest.squares / max(rest.dof, 1.0), least**2))
-    spread = sigma * np.sqrt(np.diagonal(inverse)) / weight[wrong]
+    values = inverse @ view.residual[wrong] / weight
+    sigma = np.sqrt(max(rest.squares / max(rest.dof, 1.0), views.least**2))
+    spread = sigma * np.sqrt(np.diagonal(inverse)) / weight
     return list(zip(values.tolist(), spread.tolist(), strict=True))
 
 
@@ -120,9 +114,9 @@ def _doubt(record: TumbleRecord, step: Suspect) -> str:
 
 
 def _outlier(
-    record: TumbleRecord, c: Conditions, reading: int, error: tuple[float, float], chance: float
+    record: TumbleRecord, c: Conditions, step: Suspect, size: float, uncertainty: float
 ) -> Fault:
-    size, uncertainty = error
+    (reading,), chance = step.readings, step.p_value
     return entry_fault(
         "outlier",
         f"{_where(record, reading)} is {acceleration(size)} off its replicates (standard"

@@ -48,10 +48,18 @@ _IN_VAIN = 5
 
 
 class Views(NamedTuple):
-    """Pure error in three views, with the same readings taken out.
+    """Pure error of n readings in three views, with the same readings taken out.
 
     Attributes
     ----------
+    readings : ndarray, shape (n,)
+        Readings, those that were exchanged in their places [g].
+    weight : ndarray, shape (n,)
+        Relative inverse standard deviation of each reading's noise.
+    least : float
+        Smallest standard deviation that the noise may have [g].
+    conditions : Conditions
+        Of the readings.
     pooled : PureError
         Runs are replicates of one another, but for six coefficients; the most powerful.
     moving : PureError
@@ -60,17 +68,24 @@ class Views(NamedTuple):
         Forward and back strokes are replicates; a step in time shows.
     """
 
+    readings: Array
+    weight: Array
+    least: float
+    conditions: Conditions
     pooled: PureError
     moving: PureError
     smooth: PureError
 
-    def without(self, column: Array) -> Views:
-        """Take a column out of all views."""
-        return Views(*(view.without(column) for view in self))
-
-    def changed(self, change: Array) -> Views:
-        """Change readings in all views [g]."""
-        return Views(*(view.changed(change) for view in self))
+    def after(self, step: Suspect) -> Views:
+        """Take a suspect out of all views, or exchange its readings in them."""
+        three, readings = (self.pooled, self.moving, self.smooth), self.readings
+        if step.is_exchange:
+            pair, readings = list(step.readings), readings.copy()
+            readings[pair] = readings[pair[::-1]]
+            views = [view.changed(step.column) for view in three]
+        else:
+            views = [view.without(step.column) for view in three]
+        return Views(readings, self.weight, self.least, self.conditions, *views)
 
 
 class Suspect(NamedTuple):
@@ -96,36 +111,29 @@ class Suspect(NamedTuple):
     deviation: float = 0.0
     if_normal: float = 1.0
 
+    @property
+    def is_outlier(self) -> bool:
+        """Whether it is one reading."""
+        return len(self.readings) == 1
 
-def views_of(readings: Array, c: Conditions, mounting: NDArray[np.str_], weight: Array) -> Views:
-    """Set up the views of n readings [g].
+    @property
+    def is_exchange(self) -> bool:
+        """Whether it is two readings in each other's place."""
+        return len(self.readings) == 2
 
-    The weight, shape (n,), is the relative inverse standard deviation of each reading's noise.
-    """
+
+def views_of(
+    readings: Array, c: Conditions, mounting: NDArray[np.str_], weight: Array, least: float
+) -> Views:
+    """Set up the views of n readings [g]."""
     seen, weights = readings * weight, weight[:, None]
-    kinds = (pooled, moving, smooth)
-    return Views(*(pure_error(seen, kind(c, mounting) * weights) for kind in kinds))
+    kinds = (pooled(c, mounting), moving(c, mounting), smooth(c, mounting))
+    views = (pure_error(seen, columns * weights) for columns in kinds)
+    return Views(readings, weight, least, c, *views)
 
 
-def suspects(
-    views: Views, readings: Array, weight: Array, c: Conditions, least: float, alpha: float
-) -> tuple[list[Suspect], Views, list[Suspect]]:
-    """Search outliers and exchanged readings.
-
-    Parameters
-    ----------
-    views : Views
-        Views of the readings.
-    readings : ndarray, shape (n,)
-        Readings [g].
-    weight : ndarray, shape (n,)
-        As in `views_of`.
-    c : Conditions
-        Their conditions.
-    least : float
-        Smallest standard deviation that the noise may have [g].
-    alpha : float
-        False-alarm rate.
+def suspects(views: Views, alpha: float) -> tuple[list[Suspect], Views, list[Suspect]]:
+    """Search outliers and exchanged readings at a false-alarm rate.
 
     Returns
     -------
@@ -136,22 +144,17 @@ def suspects(
     list of Suspect
         Readings that only noise with heavy tails explains: they are outliers or it is such.
     """
-    pairs, current = _pairs(c), readings.copy()
-    steps, after = [], [views]
-    for _ in range(max(2, round(0.03 * readings.size))):
-        found = _exchange(views, current, weight, pairs, least)
+    pairs = _pairs(views.conditions)
+    steps: list[Suspect] = []
+    after = [views]
+    for _ in range(max(2, round(0.03 * views.readings.size))):
+        found = _exchange(after[-1], pairs)
         if found is None or found.p_value >= alpha:
-            found = _outlier(views, weight, c, least)
+            found = _outlier(after[-1])
         if found is None:
             break
-        if len(found.readings) == 2:
-            pair = list(found.readings)
-            current[pair] = current[pair[::-1]]
-            views = views.changed(found.column)
-        else:
-            views = views.without(found.column)
         steps.append(found)
-        after.append(views)
+        after.append(after[-1].after(found))
         if not any(_named(step, alpha) for step in steps[-_IN_VAIN:]) and len(steps) >= _IN_VAIN:
             break
     last = max((k + 1 for k, step in enumerate(steps) if _named(step, alpha)), default=0)
@@ -172,78 +175,75 @@ def _pairs(c: Conditions) -> Places:
     return np.hstack([own[np.array(np.triu_indices(own.size, 1))] for own in groups])
 
 
-def _exchange(
-    views: Views, readings: Array, weight: Array, pairs: Places, least: float
-) -> Suspect | None:
+def _exchange(views: Views, pairs: Places) -> Suspect | None:
     """The exchange of two readings that leaves least, if it leaves no more than noise of them.
 
     An exchange has no free parameter, two outliers have two: it must do as well as they.
     """
-    view = views.pooled
+    view, readings = views.pooled, views.readings
     if not pairs.size or view.dof < _FEWEST:
         return None
-    i, j = _least(views, readings, weight, pairs)
+    pair = _least(views, pairs)
     change = np.zeros(readings.size)
-    change[[i, j]] = (readings[[j, i]] - readings[[i, j]]) * weight[[i, j]]
-    both = np.ix_([i, j], [i, j])
-    of_two = float(
-        view.residual[[i, j]] @ np.linalg.pinv(view.projector[both]) @ view.residual[[i, j]]
-    )
+    change[pair] = (readings[pair[::-1]] - readings[pair]) * views.weight[pair]
+    inverse = np.linalg.pinv(view.projector[np.ix_(pair, pair)])
+    of_two = float(view.residual[pair] @ inverse @ view.residual[pair])
     dof = view.dof - 2.0
-    noise = max((view.squares - of_two) / dof, least**2)
+    noise = max((view.squares - of_two) / dof, views.least**2)
     left = (view.changed(change).squares - view.squares + of_two) / 2.0 / noise
     if f_survival(left, 2.0, dof) < _CONSISTENT:
         return None
     gain = of_two / 2.0 / noise
     tries = _TRIES_OF_PAIRS * pairs.shape[1]
     chance = min(1.0, tries * f_survival(gain, 2.0, dof))
-    return Suspect((i, j), chance, change)
+    return Suspect(tuple(pair), chance, change)
 
 
-def _least(views: Views, readings: Array, weight: Array, pairs: Places) -> tuple[int, int]:
+def _least(views: Views, pairs: Places) -> list[int]:
     """The pair whose exchange leaves least; of such that leave alike, judged by another view."""
-    by_pooled = _squares_after(views.pooled, readings, weight, pairs)
+    by_pooled = _squares_after(views, views.pooled, pairs)
     alike = by_pooled <= by_pooled.min() + 0.05 * max(views.pooled.squares - by_pooled.min(), 0.0)
-    by_smooth = np.where(alike, _squares_after(views.smooth, readings, weight, pairs), np.inf)
-    one = int(np.argmin(by_smooth))
-    return int(pairs[0, one]), int(pairs[1, one])
+    by_smooth = np.where(alike, _squares_after(views, views.smooth, pairs), np.inf)
+    one, other = pairs[:, int(np.argmin(by_smooth))].tolist()
+    return [one, other]
 
 
-def _squares_after(view: PureError, readings: Array, weight: Array, pairs: Places) -> Array:
+def _squares_after(views: Views, view: PureError, pairs: Places) -> Array:
+    """Sum of squares that each exchange leaves in one of the views, shape (k,)."""
     i, j = pairs
-    d = readings[j] - readings[i]
-    a, b = d * weight[i], d * weight[j]
+    d = views.readings[j] - views.readings[i]
+    a, b = d * views.weight[i], d * views.weight[j]
     pull = 2.0 * (a * view.residual[i] - b * view.residual[j])
     own = a**2 * view.free[i] + b**2 * view.free[j]
     return np.asarray(view.squares + pull + own - 2.0 * a * b * view.projector[i, j])
 
 
-def _outlier(views: Views, weight: Array, c: Conditions, least: float) -> Suspect | None:
+def _outlier(views: Views) -> Suspect | None:
     """The reading that stands out most, or what explains it better: a step, a decay in time."""
     view = views.pooled
     if views.moving.dof < _FEWEST or not (view.telling & views.moving.telling).any():
         return None
     worst = _worst(views)
-    unit = _unit(worst, weight.size)
-    rivals = _rivals(c, worst, weight)
+    unit = np.eye(1, views.weight.size, worst)[0]
+    rivals = _rivals(views.conditions, worst) * views.weight[:, None]
     gains = views.smooth.gains(rivals)
     if gains.max() > 1.0001 * views.smooth.gains(unit[:, None])[0]:
         return Suspect((), 1.0, rivals[:, int(np.argmax(gains))])
-    return _judged(views, Suspect((worst,), 1.0, unit), least)
+    return _judged(views, Suspect((worst,), 1.0, unit))
 
 
-def _judged(views: Views, found: Suspect, least: float) -> Suspect:
+def _judged(views: Views, found: Suspect) -> Suspect:
     """Give an outlier its chance over all readings; the replicates of the same run must agree."""
     (worst,) = found.readings
     view, own = views.moving, float(views.moving.scaled[worst])
-    noise = np.sqrt(max((view.squares - own**2) / (view.dof - 1.0), least**2))
+    noise = np.sqrt(max((view.squares - own**2) / (view.dof - 1.0), views.least**2))
     if abs(own) < _CONFIRMED * noise:
         return found
     view, own = views.pooled, float(views.pooled.scaled[worst])
     others, dof = _others(view, worst), view.dof - 1.0
-    deviation = abs(own) / max(float(np.sqrt((others**2).mean())), least)
+    deviation = abs(own) / max(float(np.sqrt((others**2).mean())), views.least)
     return found._replace(
-        p_value=min(1.0, _TRIES * others.size * chance_of(own, others, dof, least)),
+        p_value=min(1.0, _TRIES * others.size * chance_of(own, others, dof, views.least)),
         deviation=deviation,
         if_normal=min(1.0, 2.0 * others.size * student_survival(deviation, max(dof, 1.0))),
     )
@@ -269,17 +269,11 @@ def _worst(views: Views) -> int:
     return int(np.argmax(np.where(alike, np.abs(views.smooth.scaled), -1.0)))
 
 
-def _rivals(c: Conditions, reading: int, weight: Array) -> Array:
+def _rivals(c: Conditions, reading: int) -> Array:
     """Columns of what goes on in time: steps within the run of a reading, decays in all runs."""
     own = np.flatnonzero(c.run == c.run[reading])
     moments = np.sort(c.number[own])[1:]
     steps = (c.run == c.run[reading])[:, None] & (c.number[:, None] >= moments)
     length = max(float(c.run_time.max()), 1e-9)
     decays = np.exp(-c.run_time[:, None] / (length * np.array(_DECAYS)))
-    return np.asarray(np.hstack([steps, decays]) * weight[:, None])
-
-
-def _unit(place: int, size: int) -> Array:
-    unit = np.zeros(size)
-    unit[place] = 1.0
-    return unit
+    return np.hstack([steps, decays])

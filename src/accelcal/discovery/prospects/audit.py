@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from accelcal.arrays import Array, Places
+from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel
 from accelcal.discovery.candidates import Candidates, instances_of
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.family import Family
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import column_of
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.effect import Effect
@@ -131,21 +129,9 @@ def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Detectable
     sizes = []
     for number, (effect, tries) in enumerate(zip(found.effects, family.tries, strict=True)):
         own = np.flatnonzero(found.owner == number)
-        alike, unit = _of_one_unit([found.instances[i] for i in own])
+        units = np.array([found.instances[i].amplitudes[0].unit for i in own])
+        alike = own[units == units[0]]  # sizes of other units are not compared
         limit = student_quantile(1.0 - alpha / (tries * family.tests), dof) ** 2
-        needed = float(np.sqrt(ncfdtrinc(1, dof, 1.0 - POWER, limit))) / found.length[own[alike]]
-        sizes.append(Detectable(effect.id, median(needed), unit))
+        needed = float(np.sqrt(ncfdtrinc(1, dof, 1.0 - POWER, limit))) / found.length[alike]
+        sizes.append(Detectable(effect.id, median(needed), str(units[0])))
     return tuple(sizes)
-
-
-def _of_one_unit(instances: Sequence[Instance]) -> tuple[Places, str]:
-    """Places of the instances of an effect whose size has the unit of the first one, and it."""
-    units = [
-        next(
-            amplitude.unit
-            for amplitude, part in zip(item.effect.amplitudes, item.mixture, strict=True)
-            if part
-        )
-        for item in instances
-    ]
-    return np.flatnonzero(np.array(units) == units[0]), units[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from accelcal.discovery.instance import Instance, instance_of
 from accelcal.discovery.stand.joint_fit import known, shared_columns
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
-from accelcal.discovery.stand.one_value import OneValue, one_value
+from accelcal.discovery.stand.one_value import one_value
 from accelcal.effects.found import disturbances
 from accelcal.geometry import head_positions
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
@@ -52,17 +53,11 @@ def common_effects(
     """Tell the effects that were found in the mean of the units."""
     found = instances_in(common)
     for item, told in zip(found, common.effects, strict=True):
-        sizes = one_value(units, item, found, alpha)
-        yield StandEffect(
-            id=told.id,
-            name=told.name,
-            verdict=sizes.verdict,
-            parameters={} if sizes.verdict == "unit" else told.parameters,
+        effect = _effect(units, item, found, names, alpha)
+        yield replace(
+            effect,
+            parameters={} if effect.verdict == "unit" else told.parameters,
             p_value=told.p_value,
-            p_one_value=sizes.p_value,
-            spread=sizes.spread,
-            sizes=_quantities(units, item, sizes, names),
-            found_in=(),
             indistinguishable=told.indistinguishable,
         )
 
@@ -83,31 +78,43 @@ def own_effects(
     found.sort(key=lambda one: one[:2])
     for name in dict.fromkeys(item.effect.id for _, _, item in found):
         p_value, number, item = next(one for one in found if one[2].effect.id == name)
-        sizes = one_value(units, item, shared, alpha)
-        yield StandEffect(
-            id=name,
-            name=item.effect.name,
-            verdict="unit" if sizes.verdict == "stand" else sizes.verdict,
-            parameters={},
+        effect = _effect(units, item, shared, names, alpha)
+        yield replace(
+            effect,
+            verdict="unit" if effect.verdict == "stand" else effect.verdict,
             p_value=p_value,
-            p_one_value=sizes.p_value,
-            spread=sizes.spread,
-            sizes=_quantities(units, item, sizes, names),
             found_in=tuple(names[n] for _, n, i in found if i.effect.id == name),
             indistinguishable=own[number].others,
         )
 
 
-def _quantities(
-    units: Sequence[Unit], item: Instance, sizes: OneValue, names: Sequence[str]
-) -> dict[str, Quantity]:
-    unit_of_size = item.effect.amplitudes[int(np.argmax(np.abs(item.mixture)))].unit
-    dofs = [unit.comparison.space.dof for unit in units]
-    values = zip(names, sizes.sizes.tolist(), sizes.uncertainties.tolist(), dofs, strict=True)
-    return {
-        name: Quantity(value, u, unit_of_size, u * student_quantile(LEVEL, dof), float(dof))
-        for name, value, u, dof in values
-    }
+def _effect(
+    units: Sequence[Unit],
+    item: Instance,
+    beside: Sequence[Instance],
+    names: Sequence[str],
+    alpha: float,
+) -> StandEffect:
+    """An effect with its size in each unit, whose it is as far as the sizes tell."""
+    told = one_value(units, item, beside, alpha)
+    unit = item.effect.amplitudes[int(np.argmax(np.abs(item.mixture)))].unit
+    dofs = [own.comparison.space.dof for own in units]
+    values = zip(names, told.sizes.tolist(), told.uncertainties.tolist(), dofs, strict=True)
+    return StandEffect(
+        id=item.effect.id,
+        name=item.effect.name,
+        verdict=told.verdict,
+        parameters={},
+        p_value=1.0,
+        p_one_value=told.p_value,
+        spread=told.spread,
+        sizes={
+            name: Quantity(value, u, unit, u * student_quantile(LEVEL, dof), float(dof))
+            for name, value, u, dof in values
+        },
+        found_in=(),
+        indistinguishable=(),
+    )
 
 
 def head_of(
