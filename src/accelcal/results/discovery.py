@@ -192,6 +192,11 @@ class Discovery(StoredResult, TabularResult):
         return tuple(note for note in self.notes if note.startswith(IF_IT_IS))
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """Those of `notes` that name an effect which is `doubtful`."""
+        return tuple(note for note in self.notes if any(name in note for name in self.doubtful))
+
+    @property
     def changes_gap(self) -> bool:
         """Whether what was found, effects or faults of the readings, makes the gap another one."""
         return self.before != self.after

@@ -230,7 +230,7 @@ def _told(stand: _Stand, common: Discovery, state: _State) -> StandDiscovery:
         if gain
         else {},
         common=common,
-        notes=(*_doubts(common), *_notes(state, names, hinging)),
+        notes=(*common.doubts, *_notes(state, names, hinging)),
         doubtful=(*common.doubtful, *_doubtful(state, hinging)),
         alpha=alpha,
     )
@@ -258,11 +258,6 @@ def _names(records: Sequence[TumbleRecord]) -> tuple[str, ...]:
         if all(names) and len(set(names)) == len(names):
             return tuple(names)
     return tuple(f"unit {number}" for number in range(1, len(records) + 1))
-
-
-def _doubts(common: Discovery) -> Iterator[str]:
-    """Notes on what is not sure in the mean of the units."""
-    yield from (note for note in common.notes if any(name in note for name in common.doubtful))
 
 
 def _notes(state: _State, names: tuple[str, ...], hinging: Sequence[int]) -> Iterator[str]:
