@@ -32,7 +32,7 @@ from accelcal.archive.block import Block, fit_block
 from accelcal.archive.reading import read_files
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import find_sources
-from accelcal.io import ordinary
+from accelcal.io.ordinary import reader as ordinary
 
 JOBS = 2
 BLOCK = 500

@@ -124,7 +124,7 @@ def test_columns_are_explained():
 
 
 def test_a_data_sheet_is_judged(archive):
-    from accelcal.io.specification import read_specification
+    from accelcal.io.toml.specification import read_specification
 
     sheet = read_specification(ROOT / "examples" / "al15.toml")
     rows = accelcal.batch(archive / "2023", specification=sheet).tables

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 import accelcal
 from accelcal.archive.sources import read_bytes
 from accelcal.errors import InputError
-from accelcal.io import ordinary
-from accelcal.io.ordinary import Content, read_ordinary
+from accelcal.io.ordinary import reader as ordinary
+from accelcal.io.ordinary.reader import Content, read_ordinary
 from accelcal.io.tables import read_tables
 
 ENGINES = ("pyarrow", "pandas")

@@ -14,7 +14,7 @@ from accelcal.archive.stacked_rows import stacked_tables
 from accelcal.archive.stacked_verdicts import verdicts_of
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
-from accelcal.io.specification import read_specification
+from accelcal.io.toml.specification import read_specification
 from accelcal.specification import PLACES, QUANTITIES, RULES, Limit, Specification
 from accelcal.verdict.judge import judge
 

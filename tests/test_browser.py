@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import accelcal
-from accelcal.io.specification import read_specification
+from accelcal.io.toml.specification import read_specification
 from accelcal.page.paper import browser
 from accelcal.page.write import write_report
 from accelcal.verdict.judge import judge

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from accelcal.io.cell_blocks import Unreadable, parse_cells
+from accelcal.io.ordinary.cell_blocks import Unreadable, parse_cells
 
 with_engines = pytest.mark.parametrize("engine", ["pyarrow", "pandas"])
 

@@ -18,8 +18,8 @@ from accelcal.certificate.dcc import certificate
 from accelcal.certificate.units import product, si_unit
 from accelcal.cli.main import main
 from accelcal.errors import InputError
-from accelcal.io.laboratory import Contact, Laboratory, read_laboratory
-from accelcal.io.specification import read_specification
+from accelcal.io.toml.laboratory import Contact, Laboratory, read_laboratory
+from accelcal.io.toml.specification import read_specification
 from accelcal.results.findings import FoundEffect
 from accelcal.verdict.judge import judge
 

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import TableError
-from accelcal.io import samples as samples_module
-from accelcal.io.samples import open_samples
+from accelcal.io.samples import reader as samples_module
+from accelcal.io.samples.reader import open_samples
 
 HEAD = "# serial: AL-15\n# unit: mA\n"
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.io.calibrations import read_calibrations
+from accelcal.io.documents.calibrations import read_calibrations
 
 CONTRACT = (
     *("schema", "method", "acceleration_unit", "g_local_m_s2", "output_unit", "serial", "T0_degC"),

@@ -21,7 +21,7 @@ import accelcal
 from accelcal import Calibration, Discovery, HeadCalibration, TriadCalibration
 from accelcal.cli.main import main
 from accelcal.errors import DocumentError
-from accelcal.io.specification import read_specification
+from accelcal.io.toml.specification import read_specification
 from accelcal.results.result import all_to_json
 from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.verdict.judge import judge

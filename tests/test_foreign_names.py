@@ -19,8 +19,8 @@ from accelcal import TumblePlan
 from accelcal.certificate.dcc import certificate
 from accelcal.cli.main import main
 from accelcal.error_budget.budget import budget
-from accelcal.io.laboratory import Laboratory
 from accelcal.io.stability_record import read_stability
+from accelcal.io.toml.laboratory import Laboratory
 from accelcal.results.json_text import json_text, parse_json
 from accelcal.stability.analysis import analyse
 

@@ -13,7 +13,7 @@ from scipy import stats
 import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import InputError
-from accelcal.io.recalibrations import read_entries
+from accelcal.io.documents.recalibrations import read_entries
 from accelcal.recalibrations.comparable import comparable
 from accelcal.recalibrations.entries import entries_of, year
 from accelcal.recalibrations.history import _told

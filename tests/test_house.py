@@ -130,6 +130,17 @@ def test_imports_point_downwards(path):
         assert allowed, f"{room} imports {module}, which is not below it"
 
 
+@pytest.mark.parametrize("path", sorted((SOURCE / "io").rglob("*.py")), ids=name_of)
+def test_rooms_of_io_stand_above_its_modules(path):
+    rooms = {item.parent.name for item in (SOURCE / "io").glob("*/__init__.py")}
+    imported = {
+        module.split(".")[2]
+        for module in imported_modules(ast.walk(tree_of(path)))
+        if "accelcal.io." in module
+    }
+    assert imported & rooms <= {path.parent.name}
+
+
 def test_the_page_on_the_structure_has_the_floors():
     page = (ROOT / "docs" / "structure.md").read_text("utf-8")
     rows = [line.split(" | ")[0] for line in page.splitlines() if line.startswith("| `")]

@@ -15,8 +15,8 @@ import pytest
 import accelcal
 from accelcal.error_budget.budget import budget
 from accelcal.escapes import visible
-from accelcal.io.specification import read_specification
 from accelcal.io.stability_record import read_stability
+from accelcal.io.toml.specification import read_specification
 from accelcal.results.findings import Fault, FoundEffect, Gap, Unexplained
 from accelcal.results.quantity import ErrorSource, Gate, Quantity
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect

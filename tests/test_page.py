@@ -11,7 +11,7 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.io.specification import read_specification
+from accelcal.io.toml.specification import read_specification
 from accelcal.page.render import html, markdown
 from accelcal.page.write import form_of, report_page
 from accelcal.report.numbers import matching_digits

@@ -9,7 +9,7 @@ import pytest
 import accelcal
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.errors import DesignError, InputError
-from accelcal.io.stand import read_stand
+from accelcal.io.toml.stand import read_stand
 from accelcal.numerics.probability import student_quantile
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 from accelcal.specification import Limit, Specification

@@ -14,8 +14,8 @@ import pytest
 from accelcal.accelerometer import AL15
 from accelcal.cli.main import main
 from accelcal.errors import InputError, TableError
-from accelcal.io.specification import read_specification
-from accelcal.io.stand import read_stand
+from accelcal.io.toml.specification import read_specification
+from accelcal.io.toml.stand import read_stand
 from accelcal.report.stand_budget import stand_budget_text
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 from accelcal.stand_uncertainty.budget import stand_budget

@@ -15,7 +15,7 @@ from scipy import stats
 import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import InputError, TableError
-from accelcal.io.specification import read_specification
+from accelcal.io.toml.specification import read_specification
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource, Quantity, Residuals
 from accelcal.results.table import TableCalibration

@@ -105,14 +105,14 @@ if TYPE_CHECKING:
     from accelcal.geometry import accelerations as accelerations
     from accelcal.geometry import position_angles as position_angles
     from accelcal.io.arrays import read_arrays as read_arrays
-    from accelcal.io.discoveries import read_discovery as read_discovery
-    from accelcal.io.effects import read_effects as read_effects
+    from accelcal.io.documents.discoveries import read_discovery as read_discovery
     from accelcal.io.head import read_head as read_head
-    from accelcal.io.specification import read_specification as read_specification
     from accelcal.io.stability_record import read_stability as read_stability
-    from accelcal.io.stand import read_stand as read_stand
     from accelcal.io.tables import read_table as read_table
     from accelcal.io.tables import read_tables as read_tables
+    from accelcal.io.toml.effects import read_effects as read_effects
+    from accelcal.io.toml.specification import read_specification as read_specification
+    from accelcal.io.toml.stand import read_stand as read_stand
     from accelcal.io.triad import read_triad as read_triad
     from accelcal.io.writer import write_table as write_table
     from accelcal.model import design_matrix as design_matrix
@@ -319,12 +319,12 @@ _HOME = {
     "position_angles": "accelcal.geometry",
     "random_part": "accelcal.error_budget.random_part",
     "read_arrays": "accelcal.io.arrays",
-    "read_discovery": "accelcal.io.discoveries",
-    "read_effects": "accelcal.io.effects",
+    "read_discovery": "accelcal.io.documents.discoveries",
+    "read_effects": "accelcal.io.toml.effects",
     "read_head": "accelcal.io.head",
-    "read_specification": "accelcal.io.specification",
+    "read_specification": "accelcal.io.toml.specification",
     "read_stability": "accelcal.io.stability_record",
-    "read_stand": "accelcal.io.stand",
+    "read_stand": "accelcal.io.toml.stand",
     "read_table": "accelcal.io.tables",
     "read_tables": "accelcal.io.tables",
     "read_triad": "accelcal.io.triad",

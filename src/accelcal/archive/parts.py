@@ -21,7 +21,7 @@ import numpy as np
 from accelcal.archive.failures import attempt
 from accelcal.archive.sources import SourceFile, is_url
 from accelcal.errors import InputError
-from accelcal.io.ordinary import Content, ordinary_head
+from accelcal.io.ordinary.reader import Content, ordinary_head
 from accelcal.io.parquet import as_csv, headings_of, is_parquet, read_rows, row_ranges
 
 LARGE = 2**24

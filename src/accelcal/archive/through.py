@@ -12,7 +12,7 @@ from accelcal.archive.handed_over import from_file
 from accelcal.archive.parts import comes_back, divide
 from accelcal.archive.sources import SourceFile, Sources
 from accelcal.archive.workers import completed, processors, workers
-from accelcal.io.cell_blocks import read_engine
+from accelcal.io.ordinary.cell_blocks import read_engine
 
 Result = TypeVar("Result")
 Kept = TypeVar("Kept", contravariant=True)

@@ -38,7 +38,7 @@ _KINDS = {
     ),
     "Contact": (
         "a contact",
-        "make one by accelcal.io.laboratory.Contact(name='Example Laboratory')",
+        "make one by accelcal.io.toml.laboratory.Contact(name='Example Laboratory')",
     ),
     "HeadCalibration": (
         "a head",
@@ -51,7 +51,7 @@ _KINDS = {
     ),
     "Laboratory": (
         "a laboratory",
-        "make one by accelcal.io.laboratory.Laboratory(...), or read one from a TOML file",
+        "make one by accelcal.io.toml.laboratory.Laboratory(...), or read one from a TOML file",
     ),
     "Limit": ("a limit", "make one by accelcal.Limit('bias', 'mg', maximum=5)"),
     "Pace": ("a pace", "make one by accelcal.Pace(reading=60)"),

@@ -8,7 +8,7 @@ from accelcal.certificate.xml import dcc, named, rich
 from accelcal.dates import date_of
 from accelcal.effects.left_in_use import left_in_use
 from accelcal.errors import InputError
-from accelcal.io.laboratory import NOT_STATED, Contact, Laboratory
+from accelcal.io.toml.laboratory import NOT_STATED, Contact, Laboratory
 from accelcal.report.calibration_rows import alarms, without_uncertainty
 from accelcal.results.calibration import Calibration
 from accelcal.version import __version__

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from xml.etree.ElementTree import Element
 
 from accelcal.certificate.xml import dcc, named, number, rich, si
-from accelcal.io.laboratory import NOT_STATED
+from accelcal.io.toml.laboratory import NOT_STATED
 from accelcal.results.calibration import Calibration
 
 _METRES = r"\metre\second\tothe{-2}"

@@ -9,7 +9,7 @@ from accelcal.atomic import write_text
 from accelcal.certificate.administrative import administrative_data
 from accelcal.certificate.results import measurement_results
 from accelcal.certificate.xml import dcc, written
-from accelcal.io.laboratory import Laboratory, read_laboratory
+from accelcal.io.toml.laboratory import Laboratory, read_laboratory
 from accelcal.results.calibration import Calibration
 
 __all__ = ["VERSION", "certificate", "write_certificate"]

@@ -23,7 +23,7 @@ from accelcal.cli.options import (
 from accelcal.errors import AccelcalWarning
 
 if TYPE_CHECKING:
-    from accelcal.io.samples import SampleReader
+    from accelcal.io.samples.reader import SampleReader
 
 
 @click.command(cls=Command)
@@ -89,9 +89,9 @@ def apply(
       accelcal apply calibration.json flight.csv.gz --in m/s^2 -o accelerations.csv.gz
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.compensate.choice import compensation
-    from accelcal.io.calibrations import read_calibrations
-    from accelcal.io.compensated import AccelerationStream, StreamOptions
-    from accelcal.io.samples import open_samples
+    from accelcal.io.documents.calibrations import read_calibrations
+    from accelcal.io.samples.accelerations import AccelerationStream, StreamOptions
+    from accelcal.io.samples.reader import open_samples
 
     file = read_calibrations(calibration)
     with open_samples(data) as samples:

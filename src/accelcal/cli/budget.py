@@ -113,7 +113,7 @@ def budget(
       accelcal budget --stand examples/paper-stand.toml --monte-carlo adaptive --seed 1
       accelcal budget --stand stand.toml cal.json --positions 12 --target K1=20ppm
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
-    from accelcal.io.calibrations import read_calibrations
+    from accelcal.io.documents.calibrations import read_calibrations
 
     of_stand = asked_for_stand(click.get_current_context())
     chosen = read_calibrations(calibration).choose(serial, mounting) if calibration else None

@@ -43,8 +43,8 @@ def compare(
       accelcal compare calibration.json next-year.csv
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     from accelcal.discovery.compare import compare as simulate_and_compare
-    from accelcal.io.calibrations import read_calibrations
-    from accelcal.io.of_serial import records_of_serial
+    from accelcal.io.documents.calibrations import read_calibrations
+    from accelcal.io.documents.of_serial import records_of_serial
     from accelcal.io.tables import read_tables
     from accelcal.results.result import all_to_json
 

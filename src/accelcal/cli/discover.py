@@ -90,7 +90,7 @@ def discover(
       accelcal discover table.csv --effects mine.toml
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     from accelcal.discovery.discover import discover as search
-    from accelcal.io.of_serial import records_of_serial
+    from accelcal.io.documents.of_serial import records_of_serial
     from accelcal.io.tables import read_tables
     from accelcal.results.result import all_to_json
 

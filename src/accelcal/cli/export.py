@@ -41,7 +41,7 @@ def export(
       accelcal export calibration.json --format yaml
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.export.write import export_text, form_of
-    from accelcal.io.calibrations import read_calibrations
+    from accelcal.io.documents.calibrations import read_calibrations
 
     form = form or form_of(path or "standard output")
     file = read_calibrations(calibration)

@@ -22,7 +22,7 @@ from accelcal.cli.options import (
 from accelcal.cli.verdicts import exit_where_failed, judged
 
 if TYPE_CHECKING:
-    from accelcal.io.discoveries import DiscoveryFile
+    from accelcal.io.documents.discoveries import DiscoveryFile
     from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
     from accelcal.results.discovery import Discovery

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from accelcal.io.discoveries import DiscoveryFile
+    from accelcal.io.documents.discoveries import DiscoveryFile
     from accelcal.specification import Specification
 
 _PLAIN = ("method", "robust", "delta0", "strict", "temperature_laws")
@@ -56,11 +56,11 @@ def fit_arguments(options: dict[str, Any]) -> FitArguments:
 
         arguments["head"] = read_head(head)
     if sheet is not None:
-        from accelcal.io.specification import read_specification
+        from accelcal.io.toml.specification import read_specification
 
         specification = read_specification(sheet)
     if model is not None:
-        from accelcal.io.discoveries import read_models
+        from accelcal.io.documents.discoveries import read_models
 
         models = read_models(model)
     return FitArguments(arguments, specification, models)

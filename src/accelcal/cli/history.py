@@ -56,7 +56,7 @@ def history(
       accelcal history results.csv --serial AL-15
       accelcal history 2019.json 2021.json 2023.json --plot history.png
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
-    from accelcal.io.recalibrations import read_entries
+    from accelcal.io.documents.recalibrations import read_entries
     from accelcal.recalibrations.history import history_of
 
     found = history_of(

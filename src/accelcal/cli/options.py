@@ -183,7 +183,7 @@ def effects_option(function: Function) -> Function:
         if not effect_files:
             return function(*arguments, **options)
         from accelcal.effects.catalogue import registered
-        from accelcal.io.effects import read_effects
+        from accelcal.io.toml.effects import read_effects
 
         with registered(*(entry for path in effect_files for entry in read_effects(path))):
             return function(*arguments, **options)

@@ -19,7 +19,7 @@ from accelcal.cli.verdicts import exit_where_failed, judged
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
-    from accelcal.io.results import ResultFile
+    from accelcal.io.documents.results import ResultFile
     from accelcal.record import TumbleRecord
 
 
@@ -74,7 +74,7 @@ def report(
         raise InputError("nothing to write; name a page with -o, or a certificate with --dcc")
     if laboratory is not None and certificate is None:
         raise InputError("--dcc-data tells of a certificate; name its file with --dcc")
-    from accelcal.io.results import read_results
+    from accelcal.io.documents.results import read_results
 
     found = read_results(result)
     found = found if serial is None else found.of_serial(serial)
@@ -87,7 +87,7 @@ def report(
 
 
 def _judged(found: ResultFile, spec: str) -> ResultFile:
-    from accelcal.io.specification import read_specification
+    from accelcal.io.toml.specification import read_specification
 
     if not found.calibrations:
         raise InputError(f"{found.name}: a discovery has no limits to judge; leave --spec out")
@@ -121,7 +121,7 @@ def _records(found: ResultFile, data: Sequence[str]) -> list[TumbleRecord | None
 
 def _certificate(found: ResultFile, laboratory: str | None) -> str:
     from accelcal.certificate.dcc import certificate
-    from accelcal.io.laboratory import read_laboratory
+    from accelcal.io.toml.laboratory import read_laboratory
 
     if len(found.calibrations) != 1:
         raise InputError(

@@ -120,7 +120,7 @@ def stability(
 
 def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> float:
     from accelcal.errors import InputError
-    from accelcal.io.calibrations import read_calibrations
+    from accelcal.io.documents.calibrations import read_calibrations
     from accelcal.results.usable import refuse_misprinted
     from accelcal.stability.analysis import scale_factor_from
 

@@ -150,8 +150,8 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
         The budget.
     """
     from accelcal.accelerometer import AL15
-    from accelcal.io.specification import read_specification
-    from accelcal.io.stand import read_stand
+    from accelcal.io.toml.specification import read_specification
+    from accelcal.io.toml.stand import read_stand
     from accelcal.stand_uncertainty.budget import stand_budget
     from accelcal.stand_uncertainty.nominal import accelerometer_of
     from accelcal.stand_uncertainty.readings import StandError

@@ -7,7 +7,7 @@ from typing import Any
 
 from accelcal.errors import InputError
 from accelcal.io.text import Source, read_text
-from accelcal.io.toml_keys import check_keys, read_toml
+from accelcal.io.toml.keys import check_keys, read_toml
 from accelcal.specification import Limit, Specification
 
 __all__ = ["SCHEMA", "read_specification"]

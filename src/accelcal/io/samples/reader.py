@@ -22,7 +22,7 @@ from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.engines import decimal_mark, pandas_options
 from accelcal.io.layout import split_line
-from accelcal.io.sample_headings import SampleHeadings, read_sample_headings
+from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
 from accelcal.io.text import (
     PARQUET,
     WORKBOOKS,

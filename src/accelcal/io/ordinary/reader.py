@@ -16,7 +16,10 @@ from hashlib import sha256
 from typing import Any, NamedTuple
 
 from accelcal.errors import InputError
-from accelcal.io.cell_blocks import (
+from accelcal.io.columns import CONSTANTS
+from accelcal.io.declarations import declarations
+from accelcal.io.layout import Layout, read_layout
+from accelcal.io.ordinary.cell_blocks import (
     CellBlock,
     Unreadable,
     cells_of_arrow,
@@ -24,10 +27,7 @@ from accelcal.io.cell_blocks import (
     parse_cells,
     read_engine,
 )
-from accelcal.io.columns import CONSTANTS
-from accelcal.io.declarations import declarations
-from accelcal.io.layout import Layout, read_layout
-from accelcal.io.ordinary_rows import Group, Plain, Rules, records_of
+from accelcal.io.ordinary.rows import Group, Plain, Rules, records_of
 from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.text import SourceText
 from accelcal.io.vocabulary import (

@@ -14,8 +14,8 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.geometry import MOUNTINGS, angular_distance
-from accelcal.io.cell_blocks import CellBlock
-from accelcal.io.ordinary_parts import Stretches, met_before
+from accelcal.io.ordinary.cell_blocks import CellBlock
+from accelcal.io.ordinary.parts import Stretches, met_before
 from accelcal.io.readings import MAXIMUM_ANGLE, MAXIMUM_TEMPERATURE
 from accelcal.io.runs import LEVEL_GAP
 from accelcal.numerics.grouping import grouped

@@ -11,7 +11,7 @@ from accelcal.effects.effect import ActsOn, Effect, Parameter
 from accelcal.effects.formula import STATIC, Formula
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.text import Source, SourceText, read_text
-from accelcal.io.toml_keys import toml_document
+from accelcal.io.toml.keys import toml_document
 
 __all__ = ["read_effects"]
 

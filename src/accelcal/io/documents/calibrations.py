@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import NamedTuple
 
-from accelcal.io.of_serial import one_of_serial
+from accelcal.io.documents.of_serial import one_of_serial
 from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
 from accelcal.results.result import all_from_json

@@ -16,8 +16,8 @@ from accelcal.errors import InputError, TableError
 from accelcal.escapes import ESCAPED
 from accelcal.io.csv_text import needs_quotes, quoted
 from accelcal.io.output_unit import notes_of_unit
-from accelcal.io.sample_headings import in_metres
-from accelcal.io.samples import SampleBlock, SampleReader
+from accelcal.io.samples.headings import in_metres
+from accelcal.io.samples.reader import SampleBlock, SampleReader
 from accelcal.units import canonical_unit, conversion_factor
 from accelcal.version import SOFTWARE
 
