@@ -117,9 +117,18 @@ def test_rows_written_twice_are_no_visit():
     assert record.notes[0].startswith("18 repeated readings were left out")
 
 
-def test_other_mountings_are_no_other_visit():
+def test_other_mountings_are_other_runs():
+    """A unit that is mounted anew is launched anew: discover took such shifts for a bias step."""
     rows = [(*row, side) for side in ("o+", "o-") for row in SORTED]
-    assert sizes(read(rows, HEADINGS + ",mounting")) == {"20": 36, "80": 36}
+    expected = {"20 o+": 18, "20 o-": 18, "80 o+": 18, "80 o-": 18}
+    record = read(rows, HEADINGS + ",mounting")
+    assert sizes(record) == expected
+    assert (len(record.tables()), record.notes) == (4, ())
+    hot_alone = [row for row in rows if row[0] == 20 or row[-1] == "o+"]
+    found = sizes(read(hot_alone, HEADINGS + ",mounting"))
+    assert found == {"20 o+": 18, "20 o-": 18, "80": 18}
+    named = [(*row, "a") for row in rows if row[0] == 20]
+    assert sizes(read(named, HEADINGS + ",mounting,run")) == {"a": 36}
 
 
 # -- time ------------------------------------------------------------------------------------------

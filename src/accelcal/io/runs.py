@@ -66,11 +66,14 @@ def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
     -----
     Without a column run, a level of temperature is one run. It is two where the rows prove that it
     was met twice: other temperatures lie between them in time, or in the file and then the strokes
-    go on counting or the same reading comes again with another output.
+    go on counting or the same reading comes again with another output. Each mounting is a run of
+    its own, as a unit that is mounted anew is launched anew.
     """
     order = np.arange(readings.output.size)
     if readings.run is None:
-        runs, order = _visits(readings, _levels(readings))
+        levels = _levels(readings)
+        levels = levels if declared else _of_mountings(levels, readings.mounting)
+        runs, order = _visits(readings, levels)
     else:
         runs = Runs(readings.run, readings.run_labels)
     return _in_order(runs, declared or _by_appearance(runs, order), readings)
@@ -135,6 +138,19 @@ def _labels(temperature: Array, level: Ints, digits: int) -> tuple[str, ...]:
     means = np.bincount(level, weights=temperature) / np.bincount(level)
     labels = [f"{round(mean, digits) + 0.0:g}" for mean in means.tolist()]  # no minus zero
     return tuple("unknown" if label == "nan" else label for label in labels)
+
+
+def _of_mountings(levels: Runs, mounting: NDArray[np.str_]) -> Runs:
+    """Levels at which the unit was mounted in several ways, split by the mountings."""
+    sides, side = np.unique(mounting, return_inverse=True)
+    pairs, index = np.unique(levels.index * sides.size + side.reshape(-1), return_inverse=True)
+    level, place = np.divmod(pairs, sides.size)
+    several = np.bincount(level)[level] > 1
+    names = [
+        f"{levels.labels[r]} {sides[i]}" if split else levels.labels[r]
+        for r, i, split in zip(level.tolist(), place.tolist(), several.tolist(), strict=True)
+    ]
+    return replace(levels, index=index.reshape(-1).astype(np.int64), labels=tuple(names))
 
 
 def _no_level(readings: Readings, level: Mask) -> TableError:

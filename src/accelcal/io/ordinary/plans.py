@@ -77,6 +77,8 @@ def read_plans(cells: CellBlock, tests: Stretches, positions: int) -> Plans:
     run, labels, odd_runs = _runs(temperature, cells, tests)
     odd |= _is_mislabelled(cells, stroke.size)
     odd_tests = tests.any(odd | misplaced | unknown) | odd_runs
+    if "run" not in cells.codes:  # each mounting is a run of its own then
+        odd_tests |= tests.highest(mounting) > tests.lowest(mounting)
     strokes = np.clip(stroke, 1, _MOST).astype(np.int64)  # odd rows may hold anything
     place = position if position.any() else _codes(angle, int(tests.size[0]))
     odd_tests |= _has_twice(tests, run, mounting, strokes, place)
