@@ -36,7 +36,7 @@ _LAWS = (
     "With dT = T - T0 and the slope above for T > T0, below for T < T0: k0(T) = k0 + slope dT,"
     " K1(T) = K1 (1 + slope dT), delta(T) = delta + slope dT."
 )
-_COVARIANCE = (
+_OF_COVARIANCE = (
     "Covariance of the values at T0 and of the slopes; that of K1 is relative (dK1/K1), and so are"
     " its slopes. Below T0 the slopes above count for nothing, and the reverse."
 )
@@ -100,21 +100,28 @@ def export_content(
         "assumptions": list(found.assumptions),
         "coefficients": coefficients(found),
         "ieee_1293": _ieee(found),
-        "new_launch": {
-            "note": _LAUNCH,
-            "bias": found.launch.bias,
-            "bias_dof": finite_or_none(found.launch.bias_dof),
-            "scale_factor": found.launch.scale_factor,
-            "scale_factor_dof": finite_or_none(found.launch.scale_factor_dof),
-            "hysteresis": found.hysteresis,
-        },
-        "covariance": {
-            "note": _COVARIANCE,
-            "symbols": [symbol for symbol, _ in covariance_rows(found)],
-            "matrix": [
-                [finite_or_none(value) for value in row] for _, row in covariance_rows(found)
-            ],
-        },
+        "new_launch": _new_launch(found),
+        "covariance": _covariance(found),
+    }
+
+
+def _new_launch(found: Compensation) -> dict[str, Any]:
+    return {
+        "note": _LAUNCH,
+        "bias": found.launch.bias,
+        "bias_dof": finite_or_none(found.launch.bias_dof),
+        "scale_factor": found.launch.scale_factor,
+        "scale_factor_dof": finite_or_none(found.launch.scale_factor_dof),
+        "hysteresis": found.hysteresis,
+    }
+
+
+def _covariance(found: Compensation) -> dict[str, Any]:
+    rows = covariance_rows(found)
+    return {
+        "note": _OF_COVARIANCE,
+        "symbols": [symbol for symbol, _ in rows],
+        "matrix": [[finite_or_none(value) for value in row] for _, row in rows],
     }
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from accelcal.arrays import Array
 from accelcal.discovery.compare import residuals_of
 from accelcal.geometry import head_positions
 from accelcal.numerics.sorting import distinct
@@ -103,36 +104,43 @@ def _title(what: str, tables: Sequence[TableCalibration], run: str | int | None)
 @styled
 def residual_map(calibration: Calibration, ax: Axes | None) -> Axes:
     """Draw `CalibrationPlot.residual_map`."""
-    from matplotlib.colors import LinearSegmentedColormap
-
     tables = calibration.tables
-    angles = sorted({angle for table in tables for angle in table.residuals.angle_deg})
-    shared = len(angles) > _MOST_ROWS
-    rows = {angle: float(round(angle)) if shared else angle for angle in angles}
+    rows = _rows({angle for table in tables for angle in table.residuals.angle_deg})
     angles = sorted(set(rows.values()))
     blocks = [_grid(table, rows) for table in tables]
     widths = [block.shape[1] for block in blocks]
-    cells = np.hstack(blocks) if angles else np.full((1, 1), np.nan)
-    colours, (factor, unit) = palette(), readable("g", cells)
-    largest = factor * float(np.nanmax(np.abs(cells), initial=0.0)) or 1.0
     height = min(max(2.2 + 0.18 * len(angles), 3.0), 7.0)
     ax = canvas(ax, (min(max(4.5 + 0.06 * sum(widths), 5.2), 9.0), height))
-    ax.grid(visible=False)
-    shades = LinearSegmentedColormap.from_list(
-        "residual", (colours.low, colours.middle, colours.high)
-    )
-    ax.patch.set(hatch="////", edgecolor=colours.muted, facecolor=colours.grid)
-    pixels = cells.size > _PIXELS
-    limits: Any = {"vmin": -largest, "vmax": largest}
-    image = ax.pcolormesh(factor * cells, cmap=shades, rasterized=pixels, **limits)
-    bar = ax.figure.colorbar(image, ax=ax, pad=0.02, label=f"residual [{unit}]")
-    bar.outline.set_edgecolor(colours.muted)
-    bar.ax.tick_params(labelsize=SMALL, colors=colours.ink)
+    _heat_map(ax, np.hstack(blocks) if angles else np.full((1, 1), np.nan))
     name_ticks(ax.yaxis, np.arange(len(angles)) + 0.5, [f"{a:g}" for a in angles], _MOST_NAMED)
+    shared = len(angles) < len(rows)
     ax.set_ylabel("head angle, in whole degrees [°]" if shared else "head angle [°]")
     _name_runs(ax, tables, widths)
     ax.set_title("Residuals by head angle and stroke", pad=8.0)
     return ax
+
+
+def _rows(angles: Collection[float]) -> dict[float, float]:
+    """Row of each head angle; of too many, those of a whole degree share one."""
+    shared = len(angles) > _MOST_ROWS
+    return {angle: float(round(angle)) if shared else angle for angle in angles}
+
+
+def _heat_map(ax: Axes, cells: Array) -> None:
+    """Draw residuals as colours, hatched where there is none, with the scale beside."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    colours, (factor, unit) = palette(), readable("g", cells)
+    largest = factor * float(np.nanmax(np.abs(cells), initial=0.0)) or 1.0
+    ends = (colours.low, colours.middle, colours.high)
+    shades = LinearSegmentedColormap.from_list("residual", ends)
+    ax.grid(visible=False)
+    ax.patch.set(hatch="////", edgecolor=colours.muted, facecolor=colours.grid)
+    drawn: Any = {"vmin": -largest, "vmax": largest, "rasterized": cells.size > _PIXELS}
+    image = ax.pcolormesh(factor * cells, cmap=shades, **drawn)
+    bar = ax.figure.colorbar(image, ax=ax, pad=0.02, label=f"residual [{unit}]")
+    bar.outline.set_edgecolor(colours.muted)
+    bar.ax.tick_params(labelsize=SMALL, colors=colours.ink)
 
 
 def _grid(table: TableCalibration, rows: Mapping[float, float]) -> Any:

@@ -13,10 +13,10 @@ from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, canvases, palette, styled
 from accelcal.plot.ticks import short_log_ticks
+from accelcal.report.numbers import time_unit
 from accelcal.report.scale import readable
 from accelcal.stability.noise_terms import TERMS
-from accelcal.stability.record import StabilityRecord
-from accelcal.units import HOUR
+from accelcal.stability.record import Launch, StabilityRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,38 +98,40 @@ class StabilityPlot(Pictures):
         Axes
             Time since the start of each launch, and bias less the mean of all launches.
         """
-        expect(record, StabilityRecord)
-        ax, launches = canvas(ax, (5.6, 4.2)), self.stability.launches
-        longest = max((launch.duration_s for launch in launches), default=1.0)
-        size, name = (
-            (HOUR, "h") if longest > 7200 else (60.0, "min") if longest > 120 else (1.0, "s")
-        )
+        found, launches = self.stability, self.stability.launches
+        resting = _resting(record, len(launches))
+        size, name = time_unit(max((launch.duration_s for launch in launches), default=1.0))
+        factor, unit = readable(found.unit, [e.fluctuation.value or 0.0 for e in launches])
         centre = math.fsum(launch.level for launch in launches) / max(len(launches), 1)
-        factor, unit = readable(self.stability.unit, [e.fluctuation.value or 0.0 for e in launches])
-        resting = [launch for launch in record.launches if launch.is_at_rest]
-        if len(resting) != len(launches):
-            raise InputError(
-                f"{len(resting)} launches at rest in the record, and {len(launches)} in the"
-                " analysis; give the record that was analysed"
-            )
-        series = palette().series
+        named = 1 < len(launches) <= _MOST_NAMED
+        ax, series = canvas(ax, (5.6, 4.2)), palette().series
         for number, (shown, launch) in enumerate(zip(launches, resting, strict=True)):
             colour = series[number % len(series)]
-            time, output = _thinned(
-                launch.time, launch.output / (self.stability.scale_factor or 1.0)
-            )
+            time, output = _thinned(launch.time, launch.output / (found.scale_factor or 1.0))
             ax.plot(time / size, factor * (output - centre), color=colour, lw=0.7, alpha=0.5)
             ends = launch.time[[0, -1]]
             line = shown.level + (shown.drift.value or 0.0) * ends - centre
-            label = f"launch {shown.label}" if 1 < len(launches) <= _MOST_NAMED else None
+            label = f"launch {shown.label}" if named else None
             ax.plot(ends / size, factor * line, color=colour, lw=2.0, label=label)
         ax.set(
             xlabel=f"time since the start of the launch [{name}]", ylabel=f"bias change [{unit}]"
         )
         ax.set_title("Bias in each launch, with its trend line")
-        if 1 < len(launches) <= _MOST_NAMED:
+        if named:
             ax.legend(loc="best", ncols=2)
         return ax
+
+
+def _resting(record: StabilityRecord, analysed: int) -> list[Launch]:
+    """The launches of a record that were analysed: those at rest."""
+    expect(record, StabilityRecord)
+    resting = [launch for launch in record.launches if launch.is_at_rest]
+    if len(resting) != analysed:
+        raise InputError(
+            f"{len(resting)} launches at rest in the record, and {analysed} in the analysis; give"
+            " the record that was analysed"
+        )
+    return resting
 
 
 @styled

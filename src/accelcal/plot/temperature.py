@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.compensate.propagation import interval_of_parts, propagated
+from accelcal.compensate.band import law_and_band
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.plot.style import blank, canvases, entitled, palette, styled
 from accelcal.report.scale import readable
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
-from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _MOST_ARROWS = 12
-_PARTS = ("at_T0", "above", "below")
 
 
 class _Panel(NamedTuple):
@@ -178,43 +175,7 @@ def _law(calibration: Calibration, name: str, at: Array) -> tuple[Array, Array] 
     model, reference = calibration.temperature_model, calibration.T0_degC
     if model is None or reference is None:
         return None
-    law: TemperatureLaw = getattr(model, name)
-    if law.at_T0 is None or law.at_T0.value is None:
-        return None
-    rise = at - reference
-    columns = np.stack([np.ones(at.size), rise.clip(min=0.0), rise.clip(max=0.0)])
-    values = [0.0 if (q := getattr(law, part)) is None else q.value or 0.0 for part in _PARTS]
-    scale = law.at_T0.value if name == "K1" else 1.0
-    if name == "K1":
-        values[0] = 0.0  # drawn as a change, over K1N
-    middle = np.asarray(values) @ columns
-    if name == "K1":
-        columns[0] += middle  # the relative error of K1N is one of the whole scale factor
-    half = _half_width(model, law, name, columns, scale)
-    unknown = [getattr(law, part) is None for part in _PARTS]
-    hidden = (unknown[1] & (rise > 0.0)) | (unknown[2] & (rise < 0.0))
-    middle[hidden] = np.nan
-    return middle, half
-
-
-def _half_width(
-    model: TemperatureModel, law: TemperatureLaw, name: str, columns: Array, scale: float
-) -> Array:
-    """Half width of the 95 % band, from the covariance of value and slopes."""
-    names = [f"{name} {part}" for part in _PARTS]
-    place = {told: i for i, told in enumerate(model.covariance_names)}
-    known = [i for i, part in enumerate(names) if part in place]
-    own = [place[names[i]] for i in known]
-    block = np.zeros((3, 3))
-    block[np.ix_(known, known)] = model.covariance[np.ix_(own, own)]
-    units = np.array([1.0 / scale, 1.0, 1.0])
-    block = block * np.outer(units, units)
-    parts: list[Quantity | None] = [getattr(law, part) for part in _PARTS]
-    if all(part is None or part.coverage_factor is None for part in parts):
-        return np.zeros(columns.shape[1])
-    freedom = [inf if part is None else part.dof or inf for part in parts]
-    told = interval_of_parts([propagated(block, freedom, list(columns))])
-    return np.asarray(told.expanded)
+    return law_and_band(model, name, at - reference)
 
 
 def _arrows(ax: Axes, points: _Points, factor: float) -> None:

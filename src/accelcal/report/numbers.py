@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from accelcal.units import MICRO
+from accelcal.units import HOUR, MICRO
 
 _MOST_DECIMALS = 10
 _LAST_DIGIT = 1e-12  # below this share of the value an uncertainty is rounding error
@@ -84,3 +84,17 @@ def significant(value: float, digits: int = 3) -> str:
         return f"{value:.{digits}g}"
     decimals = digits - 1 - math.floor(math.log10(float(f"{size:.{digits - 1}e}")))
     return f"{round(value, decimals):.{max(decimals, 0)}f}"
+
+
+def time_unit(seconds: float) -> tuple[float, str]:
+    """Choose the unit in which a time is best read: its seconds, and its symbol.
+
+    Examples
+    --------
+    >>> time_unit(7200.0), time_unit(100.0)
+    ((3600.0, 'h'), (1.0, 's'))
+    """
+    for size, unit in ((HOUR, "h"), (60.0, "min")):
+        if seconds >= 2.0 * size:
+            return size, unit
+    return 1.0, "s"

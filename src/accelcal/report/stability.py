@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.plural import counted
 from accelcal.report.lines import WIDTH, aligned, hanging, sections, unit_of, wrapped
-from accelcal.report.numbers import significant
+from accelcal.report.numbers import significant, time_unit
 from accelcal.results.stability import Estimate, Stability
 from accelcal.stability.noise_terms import TERMS
 from accelcal.units import HOUR
@@ -188,7 +188,5 @@ def _short(number: float | None) -> str:
 
 
 def _time(seconds: float) -> str:
-    for size, unit in ((HOUR, "h"), (60.0, "min")):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.3g} s"
+    size, unit = time_unit(seconds)
+    return f"{seconds / size:.3g} {unit}"
