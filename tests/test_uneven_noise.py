@@ -95,3 +95,18 @@ def test_runs_of_few_strokes_tell_it_together():
 @pytest.mark.parametrize(("strokes", "runs"), [(2, 2), (3, 1), (1, 5)])
 def test_too_few_repeats_in_all_runs_tell_nothing(strokes, runs):
     assert not says_so(accelcal.fit(table(noisy_at_the_ends, strokes=strokes, runs=runs)))
+
+
+def test_laws_from_all_readings_count_it_too():
+    """Their delta is that of the tables, as no other coefficient tells of it."""
+    temperature = np.repeat([20.0, 80.0, -40.0], 54)
+    record = table(noisy_at_the_ends, runs=3, temperature=temperature)
+    of_tables, of_readings = (
+        accelcal.fit(record, temperature_laws=laws, reference_temperature=20.0).temperature_model
+        for laws in ("tables", "readings")
+    )
+    for part in ("at_T0", "above", "below"):
+        expected = getattr(of_tables.delta, part).standard_uncertainty
+        found = getattr(of_readings.delta, part)
+        assert found.standard_uncertainty == pytest.approx(expected, rel=1e-3)
+        assert found.dof == pytest.approx(22.0, abs=2.0)  # of the readings at 90 and 270 deg

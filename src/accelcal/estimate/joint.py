@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from accelcal.apparatus import Apparatus
-from accelcal.arrays import Array, Mask
+from accelcal.arrays import Array
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.error_components import Errors, ErrorsOfReadings
 from accelcal.estimate.head import HeadError, head_error, lack_of_fit
@@ -23,7 +23,7 @@ from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.estimate.uneven_noise import uneven_noises
+from accelcal.estimate.uneven_noise import UnevenNoise, uneven_noises
 from accelcal.estimate.unrepeated import told_apart
 from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps
@@ -56,8 +56,8 @@ class JointEstimate(NamedTuple):
         Reading minus model, for each reading of each table [output unit].
     noises : tuple of ReadingNoise
         Reading noise of each table.
-    uneven : tuple of ndarray of bool, shape (...)
-        Whether the noise of each table differs by position, and counts so.
+    uneven : tuple of UnevenNoise
+        Noise of each table by position, which counts where it differs.
     head : HeadError
         Head error.
     lack_of_fit : LackOfFit or ManyPositions
@@ -82,7 +82,7 @@ class JointEstimate(NamedTuple):
     judged: tuple[Array, ...]
     residuals: tuple[Array, ...]
     noises: tuple[ReadingNoise, ...]
-    uneven: tuple[Mask, ...]
+    uneven: tuple[UnevenNoise, ...]
     head: HeadError
     lack_of_fit: LackOfFit | ManyPositions
     bias_shift: RunShift
@@ -151,7 +151,7 @@ class JointEstimate(NamedTuple):
             judged=own(self.judged),
             residuals=own(self.residuals),
             noises=tuple(noise.of_records(records) for noise in self.noises),
-            uneven=tuple(differs[records] for differs in self.uneven),
+            uneven=tuple(noise.of_records(records) for noise in self.uneven),
             head=self.head.of_records(records),
             lack_of_fit=self.lack_of_fit.of_records(records),
             bias_shift=self.bias_shift.of_records(records),
@@ -237,7 +237,7 @@ def estimate_stack(
             y - k @ t.design.T for t, y, k in zip(tables, outputs, coefficients, strict=True)
         ),
         noises=tuple(errors.judged.noises),
-        uneven=tuple(uneven.differs for uneven in errors.judged.uneven),
+        uneven=tuple(errors.judged.uneven),
         head=errors.judged.head,
         lack_of_fit=errors.judged.lack_of_fit,
         bias_shift=bias,

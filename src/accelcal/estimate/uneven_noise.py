@@ -48,6 +48,12 @@ class UnevenNoise(NamedTuple):
     dof: Array
     of_size: Array
 
+    def of_records(self, records: int | slice) -> UnevenNoise:
+        """Return that of some records of a stack, or of one alone."""
+        return UnevenNoise(
+            self.differs[records], self.variance[records], self.dof, self.of_size[records]
+        )
+
     def noise(self, influence: Array) -> tuple[Array, Array]:
         """What the noise of the records that differ does to p coefficients, with its dof.
 

@@ -10,11 +10,13 @@ from accelcal.arrays import Array
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
+from accelcal.estimate.uneven_noise import UnevenNoise
+from accelcal.numerics.grouping import products_of_groups
 from accelcal.plural import plural
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.from_tables import tables_of_one_mounting
-from accelcal.temperature.product_errors import Errors, ProductFit, Solution, product_fit
+from accelcal.temperature.product_errors import Errors, ProductFit, Solution, edges_of, product_fit
 from accelcal.temperature.product_fit import estimator, scale_factor_is_told, solved
 from accelcal.temperature.recorded import RecordedTemperatures
 
@@ -71,9 +73,13 @@ def laws_from_readings(
     state = solved(fit, laws[None])
     through, errors = estimator(fit, state)
     count = laws.size
+    uneven = [estimate.uneven[i].of_records(slice(record, record + 1)) for i in chosen]
     return named_model(
         state.parameters[0, :count],
-        _components(through[0, :count], errors, estimate, record),
+        {
+            "reading": _of_noise(through[0, :count], errors, fit, uneven),
+            **_components(through[0, :count], errors, estimate, record),
+        },
         sides,
         tables[0].record.unit,
         hysteresis=start.hysteresis,
@@ -97,17 +103,31 @@ def _components(
     }
     head = errors.head.sums(through.T[None])[0].T
     return {
-        "reading": _of_noise(through * errors.noise[0], errors.noise_dof[0]),
         "head": _component(head, float(estimate.head.of_records(record).dof)),
         **{name: _component(through @ own[0], dof[name]) for name, own in errors.shared.items()},
         "felt": _component(through @ errors.felt[0], np.inf),
     }
 
 
-def _of_noise(passed: Array, dof: Array) -> Component:
-    shares = passed**2 / (passed**2).sum(axis=1, keepdims=True)
+def _of_noise(
+    through: Array, errors: Errors, fit: ProductFit, uneven: Sequence[UnevenNoise]
+) -> Component:
+    """Noise of the readings of one record; by position where that of a table differs so."""
+    whole, over_dof = np.zeros((len(through), len(through))), np.zeros(len(through))
+    readings = np.split(np.arange(through.shape[1]), edges_of(fit))
+    for table, own, rows in zip(fit.tables, uneven, readings, strict=True):
+        if own.differs[0]:
+            part = through[:, rows].T
+            by_place = products_of_groups(part, part, *table.at_head[1:])
+            covariance, dof = (found[0] for found in own.noise(by_place))
+            over_dof += covariance.diagonal() / dof
+        else:
+            passed = through[:, rows] * errors.noise[0, rows]
+            covariance = passed @ passed.T
+            over_dof += passed**2 @ (1.0 / errors.noise_dof[0, rows])
+        whole += covariance
     with np.errstate(divide="ignore"):  # a declared noise has no end of degrees of freedom
-        return Component(passed @ passed.T, 1.0 / (shares @ (1.0 / dof)))
+        return Component(whole, whole.diagonal() / over_dof)
 
 
 def _component(passed: Array, dof: float) -> Component:
