@@ -158,7 +158,7 @@ OF_TABLES = {
 OF_DESIGN = {
     "mountings": [["q"], [["o+", ["p+"]]], pd.NA],
     "temperatures": [None, ["20"], 10**400],
-    "targets": [5, [1], np.array([1, 2]), {"K7": 1e-6}, {"K1": "5"}, pd.NA],
+    "targets": [5, [1], np.array([1, 2]), {"K7": 1e-6}, {"K1": "5 m"}, pd.NA],
     "hours": ["8", np.nan, 10**400, [8]],
     "resolution": ["0", -1, None],
 }

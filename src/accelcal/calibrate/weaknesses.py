@@ -9,7 +9,6 @@ import numpy as np
 
 from accelcal.arrays import Mask
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.launch import RunShift
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.turns import LARGEST_RATIOS
@@ -128,7 +127,7 @@ def warnings_of(fitted: Fitted) -> Warned:
         *_of_method(fitted),
         *_of_misalignment(fitted),
         *_of_noise_and_head(estimate),
-        *_of_launch(estimate.bias_shift),
+        *_of_launch(estimate),
         *_of_laws(fitted),
         *_of_temperature(fitted),
         *_of_moving(fitted.moved),
@@ -327,8 +326,8 @@ def _head_of_few_dof(dof: float) -> str:
     )
 
 
-def _of_launch(shift: RunShift) -> Iterator[Sentence]:
-    if shift.source == "estimated" and shift.dof < _FEW_REPEATS:
+def _of_launch(estimate: JointEstimate) -> Iterator[Sentence]:
+    if (shift := estimate.bias_shift).source == "estimated" and shift.dof < _FEW_REPEATS:
         yield Sentence(
             True,
             f"shift from launch to launch estimated with {shift.dof:.0f} degrees of freedom: no"
@@ -336,11 +335,12 @@ def _of_launch(shift: RunShift) -> Iterator[Sentence]:
             " fewer than 95 of 100 cases; declare launch_uncertainty or repeat a temperature more"
             " often",
         )
-    if shift.source == "none":
+    if unknown := _unknown_shifts(estimate):
+        own, declared = (" and ".join(names) for names in (unknown.values(), unknown))
         yield Sentence(
             True,
-            "K0 is that of its run: the bias shift from launch to launch is neither declared nor"
-            " measured; declare launch_uncertainty or repeat a temperature",
+            f"U of {own} holds no shift from launch to launch, which is neither declared nor"
+            f" measured; declare {declared}, or repeat a temperature",
         )
 
 
@@ -368,13 +368,13 @@ def _of_laws(fitted: Fitted) -> Iterator[Sentence]:
         yield Sentence(has_laws, f"the temperature laws are those of mounting {main}{apart}")
 
 
-def _unknown_shifts(estimate: JointEstimate) -> list[str]:
-    """What declares the shifts from run to run that nothing tells."""
-    shifts = {
-        "launch_uncertainty": estimate.bias_shift,
-        "launch_sf_uncertainty": estimate.scale_factor_shift,
-    }
-    return [name for name, shift in shifts.items() if shift.source == "none"]
+def _unknown_shifts(estimate: JointEstimate) -> dict[str, str]:
+    """What declares the shifts from run to run that nothing tells -> what they move."""
+    shifts = (
+        ("launch_uncertainty", "K0", estimate.bias_shift),
+        ("launch_sf_uncertainty", "K1", estimate.scale_factor_shift),
+    )
+    return {name: moved for name, moved, shift in shifts if shift.source == "none"}
 
 
 def _of_temperature(fitted: Fitted) -> Iterator[Sentence]:

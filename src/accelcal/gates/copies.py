@@ -38,7 +38,7 @@ def are_copies(output: Array, noise: float) -> bool:
     >>> import numpy as np
     >>> are_copies(np.array([1.3501, 0.9546, 0.0046]), noise=2e-4)
     False
-    >>> are_copies(np.array([1.350123, 0.954611, 0.004623]), noise=2e-4)
+    >>> are_copies(np.array([1.350123, 0.954610, 0.004623]), noise=2e-4)
     True
     """
     smallest = np.spacing(np.abs(output).max())

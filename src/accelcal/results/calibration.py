@@ -91,7 +91,7 @@ class Calibration(StoredResult, TabularResult):
     """
 
     SCHEMA: ClassVar[str] = SCHEMA
-    SEVERAL: ClassVar[str] = "calibrations"
+    _SEVERAL: ClassVar[str] = "calibrations"
     _WRITER: ClassVar[str] = "accelcal fit"
     _REMEDIES: ClassVar[Mapping[str, str]] = {
         "accelcal/discovery/1": "use it by accelcal fit --model, and give what this writes"

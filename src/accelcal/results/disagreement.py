@@ -95,7 +95,7 @@ class Disagreement(JsonResult, TabularResult):
     True
     """
 
-    SEVERAL: ClassVar[str] = "comparisons"
+    _SEVERAL: ClassVar[str] = "comparisons"
 
     rms: float
     reduced_chi2: float

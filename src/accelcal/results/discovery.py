@@ -108,7 +108,7 @@ class Discovery(StoredResult, TabularResult):
     """
 
     SCHEMA: ClassVar[str] = SCHEMA
-    SEVERAL: ClassVar[str] = "discoveries"
+    _SEVERAL: ClassVar[str] = "discoveries"
     _WRITER: ClassVar[str] = "accelcal discover"
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"noise": _noise}

@@ -31,7 +31,7 @@ class JsonResult(ABC):
 
     __slots__ = ()
 
-    SEVERAL: ClassVar[str] = ""
+    _SEVERAL: ClassVar[str] = ""
     """Key of the list in which several stand in one document."""
 
     @abstractmethod
@@ -145,7 +145,7 @@ def part_of(kind: type[Result], document: Any) -> Result:
         If there is something else.
     """
     checked(document, "schema", schema_of(kind.SCHEMA, remedies=kind._REMEDIES))
-    _refuse_several(kind.SEVERAL, document)
+    _refuse_several(kind._SEVERAL, document)
     try:
         return kind._read(document)
     except DamageError:
@@ -174,8 +174,8 @@ def parts_of(kind: type[Result], document: Any) -> tuple[Result, ...]:
     DamageError
         If there is something else.
     """
-    if isinstance(document, Mapping) and kind.SEVERAL in document:
-        return checked(document, kind.SEVERAL, list_of(partial(part_of, kind), 1))
+    if isinstance(document, Mapping) and kind._SEVERAL in document:
+        return checked(document, kind._SEVERAL, list_of(partial(part_of, kind), 1))
     return (part_of(kind, document),)
 
 
@@ -204,7 +204,7 @@ def all_to_json(results: Sequence[JsonResult], **others: JsonResult | None) -> s
     documents = [each.to_document() for each in results]
     if len(documents) == 1:
         return json_text(documents[0])
-    several = {results[0].SEVERAL: documents, **document_of(others)}
+    several = {results[0]._SEVERAL: documents, **document_of(others)}
     return json_text({"schema": documents[0]["schema"], **several})
 
 

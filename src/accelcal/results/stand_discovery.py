@@ -122,7 +122,7 @@ class StandDiscovery(StoredResult, TabularResult):
     """
 
     SCHEMA: ClassVar[str] = SCHEMA
-    SEVERAL: ClassVar[str] = Discovery.SEVERAL
+    _SEVERAL: ClassVar[str] = Discovery._SEVERAL
     _WRITER: ClassVar[str] = Discovery._WRITER
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"common": partial(part_of, Discovery)}
