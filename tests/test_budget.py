@@ -482,6 +482,16 @@ def test_unknown_uncertainties_are_said(al15):
     assert any("uncertainty of k0 is unknown" in warning for warning in found.warnings)
 
 
+def test_a_calibration_without_any_uncertainty_is_refused():
+    """The uncertainty of its budget was told as 0."""
+    angles = [0, 45, 90, 135, 225, 270]
+    rows = [f"20,{a},1,{1.35 * math.cos(math.radians(a)) + 1e-3:.7f}" for a in angles]
+    table = "\n".join(["# unit: mA", "temperature,angle,stroke,output", *rows])
+    found = accelcal.fit(accelcal.read_table(io.StringIO(table)))
+    with pytest.raises(InputError, match="the uncertainty of no coefficient"):
+        budget(found, 1.0)
+
+
 def test_coefficients_that_were_not_determined_are_said():
     record = accelcal.read_table(EXAMPLE.with_name("mems_x_plane_y.csv"))
     found = budget(accelcal.fit(record, coefficients=("K0", "K1", "K2", "M")), 1.0)

@@ -21,7 +21,11 @@ from accelcal.error_budget.weaknesses import weaknesses
 from accelcal.estimate.uncertainty import combined
 from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorBudget, ErrorComponent
-from accelcal.results.usable import refuse_misprinted, refuse_undetermined_laws
+from accelcal.results.usable import (
+    refuse_misprinted,
+    refuse_undetermined_laws,
+    refuse_without_uncertainty,
+)
 
 __all__ = ["budget"]
 
@@ -68,9 +72,9 @@ def budget(
     Raises
     ------
     InputError
-        If the calibration is misprinted or its laws are not determined, if a number is not finite
-        or a time negative, if a temperature lies outside the calibrated
-        ones or on a side of T0 without slopes, or if an acceleration acts along an axis whose
+        If the calibration is misprinted, knows no uncertainty, or its laws are not determined, if a
+        number is not finite or a time negative, if a temperature lies outside the calibrated ones
+        or on a side of T0 without slopes, or if an acceleration acts along an axis whose
         misalignment was not tested.
 
     Notes
@@ -98,6 +102,7 @@ def budget(
     check_flag(exact=exact, extrapolate=extrapolate)
     refuse_misprinted(calibration)
     refuse_undetermined_laws(calibration)
+    refuse_without_uncertainty(calibration)
     coefficients = coefficients_of(calibration)
     random = random_part(calibration) if random is None else random
     expect(random, RandomPart)
@@ -112,6 +117,7 @@ def budget(
     correlated = correlated_symbols(coefficients)
     together = np.array([part.symbol in correlated for part in parts])
     added, standard, factor = _combined(parts, together, covariance(coefficients, points, parts))
+    said = weaknesses(calibration, coefficients, random, points, factor * standard, exact=exact)
     return ErrorBudget(
         a_i=points.acceleration.input,
         a_p=points.acceleration.pendulous,
@@ -127,9 +133,7 @@ def budget(
         standard_uncertainty=standard,
         coverage_factor=factor,
         expanded_uncertainty=factor * standard,
-        warnings=tuple(
-            weaknesses(calibration, coefficients, random, points, factor * standard, exact=exact)
-        ),
+        warnings=tuple(said),
         serial=calibration.serial,
         source=calibration.source,
     )

@@ -55,6 +55,27 @@ def refuse_undetermined_laws(calibration: Calibration) -> None:
     )
 
 
+def refuse_without_uncertainty(calibration: Calibration) -> None:
+    """Refuse a calibration that knows the uncertainty of nothing, which is no uncertainty of zero.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+
+    Raises
+    ------
+    InputError
+        If no coefficient has an uncertainty.
+    """
+    found = [q for table in calibration.tables for q in table.coefficients.values()]
+    if all(quantity.standard_uncertainty is None for quantity in found):
+        raise InputError(
+            "the calibration knows the uncertainty of no coefficient, so that of an acceleration"
+            " would be too small; repeat strokes, or give the columns std and n, and fit anew"
+        )
+
+
 def gates_that_warn(calibration: Calibration, tables: Sequence[TableCalibration]) -> list[str]:
     """Say which gates warn of the test, to who uses its numbers without its report.
 
