@@ -12,13 +12,7 @@ from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.gates.trend import rank_and_inverse
-from accelcal.gates.turns import (
-    LARGEST_RATIOS,
-    LARGEST_RESIDUAL,
-    fitting_exchange,
-    fitting_turn,
-    fitting_turn_said,
-)
+from accelcal.gates.turns import LARGEST_RATIOS, LARGEST_RESIDUAL, other_positions
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
 from accelcal.geometry import head_positions
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, SCALE_FACTOR, coefficient_unit
@@ -61,7 +55,7 @@ def proportions(stack: TableStack) -> GateStack:
     def said(index: int) -> str:
         if not bad[index]:
             return "all coefficients in proportion to K1"
-        other = _other_positions(stack, index)
+        other = other_positions(stack.table, stack.output[:, index], stack.delta0)
         if other is None and left[index] > abs(scale_factor[index]):
             return _no_answer(float(scale_factor[index]), float(left[index]), unit)
         if turned[index] and other is None:
@@ -72,16 +66,9 @@ def proportions(stack: TableStack) -> GateStack:
             found.append(f"K1 = {scale_factor[index]:.6g} {coefficient_unit('K1', unit)}")
         if other is None:
             found += _reason(ratios, float(rms[index]), alone=len(found) == 1)
-        return ", ".join([*found, *([other] if other else [])])
+        return ", ".join(found if other is None else [*found, other[1]])
 
     return gate_stack("proportions", bad, said)
-
-
-def _other_positions(stack: TableStack, index: int) -> str | None:
-    """Say which other positions would put a table in proportion; None where none would."""
-    given = stack.table, stack.output[:, index], stack.delta0
-    positions = fitting_turn(*given)
-    return fitting_exchange(*given) if positions is None else fitting_turn_said(positions)
 
 
 def _no_answer(scale_factor: float, rms: float, unit: str | None) -> str:

@@ -24,13 +24,13 @@ _TRIED = range(6, 41)  # numbers of angles of which each two are tried; four may
 _WHOLE = 1e-6  # by which the number of a position may miss a whole one
 
 
-def fitting_turn(table: PreparedTable, output: Array, delta0: float) -> int | None:
-    """Find another number of positions in a turn, with which readings are in proportion.
+def other_positions(table: PreparedTable, output: Array, delta0: float) -> tuple[str, str] | None:
+    """Find other positions with which readings are in proportion, and hardly leave a residual.
 
     Parameters
     ----------
     table : PreparedTable
-        The table, by its own number of positions.
+        The table, by its own positions.
     output : ndarray, shape (n,)
         Readings at its angles [output unit].
     delta0 : float
@@ -38,9 +38,25 @@ def fitting_turn(table: PreparedTable, output: Array, delta0: float) -> int | No
 
     Returns
     -------
-    int or None
-        The number by which the positions go once around, with the return to the first one or
-        without; None where none fits, or the angles are none of numbered positions.
+    name, finding : str
+        What is wrong, and which positions fit; None in place of both where none do.
+    """
+    positions = _fitting_turn(table, output, delta0)
+    if positions is not None:
+        said = f"the readings fit {positions} positions in a turn: declare '# positions:"
+        return "number of positions", f"{said} {positions}'"
+    exchange = _fitting_exchange(table, output, delta0)
+    if exchange is None:
+        return None
+    said = "the readings fit with those at {:g} and {:g} deg exchanged in all strokes"
+    return "positions exchanged", said.format(*exchange)
+
+
+def _fitting_turn(table: PreparedTable, output: Array, delta0: float) -> int | None:
+    """Another number of positions in a turn, which go once around.
+
+    They do so with the return to the first one or without. None where none fits, or the angles are
+    none of numbered positions.
     """
     positions = table.record.positions
     number = table.record.angle * positions / 360.0  # from 0
@@ -52,39 +68,10 @@ def fitting_turn(table: PreparedTable, output: Array, delta0: float) -> int | No
     return next(fits, None)
 
 
-def fitting_turn_said(positions: int) -> str:
-    """Say which number of positions fits, and the remedy.
-
-    Parameters
-    ----------
-    positions : int
-        As of `fitting_turn`.
-
-    Returns
-    -------
-    str
-        The finding.
-    """
-    return f"the readings fit {positions} positions in a turn: declare '# positions: {positions}'"
-
-
-def fitting_exchange(table: PreparedTable, output: Array, delta0: float) -> str | None:
-    """Find two positions that were exchanged in all strokes, which leaves hardly a residual.
-
-    Parameters
-    ----------
-    table : PreparedTable
-        The table.
-    output : ndarray, shape (n,)
-        Its readings [output unit].
-    delta0 : float
-        Fixture angle [rad].
-
-    Returns
-    -------
-    str or None
-        The finding; None where no exchange, or more than one, puts the readings in proportion.
-    """
+def _fitting_exchange(
+    table: PreparedTable, output: Array, delta0: float
+) -> tuple[float, float] | None:
+    """The only two angles [deg] whose exchange in all strokes fits."""
     angle = table.record.angle
     angles = distinct(angle)
     if angles.size not in _TRIED:
@@ -94,10 +81,7 @@ def fitting_exchange(table: PreparedTable, output: Array, delta0: float) -> str 
         other = np.where(angle == first, second, np.where(angle == second, first, angle))
         if _in_proportion(table, output, other, delta0):
             fits.append((first, second))
-    if len(fits) != 1:
-        return None
-    first, second = fits[0]
-    return f"the readings fit with those at {first:g} and {second:g} deg exchanged in all strokes"
+    return fits[0] if len(fits) == 1 else None
 
 
 def _in_proportion(table: PreparedTable, output: Array, angle: Array, delta0: float) -> bool:

@@ -234,8 +234,9 @@ def written_otherwise(labels: Collection[str]) -> dict[str, str]:
     >>> written_otherwise(["1", "2", "1.0", "3.0", "2.10"])
     {'1.0': '1'}
     """
+    known = set(labels)
     whole = {name: name.partition(".")[0] for name in labels if _WHOLE.fullmatch(name)}
-    return {name: other for name, other in whole.items() if other in labels}
+    return {name: other for name, other in whole.items() if other in known}
 
 
 def _floats(column: Column) -> list[float]:

@@ -9,8 +9,8 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.faults.fault import SMALLEST, order_fault
+from accelcal.discovery.faults.single_tables import SingleTable, single_table, tables_of
 from accelcal.estimate.launch import same_levels
-from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.record import is_turn
 from accelcal.gates.trend import moments
 from accelcal.gates.verdict import angle
@@ -55,7 +55,7 @@ def mounted_anew(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...]
     A misalignment that moves within a run, too, is none of a mounting: all are left as they are.
     """
     found, output = [], record.output.copy()
-    tables = [own for own in record.table_masks() if own.sum() > 1]
+    tables = tables_of(record)
     for mounting in dict.fromkeys(record.mounting.tolist()):
         masks = [own for own in tables if record.mounting[own][0] == mounting]
         level = np.array([record.select(own).mean_temperature for own in masks])
@@ -73,32 +73,27 @@ def mounted_anew(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...]
 
 
 def _tilt(record: TumbleRecord, readings: Mask, delta0: float) -> _Tilt:
-    table = prepare(record.select(readings), delta0=delta0)
-    kept = table.estimability.kept
-    if "M" not in kept:
+    found = single_table(record, readings, delta0)
+    if "M" not in found.values:
         return _Tilt(readings, 0.0, np.inf, 1.0, np.zeros(int(readings.sum())), moves=False)
-    values = table.least_squares.solve(table.record.output)
-    rest = table.record.output - table.kept_design @ values
-    dof = max(float(rest.size - values.size), 1.0)
-    k1, place = abs(float(values[kept.index("K1")])), kept.index("M")
-    row, column = table.least_squares.map[place], table.kept_design[:, place]
-    error = float(np.sqrt(row @ row * (rest @ rest) / dof)) / max(k1, SMALLEST)
-    tilt = float(values[place]) / max(k1, SMALLEST)
-    return _Tilt(readings, tilt, error, dof, k1 * column, moves=_moves(table, rest, column))
+    k1 = abs(found.values["K1"])
+    tilt, error = (each / max(k1, SMALLEST) for each in (found.values["M"], found.error("M")))
+    column = found.table.kept_design[:, found.table.estimability.kept.index("M")]
+    return _Tilt(readings, tilt, error, found.dof, k1 * column, moves=_moves(found, column))
 
 
-def _moves(table: PreparedTable, rest: Array, column: Array) -> bool:
+def _moves(found: SingleTable, column: Array) -> bool:
     """Tell whether what the coefficients leave grows as M that moves with time would."""
-    record = table.record
+    table, record = found.table, found.table.record
     time = None if record.time is None else record.time[None]
     (moment,) = moments(record.angle, record.stroke, time)
     moving = column * (moment - moment.mean())
     moving -= table.kept_design @ table.least_squares.solve(moving)
-    size, dof = float(moving @ moving), rest.size - table.kept_design.shape[1] - 1
+    size, dof = float(moving @ moving), found.rest.size - len(found.values) - 1
     if dof < 1 or size <= 0.0:
         return False
-    rate = float(moving @ rest) / size
-    left = rest - rate * moving
+    rate = float(moving @ found.rest) / size
+    left = found.rest - rate * moving
     return abs(rate) > _MOVES * float(np.sqrt(left @ left / dof / size))
 
 

@@ -8,15 +8,11 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
 from accelcal.discovery.faults.fault import SMALLEST, of_run, order_fault
+from accelcal.discovery.faults.single_tables import single_table, tables_of
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.order import OtherOrder, order_of_strokes
 from accelcal.gates.sizes import wrong_sign
-from accelcal.gates.turns import (
-    LARGEST_RATIOS,
-    fitting_exchange,
-    fitting_turn,
-    fitting_turn_said,
-)
+from accelcal.gates.turns import LARGEST_RATIOS, other_positions
 from accelcal.gates.verdict import times
 from accelcal.numerics.probability import f_survival, student_survival
 from accelcal.numerics.sorting import distinct
@@ -32,7 +28,7 @@ largest one that is a lag [g]."""
 def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...], TumbleRecord]:
     """Find strokes that would fit far better in another order or sign, and put them right."""
     found: list[Fault] = []
-    for own in _tables(record):
+    for own in tables_of(record):
         # with few strokes, a second wrong one may show only when the first is put right
         for _ in range(int(distinct(record.stroke[own]).size)):
             table = prepare(record.select(own), delta0=delta0)
@@ -51,7 +47,7 @@ def turned_tables(record: TumbleRecord, delta0: float, index: Places) -> tuple[F
     There is a fault for each, or one for all. They are left as they are. The index, shape (n,),
     tells what to call each reading.
     """
-    tables = _tables(record)
+    tables = tables_of(record)
     turned = [_turned(record, own, delta0, index) for own in tables]
     found = [fault for fault in turned if fault is not None]
     alike = len({fault.name for fault in found}) == 1 and len(found) == len(tables)
@@ -64,11 +60,6 @@ def _of_all(found: list[Fault]) -> Fault:
     readings = sorted(reading for fault in found for reading in fault.readings)
     p = max(fault.p_value for fault in found)
     return replace(found[0], p_value=p, readings=tuple(readings), finding=text)
-
-
-def _tables(record: TumbleRecord) -> list[Mask]:
-    """Readings of each table that has more than one."""
-    return [own for own in record.table_masks() if own.sum() > 1]
 
 
 def _lags_instead(table: PreparedTable, other: OtherOrder) -> bool:
@@ -122,35 +113,27 @@ def _within_the_turn(turned: Array, given: Array) -> Array:
 
 
 def _turned(record: TumbleRecord, own: Mask, delta0: float, index: Places) -> Fault | None:
-    table = prepare(record.select(own), delta0=delta0)
-    values = table.least_squares.solve(table.record.output)
-    rest = table.record.output - table.kept_design @ values
-    dof = max(float(rest.size - values.size), 1.0)
-    size = dict(zip(table.estimability.kept, values.tolist(), strict=True))
-    k1, m = size["K1"], size.get("M", 0.0)
+    found = single_table(record, own, delta0)
+    k1, m = found.values["K1"], found.values.get("M", 0.0)
     if k1 > 0.0 and abs(m) <= LARGEST_RATIOS["M"] * k1:
         return None
     what = "K1" if k1 <= 0.0 else "M"
-    row = table.least_squares.map[table.estimability.kept.index(what)]
-    error = max(float(np.sqrt(row @ row * (rest @ rest) / dof)), SMALLEST)
+    error = max(found.error(what), SMALLEST)
     turn = float(np.degrees(np.arctan2(-m, k1)))
-    name, said = _whole_table(table, k1, turn, delta0)
+    name, said = _whole_table(found.table, k1, turn, delta0)
     return order_fault(
         name,
         f"{of_run(record, int(own.argmax()))}{said}; correct the table, it is fitted as given",
         {"turn": Quantity(turn, float(np.degrees(error / np.hypot(k1, m))), "deg")},
-        2.0 * student_survival(abs(size[what]) / error, dof),
+        2.0 * student_survival(abs(found.values[what]) / error, found.dof),
         index[own].tolist(),
     )
 
 
 def _whole_table(table: PreparedTable, k1: float, turn: float, delta0: float) -> tuple[str, str]:
     """Name and words for what is wrong with a table that is out of proportion."""
-    positions = fitting_turn(table, table.record.output, delta0)
-    if positions is not None:
-        return "number of positions", fitting_turn_said(positions)
-    if exchange := fitting_exchange(table, table.record.output, delta0):
-        return "positions exchanged", exchange
+    if other := other_positions(table, table.record.output, delta0):
+        return other
     if k1 <= 0.0:
         return "wrong sign", wrong_sign(k1, table.record.unit)
     return "positions shifted", f"all positions as if shifted by {turn:.1f} deg"
