@@ -27,7 +27,7 @@ from accelcal.archive import journal, parts, reading, through, workers
 from accelcal.archive.columns import LAWS, ROWS, gate_column
 from accelcal.archive.sources import find_sources
 from accelcal.errors import InputError
-from accelcal.io.exact_numbers import exact_numbers
+from accelcal.io.engines import exact_numbers
 
 ROOT = Path(__file__).parents[1]
 PLAN = accelcal.TumblePlan(temperatures=(20.0,), strokes=2)

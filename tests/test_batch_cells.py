@@ -6,7 +6,7 @@ import weakref
 import numpy as np
 
 import accelcal
-from accelcal.archive.cells import Labels, put_together
+from accelcal.archive.columns import Labels, put_together
 from accelcal.archive.fitting import fit_records
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import stacked_tables

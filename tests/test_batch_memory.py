@@ -10,7 +10,7 @@ import pytest
 CODE = """
 import resource
 import numpy as np
-from accelcal.archive.memory import keep_freed_memory
+from accelcal.archive.block import keep_freed_memory
 
 def pages():
     return resource.getrusage(resource.RUSAGE_SELF).ru_minflt

@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 
 import accelcal
-from accelcal.archive import handed_over, journal, parts, through
+from accelcal.archive import block, journal, parts, through
 from accelcal.archive.block import Block
 from accelcal.archive.journal import Journal
 from accelcal.archive.settings import Settings
@@ -405,10 +405,10 @@ def test_rows_that_cannot_be_handed_over_are_told(archive, monkeypatch):
     def full(**_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(handed_over, "NamedTemporaryFile", full)
-    block = Block(tuple(find_sources([str(archive)])))
+    monkeypatch.setattr(block, "NamedTemporaryFile", full)
+    files = Block(tuple(find_sources([str(archive)])))
     with pytest.raises(InputError, match=r"^tmp: finished .* No space left on device"):
-        handed_over.fit_to_file(block, Settings(), "tmp")
+        block.fit_to_file(files, Settings(), "tmp")
 
 
 def test_results_on_another_file_system(archive, tmp_path, monkeypatch):

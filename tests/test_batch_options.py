@@ -17,7 +17,7 @@ from accelcal.calibrate.options import Options
 from accelcal.cli.main import main
 from accelcal.effects.catalogue import catalogue, registered
 from accelcal.errors import InputError
-from accelcal.io.exact_numbers import exact_numbers
+from accelcal.io.engines import exact_numbers
 from accelcal.io.toml.effects import read_effects
 
 PLAN = accelcal.TumblePlan(temperatures=(20.0, 60.0), strokes=4)

@@ -10,8 +10,7 @@ import pytest
 
 import accelcal
 from accelcal.archive import fitting
-from accelcal.archive.stacked_rows import stacked_tables
-from accelcal.archive.stacked_verdicts import verdicts_of
+from accelcal.archive.stacked_rows import stacked_tables, verdicts_of
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.io.toml.specification import read_specification

@@ -14,9 +14,8 @@ from accelcal.errors import DesignError, InputError
 from accelcal.model import SLOPES
 from accelcal.planning.compare import POSITIONS, design_of
 from accelcal.planning.pace import Pace, hours_of, strokes_within
-from accelcal.planning.prediction import AT_T0, figures, forecasts
+from accelcal.planning.prediction import AT_T0, figures, forecasts, visibility
 from accelcal.planning.targets import target_value
-from accelcal.planning.visibility import visibility
 from accelcal.simulation import AL15, NoiseComponents, TumblePlan, simulate
 
 COEFFICIENTS = ("K0", "K1", "K2", "K3", "M", "M_ip")

@@ -237,7 +237,7 @@ class TumbleRecord(EqualByContents):
         return f"<TumbleRecord {name}: {size}>"
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_results import record_html
+        from accelcal.report.notebook import record_html
 
         return record_html(self)
 

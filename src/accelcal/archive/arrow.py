@@ -14,8 +14,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.archive.cells import Cells, Columns, Labels
-from accelcal.archive.columns import FrameColumn
+from accelcal.archive.columns import Cells, Columns, FrameColumn, Labels
 from accelcal.arrays import Mask
 from accelcal.escapes import ESCAPED
 

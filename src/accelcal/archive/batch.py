@@ -9,12 +9,19 @@ from os.path import realpath
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from accelcal.archive.block import Told, fit_block, work
-from accelcal.archive.cells import Columns, Labels, put_together
-from accelcal.archive.columns import ERRORS, LAWS, ROWS, FrameColumn, units_of
+from accelcal.archive.block import Told, fit_block, fit_to_file, work
+from accelcal.archive.columns import (
+    ERRORS,
+    LAWS,
+    ROWS,
+    Columns,
+    FrameColumn,
+    Labels,
+    put_together,
+    units_of,
+)
 from accelcal.archive.formats import form_of, require_form, results, write_errors
 from accelcal.archive.growing_results import growing_results, work_and_keep
-from accelcal.archive.handed_over import fit_to_file
 from accelcal.archive.journal import open_journal
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import Sources, find_sources, is_url

@@ -1,4 +1,4 @@
-"""The work of a batch: a block of files in, the encoded rows out.
+"""The work of a batch: a block of files in, rows out, encoded or handed over as a file.
 
 A block is what a worker takes at a time, a process here or one of a cluster; it knows nothing of
 the others.
@@ -6,19 +6,24 @@ the others.
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from accelcal.archive.cells import Columns
-from accelcal.archive.columns import LAWS, ROWS
+import numpy as np
+
+from accelcal.archive.columns import LAWS, ROWS, Columns
 from accelcal.archive.fitting import fit_records
 from accelcal.archive.formats import encode
-from accelcal.archive.memory import keep_freed_memory
 from accelcal.archive.parts import Part
 from accelcal.archive.reading import Failure, Found, read_files, read_part
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile
 from accelcal.effects.catalogue import brought_along
+from accelcal.errors import InputError
 
 Rows = TypeVar("Rows", Columns, bytes)
 
@@ -138,3 +143,73 @@ def fit_block(block: Block, settings: Settings) -> Outcome[Columns]:
     said = tuple((e.source, e.message) for e in sorted(errors, key=lambda e: e.file))
     count = len(found) - len(fitted.failures)
     return Outcome(fitted.tables, fitted.laws, Told(said, count, fitted.failed, serials))
+
+
+_LARGEST = 2**25 - 2**14
+"""Bytes of the largest array that glibc learns from, and its own few."""
+
+
+@cache
+def keep_freed_memory() -> None:
+    """Let glibc keep the memory of arrays that are freed, up to 64 MB, in large pages.
+
+    glibc gives memory back as soon as twice as much lies free as the largest array took that was
+    ever freed. The next array gets pages that the system fills with zeros first, which took nearly
+    a tenth of the time of a worker. So a large array is freed here, of which no page is ever
+    touched. A second one is then a part of what glibc keeps, and numpy asks the system to fill such
+    arrays by large pages, which takes half as long. Other allocators are none the wiser.
+    """
+    for _ in range(2):
+        np.empty(_LARGEST, dtype=np.uint8)
+
+
+def fit_to_file(block: Block, settings: Settings, folder: str) -> str:
+    """Read and fit a block, and put its rows into a file.
+
+    Parameters
+    ----------
+    block : Block
+        Files to read.
+    settings : Settings
+        How to fit.
+    folder : str
+        Where the file goes.
+
+    Returns
+    -------
+    str
+        The file, for `from_file` of the same batch.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written, mostly for want of room.
+    """
+    fitted = fit_block(block, settings)
+    try:
+        with NamedTemporaryFile(dir=folder, delete=False) as file:
+            pickle.dump(fitted, file)
+    except OSError as error:
+        raise InputError(
+            f"{folder}: finished rows cannot be kept there: {error.strerror or error}; make room,"
+            " or set TMPDIR to another folder"
+        ) from None
+    return file.name
+
+
+def from_file(path: str) -> Outcome[Columns]:
+    """Take up such a file.
+
+    Parameters
+    ----------
+    path : str
+        What `fit_to_file` returned; it is removed.
+
+    Returns
+    -------
+    Outcome
+        What came of the block.
+    """
+    found: Outcome[Columns] = pickle.loads(Path(path).read_bytes())
+    Path(path).unlink()
+    return found

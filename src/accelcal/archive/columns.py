@@ -1,10 +1,13 @@
-"""Columns of the two frames of a batch: what each holds, in which unit, and of which kind."""
+"""Columns of the two frames of a batch: what each holds, in which unit, and their cells."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from accelcal.arrays import Array, Places
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
 
 TABLE_GATES = (
@@ -153,3 +156,96 @@ LAWS: Mapping[str, FrameColumn] = {column.name: column for column in _OF_LAW}
 
 ERRORS = ("source", "message")
 """Columns of the list of what could not be read or fitted."""
+
+
+class Labels(NamedTuple):
+    """Cells that are no numbers, most of which come again.
+
+    Attributes
+    ----------
+    code : ndarray of int
+        Place of each cell among the values.
+    values : list
+        What the cells hold, None for nothing.
+
+    Examples
+    --------
+    >>> Labels(np.array([0, 0, 1]), ["o+", None]).cells()
+    ['o+', 'o+', None]
+    """
+
+    code: Places
+    values: list[Any]
+
+    @classmethod
+    def of(cls, cells: Sequence[Any]) -> Labels:
+        """Find the values of cells."""
+        values = list(dict.fromkeys(cells))
+        if len(values) == len(cells):
+            return cls(np.arange(len(cells)), values)
+        places = {value: place for place, value in enumerate(values)}
+        return cls(np.fromiter(map(places.__getitem__, cells), np.intp, len(cells)), values)
+
+    def taken(self, places: Places) -> Labels:
+        """Those of some cells."""
+        return self._replace(code=self.code[places])
+
+    def cells(self, values: Sequence[Any] | None = None) -> list[Any]:
+        """List the cells, by other values where these are given."""
+        known = self.values if values is None else values
+        return [known[i] for i in self.code.tolist()]
+
+
+Cells = Array | Labels
+"""Cells of a column: numbers, NaN where there is none, or labels."""
+
+Columns = dict[str, Cells]
+"""Cells of a frame by the name of the column."""
+
+
+def no_rows(kinds: Mapping[str, FrameColumn]) -> Columns:
+    """Make a frame without rows.
+
+    Parameters
+    ----------
+    kinds : mapping of str to FrameColumn
+        The columns.
+
+    Returns
+    -------
+    mapping of str to Labels or ndarray
+        No cells by column.
+    """
+    return {
+        name: np.zeros(0) if column.kind == "number" else Labels.of([])
+        for name, column in kinds.items()
+    }
+
+
+def put_together(parts: Sequence[Columns], order: Places | None = None) -> Columns:
+    """Put parts of a frame below each other.
+
+    Parameters
+    ----------
+    parts : sequence of mapping
+        Parts with the same columns, one or more.
+    order : ndarray of int, optional
+        Place in that frame of each row that is wanted; by default all as they come.
+
+    Returns
+    -------
+    mapping of str to Labels or ndarray
+        Cells by column.
+    """
+    return {name: _joined([part[name] for part in parts], order) for name in parts[0]}
+
+
+def _joined(parts: Sequence[Cells], order: Places | None) -> Cells:
+    rows = slice(None) if order is None else order
+    labels = [part for part in parts if isinstance(part, Labels)]
+    if not labels:
+        return np.concatenate([part for part in parts if not isinstance(part, Labels)])[rows]
+    starts = np.cumsum([0, *(len(part.values) for part in labels)])
+    codes = [part.code + start for part, start in zip(labels, starts.tolist(), strict=False)]
+    values = [value for part in labels for value in part.values]
+    return Labels(np.concatenate(codes)[rows], values)

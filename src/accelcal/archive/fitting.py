@@ -7,12 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.archive.cells import Columns, Labels, no_rows, put_together
-from accelcal.archive.columns import LAWS, ROWS, FrameColumn
+from accelcal.archive.columns import LAWS, ROWS, Columns, FrameColumn, Labels, no_rows, put_together
 from accelcal.archive.failures import attempt, one_line
 from accelcal.archive.settings import Settings
-from accelcal.archive.stacked_rows import stacked_laws, stacked_tables
-from accelcal.archive.stacked_verdicts import verdicts_of
+from accelcal.archive.stacked_rows import stacked_laws, stacked_tables, verdicts_of
 from accelcal.arrays import Places
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.stack import CalibrationStack

@@ -10,8 +10,7 @@ from typing import IO, Any
 import numpy as np
 
 from accelcal.archive.arrow import arrow_bytes, parquet_frame
-from accelcal.archive.cells import Cells, Columns
-from accelcal.archive.columns import ERRORS, FrameColumn
+from accelcal.archive.columns import ERRORS, Cells, Columns, FrameColumn
 from accelcal.arguments.endings import ending_of
 from accelcal.errors import not_installed
 from accelcal.escapes import ESCAPED

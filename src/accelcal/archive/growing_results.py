@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from accelcal.archive.block import Block, Outcome, Told, work
+from accelcal.archive.block import Block, Outcome, Told, keep_freed_memory, work
 from accelcal.archive.columns import LAWS, ROWS
 from accelcal.archive.formats import open_frame
 from accelcal.archive.journal import Journal
-from accelcal.archive.memory import keep_freed_memory
 
 
 def work_and_keep(block: Block, journal: Journal) -> None:

@@ -1,26 +1,38 @@
-"""From the calibrations of a stack to columns of the two frames, without a step for each table."""
+"""From the calibrations of a stack to columns of the two frames, and to verdicts, all at once."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
+from itertools import compress
 from operator import attrgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.archive.cells import Columns, Labels, put_together
-from accelcal.archive.columns import LAWS, ROWS, FrameColumn, gate_column
+from accelcal.archive.columns import (
+    LAWS,
+    ROWS,
+    Columns,
+    FrameColumn,
+    Labels,
+    gate_column,
+    put_together,
+)
 from accelcal.arrays import Places
 from accelcal.calibrate.columns import mountings_of, numbers_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
+from accelcal.estimate.reversal import misalignment_stack
 from accelcal.gates.verdict import VERDICTS
 from accelcal.model import law_units
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 from accelcal.results.table import mountings_of_laws
+from accelcal.results.verdict import OUTCOMES
+from accelcal.specification import Specification
 from accelcal.temperature.from_tables import LawsOfRecords
+from accelcal.verdict.conformity import SECOND_AXIS, Found, Measured, conformity
 from accelcal.version import SOFTWARE
 
 JOINT = " | "
@@ -190,3 +202,83 @@ def _everywhere(value: Any, rows: int) -> Labels:
 def _law_unit(term: str, unit: str | None) -> str:
     law, _, part = term.partition(" ")
     return "g" if law == "hysteresis" else law_units(unit)[law][part != "at_T0"]
+
+
+class StackVerdicts(NamedTuple):
+    """Verdicts of R records.
+
+    Attributes
+    ----------
+    outcomes : list of str, length R
+        The worst outcome of each, of `OUTCOMES`.
+    failed_limits : list of str, length R
+        Names of the limits that each fails, joined.
+    """
+
+    outcomes: list[str]
+    failed_limits: list[str]
+
+
+def verdicts_of(
+    stack: CalibrationStack, tables: Columns, specification: Specification
+) -> StackVerdicts:
+    """Judge the calibrations of a stack against a data sheet.
+
+    Parameters
+    ----------
+    stack : CalibrationStack
+        R calibrations, none of them alone.
+    tables : mapping of str to ndarray
+        Columns of their tables, record after record.
+    specification : Specification
+        The data sheet.
+
+    Returns
+    -------
+    StackVerdicts
+        What `accelcal.judge` says of each.
+
+    Raises
+    ------
+    InputError
+        If the unit of the scale factor does not fit the output of the calibrations.
+    """
+    found = list(conformity(specification, _measured(stack, tables)))
+    outcome = np.array([np.where(each.holds, each.outcome, len(OUTCOMES)) for each in found])
+    names = [each.limit.name for each in found]
+    told = cache(lambda *failed: JOINT.join(dict.fromkeys(compress(names, failed))))
+    return StackVerdicts(
+        [OUTCOMES[worst] for worst in outcome.min(axis=0).tolist()],
+        list(map(told, *(outcome == OUTCOMES.index("fail")).tolist())),
+    )
+
+
+def _measured(stack: CalibrationStack, tables: Columns) -> Measured:
+    free = Found(*misalignment_stack(stack.tables, stack.estimate, stack.plan.levels))
+
+    def quantity(symbol: str, place: int | str) -> Found:
+        if isinstance(place, str):
+            return _of_law(stack, place)
+        columns = tables[symbol], tables[f"{symbol}_expanded_uncertainty"]
+        own = Found(*(np.reshape(column, free.value.shape)[:, place] for column in columns))
+        if symbol != "delta":
+            return own
+        known = ~np.isnan(own.value) & ~np.isnan(free.value[:, place])
+        return Found(*(np.where(known, f[:, place], o) for f, o in zip(free, own, strict=True)))
+
+    return Measured(
+        output_unit=stack.plan.records[0].unit,
+        mountings=mountings_of(stack),
+        temperatures=stack.plan.levels,
+        reference=stack.references,
+        quantity=quantity,
+    )
+
+
+def _of_law(stack: CalibrationStack, term: str) -> Found:
+    is_second = term.startswith(SECOND_AXIS)
+    laws = stack.told_laws.second_axis if is_second else stack.told_laws.main
+    if laws is None:
+        return Found(*np.full((2, len(stack)), np.nan))
+    place = laws.names.index(term.removeprefix(SECOND_AXIS))
+    return Found(laws.value[:, place], laws.expanded[:, place])

@@ -6,9 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain, count, groupby, islice
 from typing import Any, Protocol, TypeVar
 
-from accelcal.archive.block import Block, Outcome
-from accelcal.archive.cells import Columns
-from accelcal.archive.handed_over import from_file
+from accelcal.archive.block import Block, Outcome, from_file
+from accelcal.archive.columns import Columns
 from accelcal.archive.parts import comes_back, divide
 from accelcal.archive.sources import SourceFile, Sources
 from accelcal.archive.workers import completed, processors, workers

@@ -1,21 +1,52 @@
-"""The results of a certificate: coefficients with their uncertainties, in units of the SI."""
+"""The results of a certificate in units of the SI, and the conditions that they hold for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from decimal import Decimal
 from itertools import combinations_with_replacement
 from xml.etree.ElementTree import Element
 
 from accelcal.certificate.administrative import software
-from accelcal.certificate.conditions import influence_conditions, temperature_quantity
 from accelcal.certificate.units import product, si_unit
 from accelcal.certificate.xml import dcc, named, number, rich, si
+from accelcal.io.toml.laboratory import NOT_STATED
 from accelcal.results.calibration import Calibration
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
+
+_METRES = r"\metre\second\tothe{-2}"
+
+
+def influence_conditions(calibration: Calibration) -> Element:
+    """Make ``dcc:influenceConditions``; ``not stated`` where nothing is."""
+    stated = [table.temperature_degC for table in calibration.tables]
+    levels = list(dict.fromkeys(level for level in stated if level is not None))
+    local = calibration.g_local_m_s2
+    gravity = _condition("local gravity", [] if local is None else [local], _METRES)
+    return dcc(
+        "influenceConditions",
+        dcc("influenceCondition", named("local gravity"), dcc("data", gravity)),
+        dcc("influenceCondition", named("temperature"), dcc("data", temperature_quantity(levels))),
+    )
+
+
+def temperature_quantity(levels: Sequence[float]) -> Element:
+    """Make a quantity of the temperatures of a test [degC]."""
+    return _condition("temperature", levels, r"\degreecelsius")
+
+
+def _condition(name: str, values: Sequence[float], unit: str) -> Element:
+    """One value as it is, several as a list."""
+    if not values:
+        return dcc("quantity", named(name), rich("noQuantity", NOT_STATED))
+    tag, ending = ("real", "") if len(values) == 1 else ("realListXMLList", "XMLList")
+    written = " ".join(map(number, values))
+    found = si(tag, si(f"value{ending}", written), si(f"unit{ending}", unit))
+    return dcc("quantity", named(name), found)
+
 
 _NAMES = {
     "K0": "bias",

@@ -152,8 +152,7 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
     from accelcal.accelerometer import AL15
     from accelcal.io.toml.specification import read_specification
     from accelcal.io.toml.stand import read_stand
-    from accelcal.stand_uncertainty.budget import stand_budget
-    from accelcal.stand_uncertainty.nominal import accelerometer_of
+    from accelcal.stand_uncertainty.budget import accelerometer_of, stand_budget
     from accelcal.stand_uncertainty.readings import StandError
 
     accelerometer = AL15 if calibration is None else accelerometer_of(calibration)

@@ -39,8 +39,8 @@ from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
-from accelcal.results.levels import nearest_level
 from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import nearest_level
 
 _DELTA, _OTHER, _DELTA0 = (ERRORS.index(name) for name in ("delta", "other delta", "delta0"))
 _MAIN = [*range(len(PARAMETERS))]

@@ -187,7 +187,7 @@ class Effect:
         return visible(f"<Effect {self.id}: {self.name}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_results import effect_html
+        from accelcal.report.notebook import effect_html
 
         return effect_html(self)
 

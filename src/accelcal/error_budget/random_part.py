@@ -13,8 +13,7 @@ from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_written
 from accelcal.errors import DocumentError, InputError
 from accelcal.results.calibration import Calibration
-from accelcal.results.checked import checked, mapping_of, one_of, schema_of
-from accelcal.results.damage import read_as
+from accelcal.results.checked import checked, mapping_of, one_of, read_as, schema_of
 from accelcal.results.stability import DRIFTS_DIFFER, SCHEMA, Estimate, Stability
 
 __all__ = [

@@ -15,7 +15,6 @@ import numpy as np
 
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column
-from accelcal.io.exact_numbers import exact_numbers
 from accelcal.io.layout import Layout, split_line
 from accelcal.plural import counted
 
@@ -259,3 +258,24 @@ def _column(layout: Layout, index: int, cells: Any, lines: Any, decimal: str) ->
         if isinstance(cells, np.ndarray) or not _is_numeric(layout, index)
         else column.without_unit()
     )
+
+
+def exact_numbers() -> dict[str, str]:
+    r"""Options of `pandas.read_csv` by which each number becomes the float nearest to it.
+
+    Returns
+    -------
+    dict of str
+        Nothing from pandas 3.1 on, which has no other converter.
+
+    Examples
+    --------
+    >>> import io
+    >>> import pandas as pd
+    >>> float(pd.read_csv(io.StringIO("K1\n1.3111044712102817"), **exact_numbers())["K1"][0])
+    1.3111044712102817
+    """
+    import pandas as pd
+
+    major, minor = map(int, pd.__version__.split(".")[:2])
+    return {} if (major, minor) >= (3, 1) else {"float_precision": "round_trip"}

@@ -27,8 +27,7 @@ from accelcal.record import TumbleRecord
 from accelcal.report.discovery import NOT_REGISTERED, alias_names, change_row, entry_of, outcome
 from accelcal.report.findings import chance, factor_rows, noise_line, probability
 from accelcal.report.lines import sentence
-from accelcal.report.numbers import significant
-from accelcal.report.scale import plain, readable, sized
+from accelcal.report.numbers import plain, readable, significant, sized
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
 from accelcal.units import MICRO

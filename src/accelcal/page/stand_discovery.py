@@ -10,7 +10,7 @@ from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import sentence
-from accelcal.report.scale import sized
+from accelcal.report.numbers import sized
 from accelcal.report.stand_discovery import (
     NOTHING,
     SHARED,

@@ -15,9 +15,8 @@ from accelcal.arguments.options import check_flag
 from accelcal.errors import InputError
 from accelcal.model import SLOPES
 from accelcal.planning.pace import Pace, hours_of, per_run, strokes_within
-from accelcal.planning.prediction import forecasts, lost_coefficients
+from accelcal.planning.prediction import forecasts, lost_coefficients, visibility
 from accelcal.planning.targets import checked_targets, refuse_impossible
-from accelcal.planning.visibility import visibility
 from accelcal.results.designs import DesignComparison, TestDesign, Visibility
 from accelcal.simulation import NoiseComponents, TumblePlan
 from accelcal.units import HOUR

@@ -10,8 +10,7 @@ import numpy as np
 from accelcal.plot.style import SMALL, blank, canvas, canvases, entitled, palette, styled
 from accelcal.plot.ticks import name_ticks
 from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
-from accelcal.report.numbers import matching_digits, significant
-from accelcal.report.scale import readable
+from accelcal.report.numbers import matching_digits, readable, significant
 from accelcal.results.table import nearest_table
 from accelcal.results.usable import tables_of_run
 

@@ -10,8 +10,7 @@ import numpy as np
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.plot.ticks import short_log_ticks
-from accelcal.report.numbers import in_small_unit
-from accelcal.report.scale import written
+from accelcal.report.numbers import in_small_unit, written
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.optimal_design import OptimalDesign
 

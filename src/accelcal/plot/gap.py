@@ -10,7 +10,7 @@ import numpy as np
 
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.report.findings import p_value
-from accelcal.report.scale import readable
+from accelcal.report.numbers import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

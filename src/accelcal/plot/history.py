@@ -12,7 +12,7 @@ from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.report.findings import p_value
-from accelcal.report.scale import readable
+from accelcal.report.numbers import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,10 +8,10 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.action import Action, action
-from accelcal.plot.by_angle import Readings
+from accelcal.plot.residuals import Readings
 from accelcal.plot.style import canvas, entitled, palette, styled
 from accelcal.report.lines import sentence
-from accelcal.report.scale import readable
+from accelcal.report.numbers import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

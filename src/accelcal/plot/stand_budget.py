@@ -12,7 +12,7 @@ from accelcal.errors import InputError
 from accelcal.model import SLOPES
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
-from accelcal.report.scale import written
+from accelcal.report.numbers import written
 from accelcal.report.stand_budget import shares, shown_unit
 from accelcal.results.quantity import Document
 

@@ -13,7 +13,7 @@ from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, entitled, palette, styled
 from accelcal.plot.ticks import name_ticks
 from accelcal.report.lines import sentence
-from accelcal.report.scale import readable
+from accelcal.report.numbers import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

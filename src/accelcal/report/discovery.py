@@ -8,8 +8,14 @@ from typing import TYPE_CHECKING
 from accelcal.errors import InputError
 from accelcal.report.findings import chance, factor_rows, noise_line
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
-from accelcal.report.numbers import in_small_unit, matching_digits, significant
-from accelcal.report.scale import plain, readable, told
+from accelcal.report.numbers import (
+    in_small_unit,
+    matching_digits,
+    plain,
+    readable,
+    significant,
+    told,
+)
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, Detectable, FoundEffect
 

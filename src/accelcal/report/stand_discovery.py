@@ -8,8 +8,7 @@ from statistics import median
 from accelcal.report.discovery import NOT_SURE
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import aligned, notes, sections, sentence, wrapped
-from accelcal.report.numbers import in_small_unit, matching_digits, significant
-from accelcal.report.scale import told
+from accelcal.report.numbers import in_small_unit, matching_digits, significant, told
 from accelcal.results.findings import Change
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 from accelcal.units import MICRO

@@ -12,8 +12,7 @@ from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.results import calibration_parts as parts
-from accelcal.results.checked import Kind, checked, list_of, one_of, or_none
-from accelcal.results.damage import DamageError
+from accelcal.results.checked import DamageError, Kind, checked, list_of, one_of, or_none
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.mapping import FrozenMapping, members
 from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity
@@ -141,7 +140,7 @@ class Calibration(StoredResult, TabularResult):
         return visible(f"<Calibration {name}: {self.method}, {counted(len(self.tables), 'table')}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_calibration import calibration_html
+        from accelcal.report.notebook import calibration_html
 
         return calibration_html(self)
 

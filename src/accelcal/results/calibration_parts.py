@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from accelcal.results.checked import (
+    DamageError,
     Kind,
     checked,
     finite,
@@ -15,7 +16,6 @@ from accelcal.results.checked import (
     text,
     text_or_none,
 )
-from accelcal.results.damage import DamageError
 from accelcal.results.mapping import FrozenMapping
 
 if TYPE_CHECKING:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from accelcal.results.checked import checked, list_of, number, text
-from accelcal.results.damage import DamageError
+from accelcal.results.checked import DamageError, checked, list_of, number, text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

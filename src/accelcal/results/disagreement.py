@@ -125,7 +125,7 @@ class Disagreement(JsonResult, TabularResult):
         return visible(f"<Disagreement {name}: p = {self.p_value:.2g}{told}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_results import disagreement_html
+        from accelcal.report.notebook import disagreement_html
 
         return disagreement_html(self)
 

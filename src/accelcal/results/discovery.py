@@ -157,7 +157,7 @@ class Discovery(StoredResult, TabularResult):
         return visible(f"<Discovery {name}: {faults}{'; ' * bool(faults)}{found or open_end}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_results import discovery_html
+        from accelcal.report.notebook import discovery_html
 
         return discovery_html(self)
 

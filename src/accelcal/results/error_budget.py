@@ -131,7 +131,7 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
         return visible(f"<ErrorBudget {self.serial or self.source}: {points}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_results import budget_html
+        from accelcal.report.notebook import budget_html
 
         return budget_html(self)
 
@@ -199,7 +199,7 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate totals and components, a line each with the columns of `rows`."""
-        from accelcal.results.frames import frame_of
+        from accelcal.results.result import frame_of
 
         return frame_of(self.rows(), a_i="g", a_p="g", a_o="g")
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from accelcal.results.checked import checked, list_of, number_or_none
+from accelcal.results.checked import DamageError, checked, list_of, number_or_none
 from accelcal.results.covariance import (
     Correlated,
     Covariance,
@@ -20,10 +20,9 @@ from accelcal.results.covariance import (
     covariance,
     covariance_document,
 )
-from accelcal.results.damage import DamageError
 from accelcal.results.fields import StoredPart
-from accelcal.results.levels import nearest_level
 from accelcal.results.quantity import Document, Quantity
+from accelcal.results.temperature import nearest_level
 
 __all__ = ["FixtureAngle"]
 

@@ -10,8 +10,7 @@ from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_written
 from accelcal.escapes import visible
 from accelcal.plural import counted
-from accelcal.results.checked import Kind, freedom_or_none, size_or_none
-from accelcal.results.damage import DamageError
+from accelcal.results.checked import DamageError, Kind, freedom_or_none, size_or_none
 from accelcal.results.fields import StoredPart
 
 __all__ = ["Document", "ErrorSource", "Gate", "Quantity", "Residuals"]
@@ -73,7 +72,7 @@ class Quantity(StoredPart):
                 check_number(0.0, **{name: getattr(self, name)})
 
     def __str__(self) -> str:
-        from accelcal.report.scale import told
+        from accelcal.report.numbers import told
 
         return told(self)
 
@@ -110,7 +109,7 @@ class Gate(StoredPart):
         return f"<Gate {self.name}: {self.verdict}>"
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_results import gate_html
+        from accelcal.report.notebook import gate_html
 
         return gate_html(self)
 

@@ -9,8 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from accelcal.errors import InputError
-from accelcal.results.checked import checked, list_of, schema_of
-from accelcal.results.damage import DamageError, read_as
+from accelcal.results.checked import DamageError, checked, list_of, read_as, schema_of
 from accelcal.results.fields import ReadByFields
 from accelcal.results.json_text import json_text, parse_json, read_json
 from accelcal.results.mapping import document_of
@@ -20,8 +19,15 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-__all__ = ["JsonResult", "StoredResult", "TabularResult"]
-__all__ += ["all_from_json", "all_to_json", "part_of", "parts_of"]
+__all__ = [
+    "JsonResult",
+    "StoredResult",
+    "TabularResult",
+    "all_from_json",
+    "all_to_json",
+    "part_of",
+    "parts_of",
+]
 
 Result = TypeVar("Result", bound="StoredResult")
 
@@ -261,11 +267,68 @@ class TabularResult(ABC):
             unit in the column ``unit`` of the same line. The column ``coefficient`` has the symbols
             of (1) and (2), ``quantity`` other names.
         """
-        from accelcal.results.frames import frame_of
-
         return frame_of(self.rows())
 
     def _repr_html_(self) -> str:
         from accelcal.report.html import preformatted
 
         return preformatted(str(self))
+
+
+_SUFFIXES = {
+    "_degC": "degC",
+    "_rad": "rad",
+    "_deg": "deg",
+    "_m_s2": "m/s^2",
+    "_s": "s",
+    "_g": "g",
+    "hours": "h",
+}
+_LIMITS = ("lower", "upper", "minimum", "maximum", "monte_carlo_low", "monte_carlo_high")
+_OF_A_QUANTITY = (
+    "value",
+    "standard_uncertainty",
+    "expanded_uncertainty",
+    "line",
+    "floor",
+    *_LIMITS,
+)
+
+
+def frame_of(rows: Sequence[Mapping[str, Any]], **units: str) -> pd.DataFrame:
+    """Make a frame of rows.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        A row each, with the same keys.
+    **units : str
+        Units of columns whose names do not tell them.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``frame.attrs["units"]`` maps columns to units; ``"unit"`` means the unit in that column of
+        the same row.
+
+    Examples
+    --------
+    >>> frame = frame_of([{"temperature_degC": 20.0, "value": 3e-3, "unit": "g"}])
+    >>> frame.attrs["units"]
+    {'temperature_degC': 'degC', 'value': 'unit'}
+    """
+    import pandas as pd
+
+    frame = pd.DataFrame(list(rows))
+    known: dict[str, str] = {}
+    for column in map(str, frame.columns):
+        if column in _OF_A_QUANTITY and "unit" in frame.columns:
+            known[column] = "unit"
+        for suffix, unit in _SUFFIXES.items():
+            if column.endswith(suffix):
+                known.setdefault(column, unit)
+    numbers = (frame[name] for name in {*known, *units, "dof"} if name in frame)
+    unknown = {column.name: float for column in numbers if column.isna().all()}
+    frame = frame.astype(unknown)  # NaN in place of None, which neither compares nor adds
+    frame.attrs["units"] = known | units
+    return frame

@@ -253,7 +253,7 @@ class Stability(JsonResult, TabularResult):
         )
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_results import stability_html
+        from accelcal.report.notebook import stability_html
 
         return stability_html(self)
 

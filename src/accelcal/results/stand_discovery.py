@@ -150,7 +150,7 @@ class StandDiscovery(StoredResult, TabularResult):
         return visible(f"<StandDiscovery of {len(self.units)} units: {found or 'nothing'}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_results import stand_html
+        from accelcal.report.notebook import stand_html
 
         return stand_html(self)
 

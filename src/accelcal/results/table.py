@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.geometry import MOUNTINGS
-from accelcal.results.checked import Kind, checked, mapping_of, one_of
+from accelcal.results.checked import DamageError, Kind, checked, mapping_of, one_of
 from accelcal.results.covariance import Correlated, covariance, covariance_document
-from accelcal.results.damage import DamageError
 from accelcal.results.fields import StoredPart
-from accelcal.results.levels import nearest_level
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
+from accelcal.results.temperature import nearest_level
 
 if TYPE_CHECKING:
     from accelcal.arrays import Array
@@ -106,7 +105,7 @@ class TableCalibration(Correlated, StoredPart):
         return visible(f"<TableCalibration {what}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_calibration import table_html
+        from accelcal.report.notebook import table_html
 
         return table_html(self)
 

@@ -1,8 +1,9 @@
-"""Temperature laws of a calibration: bilinear in T - T0, and the hysteresis of the bias."""
+"""Temperature laws of a calibration, bilinear in T - T0, its levels, the hysteresis of the bias."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -98,3 +99,31 @@ class TemperatureModel(Correlated, StoredPart):
         unknown: Covariance = ((), ())
         names, matrix = checked(document, "covariance", covariance, unknown)
         return cls._of_fields(document, covariance_names=names, covariance_matrix=matrix)
+
+
+def nearest_level(levels: Sequence[float | None], temperature: float | None) -> int:
+    """Find the level that is nearest to a temperature.
+
+    Parameters
+    ----------
+    levels : sequence of float or None
+        Temperatures, one or more; None where unknown [degC].
+    temperature : float or None
+        What is asked for; None where unknown [degC].
+
+    Returns
+    -------
+    int
+        Place of the first of the nearest; a level that is unknown is farther than all others.
+
+    Examples
+    --------
+    >>> nearest_level([None, 80.0, 22.0], 20.0), nearest_level([None, None], 20.0)
+    (2, 0)
+    """
+
+    def away(place: int) -> float:
+        level = levels[place]
+        return math.inf if level is None or temperature is None else abs(level - temperature)
+
+    return min(range(len(levels)), key=away)

@@ -188,7 +188,7 @@ class History(JsonResult, TabularResult):
         return visible(f"<History serial {self.serial}: {count}, {jumps}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_results import history_html
+        from accelcal.report.notebook import history_html
 
         return history_html(self)
 

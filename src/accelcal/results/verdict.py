@@ -110,7 +110,7 @@ class Verdict(StoredPart, TabularResult):
         return visible(f"<Verdict {self.specification}: {self.outcome}, {limits}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook_results import verdict_html
+        from accelcal.report.notebook import verdict_html
 
         return verdict_html(self)
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.stand_uncertainty.acting import Acting
 from accelcal.stand_uncertainty.estimator import Estimator
 from accelcal.stand_uncertainty.readings import Readings
+from accelcal.stand_uncertainty.stand import Acting
 
 _STEP = 1e-4
 """Step of the central difference of a channel; its rounding error is 1e-12 of the slope."""

@@ -10,9 +10,9 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.results.stand_budget import MonteCarlo
-from accelcal.stand_uncertainty.acting import Acting
 from accelcal.stand_uncertainty.estimator import Estimator
 from accelcal.stand_uncertainty.readings import Readings
+from accelcal.stand_uncertainty.stand import Acting
 
 FEWEST = 1000
 MOST = 1_000_000

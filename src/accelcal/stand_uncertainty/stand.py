@@ -1,4 +1,4 @@
-"""A stand: its conditions, and the components of its error."""
+"""A stand: its conditions, the components of its error, and how these act on a test."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import dataclass, field, replace
 from accelcal.arguments.kinds import each_of, expect, several
 from accelcal.arguments.numbers import check_whole
 from accelcal.arguments.options import check_choice, check_flag, check_written
+from accelcal.arrays import Array, Places
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.stand_uncertainty.distribution import Distribution
-from accelcal.stand_uncertainty.kinds import KINDS
-from accelcal.stand_uncertainty.readings import CLASSES, StandConditions
-from accelcal.stand_uncertainty.sizes import ERROR_QUANTITIES
+from accelcal.stand_uncertainty.kinds import ERROR_QUANTITIES, KINDS
+from accelcal.stand_uncertainty.readings import CLASSES, Readings, StandConditions
 
 __all__ = ["Stand", "StandComponent"]
 
@@ -182,3 +182,49 @@ class Stand:
             raise InputError(f"factors {list(factors)}; each is a finite number, zero or more")
         pairs = zip(self.components, factors, strict=True)
         return replace(self, components=tuple(part.scaled(factor) for part, factor in pairs))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Acting:
+    """A component on the n readings of a test.
+
+    Attributes
+    ----------
+    component : StandComponent
+        The component.
+    channel : str
+        What it changes, one of `accelcal.stand_uncertainty.readings.CHANNELS`.
+    pattern : ndarray, shape (n, 1) or (n, 2)
+        Change of the channel per unit, as of `accelcal.stand_uncertainty.kinds.Kind`.
+    error : ndarray, shape (n,)
+        Number of the independent error that each reading has.
+    errors : int
+        How many there are.
+    """
+
+    component: StandComponent
+    channel: str
+    pattern: Array
+    error: Places
+    errors: int
+
+
+def acting(component: StandComponent, readings: Readings) -> Acting:
+    """Let a component act on the readings of a test.
+
+    Parameters
+    ----------
+    component : StandComponent
+        The component.
+    readings : Readings
+        The test.
+
+    Returns
+    -------
+    Acting
+        What the linear budget and Monte Carlo both start from.
+    """
+    kind = KINDS[component.kind]
+    pattern = kind.pattern(readings, component.order)
+    error, errors = readings.groups(component.varies)
+    return Acting(component, kind.channel, pattern, error, errors)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import InputError
-from accelcal.io.exact_numbers import exact_numbers
+from accelcal.io.engines import exact_numbers
 from accelcal.io.text import read_text
 from accelcal.recalibrations.entries import Entry, entries_of
 from accelcal.results.calibration import Calibration

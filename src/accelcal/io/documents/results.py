@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 from accelcal.errors import InputError
 from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
-from accelcal.results.checked import checked, schema_of
-from accelcal.results.damage import read_as
+from accelcal.results.checked import checked, read_as, schema_of
 from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import parse_json
 from accelcal.results.result import part_of, parts_of
