@@ -342,9 +342,9 @@ def test_a_signature_in_time_is_drawn_in_time():
 
 
 def test_where_tells_noise_from_factors():
-    from accelcal.plot.gap import where
+    from accelcal.plot.discovery import draw_where
 
-    ax = where((Share("position", 0.5, 1e-9), Share("time", 0.01, 0.7)), 0.01, None)
+    ax = draw_where((Share("position", 0.5, 1e-9), Share("time", 0.01, 0.7)), 0.01, None)
     colours = {bar.get_facecolor()[:3] for bar in ax.patches}
     assert len(colours) == 2
     assert [text.get_text() for text in ax.texts] == ["p < 0.001", "p = 0.7"]

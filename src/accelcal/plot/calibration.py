@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from accelcal.plot import coefficients, residuals, temperature
 from accelcal.plot.pictures import Pictures
 
 if TYPE_CHECKING:
@@ -57,9 +58,7 @@ class CalibrationPlot(Pictures):
         InputError
             If there is no such run.
         """
-        from accelcal.plot.residuals import residuals
-
-        return residuals(self.calibration, ax, run=run)
+        return residuals.residuals(self.calibration, ax, run=run)
 
     def residual_map(self, ax: Axes | None = None) -> Axes:
         """Draw reading minus model as a heat map, head angle by stroke, run beside run.
@@ -74,9 +73,7 @@ class CalibrationPlot(Pictures):
         Axes
             A column for each stroke of each run; hatched where there is no reading.
         """
-        from accelcal.plot.residuals import residual_map
-
-        return residual_map(self.calibration, ax)
+        return residuals.residual_map(self.calibration, ax)
 
     def tumble(self, ax: Axes | None = None, *, run: str | int | None = None) -> Axes:
         """Draw reading minus model round the turn.
@@ -98,9 +95,7 @@ class CalibrationPlot(Pictures):
         InputError
             If there is no such run, or the axes are not polar.
         """
-        from accelcal.plot.residuals import tumble
-
-        return tumble(self.calibration, ax, run=run)
+        return residuals.tumble(self.calibration, ax, run=run)
 
     def temperature(self, axes: Any = None) -> Any:
         """Draw the temperature laws of bias, scale factor and misalignment over their points.
@@ -118,9 +113,7 @@ class CalibrationPlot(Pictures):
             the runs alone, where there are no laws. Of several mountings that of the laws is drawn
             and named; `Calibration.of_mounting` takes another.
         """
-        from accelcal.plot.temperature import temperature
-
-        return temperature(self.calibration, axes)
+        return temperature.temperature(self.calibration, axes)
 
     def budget(self, ax: Axes | None = None, *, run: str | int | None = None) -> Axes:
         """Draw where the uncertainty of each coefficient comes from.
@@ -142,9 +135,7 @@ class CalibrationPlot(Pictures):
         InputError
             If there is no such run.
         """
-        from accelcal.plot.coefficients import budget
-
-        return budget(self.calibration, ax, run=run)
+        return coefficients.budget(self.calibration, ax, run=run)
 
     def coefficients(self, axes: Any = None) -> Any:
         """Draw each coefficient run by run.
@@ -159,6 +150,4 @@ class CalibrationPlot(Pictures):
         ndarray of Axes, shape (6,)
             Values with 95 % intervals.
         """
-        from accelcal.plot.coefficients import coefficients
-
-        return coefficients(self.calibration, axes)
+        return coefficients.coefficients(self.calibration, axes)

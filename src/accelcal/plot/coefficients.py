@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from accelcal.results.calibration import Calibration
-    from accelcal.results.disagreement import Disagreement
     from accelcal.results.quantity import Quantity
     from accelcal.results.table import TableCalibration
 
@@ -35,20 +34,8 @@ def coefficients(calibration: Calibration, axes: Any) -> Any:
     panels = canvases(axes, 2, 3, (10.0, 5.2))
     names = _run_names(calibration.tables)
     for ax, (name, symbol, _) in zip(panels, _SHOWN, strict=True):
-        _draw_runs(ax, [table.quantities[symbol] for table in calibration.tables], names)
+        draw_runs(ax, [table.quantities[symbol] for table in calibration.tables], names)
         ax.set_title(f"{name.capitalize()} {_SYMBOLS[symbol]}")
-    return panels
-
-
-@styled
-def run_changes(disagreement: Disagreement, axes: Any) -> Any:
-    """Draw `DisagreementPlot.runs`."""
-    panels = canvases(axes, 1, 3, (10.0, 3.4))
-    names = disagreement.run_names
-    for ax, name in zip(panels, ("bias", "scale_factor", "misalignment"), strict=True):
-        _draw_runs(ax, [getattr(change, name) for change in disagreement.runs], names)
-        ax.axhline(0.0, color=palette().ink, lw=0.8)
-        ax.set_title(f"Change of {name.replace('_', ' ')}")
     return panels
 
 
@@ -58,7 +45,7 @@ def _run_names(tables: Sequence[TableCalibration]) -> list[str]:
     return [f"{table.run} {table.mounting}" if several else table.run for table in tables]
 
 
-def _draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> None:
+def draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> None:
     """Values with their intervals, side by side."""
     values = np.array([np.nan if q.value is None else q.value for q in found])
     half = np.array(

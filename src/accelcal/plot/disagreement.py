@@ -5,7 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from accelcal.discovery.compare import residuals_of
+from accelcal.plot.coefficients import draw_runs
+from accelcal.plot.discovery import draw_where
 from accelcal.plot.pictures import Pictures
+from accelcal.plot.residuals import Readings, draw_by_angle
+from accelcal.plot.style import canvas, canvases, entitled, palette, styled
+from accelcal.results.disagreement import ALPHA
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,11 +61,9 @@ class DisagreementPlot(Pictures):
         Axes
             Shares of the sum of squares, with the chance that each is noise.
         """
-        from accelcal.plot.gap import where
-        from accelcal.results.disagreement import ALPHA
+        return draw_where(self.disagreement.where, ALPHA, ax)
 
-        return where(self.disagreement.where, ALPHA, ax)
-
+    @styled
     def runs(self, axes: Any = None) -> Any:
         """Draw what has changed in each run since the calibration.
 
@@ -71,10 +77,15 @@ class DisagreementPlot(Pictures):
         ndarray of Axes, shape (3,)
             Changes of bias, scale factor and misalignment with 95 % intervals.
         """
-        from accelcal.plot.coefficients import run_changes
+        panels = canvases(axes, 1, 3, (10.0, 3.4))
+        names = self.disagreement.run_names
+        for ax, name in zip(panels, ("bias", "scale_factor", "misalignment"), strict=True):
+            draw_runs(ax, [getattr(change, name) for change in self.disagreement.runs], names)
+            ax.axhline(0.0, color=palette().ink, lw=0.8)
+            ax.set_title(f"Change of {name.replace('_', ' ')}")
+        return panels
 
-        return run_changes(self.disagreement, axes)
-
+    @styled
     def residuals(
         self, calibration: Calibration, record: TumbleRecord, ax: Axes | None = None
     ) -> Axes:
@@ -99,6 +110,7 @@ class DisagreementPlot(Pictures):
         InputError
             If the record does not suit the calibration.
         """
-        from accelcal.plot.residuals import simulation_residuals
-
-        return simulation_residuals(calibration, record, ax)
+        values = residuals_of(calibration, record)
+        readings = Readings(np.asarray(record.angle), np.asarray(record.stroke), values)
+        ax = draw_by_angle(canvas(ax), readings, "reading − simulation")
+        return entitled(ax, f"Reading − simulation, {len(record)} readings")

@@ -2,18 +2,38 @@
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.action import Action, action
 from accelcal.plot.pictures import Pictures
+from accelcal.plot.residuals import Readings
+from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
+from accelcal.report.findings import p_value
+from accelcal.report.lines import sentence
+from accelcal.report.numbers import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from accelcal.record import TumbleRecord
     from accelcal.results.discovery import Discovery
+    from accelcal.results.findings import Change, Share
 
 __all__ = ["DiscoveryPlot"]
+
+_LONGEST_NAME = 16
+
+_UNCHANGED = 0.02
+"""An effect that moves a coefficient by less, over its half width, leaves it as it was."""
+
+_ONE_OF = 0.9
+"""Part of an action's squares that must follow a quantity for it to be drawn along that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +58,7 @@ class DiscoveryPlot(Pictures):
 
     discovery: Discovery
 
+    @styled
     def gap(self, ax: Axes | None = None) -> Axes:
         """Draw the gap between model and readings, effect by effect, fitted and held out.
 
@@ -51,9 +72,24 @@ class DiscoveryPlot(Pictures):
         Axes
             The dashed line is the noise of a reading.
         """
-        from accelcal.plot.gap import gap
-
-        return gap(self.discovery, ax)
+        steps, fitted, held_out = zip(*_steps(self.discovery), strict=True)
+        noise = next((s.value for s in self.discovery.noise if s.name == "reading"), None)
+        known = [size for size in (*fitted, *held_out, noise) if size is not None]
+        factor, unit = readable("g", known)
+        ax = canvas(ax, (max(4.6, 2.6 + 1.5 * len(steps)), 3.6))
+        ax.grid(visible=False, axis="x")
+        _descent(ax, factor, fitted, 0, "o-", "fitted readings")
+        _descent(ax, factor, held_out, 1, "s--", "held-out readings")
+        if noise is not None:
+            ax.axhline(factor * noise, color=palette().muted, ls=":", label="noise of a reading")
+        names = [textwrap.fill(step, _LONGEST_NAME) for step in steps]
+        ax.set_xticks(range(len(steps)), names)
+        ax.set(
+            ylabel=f"gap, rms [{unit}]",
+            xlim=(-0.5, len(steps) - 0.5),
+            ylim=(0.0, 1.18 * factor * max(known)),
+        )
+        return entitled(ax, "Gap between model and readings")
 
     def where(self, ax: Axes | None = None) -> Axes:
         """Draw which factors of the test have the disagreement.
@@ -68,10 +104,9 @@ class DiscoveryPlot(Pictures):
         Axes
             Shares of the sum of squares, with the chance that each is noise.
         """
-        from accelcal.plot.gap import where
+        return draw_where(self.discovery.where, self.discovery.alpha, ax)
 
-        return where(self.discovery.where, self.discovery.alpha, ax)
-
+    @styled
     def signature(
         self, record: TumbleRecord, effect: str | None = None, ax: Axes | None = None
     ) -> Axes:
@@ -96,10 +131,32 @@ class DiscoveryPlot(Pictures):
         InputError
             If no such effect was found, or the record does not suit the discovery.
         """
-        from accelcal.plot.signature import signature
+        found = action(self.discovery, record, effect)
+        along = _along(found)
+        ax = canvas(ax)
+        colours, (factor, unit) = palette(), readable("g", found.residual)
+        ax.axhline(0.0, color=colours.ink, lw=0.8)
+        stroke = np.asarray(record.stroke)
+        readings = Readings(along.value, stroke, factor * found.residual)
+        acting = Readings(along.value, stroke, factor * found.change)
+        for number, name, part in readings.directions():
+            at = part.angle + along.jitter * (2 * number - 1)
+            colour = colours.series[number]
+            ax.scatter(at, part.value, s=10, alpha=0.45, lw=0, color=colour, label=name)
+        if along.jitter:
+            for number, name, part in acting.directions():
+                at, line, _ = part.means()
+                colour, shift = colours.series[number], along.jitter * (2 * number - 1)
+                ax.plot(at + shift, line, color=colour, label=f"effect, {name}")
+        else:
+            at, line, _ = acting.means()
+            ax.plot(at, line, color=colours.ink, label="effect")
+        ax.set(xlabel=along.label, ylabel=f"reading − model without it [{unit}]")
+        if along.label.startswith("head"):
+            ax.set_xticks(np.arange(0.0, 361.0, 45.0))
+        return entitled(ax, sentence(found.name), columns=4)
 
-        return signature(self.discovery, record, effect, ax)
-
+    @styled
     def changes(self, ax: Axes | None = None) -> Axes:
         """Draw what the effects change in the coefficients.
 
@@ -114,6 +171,118 @@ class DiscoveryPlot(Pictures):
             Coefficients without and with the effects, in 95 % half widths of the fit without them;
             those are named unchanged that the effects leave as they were.
         """
-        from accelcal.plot.gap import changes
+        shown = [
+            change
+            for change in self.discovery.coefficients
+            if None not in (change.before.value, change.after.value)
+            and change.before.expanded_uncertainty
+        ]
+        ax = canvas(ax, (6.4, max(1.7 + 0.3 * len(shown), 2.2)))
+        ax.grid(visible=False, axis="y")
+        ax.axvspan(
+            -1.0, 1.0, color=palette().muted, alpha=0.18, lw=0, label="without, 95 % interval"
+        )
+        label: str | None = "with the effects, 95 % interval"
+        for place, (moved, wide) in enumerate(map(_moved, shown)):
+            if max(abs(moved), abs(wide - 1.0)) < _UNCHANGED:
+                ax.text(0.0, place, "unchanged", ha="center", va="center", fontsize=SMALL)
+                continue
+            colour = palette().series[1]
+            ax.errorbar(moved, place, xerr=wide, marker="o", ls="", color=colour, label=label)
+            label = None
+        ax.set_yticks(range(len(shown)), [change.coefficient for change in shown])
+        ax.set_ylim(len(shown) - 0.4, -0.6)
+        ax.set(xlabel="change, over the 95 % half width without the effects [1]")
+        low, high = ax.get_xlim()
+        ax.set_xlim(
+            min(low, -3.0), max(high, 3.0)
+        )  # or the band from -1 to 1 could fill the picture
+        return entitled(ax, "What the effects change in the coefficients")
 
-        return changes(self.discovery, ax)
+
+def _steps(discovery: Discovery) -> Iterator[tuple[str, float, float | None]]:
+    """What is done step by step, and the gap then of fitted and held-out readings [g]."""
+    yield "model alone", discovery.before.rms, discovery.before.heldout_rms
+    if discovery.faults:
+        yield "faults of the readings mended", *discovery.mended
+    for effect in discovery.effects:
+        yield f"+ {effect.name}", effect.gap_after, effect.heldout_after
+
+
+def _descent(
+    ax: Axes, factor: float, sizes: Sequence[float | None], number: int, line: str, label: str
+) -> None:
+    values = [np.nan if size is None else factor * size for size in sizes]
+    ax.plot(range(len(values)), values, line, color=palette().series[number], label=label)
+
+
+def _moved(change: Change) -> tuple[float, float]:
+    """Change of a coefficient and its new half width, over its half width without the effects."""
+    before, after = change.before, change.after
+    unit = before.expanded_uncertainty or 1.0
+    moved = (after.value or 0.0) - (before.value or 0.0)
+    return moved / unit, (after.expanded_uncertainty or 0.0) / unit
+
+
+@styled
+def draw_where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
+    """Draw the shares of the factors from the largest down; believed are those below alpha."""
+    shares = sorted(found, key=lambda item: -item.share)
+    colours = palette()
+    ax = canvas(ax, (6.4, max(1.6 + 0.28 * len(shares), 2.2)))
+    ax.grid(visible=False, axis="y")
+    sure = [share.p_value < alpha for share in shares]
+    sizes = [100.0 * share.share for share in shares]
+    for believed, name in ((True, f"p < {alpha:g}"), (False, "may be noise")):
+        rows = [i for i, one in enumerate(sure) if one == believed]
+        colour = colours.series[0] if believed else colours.muted
+        if rows:
+            ax.barh(rows, [sizes[i] for i in rows], 0.62, color=colour, label=name)
+    most = max(sizes, default=1.0)
+    for place, share in enumerate(shares):
+        chance = p_value(share.p_value)
+        ax.text(sizes[place] + 0.015 * most, place, chance, va="center", fontsize=SMALL)
+    ax.set_yticks(range(len(shares)), [_in_words(share.factor) for share in shares])
+    ax.invert_yaxis()
+    ax.set(xlabel="share of the disagreement [%]", xlim=(0.0, 1.25 * most or 1.0))
+    ax.set_xticks([tick for tick in ax.get_xticks() if tick <= 100.0])
+    return entitled(ax, "Where model and readings disagree")
+
+
+def _in_words(factor: str) -> str:
+    return factor.replace("*", " × ")
+
+
+class _Along(NamedTuple):
+    """What the action is drawn along; where directions lie apart, each has its own line."""
+
+    label: str
+    value: Array
+    jitter: float
+
+
+def _along(found: Action) -> _Along:
+    """Head angle, temperature or time in the run, whichever the action follows; else the order."""
+    c = found.conditions
+    direction = (c.stroke % 2).astype(float)
+    tried = (
+        (_Along("head angle [°]", c.angle, 1.5), direction),
+        (_Along("temperature − T0 [°C]", np.round(c.excess, 0), 0.4), direction),
+        (_Along("time in the run [min]", np.round(c.run_time / 60.0), 0.0), direction),
+        (_Along("stroke", c.stroke.astype(float), 0.0), np.zeros(c.stroke.size)),
+    )
+    for along, other in tried:
+        if _followed(found.change, along.value, other) > _ONE_OF:
+            return along
+    return _Along("reading, in the order of measuring", c.number.astype(float), 0.0)
+
+
+def _followed(change: Array, value: Array, other: Array) -> float:
+    """Part of the squares of an action that the means over one quantity and another have."""
+    _, group = np.unique(np.stack([value, other]), axis=1, return_inverse=True)
+    group = group.ravel()
+    if group.max() + 1 > 0.5 * change.size:
+        return 0.0
+    means = np.bincount(group, change) / np.bincount(group)
+    whole = float(change @ change)
+    return float(means[group] @ means[group]) / whole if whole > 0.0 else 0.0

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.compare import residuals_of
 from accelcal.geometry import head_positions
 from accelcal.numerics.grouping import group_after_group, grouped
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -22,7 +21,6 @@ from accelcal.results.usable import tables_of_run
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
     from accelcal.results.table import TableCalibration
 
@@ -87,15 +85,6 @@ def residuals(calibration: Calibration, ax: Axes | None, *, run: str | int | Non
     tables = tables_of_run(calibration, run)
     ax = draw_by_angle(canvas(ax), _readings(tables), "residual")
     return entitled(ax, _title("Residuals by head angle", tables, run))
-
-
-@styled
-def simulation_residuals(calibration: Calibration, record: TumbleRecord, ax: Axes | None) -> Axes:
-    """Draw `DisagreementPlot.residuals`."""
-    values = residuals_of(calibration, record)
-    readings = Readings(np.asarray(record.angle), np.asarray(record.stroke), values)
-    ax = draw_by_angle(canvas(ax), readings, "reading − simulation")
-    return entitled(ax, f"Reading − simulation, {len(record)} readings")
 
 
 def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
