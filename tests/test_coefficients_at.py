@@ -1,5 +1,6 @@
 """Coefficients at a temperature between the levels of a calibration."""
 
+import copy
 import pickle
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ import pytest
 import accelcal
 
 NAMES = ("k0", "K1", "delta")
+ALL = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +97,8 @@ def test_one_level_is_good_there_only():
     with pytest.warns(accelcal.AccelcalWarning, match="20 degC only"):
         far = accelcal.coefficients_at(calibration, 35.0, extrapolate=True)
     assert far["K1"].value == found["K1"].value
-    assert [far[name].standard_uncertainty for name in NAMES] == [None] * 3  # no slope is known
+    assert [far[name].standard_uncertainty for name in ALL] == [None] * 6  # no slope is known
+    assert (far.covariance_names, far.covariance.shape) == ((), (0, 0))
 
 
 def test_of_several_runs_at_one_level_one_is_chosen():
@@ -127,6 +130,9 @@ def test_what_was_not_determined_has_no_value(mounting, fitted, lost):
         found = accelcal.coefficients_at(calibration, 20.0)
     assert [name for name in NAMES if found[name].value is None] == [lost]
     assert found[lost].standard_uncertainty is None
+    fitted = [name for name in ALL if found[name].value is not None]
+    assert list(found.covariance_names) == fitted
+    assert found.covariance.shape == (2, 2)
 
 
 def test_an_uncertainty_that_is_unknown_spoils_only_what_depends_on_it(calibration):
@@ -161,4 +167,39 @@ def test_effects_that_were_taken_out_are_told():
 
 def test_result_is_pickled(calibration):
     found = accelcal.coefficients_at(calibration, 35.0)
-    assert pickle.loads(pickle.dumps(found)) == found
+    for other in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+        assert other == found
+        assert other.covariance_names == found.covariance_names
+        assert other.covariance_matrix == found.covariance_matrix
+    with pytest.raises(TypeError, match="stays as it is"):
+        found["k0"] = found["K1"]
+
+
+def test_of_a_run_it_gives_all_coefficients_of_the_table(calibration):
+    for table in calibration.tables:
+        found = accelcal.coefficients_at(calibration, table.temperature_degC, run=table.run)
+        assert tuple(found) == found.covariance_names == ALL
+        for name in ALL:
+            own = table.quantities[name]
+            assert found[name].value == own.value
+            assert found[name].unit == own.unit
+            assert found[name].standard_uncertainty == pytest.approx(own.standard_uncertainty)
+
+
+@pytest.mark.parametrize("laws", ["tables", "readings"])
+@pytest.mark.parametrize("temperature", [-10.0, 20.0, 35.0])
+def test_covariance_carries_the_uncertainty_of_a_measured_acceleration(laws, temperature):
+    """Through the derivatives of (2), without the cross axis, as `apply` has it on its own."""
+    calibration = accelcal.fit(accelcal.simulate(seed=1), temperature_laws=laws)
+    found = accelcal.coefficients_at(calibration, temperature)
+    own = [quantity.standard_uncertainty for quantity in found.values()]
+    assert np.sqrt(np.diagonal(found.covariance)) == pytest.approx(own, rel=1e-12)
+    k0, K1, k2, k3 = (found[name].value for name in ALL[:4])
+    for a in (-0.7, 0.3, 1.0):
+        seen = k0 + a + k2 * a**2 + k3 * a**3
+        slope = 1.0 + 2.0 * k2 * a + 3.0 * k3 * a**2
+        jacobian = np.array([1.0, seen / K1, a**2, a**3, 0.0, 0.0]) / slope
+        measured = accelcal.apply(calibration, K1 * seen, temperature, same_launch=True)
+        assert measured.value == pytest.approx(a, rel=1e-12)
+        u = np.sqrt(jacobian @ found.covariance @ jacobian)
+        assert measured.standard_uncertainty == pytest.approx(u, rel=1e-9)

@@ -4,19 +4,62 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
+from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import CALIBRATE_THERE, PARAMETERS, SLOPES, Compensation
 from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.errors import AccelcalWarning, InputError
+from accelcal.model import ERROR_UNITS, LAWS
 from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import Correlated, Rows, rows_of
+from accelcal.results.mapping import FrozenMapping
 from accelcal.results.quantity import Quantity
 
-__all__ = ["coefficients_at"]
+__all__ = ["CoefficientsAt", "coefficients_at"]
+
+
+class CoefficientsAt(Correlated, FrozenMapping[Quantity]):
+    """Coefficients at a temperature: a mapping of their symbols to quantities.
+
+    Attributes
+    ----------
+    covariance_names, covariance_matrix
+        Symbols of those whose uncertainty is known and their covariance, which is the array
+        `covariance` as well, in the units of the quantities.
+
+    Examples
+    --------
+    The uncertainty of the output at 1 g, K1 (k0 + 1 g + k2 + k3) without the cross axis:
+
+    >>> import numpy as np
+    >>> import accelcal
+    >>> found = accelcal.coefficients_at(accelcal.fit(accelcal.simulate(seed=1)), 35.0)
+    >>> found.covariance_names
+    ('k0', 'K1', 'k2', 'k3', 'delta', 'delta_ip')
+    >>> a = 1.0 + sum(found[name].value for name in ("k0", "k2", "k3"))
+    >>> K1 = found["K1"].value
+    >>> jacobian = np.array([K1, a, K1, K1, 0.0, 0.0])
+    >>> f"{np.sqrt(jacobian @ found.covariance @ jacobian) / K1:.1e} g"
+    '6.9e-06 g'
+    """
+
+    __slots__ = ("covariance_matrix", "covariance_names")
+
+    def __init__(
+        self, quantities: Mapping[str, Quantity], names: tuple[str, ...], matrix: Rows
+    ) -> None:
+        super().__init__(quantities)
+        self.covariance_names, self.covariance_matrix = names, matrix
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self), self.covariance_names, self.covariance_matrix)
 
 
 def coefficients_at(
@@ -25,8 +68,8 @@ def coefficients_at(
     *,
     run: str | int | None = None,
     extrapolate: bool = False,
-) -> dict[str, Quantity]:
-    """Bias, scale factor and misalignment at a temperature, by the laws of a calibration.
+) -> CoefficientsAt:
+    """Coefficients at a temperature, by the laws of a calibration, with their covariance.
 
     Parameters
     ----------
@@ -41,10 +84,11 @@ def coefficients_at(
 
     Returns
     -------
-    dict of str to Quantity
-        ``"k0"`` [g], ``"K1"`` [output unit / g] and ``"delta"`` [rad], of the mounting of the laws;
-        without a value where the calibration does not determine it, and without an uncertainty
-        outside the only level of a run, or of a calibration without laws.
+    CoefficientsAt
+        ``"k0"`` [g], ``"K1"`` [output unit / g], ``"k2"`` [g/g^2], ``"k3"`` [g/g^3], ``"delta"``
+        [rad] and ``"delta_ip"`` [g/g^2], of the mounting of the laws; without a value where the
+        calibration does not determine it, and without an uncertainty outside the only level of a
+        run, or of a calibration without laws. `covariance` has the covariance of them.
 
     Raises
     ------
@@ -59,9 +103,11 @@ def coefficients_at(
 
     Notes
     -----
-    With J the derivatives by the values at T0 and by the slopes of the side of the temperature, and
-    C their covariance, the standard uncertainty is sqrt(J C J'). It is that of the laws: the shift
-    to the next launch and the hysteresis, which `accelcal.apply` counts, are not in it.
+    Bias, scale factor and misalignment follow the laws of (4); k2, k3 and delta_ip have none, they
+    are those of the table nearest to T0. With J the derivatives by the values at T0 and by the
+    slopes of the side of the temperature, and C their covariance, the covariance is J C J'. It is
+    that of the laws: the shift to the next launch and the hysteresis, which `accelcal.apply`
+    counts, are not in it.
 
     Examples
     --------
@@ -82,28 +128,46 @@ def coefficients_at(
             raise InputError(f"{problem}; {CALIBRATE_THERE}")
         warnings.warn(problem, AccelcalWarning, stacklevel=2)
     rise = 0.0 if found.T0 is None else temperature - found.T0
-    units = {"k0": "g", "K1": calibration.tables[0].coefficients["K1"].unit, "delta": "rad"}
-    values = {name: _at(found, name, rise, unit) for name, unit in units.items()}
     by_laws = calibration.temperature_model is not None and run is None
-    if not by_laws and not found.within_temperatures(temperature):
-        return {name: Quantity(known.value, None, known.unit) for name, known in values.items()}
-    return values
+    known = by_laws or bool(found.within_temperatures(temperature))
+    units = {**ERROR_UNITS, "K1": calibration.tables[0].coefficients["K1"].unit}
+    parts = {name: _at(found, name, rise) for name in PARAMETERS}
+    told = {name: _quantity(found, *parts[name], units[name], known) for name in PARAMETERS}
+    names = tuple(name for name in PARAMETERS if told[name].standard_uncertainty is not None)
+    jacobian = np.array([parts[name][1] for name in names]).reshape(
+        -1, len(PARAMETERS) + len(SLOPES)
+    )
+    covariance = np.nan_to_num(np.array(found.covariance))  # NaN is in nothing that has a name
+    return CoefficientsAt(told, names, rows_of(jacobian @ covariance @ jacobian.T))
 
 
-def _at(found: Compensation, name: str, rise: float, unit: str) -> Quantity:
-    """One of them, from its law and the covariance of what the law is made of."""
-    if {"delta": found.cross.delta_symbol}.get(name, name) in found.undetermined:
-        return Quantity(None, None, unit)
-    law = {"k0": found.k0, "K1": found.K1, "delta": found.cross.delta}[name]
+def _at(found: Compensation, name: str, rise: float) -> tuple[float | None, Array]:
+    """Value of one of them, and its derivatives by what the covariance is of."""
+    names = (*PARAMETERS, *SLOPES)
+    jacobian = np.zeros(len(names))
+    jacobian[names.index(name)] = 1.0
+    cross = found.cross
+    special = {"delta": cross.delta_symbol, "delta_ip": cross.coupling_symbol}
+    if special.get(name, name) in found.undetermined:
+        return None, jacobian
+    if name not in LAWS:
+        return {"k2": found.k2, "k3": found.k3, "delta_ip": cross.delta_ip}[name], jacobian
+    law = {"k0": found.k0, "K1": found.K1, "delta": cross.delta}[name]
     change = float(law.change(np.asarray(rise)))
     value = law.at_T0 * (1.0 + change) if name == "K1" else law.at_T0 + change
     scale = law.at_T0 if name == "K1" else 1.0  # the errors of K1 and its slopes are relative
-    at_T0 = value if name == "K1" else 1.0
-    names = (*PARAMETERS, *SLOPES)
-    jacobian = np.zeros(len(names))
-    jacobian[names.index(name)] = at_T0
+    jacobian[names.index(name)] = value if name == "K1" else 1.0
     jacobian[names.index(f"{name}_slope_above")] = scale * max(rise, 0.0)
     jacobian[names.index(f"{name}_slope_below")] = scale * min(rise, 0.0)
+    return value, jacobian
+
+
+def _quantity(
+    found: Compensation, value: float | None, jacobian: Array, unit: str, known: bool
+) -> Quantity:
+    """One of them with its uncertainty, by the covariance of what the law is made of."""
+    if value is None or not known:
+        return Quantity(value, None, unit)
     told = interval_of_parts([propagated(found.covariance, found.freedom, list(jacobian))])
     standard, expanded, dof = (float(each) for each in (told.standard, told.expanded, told.dof))
     if math.isnan(standard):
