@@ -49,6 +49,8 @@ def rows_of(name):
 
 
 ROWS = rows_of("al15.csv")
+AGAIN = [*ROWS[:10], [*ROWS[10][:3], 1.5, *ROWS[10][4:]], *ROWS[11:]]
+BARE = [*ROWS[:9], *(row[1:] for row in ROWS[9:])]
 NOTES = [["tested by N. N."], ["sensor", "AL-15"]]
 
 
@@ -105,6 +107,45 @@ def test_sheets_are_accelerometers_each_of_its_own(text, tmp_path):
     assert all(same_readings(record, text) for record in found)
 
 
+LEVELS = {"20 degC": (10, 64), "T=80 \u00b0C": (64, 118), "-40 degC again": (118, 172)}
+
+
+@pytest.mark.parametrize("told", ["column", "header line", "name of the sheet"])
+@pytest.mark.parametrize("header", ["all", "first"])
+def test_sheets_of_one_unit_are_parts_of_one_table(text, told, header, tmp_path):
+    sheets = {}
+    for number, (name, (start, end)) in enumerate(LEVELS.items()):
+        above = ROWS[:9] if header == "all" or not number else []
+        rows = [row[told != "column" :] for row in [ROWS[9], *ROWS[start:end]]]
+        level = [[f"# temperature: {ROWS[start][0]:g} \u00b0C"]] if told == "header line" else []
+        sheets[name if told == "name of the sheet" else f"Sheet{number}"] = above + level + rows
+    path = book_of(tmp_path / "a.xlsx", {"cover": NOTES, **sheets})
+    found = accelcal.read_table(path)
+    assert found == text
+    assert found.source == str(path)
+    names = ", ".join(map(repr, sheets))
+    assert f"the sheets {names} are read as one table" in found.notes
+    note = "temperature -40 degC is told by the name of the sheet '-40 degC again'"
+    assert (note in found.notes) == (told == "name of the sheet")
+
+
+def test_sheets_with_several_units_each_and_with_runs(text, tmp_path):
+    sheets = {}
+    for number, run in enumerate(["warm", "cold"]):
+        rows = [["serial", *ROWS[9][:4]]]
+        for serial in ("A1", "A2"):
+            rows += [[serial, *row[:3], row[3] + 1e-6 * number] for row in ROWS[10:64]]
+        sheets[run] = [[f"# run: {run}"], ["# unit: mA"], [f"# operator: {number}"], *rows]
+    found = accelcal.read_tables(book_of(tmp_path / "a.xlsx", sheets))
+    assert [record.serial for record in found] == ["A1", "A2"]
+    for record in found:
+        assert record.run_labels == ("warm", "cold")
+        assert record.metadata["operator"] == "0; 1"
+        first = record.output[record.run == 0]
+        assert first.tolist() == text.output[text.run == 0].tolist()
+        assert record.output[record.run == 1] == pytest.approx(first + 1e-6, rel=1e-14)
+
+
 def test_what_takes_one_table_asks_for_its_sheet(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     book_of("a.xlsx", {"1st": ROWS, "2nd": ROWS})
@@ -139,10 +180,16 @@ def test_a_file_whose_name_looks_like_that_of_a_sheet_is_a_file(text, tmp_path):
     ("sheets", "named", "told"),
     [
         (
-            {"20": ROWS, "60": ROWS},
+            {"20": ROWS, "20 b": AGAIN},
             "",
-            "a.xlsx#60: serial 'AL-15' again, as in a.xlsx#20; name one of the sheets, as here, or"
-            " write all rows in one",
+            "a.xlsx: the sheets '20', '20 b' are not one table: position 1, stroke 1 at 20 degC has"
+            " output 1.5, but 1.354758 in line 11; tell them apart by lines '# run: ...' or"
+            " '# serial: ...', or name one, as a.xlsx#20",
+        ),
+        (
+            {"20": ROWS, "20 b": [["# T0: 25"], *ROWS[9:]]},
+            "",
+            "a.xlsx#20 b:1: reference_temperature is '25', but '20.0' in a.xlsx#20; declare",
         ),
         (
             {"A": NOTES, "B": NOTES},
@@ -150,14 +197,19 @@ def test_a_file_whose_name_looks_like_that_of_a_sheet_is_a_file(text, tmp_path):
             "a.xlsx: no table in the sheets 'A', 'B'; name one, as a.xlsx#A",
         ),
         (
-            {"A": ROWS[1:], "B": ROWS[1:]},
+            {"A": ROWS[1:], "B": AGAIN[1:]},
             "",
-            "a.xlsx#A: no serial, and other sheets have tables as well; name one",
+            "a.xlsx: the sheets 'A', 'B' are not one table: position 1, stroke 1 at 20 degC has",
+        ),
+        (
+            {"20": BARE, "60": BARE},
+            "",
+            "a.xlsx#20:10: no column for temperature among 'position, stroke, output, run, mou",
         ),
         (
             {"A": ROWS, "B": rows_of("forms/wide.csv")},
             "",
-            "a.xlsx#B: its columns are not those of a.xlsx#A; name one",
+            "a.xlsx#B:5: its columns are not those of a.xlsx#A; name one",
         ),
         ({"A": ROWS}, "#B", "a.xlsx: no sheet 'B'; name one of 'A'"),
         ({"A": []}, "", "a.xlsx: the file is empty"),
@@ -237,6 +289,13 @@ def test_durations_of_a_day_are_clock_times(heading, tmp_path):
     assert found.time.tolist() == [one.total_seconds() for one in passed]
 
 
+def test_the_index_that_pandas_writes_is_a_column_without_heading(text, tmp_path):
+    text.to_frame()[["temperature", "position", "stroke", "output"]].to_excel(tmp_path / "a.xlsx")
+    found = accelcal.read_table(tmp_path / "a.xlsx")
+    assert found.output.tolist() == text.output.tolist()
+    assert "column 1 without heading is not known and was set aside" in found.notes
+
+
 @pytest.mark.parametrize("columns", ["BC", "A"])
 def test_a_row_of_units_has_headings_merged_over_it(columns, tmp_path):
     degrees = None if "A" in columns else "degC"
@@ -301,14 +360,14 @@ def test_batch_takes_workbooks_of_a_folder_as_fit_does(tmp_path, monkeypatch):
     Path("lab").mkdir()
     book_of("lab/1.xlsx", {"Test": ROWS, "Notes": NOTES})
     Path("lab/2.csv").write_bytes((EXAMPLES / "al15.csv").read_bytes())
-    book_of("lab/3.xlsx", {"20": ROWS, "60": ROWS})
+    book_of("lab/3.xlsx", {"20": ROWS, "20 b": AGAIN})
     Path("lab/~$1.xlsx").write_bytes(b"open by N. N.")
     found = accelcal.batch("lab")
     tables = found.tables.drop(columns=["source", "sha256", "notes"])
     one, two = (tables[found.tables["source"] == f"lab/{name}"] for name in ("1.xlsx", "2.csv"))
     pd.testing.assert_frame_equal(one, two.set_axis(one.index), rtol=1e-12)
     assert found.errors["source"].tolist() == ["lab/3.xlsx"]
-    assert found.errors["message"][0].startswith("lab/3.xlsx#60: serial 'AL-15' again,")
+    assert found.errors["message"][0].startswith("lab/3.xlsx: the sheets '20', '20 b' are not")
 
 
 def test_batch_takes_a_sheet_by_its_name(tmp_path, monkeypatch):

@@ -228,7 +228,7 @@ def _known(cells: Sequence[Heading]) -> int:
 
 
 def _split_headings(line: str, separator: str | None) -> list[str]:
-    cells = split_line(line.strip(), separator)
+    cells = split_line(line.strip(" "), separator)  # a tab may stand before the first heading
     while cells and not cells[-1]:
         cells.pop()
     return cells

@@ -32,6 +32,7 @@ from accelcal.io.readings import (
 )
 from accelcal.io.repeats import without_repeats
 from accelcal.io.runs import runs_of
+from accelcal.io.sheets import one_table, require_same_columns, with_temperature_of_sheet
 from accelcal.io.text import Source, SourceText, read_texts
 from accelcal.io.wording import listed, shown, were
 from accelcal.logs import tell
@@ -173,27 +174,30 @@ def survey(source: Source, *, overrides: Mapping[str, object] | None = None) -> 
         If the table is unusable.
     """
     given = declared_by_caller(overrides)
-    found = [survey_text(text, given) for text in read_texts(source)]
-    if len(found) > 1:
-        _require_units_of_one_form(found)
-    return found[0][0], tuple(record for _, records in found for record in records)
+    first, *others = read_texts(source)
+    return _survey_sheets((first, *others), given) if others else survey_text(first, given)
 
 
-def _require_units_of_one_form(found: Sequence[Survey]) -> None:
-    """Refuse sheets that are no accelerometers, each of its own, written in one way."""
-    seen: dict[str | None, str] = {None: ""}
-    for form, records in found:
-        for record in records:
-            remedy = "name one of the sheets, as here, or write all rows in one"
-            if form != found[0][0]:
-                problem = f"its columns are not those of {found[0][1][0].source}"
-                raise TableError(problem, remedy, source=record.source)
-            if record.serial in seen:
-                problem = "no serial, and other sheets have tables as well"
-                if record.serial is not None:
-                    problem = f"serial {shown(record.serial)} again, as in {seen[record.serial]}"
-                raise TableError(problem, remedy, source=record.source)
-            seen[record.serial] = record.source
+def _survey_sheets(sheets: Sequence[SourceText], overrides: Mapping[str, object]) -> Survey:
+    """Read sheets: accelerometers, each of its own, or parts of one table."""
+    found = [survey_text(sheet, overrides) for sheet in sheets]
+    layouts = [_layout(sheet) for sheet in sheets]
+    require_same_columns(layouts)
+    records = tuple(record for _, records in found for record in records)
+    if len({record.serial for record in records} - {None}) == len(records):
+        return found[0][0], records
+    name = sheets[0].name.removesuffix(f"#{sheets[0].sheet}")
+    names = ", ".join(shown(sheet.sheet) for sheet in sheets)
+    table = one_table(layouts, name)
+    notes = dict.fromkeys(note for sheet in sheets for note in sheet.notes)
+    text = sheets[0]._replace(notes=(f"the sheets {names} are read as one table", *notes))
+    try:
+        return found[0][0], _survey(text, table, overrides)[1]
+    except TableError as error:
+        problem = f"the sheets {names} are not one table: {error.problem}"
+        remedy = "tell them apart by lines '# run: ...' or '# serial: ...', or name one, as"
+        remedy = f"{remedy} {sheets[0].name}"
+        raise TableError(problem, remedy, source=name) from None
 
 
 def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
@@ -216,7 +220,14 @@ def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
     TableError
         If the table is unusable.
     """
-    layout = with_units_below(read_layout(text))
+    return _survey(text, _layout(text), overrides)
+
+
+def _layout(text: SourceText) -> Layout:
+    return with_temperature_of_sheet(with_units_below(read_layout(text)), text.sheet)
+
+
+def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> Survey:
     found = None
     if is_bulk(layout):
         with suppress(BulkEngineGivesUp, TableError):  # the light engine has the last word

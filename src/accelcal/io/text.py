@@ -62,6 +62,8 @@ class SourceText(NamedTuple):
         Lines of the file that are left out below the headings, where this is a part of it.
     notes : tuple of str
         What is to be told of how it was read.
+    sheet : str
+        Name of the sheet of a workbook; empty where it is none.
     """
 
     name: str
@@ -71,6 +73,7 @@ class SourceText(NamedTuple):
     sha256: str | None = None
     skipped: int = 0
     notes: tuple[str, ...] = ()
+    sheet: str = ""
 
 
 def read_text(source: Source, what: str = "table") -> SourceText:

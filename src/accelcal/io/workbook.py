@@ -170,7 +170,7 @@ def _sheet(book: CalamineWorkbook, sheet: str, name: str) -> SourceText:
     first = 0 if read.start is None else read.start[1]
     text = "".join("\t".join(map(_cell, row[first:])) + "\n" for row in rows)
     note = f"cells merged over several rows count in each of them, from {listed(sorted(merged))} on"
-    return SourceText(name, text, "workbook", notes=(note,) if merged else ())
+    return SourceText(name, text, "workbook", notes=(note,) if merged else (), sheet=sheet)
 
 
 def _cell(value: Any) -> str:

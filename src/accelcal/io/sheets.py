@@ -1,0 +1,141 @@
+"""Sheets of a workbook as parts of one table: their rows below each other."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from accelcal.errors import TableError
+from accelcal.io.columns import CONSTANTS
+from accelcal.io.layout import Declared, Layout
+from accelcal.io.vocabulary import KEYS, read_heading
+from accelcal.io.wording import shown
+
+_NUMBER = r"([+\-\u2212]?\d+(?:[.,]\d+)?)"
+_TEMPERATURE = re.compile(rf"(?:^|[\s_=(]){_NUMBER}[\s_]*(?:°[\s_]?C|℃|deg[\s_]?C)(?!\w)", re.I)
+_RANGE = re.compile(r"(?:-|\u2013|\bto|\bbis|\.)[\s_]*$", re.I)
+
+
+def with_temperature_of_sheet(layout: Layout, sheet: str) -> Layout:
+    """Take the temperature from the name of a sheet whose rows do not tell it.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table of the sheet.
+    sheet : str
+        Its name, empty where it is no sheet.
+
+    Returns
+    -------
+    Layout
+        The table, with a header line and a note where the name tells one temperature with its unit.
+
+    Examples
+    --------
+    >>> [_temperature(name) for name in ("60 °C", "T=-40,5 degC again", "20 - 60 °C", "60", "2 C")]
+    ['60', '-40.5', None, None, None]
+    """
+    told = _temperature(sheet)
+    roles = {heading.role for heading in layout.headings}
+    if told is None or "temperature" in roles or "temperature" in layout.declared:
+        return layout
+    here = Declared(told, layout.headings_line, layout.source)
+    note = f"temperature {told} degC is told by the name of the sheet {shown(sheet)}"
+    declared = {**layout.declared, "temperature": here}
+    return layout._replace(declared=declared, notes=(*layout.notes, note))
+
+
+def _temperature(sheet: str) -> str | None:
+    """Number of degC in the name of a sheet, if it tells one and no range."""
+    found = list(_TEMPERATURE.finditer(sheet))
+    if len(found) != 1 or _RANGE.search(sheet[: found[0].start(1)]):
+        return None
+    return found[0][1].replace(",", ".").replace("\u2212", "-")
+
+
+def require_same_columns(sheets: Sequence[Layout]) -> None:
+    """Refuse sheets whose headings differ.
+
+    Parameters
+    ----------
+    sheets : sequence of Layout
+        Tables of one workbook.
+
+    Raises
+    ------
+    TableError
+        If they do.
+    """
+    first, *others = sheets
+    for sheet in others:
+        if (sheet.headings, sheet.separator) != (first.headings, first.separator):
+            problem = f"its columns are not those of {first.source}"
+            remedy = "name one of the sheets, as here, or give all the same columns in one order"
+            raise TableError(problem, remedy, source=sheet.source, line=sheet.headings_line)
+
+
+def one_table(sheets: Sequence[Layout], source: str) -> Layout:
+    """Put the rows of sheets below each other.
+
+    Parameters
+    ----------
+    sheets : sequence of Layout
+        Tables with the same columns.
+    source : str
+        Name of the workbook.
+
+    Returns
+    -------
+    Layout
+        One table. Its first columns hold what header lines tell of the rows of their sheet alone;
+        those of the test count for all sheets, wherever they stand. Lines are those of the sheets.
+
+    Raises
+    ------
+    TableError
+        If header lines of the test differ.
+    """
+    first = sheets[0]
+    of_rows = _of_rows(sheets)
+    return first._replace(
+        source=source,
+        declared=_of_the_test(sheets, of_rows),
+        headings=(*map(read_heading, of_rows), *first.headings),
+        rows=[row for sheet in sheets for row in _rows(sheet, of_rows)],
+        lines=[line for sheet in sheets for line in sheet.lines],
+        notes=tuple(dict.fromkeys(note for sheet in sheets for note in sheet.notes)),
+    )
+
+
+def _of_rows(sheets: Sequence[Layout]) -> list[str]:
+    """Keys of the header lines that hold for the rows of their sheet."""
+    roles = {heading.role for heading in sheets[0].headings}
+    keys = []
+    for key in (*CONSTANTS, "serial", "date"):
+        values = {sheet.declared[key].value for sheet in sheets if key in sheet.declared}
+        if values and key not in roles and (key in CONSTANTS or len(values) > 1):
+            keys.append(key)
+    return keys
+
+
+def _rows(sheet: Layout, keys: Sequence[str]) -> Iterator[str]:
+    mark = sheet.separator or " "
+    values = [sheet.declared[key].value if key in sheet.declared else "" for key in keys]
+    before = "".join('"' + value.replace('"', '""') + '"' + mark for value in values)
+    return (before + row for row in sheet.rows)
+
+
+def _of_the_test(sheets: Sequence[Layout], of_rows: Sequence[str]) -> dict[str, Declared]:
+    """The other header lines; words without a meaning may differ."""
+    told: dict[str, Declared] = {}
+    for sheet in sheets:
+        for key, new in sheet.declared.items():
+            old = told.setdefault(key, new)
+            if key in of_rows or old.value == new.value:
+                continue
+            if key in KEYS and key not in CONSTANTS:
+                problem = f"{key} is {shown(new.value)}, but {shown(old.value)} in {old.source}"
+                raise new.refuse(problem, "declare it alike in all sheets")
+            told[key] = old._replace(value=f"{old.value}; {new.value}")
+    return {key: value for key, value in told.items() if key not in of_rows}
