@@ -26,7 +26,8 @@ from accelcal.discovery.prospects.aliases import Aliases, aliases
 from accelcal.discovery.prospects.audit import absorbed_by, designed
 from accelcal.discovery.spans import orthonormal
 from accelcal.effects.catalogue import catalogue
-from accelcal.effects.effect import Effect, Parameter
+from accelcal.effects.effect import Effect
+from accelcal.effects.parameter import Parameter
 from accelcal.plot.style import palette, picture
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 

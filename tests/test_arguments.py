@@ -205,6 +205,16 @@ def test_a_seed_of_a_frame_is_that_of_the_whole_number():
     assert found[0] == found[1]
 
 
+def test_a_number_of_a_frame_counts_threads_processes_and_effects():
+    outputs, angles = np.tile(RECORD.output[:9], (20_000, 1)), RECORD.angle[:9]
+    alone = accelcal.estimate_tables(outputs, angles)
+    assert accelcal.estimate_tables(outputs, angles, threads=2.0) == alone
+    assert accelcal.batch([PATH], jobs=2.0) == accelcal.batch([PATH])
+    hidden = accelcal.simulate(effects=[accelcal.effect("hysteresis").of(2e-5)], seed=3)
+    found = [accelcal.discover(hidden, max_effects=most) for most in (2, 2.0)]
+    assert found[0] == found[1]
+
+
 # -- plans -----------------------------------------------------------------------------------------
 
 

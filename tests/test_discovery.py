@@ -15,7 +15,8 @@ from accelcal.discovery.factors import blocks
 from accelcal.discovery.family import agrees, family_of, judge, with_rates
 from accelcal.discovery.spans import orthonormal
 from accelcal.effects.catalogue import effect
-from accelcal.effects.effect import Effect, Parameter
+from accelcal.effects.effect import Effect
+from accelcal.effects.parameter import Parameter
 from accelcal.results.discovery import Discovery
 from accelcal.simulation import BilinearLaw, NoiseComponents, TumblePlan
 

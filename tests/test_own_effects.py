@@ -112,7 +112,7 @@ def test_a_registered_effect_is_simulated_and_found():
     [
         ({"id": "warm-up"}, "id 'warm-up' is in the catalogue already; choose another"),
         ({"id": "My effect"}, "id 'My effect' is none; it has small letters"),
-        ({"acts_on": "head"}, "lens: acts_on is 'head'; it is one of angle, temperature"),
+        ({"acts_on": "head"}, "acts_on 'head' is unknown; choose from angle, temperature"),
         ({"parameters": ()}, "lens: parameters are []; there are some"),
         (
             {"parameters": (accelcal.Parameter("w", "g", "w", 1.0),)},
@@ -129,6 +129,13 @@ def test_what_cannot_join_is_refused(changes, message):
         accelcal.register(own(id="first"), own(term=lambda c, **_: c.input, **changes))
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("acts_on", ["Output", None, ["output"]])
+def test_what_an_effect_acts_on_is_checked_without_the_catalogue(acts_on):
+    """Nothing would be simulated of an effect on something unknown, and no word said."""
+    with pytest.raises(InputError, match=r"^acts_on .* is unknown; choose from angle, temp"):
+        own(acts_on=acts_on)
 
 
 def test_an_id_is_registered_once():

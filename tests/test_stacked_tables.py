@@ -310,7 +310,7 @@ def test_robust_needs_three_strokes():
 
 
 def test_frame():
-    frame = accelcal.estimate_tables(readings(4), ANGLES).frame()
+    frame = accelcal.estimate_tables(readings(4), ANGLES).to_frame()
     assert list(frame.columns[[0, 6, 12, 13]]) == ["K0", "u(K0)", "residual_rms", "dof"]
     assert frame.index.tolist() == [0, 1, 2, 3]
 
@@ -318,6 +318,6 @@ def test_frame():
 def test_a_frame_may_have_the_index_of_its_outputs():
     outputs = pd.DataFrame(readings(2), index=["b", "a"])
     found = accelcal.estimate_tables(outputs, ANGLES)
-    frame = found.frame(outputs.index)
+    frame = found.to_frame(outputs.index)
     assert frame.index.tolist() == ["b", "a"]
     assert frame.loc["a", "K1"] == found.coefficients[1, found.names.index("K1")]

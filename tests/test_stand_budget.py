@@ -114,6 +114,21 @@ def test_a_size_that_means_nothing_is_refused(arguments, told):
         distribution(**arguments)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("uniform", 1.0), "distribution 'uniform' is unknown; choose from normal"),
+        (("normal", -1.0), "standard is -1.0"),
+        (("normal", math.nan), "standard is nan"),
+        (("normal", 1.0, 2.0), "has no variance"),
+        (("normal", 1.0, np.array([5.0, 6.0])), "dof is ndarray; it is a finite number"),
+    ],
+)
+def test_a_distribution_that_is_none_is_refused(arguments, told):
+    with pytest.raises(InputError, match=told):
+        Distribution(*arguments)
+
+
 # -- by hand ---------------------------------------------------------------------------------------
 
 
@@ -609,7 +624,7 @@ def test_what_is_no_test_is_refused():
         (lambda: one("backlash", varies=("cycle",)), "varies by 'cycle'"),
         (lambda: one("local-gravity", varies=("run",)), "does not vary"),
         (lambda: one("head-position", u=0.2), "below 0.1 rad, so check the unit"),
-        (lambda: one("voltmeter-offset", u=math.inf), "below 1000 V"),
+        (lambda: one("voltmeter-offset", u=1e4), "below 1000 V"),
         (lambda: one("head-harmonic", order=0), "order is 0"),
         (lambda: Stand("none", ()), "no components"),
         (lambda: Stand("two", (one("backlash"), one("backlash"))), "is there twice"),

@@ -8,7 +8,8 @@ import pytest
 import accelcal
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.inversion import invert, invert_with
-from accelcal.effects.effect import Effect, Parameter
+from accelcal.effects.effect import Effect
+from accelcal.effects.parameter import Parameter
 from accelcal.error_budget.budget import budget
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.export.content import export_content

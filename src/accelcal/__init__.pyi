@@ -23,7 +23,7 @@ from .effects.catalogue import register as register
 from .effects.catalogue import unregister as unregister
 from .effects.effect import Disturbance as Disturbance
 from .effects.effect import Effect as Effect
-from .effects.effect import Parameter as Parameter
+from .effects.parameter import Parameter as Parameter
 from .error_budget.budget import budget as budget
 from .error_budget.random_part import RandomPart as RandomPart
 from .error_budget.random_part import random_part as random_part

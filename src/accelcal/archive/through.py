@@ -190,7 +190,7 @@ def _work(
                 yield block
 
     left = unfinished()
-    most = jobs or processors()
+    most = int(jobs or processors())
     first = list(islice(left, most))
     tally.tell()
     if first:

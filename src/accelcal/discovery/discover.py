@@ -141,7 +141,7 @@ def discover(
         delta0=fixture_angle(record, delta0),
         effects=searched_among(effects),
         alpha=alpha,
-        most=max_effects,
+        most=int(max_effects),
         seed=int(seed),
         empirical=empirical,
     )

@@ -10,7 +10,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
-from accelcal.effects.effect import Disturbance, Effect, Parameter
+from accelcal.effects.effect import Disturbance, Effect
+from accelcal.effects.parameter import Parameter
 
 
 class Instance(NamedTuple):

@@ -13,7 +13,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, column_of, own_columns
 from accelcal.discovery.spans import lengths
 from accelcal.effects.conditions import Conditions
-from accelcal.effects.effect import Parameter
+from accelcal.effects.parameter import Parameter
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity

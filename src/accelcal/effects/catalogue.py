@@ -6,11 +6,10 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Lock
-from typing import get_args
 
 from accelcal.arguments.kinds import expect, kind_of
 from accelcal.effects import readings, shape, stand, temperature, time
-from accelcal.effects.effect import ActsOn, Effect
+from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 
 __all__ = [
@@ -219,9 +218,6 @@ def refuse(entry: Effect) -> None:
         mine = "choose another, or unregister the first"
         rule = "choose another" if is_built_in(_BY_ID[entry.id]) else mine
         raise InputError(f"id {entry.id!r} is in the catalogue already; {rule}")
-    if entry.acts_on not in get_args(ActsOn):
-        known = ", ".join(get_args(ActsOn))
-        raise InputError(f"{entry.id}: acts_on is {entry.acts_on!r}; it is one of {known}")
     if entry.static and entry.acts_on != "output":
         raise InputError(f"{entry.id}: static, and acts on the {entry.acts_on}; leave static out")
     _refuse_parameters(entry)

@@ -1,104 +1,33 @@
-"""What an entry of the catalogue is: an effect, its parameters, and an effect of a given size."""
+"""What an entry of the catalogue is: an effect, and an effect of a given size."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from inspect import signature
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from accelcal.arguments.kinds import each_of, expect
-from accelcal.arguments.numbers import check_number
-from accelcal.arguments.options import check_flag, check_function, check_written, mapping_of
+from accelcal.arguments.options import (
+    check_choice,
+    check_flag,
+    check_function,
+    check_written,
+    mapping_of,
+)
 from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
+from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.results.mapping import FrozenMapping
 
-__all__ = ["ActsOn", "Disturbance", "Effect", "Parameter"]
+__all__ = ["ActsOn", "Disturbance", "Effect"]
 
 ActsOn = Literal["angle", "temperature", "output", "readings"]
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """A parameter of an effect.
-
-    Attributes
-    ----------
-    name, unit, meaning : str
-        Its name, its unit ("1" for a ratio or a number), and what it is.
-    default : float or None
-        Value where none is given; None where one must be.
-    minimum : float
-        Smallest value allowed.
-    linear : bool
-        True for an amplitude: the change of the readings is proportional to it.
-    small : float
-        Size at which the column of an amplitude is taken. Below 1 only where the term is
-        proportional to the amplitude as long as that is small.
-    search : callable or None
-        For a parameter that enters nonlinearly: `Conditions` -> the values to try, rising.
-    discrete : bool
-        True where nothing lies between the values of `search`.
-
-    Examples
-    --------
-    >>> import accelcal
-    >>> accelcal.Parameter("tau", "s", "time constant", 600.0, minimum=1.0, linear=False).default
-    600.0
-    """
-
-    name: str
-    unit: str
-    meaning: str
-    default: float | None = None
-    minimum: float = -math.inf
-    linear: bool = True
-    small: float = 1.0
-    search: Callable[[Conditions], Array] | None = None
-    discrete: bool = False
-
-    def __post_init__(self) -> None:
-        check_written(name=self.name, unit=self.unit, meaning=self.meaning)
-        check_flag(linear=self.linear, discrete=self.discrete)
-        check_function(search=self.search)
-        if not isinstance(self.minimum, float) or self.minimum != -math.inf:
-            check_number(minimum=self.minimum)
-        check_number(small=self.small)
-        if not self.small > 0.0:
-            raise InputError(f"small is {self.small}; it is above 0 [{self.unit}]")
-        if self.default is not None:
-            check_number(self.minimum, default=self.default)
-
-    def checked(self, value: float) -> float:
-        """Give the value back if it obeys the rules of the parameter.
-
-        Parameters
-        ----------
-        value : float
-            A value of the parameter [its unit].
-
-        Returns
-        -------
-        float
-            The same value.
-
-        Raises
-        ------
-        InputError
-            If it is not finite or below the minimum.
-        """
-        try:
-            check_number(self.minimum, **{self.name: value})
-        except InputError as error:
-            raise InputError(f"{error} [{self.unit}]") from None
-        return float(value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,6 +98,7 @@ class Effect:
         check_written(id=self.id, name=self.name, physics=self.physics, formula=self.formula)
         check_written(signature=self.signature, to_tell_apart=self.to_tell_apart)
         object.__setattr__(self, "parameters", each_of(self.parameters, Parameter))
+        check_choice(get_args(ActsOn), acts_on=self.acts_on)
         check_function(term=self.term, bend=self.bend)
         if self.term is None:
             raise InputError("term is None; give a function of the conditions and the parameters")
@@ -313,7 +243,7 @@ class Effect:
             )
         try:
             return {
-                name: item.checked(given[name]) if name in given else _default(item)
+                name: item.checked(given[name]) if name in given else item.own_default()
                 for name, item in known.items()
             }
         except InputError as error:
@@ -338,12 +268,6 @@ def _check_call(
             f"{effect}: {name}{told} has {error}; it is called as {name}({wanted}), the parameters"
             " by their names"
         ) from None
-
-
-def _default(parameter: Parameter) -> float:
-    if parameter.default is None:
-        raise InputError(f"{parameter.name} is missing; it is needed [{parameter.unit}]")
-    return parameter.default
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,8 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import SAME_ANGLE, Conditions
-from accelcal.effects.effect import Effect, Parameter
+from accelcal.effects.effect import Effect
+from accelcal.effects.parameter import Parameter
 from accelcal.geometry import angular_distance
 
 _ID = "empirical:"

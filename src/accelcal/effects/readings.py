@@ -6,7 +6,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
-from accelcal.effects.effect import Effect, Parameter
+from accelcal.effects.effect import Effect
+from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError
 
 

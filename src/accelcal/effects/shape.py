@@ -6,7 +6,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
-from accelcal.effects.effect import Effect, Parameter
+from accelcal.effects.effect import Effect
+from accelcal.effects.parameter import Parameter
 
 _FINER = "positions 22.5 or 30 deg apart instead of 45 deg (more strokes, if they are so already)"
 _OTHER_MOUNTING = "the other cross axis in the rotation plane"

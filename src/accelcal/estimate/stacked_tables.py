@@ -75,7 +75,7 @@ class TableEstimates(NamedTuple):
     def __ne__(self, other: object) -> bool:
         return not self == other
 
-    def frame(self, index: Any = None) -> pd.DataFrame:
+    def to_frame(self, index: Any = None) -> pd.DataFrame:
         """Return a DataFrame of a row a table: ``K0``, ``u(K0)`` ... ``residual_rms``, ``dof``.
 
         Parameters
@@ -203,7 +203,7 @@ class _Stack(NamedTuple):
         tables, coefficients = len(self.outputs), self.solver.map.shape[0]
         values, errors = np.empty((2, coefficients, tables))
         found = (values.T, errors.T, np.empty(tables), np.empty(tables, dtype=np.int64))
-        threads = min(threads, -(-tables // self.block))
+        threads = min(int(threads), -(-tables // self.block))
         if threads <= 1:
             self._fill(found, 0, tables)
             return found

@@ -38,6 +38,11 @@ class Distribution:
     dof : float
         Degrees of freedom of the standard uncertainty; infinite where it is taken as known.
 
+    Raises
+    ------
+    InputError
+        If the shape is unknown, `standard` is negative or not finite, or `dof` is below 3.
+
     Examples
     --------
     >>> import accelcal
@@ -48,6 +53,11 @@ class Distribution:
     shape: str
     standard: float
     dof: float = math.inf
+
+    def __post_init__(self) -> None:
+        check_choice(SHAPES, distribution=self.shape)
+        check_number(0.0, standard=self.standard)
+        _check_freedom(self.dof)
 
     def draws(self, random: np.random.Generator, shape: tuple[int, int, int]) -> Array:
         """Draw errors: trials, groups, and the components of one error (sine and cosine).
@@ -137,10 +147,7 @@ def distribution(
     check_choice(SHAPES, distribution=shape)
     sizes = {"standard": standard, "half_width": half_width, "factor": factor}
     check_number(0.0, **{name: size for name, size in sizes.items() if size is not None})
-    if dof != math.inf:
-        check_number(dof=dof)
-    if not dof >= _FEWEST:
-        raise InputError(f"dof is {dof}; with fewer than {_FEWEST:g} the error has no variance")
+    _check_freedom(dof)
     if (standard is None) == (half_width is None):
         raise InputError("the size is told twice or not at all; give standard or half_width")
     if shape != "normal" and (coverage is not None or factor is not None or not math.isinf(dof)):
@@ -154,6 +161,13 @@ def distribution(
     assert half_width is not None
     divisor = _DIVISORS.get(shape) or _normal_factor(coverage, factor, dof)
     return Distribution(shape, half_width / divisor, dof)
+
+
+def _check_freedom(dof: float) -> None:
+    if not isinstance(dof, float) or dof != math.inf:
+        check_number(dof=dof)
+    if not dof >= _FEWEST:
+        raise InputError(f"dof is {dof}; with fewer than {_FEWEST:g} the error has no variance")
 
 
 def _refuse_coverage(coverage: float | None, factor: float | None) -> None:

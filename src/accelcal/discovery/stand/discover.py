@@ -136,7 +136,7 @@ def discover_stand(
         delta0=fixture_angle(records[0], delta0),
         effects=searched_among(effects),
         alpha=alpha,
-        most=max_effects,
+        most=int(max_effects),
         seed=int(seed),
     )
     stand = _Stand(on_one_stand(records), question, records[0].apparatus.head_uncertainty)

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple, cast
 
 from accelcal.effects.catalogue import refuse
-from accelcal.effects.effect import ActsOn, Effect, Parameter
+from accelcal.effects.effect import ActsOn, Effect
 from accelcal.effects.formula import STATIC, Formula
+from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.text import Source, SourceText, read_text
 from accelcal.io.toml.keys import toml_document
