@@ -41,6 +41,8 @@ class RunShift(NamedTuple):
     scatter : float or ndarray
         The same as `uncertainty` with all that other errors add to it: for estimates that are
         surer than those of single tables, and would lean on a shift that came out too small.
+    holds_loop : bool
+        Whether a hysteresis of the bias is in it: no repeat on one branch tells the two apart.
     """
 
     uncertainty: Any
@@ -49,6 +51,7 @@ class RunShift(NamedTuple):
     of_run: Array
     dof_of_run: Array
     scatter: Any
+    holds_loop: bool = False
 
     def alike(self) -> RunShift:
         """Return the shift with the same uncertainty in all runs, from all repeats.
@@ -123,7 +126,8 @@ def run_shift(
         share a level, see `same_levels`.
     reached : ndarray, shape (runs,), optional
         See `reached_by`: what goes with it, alike at all levels, is hysteresis and no shift; a
-        run of which nobody knows how its level was reached tells nothing.
+        run of which nobody knows how its level was reached tells nothing. Where no repeat is left
+        for the shift, all of them count for it, whatever they were reached by.
 
     Returns
     -------
@@ -148,14 +152,16 @@ def run_shift(
     pattern = temperature.reshape(-1, runs)[0]
     if all(level.size < 2 for level in same_levels(pattern)):
         return _same_in_all(values, 0.0, "none")
-    values = _without_trend(values, temperature)
+    told = _without_trend(values, temperature)
     sides = np.zeros(runs) if reached is None else reached
     pattern = np.where(np.isnan(sides), np.nan, pattern)
-    whole = _scatter(values, variances, pattern, sides)
+    whole = _scatter(told, variances, pattern, sides)
+    if whole.dof == 0.0 and reached is not None:
+        return run_shift(None, values, variances, levels)._replace(holds_loop=True)
     if whole.dof == 0.0:
         return _same_in_all(values, 0.0, "none")
     without = [np.where(np.arange(runs) == r, np.nan, pattern) for r in range(runs)]
-    others = [_scatter(values, variances, rest, sides) for rest in without]
+    others = [_scatter(told, variances, rest, sides) for rest in without]
     own = [other if other.dof > 0.0 else whole for other in others]
     of_run = np.stack([found.size for found in own], axis=-1)
     dof_of_run = np.array([found.dof for found in own])

@@ -19,6 +19,7 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.temperature.bilinear import LEAST_RISE
 from accelcal.temperature.recorded import RecordedTemperatures
+from accelcal.temperature.weaknesses import OF_LOOP
 
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 _WITHOUT_LAW = ("K2", "K3", "M_ip")
@@ -45,7 +46,8 @@ class LevelStack(NamedTuple):
     order : ndarray of int, shape (n,)
         Order in which the runs were made.
     shift_source : str
-        Where the shift of the bias from launch to launch is from.
+        Where the shift of the bias from launch to launch is from, see
+        `accelcal.temperature.weaknesses.law_sentences`.
     unit : str or None
         Output unit.
     """
@@ -110,7 +112,7 @@ def level_stack(
     LevelStack
         The tables.
     """
-    own = [tables[i] for i in chosen]
+    own, shift = [tables[i] for i in chosen], estimate.bias_shift
     coefficients = [estimate.coefficients[i] for i in chosen]
     return LevelStack(
         temperature=temperatures.levels[:, chosen],
@@ -121,7 +123,7 @@ def level_stack(
         components={**estimate.components, **estimate.alike},
         place=np.array([_places(estimate.names, i) for i in chosen]),
         order=np.argsort([table.run for table in own], kind="stable"),
-        shift_source=estimate.bias_shift.source,
+        shift_source=OF_LOOP if shift.holds_loop else shift.source,
         unit=own[0].record.unit,
     )
 

@@ -20,10 +20,13 @@ _NOT_MEASURED = {
     "below": "no level more than 5 degC below T0: the slopes below are not determined",
 }
 _LAUNCH = "launch_uncertainty not declared:"
+OF_LOOP = "the loop"
+"""Source of a shift from launch to launch that nothing tells from a hysteresis."""
 _CONFOUNDED = {
-    "none": (
+    OF_LOOP: (
         f"{_LAUNCH} h_T is half the difference of launches, and what their biases shift by cannot"
-        " be told from it; U of h_T leaves that out"
+        " be told from it; U counts all of it as such shifts, and is too large where there is a"
+        " hysteresis"
     ),
     "estimated": (
         f"{_LAUNCH} launches and a hysteresis that differs by level cannot be told apart; the shift"
@@ -53,7 +56,8 @@ def law_sentences(
     loop : Hysteresis
         The hysteresis of each.
     shift_source : str
-        Where the shift from launch to launch is from, see `accelcal.estimate.launch.RunShift`.
+        Where the shift from launch to launch is from, see `accelcal.estimate.launch.RunShift`;
+        `OF_LOOP` where nothing tells it from a hysteresis.
     reference : ndarray, shape (R,)
         T0 [degC].
     temperature : ndarray, shape (R, n)
