@@ -85,6 +85,44 @@ def test_names_of_tests_are_apart_and_within_their_panel():
         assert all(ax.bbox.x0 <= box.x0 and box.x1 <= ax.bbox.x1 for box in boxes)
 
 
+@pytest.mark.parametrize(("strokes", "others"), [(range(2, 20), False), (range(2, 30), True)])
+def test_kinds_of_tests_look_different_and_stand_in_the_legend(strokes, others):
+    """Beyond eight kinds colours came again, and the legend told the first of the two."""
+    pytest.importorskip("matplotlib")
+    found = accelcal.design(
+        positions=[8], strokes=strokes, temperatures=[(20.0,)], hours=None, effects=False
+    )
+    panel, *_ = found.plot.hours()
+    (legend,) = panel.figure.legends
+    shown = {
+        text.get_text(): line
+        for text, line in zip(legend.texts, legend.legend_handles, strict=True)
+    }
+    kinds = [f"{count} strokes at 20 degC, o+" for count in strokes]
+    assert [*shown][:-1] == ([*kinds[:24], "other tests"] if others else kinds)
+    looks = [(line.get_marker(), line.get_color()) for line in shown.values()]
+    assert len(set(looks)) == len(looks)
+    points = [line for line in panel.lines if line.get_linestyle() == "None"]
+    told = [(line.get_marker(), line.get_markeredgecolor()) for line in points]
+    assert told == [looks[min(i, 24)] for i in range(len(strokes))]
+
+
+def test_labels_of_many_tests_are_apart():
+    pytest.importorskip("matplotlib")
+    found = accelcal.design(
+        positions=[8, 12, 16, 24, 36],
+        strokes=[2, 4, 6, 8],
+        temperatures=[(20.0, 80.0)],
+        effects=False,
+    )
+    for ax in found.plot.hours():
+        ax.figure.canvas.draw()
+        boxes = [text.get_window_extent() for text in ax.texts]
+        assert len(boxes) > 3
+        pairs = itertools.combinations(boxes, 2)
+        assert not any(one.overlaps(other) for one, other in pairs)
+
+
 def test_options_reach_the_stand_and_the_pace(capsys):
     stand = ["--noise", "1e-5", "--head-uncertainty", "2e-5", "--launch-uncertainty", "0"]
     pace = ["--reading-time", "10", "--turn-time", "20", "--soak-time", "1", "--mount-time", "0"]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from accelcal.arrays import Array
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.plot.ticks import short_log_ticks
@@ -15,6 +16,8 @@ from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.optimal_design import OptimalDesign
 
 __all__ = ["DesignPlot"]
+
+Looks = dict[str, tuple[str, str]]
 
 _MEANINGS = {
     "K0": "bias",
@@ -30,9 +33,12 @@ _MEANINGS = {
 _WIDE = 6.0
 _NARROW = 0.1  # of the values: an axis that spans less would make much of what matters to nobody
 _ACROSS = 3
-_BESIDE = (0.25, 0.06)  # of a panel: points that are nearer have labels on top of each other
+_LETTER = (0.028, 0.055)  # of a panel: width and height of one in a label
+_BESIDE = (0.02, 0.022)  # of a panel: from a point to its label
 _LABELLED = 40  # tests; of more, only those on the front are named
-_KINDS = 8
+_MARKERS = "os^"
+_COLUMNS = 4
+_OTHERS = "other tests"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +65,9 @@ class DesignPlot(Pictures):
         Returns
         -------
         ndarray of Axes
-            A point is a test, its number that of the positions, its colour that of the strokes; the
-            line joins the tests that no quicker one equals.
+            A point is a test, its number that of the positions (where there is room for it), its
+            colour and form tell strokes, levels and mountings; the line joins the tests that no
+            quicker one equals.
 
         Examples
         --------
@@ -73,31 +80,30 @@ class DesignPlot(Pictures):
         """
         comparison = self.found.comparison if isinstance(self.found, OptimalDesign) else self.found
         names = [name for name in _MEANINGS if name in comparison.names()]
-        colours, labels = _colours(comparison), [_number(design) for design in comparison.designs]
+        looks, labels = _looks(comparison), [_number(design) for design in comparison.designs]
         if comparison is not self.found:
             labels[0] = "best"
         if axes is None:
-            axes = _own(len(names), colours, comparison)
+            axes = _own(len(names), looks, comparison)
         panels = canvases(axes, len(names), 1, (0.0, 0.0))
         for ax, name in zip(panels, names, strict=True):
-            _draw(ax, comparison, name, colours, labels)
+            _draw(ax, comparison, name, looks, labels)
         return panels
 
 
-def _own(count: int, colours: dict[str, Any], found: DesignComparison) -> Any:
+def _own(count: int, looks: Looks, found: DesignComparison) -> Any:
     """Make a figure of its own, with a legend below."""
-    axes = own_panels(count, _ACROSS, (4.0, 3.1), around=0.9)
+    handles = _legend(looks, found)
+    axes = own_panels(count, _ACROSS, (4.0, 3.1), around=0.5 + 0.2 * -(-len(handles) // _COLUMNS))
     figure = axes[0].figure
     figure.suptitle(
         "Expected standard uncertainty u by hours of testing; numbers are those of the positions"
     )
-    figure.legend(handles=_legend(colours, found), loc="outside lower center", ncols=4)
+    figure.legend(handles=handles, loc="outside lower center", ncols=_COLUMNS)
     return axes
 
 
-def _draw(
-    ax: Any, found: DesignComparison, name: str, colours: dict[str, Any], labels: list[str]
-) -> None:
+def _draw(ax: Any, found: DesignComparison, name: str, looks: Looks, labels: list[str]) -> None:
     """Fill one panel: a point for each test, and the line of the front."""
     front = found.front(name)
     unit, factor, named = "", 1.0, []
@@ -107,9 +113,9 @@ def _draw(
             continue
         factor, unit = in_small_unit(forecast.unit)
         x, y = design.hours, factor * forecast.standard_uncertainty
-        colour = colours[_kind(design)]
+        marker, colour = looks.get(_kind(design)) or looks[_OTHERS]
         inside = "none" if forecast.stands_for else colour
-        ax.plot(x, y, "o", ms=5.5, mfc=inside, mec=colour, zorder=3)
+        ax.plot(x, y, marker, ms=5.5, mfc=inside, mec=colour, zorder=3)
         if place in front or len(found.designs) <= _LABELLED:
             named.append((labels[place], x, y))
     on_front = [(found.designs[i].hours, found.designs[i].forecast(name)) for i in front]
@@ -123,13 +129,17 @@ def _draw(
 
 
 def _name(ax: Any, named: list[tuple[str, float, float]]) -> None:
-    """Write beside each point what it is: within the panel, and below it where one is above."""
-    free: list[Any] = []
+    """Write beside each point what it is: within the panel, above it or below, if there is room."""
+    taken: list[Array] = []
     for label, x, y in named:
         place = ax.transAxes.inverted().transform(ax.transData.transform((x, y)))
-        below = any((np.abs(place - other) < _BESIDE).all() for other in free)
-        free.append(place)
         left = place[0] > 0.5
+        rooms = {below: _room(label, place, left=left, below=below) for below in (False, True)}
+        free = [below for below, room in rooms.items() if not _overlap(room, taken)]
+        if not free:
+            continue
+        below = free[0]
+        taken.append(rooms[below])
         ax.annotate(
             label,
             (x, y),
@@ -139,6 +149,18 @@ def _name(ax: Any, named: list[tuple[str, float, float]]) -> None:
             textcoords="offset points",
             fontsize=8,
         )
+
+
+def _room(label: str, place: Array, *, left: bool, below: bool) -> Array:
+    """Lower left and upper right corner of a label [of a panel], rows."""
+    size = np.array([_LETTER[0] * len(label), _LETTER[1]])
+    towards = np.array([-1.0 if left else 1.0, -1.0 if below else 1.0])
+    near = place + towards * _BESIDE
+    return np.sort([near, near + towards * size], axis=0)
+
+
+def _overlap(room: Array, taken: list[Array]) -> bool:
+    return any(((room[0] < other[1]) & (other[0] < room[1])).all() for other in taken)
 
 
 def _target(ax: Any, limit: float) -> None:
@@ -179,17 +201,19 @@ def _number(design: TestDesign) -> str:
     return str(design.positions or f"{len(set(design.angles))} angles")
 
 
-def _colours(found: DesignComparison) -> dict[str, Any]:
+def _looks(found: DesignComparison) -> Looks:
+    """Marker and colour of each kind of test; those beyond the last pair look alike."""
     kinds = dict.fromkeys(_kind(design) for design in found.designs)
-    series = palette().series
-    return {kind: series[i % len(series)] for i, kind in enumerate(kinds)}
+    pairs = [(marker, colour) for marker in _MARKERS for colour in palette().series]
+    looks = dict(zip(kinds, pairs, strict=False))
+    return looks if len(looks) == len(kinds) else {**looks, _OTHERS: ("o", palette().muted)}
 
 
-def _legend(colours: dict[str, Any], found: DesignComparison) -> list[Any]:
+def _legend(looks: Looks, found: DesignComparison) -> list[Any]:
     from matplotlib.lines import Line2D
 
-    shown = list(colours.items())[:_KINDS]
-    kinds = [Line2D([], [], marker="o", ls="", color=c, label=kind) for kind, c in shown]
+    shown = looks.items()
+    kinds = [Line2D([], [], marker=m, ls="", color=c, label=kind) for kind, (m, c) in shown]
     muted = palette().muted
     front = Line2D([], [], color=muted, lw=2.0, label="Pareto front: no quicker test is as good")
     if not any(f.stands_for for design in found.designs for f in design.forecasts):
