@@ -24,13 +24,6 @@ _ROW_GROUP = 8_000  # rows that are written together; in parts of 3,000 they tak
 def arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
     """Encode a part of a frame as a stream of Arrow, its labels as dictionaries.
 
-    Parameters
-    ----------
-    columns : mapping of str to Labels or ndarray
-        Cells by column.
-    kinds : mapping of str to FrameColumn
-        The columns in their order.
-
     Returns
     -------
     bytes

@@ -114,13 +114,6 @@ def work(block: Block, settings: Settings, form: str) -> Outcome[bytes]:
 def fit_block(block: Block, settings: Settings) -> Outcome[Columns]:
     """Read and fit a block.
 
-    Parameters
-    ----------
-    block : Block
-        Files to read.
-    settings : Settings
-        How to fit.
-
     Returns
     -------
     Outcome

@@ -55,11 +55,6 @@ class FrameColumn(NamedTuple):
 def gate_column(gate: str) -> str:
     """Name of the column of a gate.
 
-    Parameters
-    ----------
-    gate : str
-        Name of the gate.
-
     Returns
     -------
     str
@@ -205,11 +200,6 @@ Columns = dict[str, Cells]
 
 def no_rows(kinds: Mapping[str, FrameColumn]) -> Columns:
     """Make a frame without rows.
-
-    Parameters
-    ----------
-    kinds : mapping of str to FrameColumn
-        The columns.
 
     Returns
     -------

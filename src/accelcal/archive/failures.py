@@ -43,11 +43,6 @@ def attempt(source: str, function: Callable[..., Result], *arguments: object) ->
 def one_line(error: AccelcalError) -> str:
     """Word an error as the command line does.
 
-    Parameters
-    ----------
-    error : AccelcalError
-        What went wrong.
-
     Returns
     -------
     str
@@ -59,11 +54,6 @@ def one_line(error: AccelcalError) -> str:
 
 def reason(error: Exception) -> str:
     r"""Word an error of somebody else's in one line.
-
-    Parameters
-    ----------
-    error : Exception
-        What went wrong.
 
     Returns
     -------

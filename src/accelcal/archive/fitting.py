@@ -49,13 +49,6 @@ class _Piece(NamedTuple):
 def fit_records(records: Sequence[TumbleRecord], settings: Settings) -> FittedRecords:
     """Fit records, and judge them where there is a data sheet.
 
-    Parameters
-    ----------
-    records : sequence of TumbleRecord
-        The records.
-    settings : Settings
-        How to fit.
-
     Returns
     -------
     FittedRecords

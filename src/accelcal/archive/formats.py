@@ -23,11 +23,6 @@ FORMS = (".csv", ".csv.gz", ".parquet")
 def form_of(path: str) -> str:
     """Form of results by the end of their name.
 
-    Parameters
-    ----------
-    path : str
-        Where the results go.
-
     Returns
     -------
     str

@@ -17,13 +17,6 @@ def work_and_keep(block: Block, journal: Journal) -> None:
 
     So works a process of this machine. Its rows would be long on the way to another process, and
     that one would wait for ever if it were killed meanwhile.
-
-    Parameters
-    ----------
-    block : Block
-        Files to read.
-    journal : Journal
-        Where to keep it.
     """
     journal.keep(block, work(block, journal.settings, journal.form))
 
@@ -100,11 +93,6 @@ class GrowingResults:
 @contextmanager
 def growing_results(journal: Journal) -> Iterator[GrowingResults]:
     """Draft the frames of tables and laws in a journal.
-
-    Parameters
-    ----------
-    journal : Journal
-        The journal.
 
     Yields
     ------

@@ -57,11 +57,6 @@ class Part(NamedTuple):
 def divide(source: SourceFile) -> list[Part]:
     """Divide a large table of many serials.
 
-    Parameters
-    ----------
-    source : SourceFile
-        The file.
-
     Returns
     -------
     list of Part
@@ -79,13 +74,6 @@ def divide(source: SourceFile) -> list[Part]:
 
 def part_content(path: str, part: Part) -> tuple[Content, int]:
     """Read a part, below the headings of its table.
-
-    Parameters
-    ----------
-    path : str
-        The file.
-    part : Part
-        The part.
 
     Returns
     -------

@@ -24,11 +24,6 @@ _BEGINNING = 2**14
 def may_be_replaced(path: str) -> bool:
     """Tell whether a file is empty or a result of a batch, so that no readings are lost with it.
 
-    Parameters
-    ----------
-    path : str
-        Path of the file.
-
     Returns
     -------
     bool
@@ -156,11 +151,6 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
 
 def is_url(path: str) -> bool:
     """Tell whether a path is a URL, as in ``s3://bucket/a.csv``.
-
-    Parameters
-    ----------
-    path : str
-        The path.
 
     Returns
     -------

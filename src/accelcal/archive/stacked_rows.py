@@ -93,11 +93,6 @@ def _warnings(stack: CalibrationStack) -> list[str]:
 def stacked_laws(stack: CalibrationStack) -> tuple[Columns, Places]:
     """Columns of the temperature laws of a stack, record after record.
 
-    Parameters
-    ----------
-    stack : CalibrationStack
-        The calibrations.
-
     Returns
     -------
     columns : mapping of str to Labels or ndarray

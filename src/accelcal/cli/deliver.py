@@ -72,13 +72,7 @@ def deliver_picture(draw: Callable[[], Any], path: str | None) -> None:
 
 
 def remark(text: str) -> None:
-    """Write a line to standard error, whatever names stand in it.
-
-    Parameters
-    ----------
-    text : str
-        The line.
-    """
+    """Write a line to standard error, whatever names stand in it."""
     say(visible(by_options(text)))
 
 
@@ -134,13 +128,7 @@ def standard_output() -> Iterator[TextIO]:
 
 
 def discard(stream: TextIO) -> None:
-    """Let the interpreter flush into nothing what a standard stream does not take.
-
-    Parameters
-    ----------
-    stream : text file
-        The stream.
-    """
+    """Let the interpreter flush into nothing what a standard stream does not take."""
     with suppress(io.UnsupportedOperation):  # it is no file
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 

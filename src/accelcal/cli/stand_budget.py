@@ -99,11 +99,6 @@ stand_options = together(
 def asked_for_stand(context: click.Context) -> bool:
     """Tell whether the budget of a stand is asked for; refuse options that do not go with it.
 
-    Parameters
-    ----------
-    context : click.Context
-        Of the command.
-
     Returns
     -------
     bool

@@ -113,11 +113,6 @@ class Column(NamedTuple):
 def numbers(column: Column) -> Array:
     """Numbers of a column, NaN where a cell is missing.
 
-    Parameters
-    ----------
-    column : Column
-        The column.
-
     Returns
     -------
     ndarray of float, shape (n,)
@@ -138,11 +133,6 @@ def numbers(column: Column) -> Array:
 
 def complete_numbers(column: Column) -> Array:
     """Numbers of a column, of which none is missing.
-
-    Parameters
-    ----------
-    column : Column
-        The column.
 
     Returns
     -------
@@ -188,11 +178,6 @@ def whole_numbers(column: Column, rule: str) -> Ints:
 
 def labels(column: Column) -> tuple[Ints, tuple[str, ...]]:
     """Labels of a column, in order of first appearance.
-
-    Parameters
-    ----------
-    column : Column
-        The column.
 
     Returns
     -------

@@ -261,11 +261,6 @@ _WORDED = (None, "date", "time")  # columns below which any words may stand, suc
 def with_units_below(layout: Layout) -> Layout:
     r"""Take a first row that holds units, and no reading, into the headings.
 
-    Parameters
-    ----------
-    layout : Layout
-        A table.
-
     Returns
     -------
     Layout

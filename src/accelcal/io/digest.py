@@ -17,11 +17,6 @@ def sha256_of(data: bytes) -> str:
 
     ``hashlib`` loads OpenSSL, which is faster, but takes longer to load than a table takes to read.
 
-    Parameters
-    ----------
-    data : bytes
-        The bytes.
-
     Returns
     -------
     str

@@ -18,11 +18,6 @@ from accelcal.io.wording import shown
 def is_parquet(path: str) -> bool:
     """Tell whether a file is a Parquet file, by its name.
 
-    Parameters
-    ----------
-    path : str
-        Path or URL.
-
     Returns
     -------
     bool
@@ -165,11 +160,6 @@ def _text_of(table: Any, quoting: str) -> bytes:
 
 def headings_of(path: str) -> list[str]:
     """Names of the columns of a Parquet file.
-
-    Parameters
-    ----------
-    path : str
-        The file.
 
     Returns
     -------

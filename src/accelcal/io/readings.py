@@ -185,11 +185,6 @@ def notes_of_turn(readings: Readings, positions: int) -> list[str]:
 def notes_of_midnight(readings: Readings) -> list[str]:
     """Say where clock times without a date were taken to be of the next day.
 
-    Parameters
-    ----------
-    readings : Readings
-        The readings.
-
     Returns
     -------
     list of str

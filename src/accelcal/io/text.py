@@ -202,13 +202,6 @@ def unreadable(error: OSError | ValueError, path: str, what: str) -> TableError:
 def named_bytes(content: bytes, name: str) -> BytesIO:
     """Open content in memory like the file that it comes from.
 
-    Parameters
-    ----------
-    content : bytes
-        The content.
-    name : str
-        Name of the file, for messages.
-
     Returns
     -------
     binary file object

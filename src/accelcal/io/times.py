@@ -107,11 +107,6 @@ def in_seconds(column: Column, values: Array) -> Array:
 def has_clock_times(column: Column) -> bool:
     """Tell whether a column of times needs the days of its clock times.
 
-    Parameters
-    ----------
-    column : Column
-        The column.
-
     Returns
     -------
     bool
@@ -122,11 +117,6 @@ def has_clock_times(column: Column) -> bool:
 
 def has_times_of_day(column: Column) -> bool:
     """Tell whether a column of dates tells the times of the readings as well.
-
-    Parameters
-    ----------
-    column : Column
-        The column.
 
     Returns
     -------

@@ -135,11 +135,6 @@ class Heading(NamedTuple):
 def read_heading(text: str) -> Heading:
     """Understand a column heading.
 
-    Parameters
-    ----------
-    text : str
-        The heading as written.
-
     Returns
     -------
     Heading
@@ -223,11 +218,6 @@ def _folded_units(units: Iterable[str]) -> set[str]:
 def canonical_key(text: str) -> str | None:
     """Name of what a header key declares, None for an unknown key.
 
-    Parameters
-    ----------
-    text : str
-        The key as written.
-
     Returns
     -------
     str or None
@@ -243,11 +233,6 @@ def canonical_key(text: str) -> str | None:
 
 def split_unit(key: str) -> tuple[str, str]:
     """Split a header key such as ``T0 [degC]`` into its name and unit.
-
-    Parameters
-    ----------
-    key : str
-        The key as written.
 
     Returns
     -------

@@ -10,11 +10,6 @@ from accelcal.plural import counted
 def shown(text: str) -> str:
     """Quote a piece of a file for a message, cut to 40 characters.
 
-    Parameters
-    ----------
-    text : str
-        The piece.
-
     Returns
     -------
     str
@@ -25,11 +20,6 @@ def shown(text: str) -> str:
 
 def listed(lines: Iterable[int]) -> str:
     """Name lines for a note, at most five of them.
-
-    Parameters
-    ----------
-    lines : iterable of int
-        Line numbers.
 
     Returns
     -------
@@ -49,13 +39,6 @@ def listed(lines: Iterable[int]) -> str:
 def were(lines: Sized, what: str) -> str:
     """Count what stands in some lines, before saying what was done to it.
 
-    Parameters
-    ----------
-    lines : sized
-        A line for each.
-    what : str
-        The name of one.
-
     Returns
     -------
     str
@@ -71,11 +54,6 @@ def were(lines: Sized, what: str) -> str:
 
 def all_outputs(count: int) -> str:
     """Say that all outputs are something.
-
-    Parameters
-    ----------
-    count : int
-        How many there are.
 
     Returns
     -------

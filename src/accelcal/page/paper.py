@@ -30,11 +30,6 @@ def browser() -> str | None:
 def pdf(document: str) -> bytes:
     """Print a page of HTML on A4.
 
-    Parameters
-    ----------
-    document : str
-        The page, whole in itself.
-
     Returns
     -------
     bytes

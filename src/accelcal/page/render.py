@@ -49,11 +49,6 @@ def html(page: Page, *, on_paper: bool = False) -> str:
 def markdown(page: Page) -> str:
     """Write a page as Markdown, with the tables behind the pictures in place of them.
 
-    Parameters
-    ----------
-    page : Page
-        The page.
-
     Returns
     -------
     str

@@ -211,11 +211,6 @@ def _effective(parts: Mapping[str, float], dof: Mapping[str, float | None]) -> f
 def figures(calibration: Calibration) -> dict[Key, Figure]:
     """Everything that a calibration tells, over the scale factor.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        A calibration.
-
     Returns
     -------
     dict
@@ -295,11 +290,6 @@ def _degrees_of_freedom(test: _Test, *, declared: bool) -> dict[str, float | Non
 
 def lost_coefficients(plan: TumblePlan) -> tuple[str, ...]:
     """Say which coefficients a test cannot tell apart, and what the others stand for.
-
-    Parameters
-    ----------
-    plan : TumblePlan
-        The test.
 
     Returns
     -------

@@ -14,11 +14,6 @@ from accelcal.results.table import TableCalibration, known_temperatures
 def refuse_misprinted(calibration: Calibration) -> None:
     """Refuse a calibration by the printed equations, which mix up the coefficients.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-
     Raises
     ------
     InputError
@@ -32,11 +27,6 @@ def refuse_misprinted(calibration: Calibration) -> None:
 
 def refuse_undetermined_laws(calibration: Calibration) -> None:
     """Refuse a calibration of several levels whose laws have no values at T0.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
 
     Raises
     ------
@@ -57,11 +47,6 @@ def refuse_undetermined_laws(calibration: Calibration) -> None:
 
 def refuse_without_uncertainty(calibration: Calibration) -> None:
     """Refuse a calibration that knows the uncertainty of nothing, which is no uncertainty of zero.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
 
     Raises
     ------

@@ -51,11 +51,6 @@ class _Piece(NamedTuple):
 def even_series(launches: Sequence[Launch]) -> EvenSeries:
     """Cut launches into pieces of evenly spaced samples.
 
-    Parameters
-    ----------
-    launches : sequence of Launch
-        The launches.
-
     Returns
     -------
     EvenSeries
@@ -145,11 +140,6 @@ def _evened(launch: Launch, interval: float, longest: float) -> list[_Piece]:
 
 def was_off(launch: Launch) -> str | None:
     """Say that a launch may be several, with the power off between them.
-
-    Parameters
-    ----------
-    launch : Launch
-        The launch.
 
     Returns
     -------

@@ -102,11 +102,6 @@ def monte_carlo(
 def numerical_tolerance(standard: Array) -> Array:
     """Numerical tolerance of standard uncertainties to one significant digit, JCGM 101, 7.9.2.
 
-    Parameters
-    ----------
-    standard : ndarray
-        Standard uncertainties.
-
     Returns
     -------
     ndarray

@@ -40,11 +40,6 @@ class ResultFile(NamedTuple):
     def of_serial(self, serial: str) -> ResultFile:
         """Keep the results of one serial number.
 
-        Parameters
-        ----------
-        serial : str
-            Serial number.
-
         Returns
         -------
         ResultFile

@@ -83,11 +83,6 @@ class Group(NamedTuple):
 def records_of(group: Group) -> list[tuple[TumbleRecord, ...] | None]:
     """Make the records of a group.
 
-    Parameters
-    ----------
-    group : Group
-        Tables with the same columns.
-
     Returns
     -------
     list of tuple of TumbleRecord, or None
