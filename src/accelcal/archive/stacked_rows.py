@@ -154,13 +154,9 @@ def _of_records(stack: CalibrationStack, row: Places, kinds: Mapping[str, FrameC
     }
 
 
-def _first_line(record: TumbleRecord) -> int | None:
-    return None if record.line is None else record.line.item(0)
-
-
 _OF_RECORD: Mapping[str, Callable[[TumbleRecord], Any]] = {
     **{name: attrgetter(name) for name in ("source", "serial", "date", "sha256")},
-    "line": _first_line,
+    "line": lambda record: None if record.line is None else record.line.item(0),
     "notes": lambda record: JOINT.join(record.notes),
 }
 

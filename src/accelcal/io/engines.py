@@ -141,7 +141,10 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
     if len(frame) != len(rows):
         raise BulkEngineGivesUp
     lines = np.array(layout.lines, dtype=np.int64)
-    cells = {i: _cells(frame[i], i in numeric) for i in used}
+    cells = {
+        i: frame[i].to_numpy() if i in numeric else [cell.strip() for cell in frame[i].tolist()]
+        for i in used
+    }
     return {i: _column(layout, i, cells[i], lines, decimal) for i in used}
 
 
@@ -185,10 +188,6 @@ def pandas_options(
         "skip_blank_lines": False,
         **exact_numbers(),
     }
-
-
-def _cells(series: Any, numeric: bool) -> Any:
-    return series.to_numpy() if numeric else [cell.strip() for cell in series.tolist()]
 
 
 def _even_rows(layout: Layout, needed: int) -> list[str]:

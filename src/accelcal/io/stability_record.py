@@ -125,7 +125,8 @@ def read_stability(
     <StabilityRecord <table>: 1 launch, 3 samples>
     """
     text = read_text(source)
-    layout = _with_own_headings(with_units_below(read_layout(text, _REMEDY)))
+    layout = with_units_below(read_layout(text, _REMEDY))
+    layout = layout._replace(headings=tuple(map(_own_heading, layout.headings)))
     given = unit_and_serial(overrides)
     columns = _columns(layout)
     output = numbers(columns["output"])
@@ -154,12 +155,8 @@ def _renamed(launch: Launch, record: StabilityRecord) -> Launch:
     return replace(launch, label=name)
 
 
-def _with_own_headings(layout: Layout) -> Layout:
-    """Give the headings that only a stability record has their meaning."""
-    return layout._replace(headings=tuple(map(_own_heading, layout.headings)))
-
-
 def _own_heading(heading: Heading) -> Heading:
+    """Give a heading that only a stability record has its meaning."""
     if heading.role is not None:
         return heading
     name, unit = split_unit(heading.text)

@@ -23,6 +23,7 @@ _UNITS = {"1": ""}
 def calibration_chapter(calibration: Calibration, name: str) -> Chapter:
     """Make the report of a calibration; `name` sets its pictures apart on a page of several."""
     tone, outcome = _outcome(calibration)
+    date = f"tested {calibration.date}, " if calibration.date else ""
     sections = (
         _warnings(calibration),
         evidence.verdict(calibration),
@@ -39,18 +40,13 @@ def calibration_chapter(calibration: Calibration, name: str) -> Chapter:
     return Chapter(
         sort="Calibration",
         title=str(calibration.serial or PurePath(calibration.source).name),
-        subtitle=_subtitle(calibration),
+        subtitle=f"{date}from {calibration.source}",
         tone=tone,
         outcome=outcome,
         lede=_lede(calibration),
         highlights=list(_highlights(calibration)),
         sections=[section for section in sections if section is not None],
     )
-
-
-def _subtitle(calibration: Calibration) -> str:
-    date = f"tested {calibration.date}, " if calibration.date else ""
-    return f"{date}from {calibration.source}"
 
 
 def _outcome(calibration: Calibration) -> tuple[Tone, str]:

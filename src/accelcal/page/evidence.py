@@ -135,7 +135,8 @@ def _cell(value: float | None) -> str:
 def budget(calibration: Calibration, name: str) -> Section:
     """Tell the sources of error, and the share of each in each coefficient."""
     headings = ("source of error", "standard uncertainty")
-    sources = Table("Sources of error", headings, _sources(calibration))
+    known = [(name, typeset(size)) for name, size in error_rows(calibration)]
+    sources = Table("Sources of error", headings, known or [("none", _NOT_RECORDED)])
     blocks: list[Block] = [sources]
     if any(table.budget for table in calibration.tables):
         caption = "Shares of the variance of each coefficient by source of error."
@@ -144,11 +145,6 @@ def budget(calibration: Calibration, name: str) -> Section:
         blocks = [Gallery([drawn, sources])]
     blocks += [_shares(table) for table in calibration.tables if table.budget]
     return Section("Uncertainty budget", blocks)
-
-
-def _sources(calibration: Calibration) -> list[tuple[str, str]]:
-    rows = [(name, typeset(size)) for name, size in error_rows(calibration)]
-    return rows or [("none", _NOT_RECORDED)]
 
 
 def _shares(table: TableCalibration) -> Table:

@@ -242,15 +242,11 @@ def draw_where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
     for place, share in enumerate(shares):
         chance = p_value(share.p_value)
         ax.text(sizes[place] + 0.015 * most, place, chance, va="center", fontsize=SMALL)
-    ax.set_yticks(range(len(shares)), [_in_words(share.factor) for share in shares])
+    ax.set_yticks(range(len(shares)), [share.factor.replace("*", " × ") for share in shares])
     ax.invert_yaxis()
     ax.set(xlabel="share of the disagreement [%]", xlim=(0.0, 1.25 * most or 1.0))
     ax.set_xticks([tick for tick in ax.get_xticks() if tick <= 100.0])
     return entitled(ax, "Where model and readings disagree")
-
-
-def _in_words(factor: str) -> str:
-    return factor.replace("*", " × ")
 
 
 class _Along(NamedTuple):

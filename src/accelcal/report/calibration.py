@@ -87,7 +87,8 @@ def _table(table: TableCalibration, calibration: Calibration) -> Iterator[str]:
     )
     yield from _coefficients(table)
     yield from scale_factor_elsewhere(table, calibration.g_local_m_s2)
-    yield from _correlations(table)
+    for sentence in strong_correlations(table):
+        yield from hanging(sentence, indent="  ")
     yield from (f"  {line}" for line in residual_lines(table))
     yield from _gates(table.gates)
     yield from _items("note", table.warnings)
@@ -121,11 +122,6 @@ def scale_factor_elsewhere(table: TableCalibration, local_gravity: float | None)
     ):
         shown = matching_digits(value, expanded, factor)
         yield f"  K1 = {shown[0]} +- {shown[1]} {unit} {per}"
-
-
-def _correlations(table: TableCalibration) -> Iterator[str]:
-    for sentence in strong_correlations(table):
-        yield from hanging(sentence, indent="  ")
 
 
 def _temperature(calibration: Calibration) -> Iterator[str]:

@@ -78,17 +78,14 @@ def alarms(calibration: Calibration) -> list[str]:
 
 def without_uncertainty(calibration: Calibration) -> list[str]:
     """Say in a sentence of which tables nothing tells how far the values are off."""
-    found = [table_title(t) for t in calibration.tables if _is_bare(t)]
+    scale_factors = [(t, t.coefficients["K1"]) for t in calibration.tables]
+    found = [table_title(t) for t, K1 in scale_factors if K1.expanded_uncertainty is None]
     if not found:
         return []
     return [
         f"nothing tells the uncertainty of {', '.join(found)}: the values may be off by any amount;"
         " repeat strokes, or give the columns std and n"
     ]
-
-
-def _is_bare(table: TableCalibration) -> bool:
-    return table.coefficients["K1"].expanded_uncertainty is None
 
 
 def table_title(table: TableCalibration) -> str:

@@ -240,15 +240,11 @@ def _effect_table(designs: Sequence[TestDesign], hidden: set[str]) -> Iterator[s
     ids = dict.fromkeys(item.id for d in designs for item in d.effects if item.id not in hidden)
     rows = [["", *(d.label for d in designs), ""]]
     for name in ids:
-        own = [_of(d.effects, name) for d in designs]
+        own = [next((item for item in d.effects if item.id == name), None) for d in designs]
         unit = next((v.unit for v in own if v is not None and v.unit), "")
         shown = SMALL_UNITS.get(unit, f"1e-6 {unit}") if unit else ""
         rows.append([name, *(_seen(v, MICRO if unit else 1.0) for v in own), shown])
     yield from aligned(rows, right=set(range(1, len(designs) + 1)), indent="  ")
-
-
-def _of(effects: Iterable[Visibility], name: str) -> Visibility | None:
-    return next((item for item in effects if item.id == name), None)
 
 
 def _seen(item: Visibility | None, factor: float) -> str:

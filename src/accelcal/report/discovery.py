@@ -55,7 +55,8 @@ def _faults(found: Discovery) -> Iterator[str]:
 
 def _verdict(found: Discovery) -> Iterator[str]:
     yield from wrapped(outcome(found, chance(found.p_value)))
-    yield from _gap(found)
+    yield ""
+    yield from aligned(gap_rows(found), right={1, 2} if found.changes_gap else {1})
 
 
 def outcome(found: Discovery, p: str) -> str:
@@ -75,11 +76,6 @@ def _named(found: Discovery, effect: FoundEffect) -> str:
     if others:
         doubts.append(f"or {alias_names(effect) if others == 1 else f'one of {others} others'}")
     return f"{effect.name} ({', '.join(doubts)})" if doubts else effect.name
-
-
-def _gap(found: Discovery) -> Iterator[str]:
-    yield ""
-    yield from aligned(gap_rows(found), right={1, 2} if found.changes_gap else {1})
 
 
 def gap_rows(found: Discovery) -> list[tuple[str, ...]]:

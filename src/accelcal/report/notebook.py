@@ -43,7 +43,8 @@ if TYPE_CHECKING:
 
 def calibration_html(calibration: Calibration) -> str:
     """Write a calibration as tables, without scripts and styles of its own."""
-    parts = [items(map(_bold_warning, [*without_uncertainty(calibration), *alarms(calibration)]))]
+    warned = [*without_uncertainty(calibration), *alarms(calibration)]
+    parts = [items(f"<b>WARNING</b> {safe(sentence)}" for sentence in warned)]
     parts += [table_html(found) for found in calibration.tables]
     for whose, rows in temperature_laws(calibration):
         caption = f"temperature laws{whose}, T0 = {calibration.T0_degC:g} °C"
@@ -60,10 +61,6 @@ def calibration_html(calibration: Calibration) -> str:
     return result(
         f"Calibration of {calibration.serial or calibration.source}", [calibration.method], *parts
     )
-
-
-def _bold_warning(sentence: str) -> str:
-    return f"<b>WARNING</b> {safe(sentence)}"
 
 
 def table_html(found: TableCalibration) -> str:
@@ -103,7 +100,8 @@ def discovery_html(discovery: Discovery) -> str:
 
 def disagreement_html(found: Disagreement) -> str:
     """Write where a comparison found differences, and what has changed run by run."""
-    rms, chi2 = f"rms {_micro(found.rms)} µg", f"reduced χ² {found.reduced_chi2:.3g}"
+    gap = significant(MICRO * found.rms) if found.rms else "0"
+    rms, chi2 = f"rms {gap} µg", f"reduced χ² {found.reduced_chi2:.3g}"
     return result(
         f"Comparison of {found.serial or found.source}",
         [rms, chi2, p_value(found.p_value)],
@@ -278,7 +276,3 @@ def _table_row(part: TumbleRecord) -> tuple[str, ...]:
         str(len(set(part.angle.tolist()))),
         f"{part.output.min():.6g} … {part.output.max():.6g}",
     )
-
-
-def _micro(value: float | None) -> str:
-    return "" if value is None else significant(MICRO * value) if value else "0"

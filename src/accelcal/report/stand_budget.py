@@ -204,7 +204,8 @@ def _targets(document: Document) -> Iterator[str]:
     yield "Targets of U (95 %), and the floor that perfect instruments leave"
     rows = [("", "unit", "target", "now", "floor", "")]
     for target in document["requirements"]["targets"]:
-        factor, unit = shown_unit(_of_symbol(document, target["symbol"]))
+        own = (c for c in document["coefficients"] if c["symbol"] == target["symbol"])
+        factor, unit = shown_unit(next(own))
         sizes = (significant(factor * target[n], 3) for n in ("target", "present", "floor"))
         rows.append((target["symbol"], unit, *sizes, _reached(target)))
     yield from aligned(rows, right=(2, 3, 4), indent="  ")
@@ -216,11 +217,6 @@ def _reached(target: Document) -> str:
     if target["reachable"]:
         return "to be reached with better instruments"
     return f"out of reach: held up by {', '.join(target['held_up_by']) or 'the fixed components'}"
-
-
-def _of_symbol(document: Document, symbol: str) -> Document:
-    found: Document = next(c for c in document["coefficients"] if c["symbol"] == symbol)
-    return found
 
 
 def _instruments(document: Document) -> Iterator[str]:

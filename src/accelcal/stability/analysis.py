@@ -107,7 +107,9 @@ def analyse(
     _check(scale_factor, probability, window, times)
     unit = "g" if scale_factor else (record.unit or "output units")
     setting = _Setting(unit, window, probability)
-    launches = [_scaled(launch, scale_factor or 1.0) for launch in record.launches]
+    launches = [
+        replace(each, output=each.output / (scale_factor or 1.0)) for each in record.launches
+    ]
     resting = [launch for launch in launches if launch.is_at_rest]
     stepped = [launch for launch in launches if not launch.is_at_rest]
     trends = [fit_trend(launch) for launch in resting]
@@ -189,10 +191,6 @@ def _check(
         raise InputError(f"window {window:g} s; the initial window is longer than 0 s")
     for time in times:
         check_number(0.0, **{"time of (3)": time})
-
-
-def _scaled(launch: Launch, scale_factor: float) -> Launch:
-    return replace(launch, output=launch.output / scale_factor)
 
 
 def _shown(launch: Launch, trend: Trend, setting: _Setting) -> LaunchTrend:

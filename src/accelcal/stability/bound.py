@@ -68,7 +68,8 @@ def random_bias(time: float, launch: Estimate, drift: Estimate, fluctuation: Est
     unit = launch.unit
     drifted = _size(drift).times(time, unit) if time else Estimate(0.0, unit, 0.0, 0.0)
     parts = (launch, drifted, fluctuation)
-    value = float(bias_bound(time, launch.value or 0.0, _rate(drift), fluctuation.value or 0.0))
+    sizes = [estimate.value or 0.0 for estimate in (launch, drift, fluctuation)]
+    value = float(bias_bound(time, sizes[0], abs(sizes[1]), sizes[2]))
     squares = [((e.value or 0.0) ** 2, _square(e.lower), _square(e.upper)) for e in parts]
     total = 4.0 * value**2
     low = sum((s - (s if lo is None else min(lo, s))) ** 2 for s, lo, _ in squares) ** 0.5
@@ -86,10 +87,6 @@ def random_bias(time: float, launch: Estimate, drift: Estimate, fluctuation: Est
             finding=f"without {', '.join(missing)}" if missing else "",
         ),
     )
-
-
-def _rate(drift: Estimate) -> float:
-    return abs(drift.value or 0.0)
 
 
 def _size(drift: Estimate) -> Estimate:

@@ -123,10 +123,6 @@ def _wave(phase: Array) -> Array:
     return np.column_stack([np.cos(phase), np.sin(phase)])
 
 
-def _harmonic(r: Readings, order: int) -> Array:
-    return _wave(order * np.radians(r.angle))
-
-
 def _volts(r: Readings, _: int) -> Array:
     if r.volts is None:
         raise StandError(
@@ -155,7 +151,9 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         # error of each head position
         "head-position": Kind("turn", "angle", ("position",), _same),
         # error of the head with `order` waves in a turn, of unknown phase: 1 is eccentricity
-        "head-harmonic": Kind("turn", "angle", (), _harmonic),
+        "head-harmonic": Kind(
+            "turn", "angle", (), lambda r, order: _wave(order * np.radians(r.angle))
+        ),
         # half of the play of the drive: -b forward, +b back
         "backlash": Kind("turn", "angle", (), _scaled(lambda r: -r.rotation)),
         # angle between head zero and input axis, beyond the given d0; zero of the head against the
