@@ -542,7 +542,7 @@ def test_readers_of_results_get_plain_text_and_units(archive, tmp_path, monkeypa
 
 @pytest.mark.usefixtures("small_blocks")
 def test_rows_do_not_travel_between_processes(archive, tmp_path, monkeypatch):
-    from accelcal.archive.growing_results import GrowingResults
+    from accelcal.archive.journal import GrowingResults
 
     came = []
     keep = GrowingResults.keep

@@ -13,7 +13,7 @@ import pytest
 
 import accelcal
 from accelcal.io.toml.specification import read_specification
-from accelcal.page.paper import browser
+from accelcal.page.render import browser
 from accelcal.page.write import write_report
 from accelcal.verdict.judge import judge
 

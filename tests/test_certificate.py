@@ -15,7 +15,7 @@ import pytest
 
 import accelcal
 from accelcal.certificate.dcc import certificate
-from accelcal.certificate.units import product, si_unit
+from accelcal.certificate.results import product, si_unit
 from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.toml.laboratory import Contact, Laboratory, read_laboratory

@@ -18,7 +18,7 @@ from accelcal.cli.main import main
 from accelcal.compensate.choice import compensation
 from accelcal.export.c_header import c_prefix, to_c_header
 from accelcal.export.content import export_content
-from accelcal.export.plain_text import to_csv, to_yaml
+from accelcal.export.write import to_csv, to_yaml
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 needs_compiler = pytest.mark.skipif(not COMPILER, reason="no C compiler (cc, gcc or clang) here")

@@ -438,7 +438,7 @@ def test_a_missing_package_is_one_line(folder, package, monkeypatch, capsys):
 
 
 def test_a_missing_browser_is_one_line(folder, monkeypatch, capsys):
-    monkeypatch.setattr("accelcal.page.paper.browser", lambda: None)
+    monkeypatch.setattr("accelcal.page.render.browser", lambda: None)
     assert main(["report", str(folder / "model.json"), "-o", str(folder / "no.pdf")]) == 2
     assert "none was found" in capsys.readouterr().err
 

@@ -21,8 +21,7 @@ from accelcal.archive.columns import (
     units_of,
 )
 from accelcal.archive.formats import form_of, require_form, results, write_errors
-from accelcal.archive.growing_results import growing_results, work_and_keep
-from accelcal.archive.journal import open_journal
+from accelcal.archive.journal import growing_results, open_journal, work_and_keep
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import Sources, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, work_through

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from accelcal.archive.failures import reason
 from accelcal.errors import InputError, not_installed
-from accelcal.io.batch_results import is_batch_result
+from accelcal.io.csv_text import is_batch_result
 from accelcal.io.parquet import headings_of, is_parquet
 from accelcal.io.text import WORKBOOK_SUFFIXES, file_and_sheet
 

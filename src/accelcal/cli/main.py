@@ -15,9 +15,8 @@ from typing import TextIO
 
 import click
 
-from accelcal.cli.deliver import discard, say
+from accelcal.cli.deliver import by_options, discard, say
 from accelcal.cli.program import program
-from accelcal.cli.wording import by_options
 from accelcal.errors import MEMORY_FULL, AccelcalError, AccelcalWarning
 from accelcal.escapes import ESCAPED
 

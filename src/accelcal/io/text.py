@@ -11,7 +11,7 @@ from typing import IO, NamedTuple, TypeVar, cast
 
 from accelcal.arguments.kinds import kind_of
 from accelcal.errors import DocumentError, InputError, TableError
-from accelcal.io.batch_results import is_batch_result
+from accelcal.io.csv_text import is_batch_result
 from accelcal.io.digest import sha256_of
 
 Source = str | os.PathLike[str] | IO[bytes] | IO[str]

@@ -17,7 +17,6 @@ from accelcal.page.blocks import (
     Tone,
     narrowed,
 )
-from accelcal.page.coefficients import place
 from accelcal.page.pictures import picture
 from accelcal.page.typeset import typeset
 from accelcal.report.calibration import error_rows
@@ -34,6 +33,13 @@ _CHECKS: dict[str, Tone] = {"pass": "good", "WARN": "warn"}
 _SHOWN = {"warn": "WARN", "pass": "pass"}
 _NAMES = {"reading": "readings", "launch": "launches", "launch_sf": "launches (scale factor)"}
 _NOT_RECORDED = "not recorded"
+
+
+def place(table: TableCalibration) -> str:
+    """Name a table by its run, temperature and mounting."""
+    temperature = table.temperature_degC
+    where = "" if temperature is None else f", {temperature:.4g} degC"
+    return f"run {table.run}{typeset(where)}, mounting {table.mounting}"
 
 
 def verdict(calibration: Calibration) -> Section | None:

@@ -12,8 +12,7 @@ from accelcal.errors import InputError
 from accelcal.page.blocks import Chapter, Page
 from accelcal.page.calibration import calibration_chapter
 from accelcal.page.discovery import discovery_chapter
-from accelcal.page.paper import pdf
-from accelcal.page.render import html, markdown
+from accelcal.page.render import html, markdown, pdf
 from accelcal.page.stand_discovery import stand_chapter
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
