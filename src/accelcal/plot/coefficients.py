@@ -47,10 +47,8 @@ def _run_names(tables: Sequence[TableCalibration]) -> list[str]:
 
 def draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> None:
     """Values with their intervals, side by side."""
-    values = np.array([np.nan if q.value is None else q.value for q in found])
-    half = np.array(
-        [np.nan if (u := q.expanded_uncertainty) is None else u for q in found], dtype=float
-    )
+    values = np.array([q.value for q in found], dtype=float)  # NaN for None
+    half = np.array([q.expanded_uncertainty for q in found], dtype=float)
     if not np.isfinite(values).any():
         blank(ax, "not determined")
         return

@@ -20,8 +20,8 @@ class Palette:
         Text and axes, what stands back, grid lines, and the ground.
     series : tuple of str
         Eight colours of data, the same hues in the same order in all themes.
-    low, middle, high : str
-        Ends and middle of the scale of heat maps.
+    middle : str
+        Middle of the scale of heat maps, which the first two of the series end.
     """
 
     name: str
@@ -30,9 +30,7 @@ class Palette:
     grid: str
     paper: str
     series: tuple[str, ...]
-    low: str
     middle: str
-    high: str
 
 
 LIGHT = Palette(
@@ -45,9 +43,7 @@ LIGHT = Palette(
         *("#0072b2", "#d55e00", "#009e73", "#cc79a7"),
         *("#e69f00", "#56b4e9", "#8c6d1f", "#5b4b9a"),
     ),
-    low="#0072b2",
     middle="#f7f7f7",
-    high="#d55e00",
 )
 
 DARK = Palette(
@@ -60,7 +56,5 @@ DARK = Palette(
         *("#56b4e9", "#ff8a4c", "#2ec4a0", "#e39bc4"),
         *("#f0c24b", "#a8d8f7", "#c9a85a", "#a99be0"),
     ),
-    low="#56b4e9",
     middle="#262b31",
-    high="#ff8a4c",
 )

@@ -212,8 +212,8 @@ def _steps(discovery: Discovery) -> Iterator[tuple[str, float, float | None]]:
 def _descent(
     ax: Axes, factor: float, sizes: Sequence[float | None], number: int, line: str, label: str
 ) -> None:
-    values = [np.nan if size is None else factor * size for size in sizes]
-    ax.plot(range(len(values)), values, line, color=palette().series[number], label=label)
+    values = factor * np.array(sizes, dtype=float)  # NaN for None
+    ax.plot(range(values.size), values, line, color=palette().series[number], label=label)
 
 
 def _moved(change: Change) -> tuple[float, float]:

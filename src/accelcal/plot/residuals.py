@@ -170,8 +170,8 @@ def _heat_map(ax: Axes, cells: Array) -> None:
 
     colours, (factor, unit) = palette(), readable("g", cells)
     largest = factor * float(np.nanmax(np.abs(cells), initial=0.0)) or 1.0
-    ends = (colours.low, colours.middle, colours.high)
-    shades = LinearSegmentedColormap.from_list("residual", ends)
+    low, high = colours.series[:2]
+    shades = LinearSegmentedColormap.from_list("residual", (low, colours.middle, high))
     ax.grid(visible=False)
     ax.patch.set(hatch="////", edgecolor=colours.muted, facecolor=colours.grid)
     drawn: Any = {"vmin": -largest, "vmax": largest, "rasterized": cells.size > _PIXELS}

@@ -289,20 +289,12 @@ def _rows(
 ) -> Iterator[dict[str, Any]]:
     for f in design.forecasts:
         yield {
-            "positions": design.positions,
-            "strokes": design.strokes,
+            **members(design, "positions strokes"),
             "temperatures": " ".join(f"{t:g}" for t in design.temperatures),
             "mountings": " ".join(design.mountings),
-            "readings": design.readings,
-            "hours": design.hours,
+            **members(design, "readings hours"),
             "coefficient": f.name,
-            "mounting": f.mounting,
-            "unit": f.unit,
-            "standard_uncertainty": f.standard_uncertainty,
-            "expanded_uncertainty": f.expanded_uncertainty,
-            "dof": f.dof,
-            "floor": f.floor,
-            "mostly_from": f.mostly_from,
-            "stands_for": f.stands_for,
+            **members(f, "mounting unit standard_uncertainty expanded_uncertainty dof floor"),
+            **members(f, "mostly_from stands_for"),
             "pareto": place in fronts[f.name],
         }

@@ -10,7 +10,7 @@ from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.mapping import freeze
+from accelcal.results.mapping import freeze, members, members_at
 from accelcal.results.result import JsonResult, TabularResult
 
 if TYPE_CHECKING:
@@ -146,8 +146,7 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
         """Return the budget as the JSON document of schema `SCHEMA`."""
         return {
             "schema": SCHEMA,
-            "serial": self.serial,
-            "source": self.source,
+            **members(self, "serial source"),
             "acceleration_unit": "g_local",
             "interval_level": LEVEL,
             "points": [self._point(i) for i in range(self.a_i.size)],
@@ -157,21 +156,18 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
     def _point(self, index: int) -> dict[str, Any]:
         temperature = float(self.temperature_degC[index])
         plain = "systematic bound covariance standard_uncertainty coverage_factor"
+        plain += " expanded_uncertainty"
         return {
-            "acceleration": {n: float(getattr(self, n)[index]) for n in ("a_i", "a_p", "a_o")},
+            "acceleration": members_at(self, "a_i a_p a_o", index),
             "temperature_degC": None if math.isnan(temperature) else temperature,
-            "time_s": float(self.time_s[index]),
+            **members_at(self, "time_s", index),
             "extrapolated": bool(self.extrapolated[index]),
-            **{name: float(getattr(self, name)[index]) for name in plain.split()},
-            "expanded_uncertainty": float(self.expanded_uncertainty[index]),
+            **members_at(self, plain, index),
             "unit": "g",
             "components": [
                 {
-                    "name": part.name,
-                    "symbol": part.symbol,
-                    "value": float(part.value[index]),
-                    "bound": float(part.bound[index]),
-                    "standard_uncertainty": float(part.standard_uncertainty[index]),
+                    **members(part, "name symbol"),
+                    **members_at(part, "value bound standard_uncertainty", index),
                     "correlated": part.symbol in self.correlated,
                     "origin": part.origin,
                 }

@@ -136,6 +136,11 @@ def members(result: Any, names: str) -> dict[str, Any]:
     return {name: document_of(getattr(result, name)) for name in names.split()}
 
 
+def members_at(result: Any, names: str, place: int) -> dict[str, float]:
+    """Turn the numbers at one place of some arrays of a result into members of a JSON document."""
+    return {name: float(getattr(result, name)[place]) for name in names.split()}
+
+
 def finite_or_none(value: float) -> float | None:
     """Turn what JSON has no number for into None.
 

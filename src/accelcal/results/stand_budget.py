@@ -13,7 +13,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
-from accelcal.results.mapping import finite_or_none, freeze, members
+from accelcal.results.mapping import finite_or_none, freeze, members, members_at
 from accelcal.results.result import JsonResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
 
@@ -282,14 +282,15 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
     def _coefficient(self, i: int) -> dict[str, Any]:
         own = self.coefficients[i]
         trials = self.monte_carlo
+        tried = "value standard_uncertainty low high numerical tolerance"
         return {
             **members(own, "symbol where unit"),
             "value": float(self.nominal[i]),
-            "standard_uncertainty": float(self.standard_uncertainty[i]),
+            **members_at(self, "standard_uncertainty", i),
             "dof": finite_or_none(self.dof[i]),
-            "coverage_factor": float(self.coverage_factor[i]),
-            "expanded_uncertainty": float(self.expanded_uncertainty[i]),
-            "monte_carlo": None if trials is None else _trial(trials, i),
+            **members_at(self, "coverage_factor expanded_uncertainty", i),
+            "monte_carlo": trials
+            and {**members_at(trials, tried, i), "agrees": bool(trials.agrees[i])},
         }
 
     def _component(self, part: StandShare) -> dict[str, Any]:
@@ -327,10 +328,3 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
         known += [] if trials is None else [trials.low[i], trials.high[i], trials.agrees[i]]
         found = dict(zip(_OF_TOTAL, (value.item() for value in known), strict=False))
         yield place | whole | dict.fromkeys(_OF_TOTAL) | found
-
-
-def _trial(found: MonteCarlo, i: int) -> dict[str, Any]:
-    names = "value standard_uncertainty low high numerical tolerance"
-    return {name: float(getattr(found, name)[i]) for name in names.split()} | {
-        "agrees": bool(found.agrees[i])
-    }

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.mapping import document_of, members
+from accelcal.results.mapping import members
 from accelcal.results.quantity import Quantity
 from accelcal.results.result import JsonResult, TabularResult
 
@@ -44,8 +44,7 @@ class Point:
     def to_document(self) -> dict[str, Any]:
         """Return the point as it stands in the JSON document."""
         return {
-            "date": self.date,
-            "source": self.source,
+            **members(self, "date source"),
             **self.measured.to_document(),
             "line": self.line,
         }
@@ -73,8 +72,7 @@ class Jump:
     def to_document(self) -> dict[str, Any]:
         """Return the jump as it stands in the JSON document."""
         return {
-            "after": self.after,
-            "before": self.before,
+            **members(self, "after before"),
             **self.size.to_document(),
             "p_value": self.p_value,
         }
@@ -127,14 +125,13 @@ class Trend:
         low, high = self.scatter_limits
         unit = self.points[0].measured.unit
         return {
-            "name": self.name,
-            "symbol": self.symbol,
+            **members(self, "name symbol"),
             "reference": {"value": self.reference, "unit": self.reference_unit},
-            "drift": self.drift.to_document(),
+            **members(self, "drift"),
             "scatter": {"value": self.scatter, "low": low, "high": high, "unit": unit},
-            "jumps": document_of(self.jumps),
+            **members(self, "jumps"),
             "no_other_jump_p_value": self.no_other_jump,
-            "points": document_of(self.points),
+            **members(self, "points"),
         }
 
 
