@@ -53,13 +53,8 @@ def _rows(design: TestDesign) -> Iterator[tuple[str, str, str, int, str, str]]:
         mountings=design.mountings,
     )
     form = simulate(plan=plan, noise=NOISE_FREE, seed=0, declare=False)
-    for side, run, level, stroke, angle in zip(
-        form.mounting.tolist(),
-        form.run.tolist(),
-        form.temperature.tolist(),
-        form.stroke.tolist(),
-        form.angle.tolist(),
-        strict=True,
-    ):
+    columns = (form.mounting, form.run, form.temperature, form.stroke, form.angle)
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    for side, run, level, stroke, angle in rows:
         direction = "forward" if stroke % 2 else "back"
         yield side, form.run_labels[run], f"{level:g}", stroke, direction, repr(angle)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from accelcal.results.checked import DamageError, checked, list_of, number, text
@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 Rows = tuple[tuple[float, ...], ...]
 Covariance = tuple[tuple[str, ...], Rows]
+
+UNKNOWN: Covariance = ((), ())
 
 _ROUNDING = 1e-6
 
@@ -34,6 +36,25 @@ class Correlated:
         return np.array(self.covariance_matrix, dtype=np.float64).reshape(n, n)
 
 
+class CorrelatedByName(Correlated):
+    """A result whose document has its covariance with what the rows belong to."""
+
+    __slots__ = ()
+
+    covariance_names: tuple[str, ...]
+
+    def _covariance_document(self) -> dict[str, Any]:
+        """Return the covariance as it stands in the JSON document."""
+        rows = [list(row) for row in self.covariance_matrix]
+        return {"names": list(self.covariance_names), "matrix": rows}
+
+    @staticmethod
+    def _covariance_fields(document: Mapping[str, Any], *missing: Covariance) -> dict[str, Any]:
+        """Read the fields of the covariance; of a document that has none they are `missing`."""
+        names, matrix = checked(document, "covariance", covariance, *missing)
+        return {"covariance_names": names, "covariance_matrix": matrix}
+
+
 def rows_of(matrix: NDArray[Any]) -> Rows:
     """Take the rows of a matrix as plain numbers, which a frozen result holds.
 
@@ -48,24 +69,6 @@ def rows_of(matrix: NDArray[Any]) -> Rows:
         Its rows.
     """
     return tuple(map(tuple, matrix.tolist()))
-
-
-def covariance_document(names: Sequence[str], matrix: Rows) -> dict[str, Any]:
-    """Return a covariance as it stands in a JSON document.
-
-    Parameters
-    ----------
-    names : sequence of str
-        What the rows belong to.
-    matrix : tuple of tuple of float
-        The rows; none where the covariance is unknown.
-
-    Returns
-    -------
-    dict
-        As `covariance` reads it.
-    """
-    return {"names": list(names), "matrix": [list(row) for row in matrix]}
 
 
 def covariance(value: Any) -> Covariance:

@@ -13,13 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from accelcal.results.checked import DamageError, checked, list_of, number_or_none
-from accelcal.results.covariance import (
-    Correlated,
-    Covariance,
-    Rows,
-    covariance,
-    covariance_document,
-)
+from accelcal.results.covariance import UNKNOWN, CorrelatedByName, Rows
 from accelcal.results.fields import StoredPart
 from accelcal.results.quantity import Document, Quantity
 from accelcal.results.temperature import nearest_level
@@ -31,7 +25,7 @@ _IEEE_1293 = {"o": ("delta_o", 1.0, "K_ip"), "p": ("delta_p", -1.0, "K_io")}
 
 
 @dataclass(frozen=True, slots=True)
-class FixtureAngle(Correlated, StoredPart):
+class FixtureAngle(CorrelatedByName, StoredPart):
     """Fixture angle and misalignment of one axis, told apart by both of its sides.
 
     Attributes
@@ -104,7 +98,7 @@ class FixtureAngle(Correlated, StoredPart):
             **self.angle.to_document(),
             "misalignment": [{"temperature_degC": t, **q.to_document()} for t, q in levels],
             "cross_coupling": [quantity.to_document() for quantity in self.couplings],
-            "covariance": covariance_document(self.covariance_names, self.covariance_matrix),
+            "covariance": self._covariance_document(),
             "clamping_deg": self.clamping_deg,
         }
 
@@ -117,16 +111,13 @@ class FixtureAngle(Correlated, StoredPart):
         couplings = checked(document, "cross_coupling", list_of(Quantity.from_document), none)
         if couplings and len(couplings) != len(levels):
             raise DamageError("not as many levels as of misalignment", "cross_coupling")
-        unknown: Covariance = ((), ())
-        names, matrix = checked(document, "covariance", covariance, unknown)
         return cls._of_fields(
             document,
+            **cls._covariance_fields(document, UNKNOWN),
             angle=Quantity.from_document(document),
             temperatures=temperatures,
             misalignments=misalignments,
             couplings=couplings,
-            covariance_names=names,
-            covariance_matrix=matrix,
         )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from accelcal.escapes import visible
 from accelcal.geometry import MOUNTINGS
 from accelcal.results.checked import DamageError, Kind, checked, mapping_of, one_of
-from accelcal.results.covariance import Correlated, covariance, covariance_document
+from accelcal.results.covariance import CorrelatedByName
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
@@ -25,7 +25,7 @@ _SMALLEST = 1e-20
 
 
 @dataclass(frozen=True, slots=True)
-class TableCalibration(Correlated, StoredPart):
+class TableCalibration(CorrelatedByName, StoredPart):
     """Calibration of one table: one run in one mounting.
 
     Attributes
@@ -134,7 +134,7 @@ class TableCalibration(Correlated, StoredPart):
         return {
             **members(self, "run mounting temperature_degC readings dof residual_rms"),
             **members(self, "coefficients error_model"),
-            "covariance": covariance_document(self.covariance_names, self.covariance_matrix),
+            "covariance": self._covariance_document(),
             **members(self, "budget stands_for residuals gates warnings"),
         }
 
@@ -143,13 +143,11 @@ class TableCalibration(Correlated, StoredPart):
         """Read the table from its place in a JSON document."""
         from accelcal.model import COEFFICIENTS, ERROR_TERMS  # here, as numpy comes with it
 
-        names, matrix = checked(document, "covariance", covariance)
         return cls._of_fields(
             document,
+            **cls._covariance_fields(document),
             coefficients=checked(document, "coefficients", _all_of(COEFFICIENTS)),
             error_model=checked(document, "error_model", _all_of(ERROR_TERMS.values())),
-            covariance_names=names,
-            covariance_matrix=matrix,
         )._usable()
 
     def _usable(self) -> TableCalibration:

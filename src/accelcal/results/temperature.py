@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from accelcal.results.checked import checked
-from accelcal.results.covariance import Correlated, Covariance, covariance, covariance_document
+from accelcal.results.covariance import UNKNOWN, CorrelatedByName
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
 from accelcal.results.quantity import Document, Quantity
@@ -32,7 +31,7 @@ class TemperatureLaw(StoredPart):
 
 
 @dataclass(frozen=True, slots=True)
-class TemperatureModel(Correlated, StoredPart):
+class TemperatureModel(CorrelatedByName, StoredPart):
     """Temperature laws of bias, scale factor and misalignment.
 
     Attributes
@@ -80,7 +79,7 @@ class TemperatureModel(Correlated, StoredPart):
         """Return the model as it stands in the JSON document."""
         return {
             **members(self, "k0 K1 delta hysteresis warnings"),
-            "covariance": covariance_document(self.covariance_names, self.covariance_matrix),
+            "covariance": self._covariance_document(),
         }
 
     def quantities(self) -> Iterator[tuple[str, Quantity]]:
@@ -96,9 +95,7 @@ class TemperatureModel(Correlated, StoredPart):
     @classmethod
     def from_document(cls, document: Document) -> TemperatureModel:
         """Read the model from its place in a JSON document."""
-        unknown: Covariance = ((), ())
-        names, matrix = checked(document, "covariance", covariance, unknown)
-        return cls._of_fields(document, covariance_names=names, covariance_matrix=matrix)
+        return cls._of_fields(document, **cls._covariance_fields(document, UNKNOWN))
 
 
 def nearest_level(levels: Sequence[float | None], temperature: float | None) -> int:

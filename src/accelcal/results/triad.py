@@ -14,7 +14,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.results.checked import checked, size_or_none
-from accelcal.results.covariance import Correlated, Rows, covariance, covariance_document
+from accelcal.results.covariance import CorrelatedByName, Rows
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
@@ -25,7 +25,7 @@ SCHEMA = "accelcal/triad/1"
 
 
 @dataclass(frozen=True, slots=True)
-class TriadCalibration(Correlated, StoredResult, TabularResult):
+class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
     """Bias, scale factors and misalignments of a triad, y = b + S a.
 
     Attributes
@@ -160,14 +160,12 @@ class TriadCalibration(Correlated, StoredResult, TabularResult):
             "g_local_m_s2": self.local_gravity,
             **members(self, "attitudes frame dof residual_rms output_unit serial source"),
             **members(self, "parameters scale_factors misalignments axis_angles"),
-            "covariance": covariance_document(self.covariance_names, self.covariance_matrix),
+            "covariance": self._covariance_document(),
             **members(self, "gates notes"),
         }
 
     @classmethod
     def _read(cls, document: Mapping[str, Any]) -> TriadCalibration:
         gravity = checked(document, "g_local_m_s2", size_or_none)
-        names, matrix = checked(document, "covariance", covariance)
-        return cls._of_fields(
-            document, local_gravity=gravity, covariance_names=names, covariance_matrix=matrix
-        )
+        covariance = cls._covariance_fields(document)
+        return cls._of_fields(document, local_gravity=gravity, **covariance)

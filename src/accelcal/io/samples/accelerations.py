@@ -249,12 +249,8 @@ class AccelerationStream:
         return f"{text}{time}acceleration,standard_uncertainty,expanded_uncertainty,inside\n"
 
     def _csv(self, block: SampleBlock, measured: MeasuredAcceleration) -> str:
-        columns = [
-            (measured.value * self._scale).tolist(),
-            (measured.standard_uncertainty * self._scale).tolist(),
-            (measured.expanded_uncertainty * self._scale).tolist(),
-            measured.inside.tolist(),
-        ]
+        sizes = (measured.value, measured.standard_uncertainty, measured.expanded_uncertainty)
+        columns = [(size * self._scale).tolist() for size in sizes] + [measured.inside.tolist()]
         if block.time is None:
             return "".join(map("%.15g,%.3g,%.3g,%d\n".__mod__, zip(*columns, strict=True)))
         time = map(quoted, block.time) if needs_quotes("".join(block.time)) else block.time
