@@ -729,12 +729,64 @@ def test_a_drift_that_bends_is_not_called_a_straight_one():
     found = accelcal.discover(record)
     assert found.effects == ()
     told = found.unexplained.structure
-    assert told.startswith(
-        "beside bias-drift and bias-step, nearest in the catalogue but not accept"
+    assert told.startswith("along the time in each run;")
+    assert told.endswith(
+        "; nearest in the catalogue, but not accepted: bias-drift and bias-step, as the readings do"
+        " not follow the law of bias-drift"
     )
-    assert "along the time" in told
     straight = accelcal.simulate(plan=plan, effects=[effect("bias-drift").of(2e-5)], seed=3)
     assert [each.id for each in accelcal.discover(straight).effects] == ["bias-drift"]
+
+
+def disturbed(what, *, seed=3, positions=8):
+    """A timed record of three runs with what a function of it adds [g]."""
+    plan = TumblePlan(positions=positions, timed=True)
+    record = accelcal.simulate(plan=plan, seed=seed)
+    return replace(record, output=record.output + 1.35 * what(record))
+
+
+def since_the_start_of_its_run(record):
+    starts = np.array([record.time[record.run == run].min() for run in np.unique(record.run)])
+    return record.time - starts[record.run]
+
+
+@pytest.mark.parametrize("positions", [8, 12])
+@pytest.mark.parametrize(("factor", "back"), [("turn", 1.0), ("stroke*turn", -1.0)])
+def test_a_cable_that_drags_with_the_turns_of_the_head(factor, back, positions):
+    """The factors took 0 and 360 deg for one position, and what differs passed for noise."""
+
+    def drag(record):
+        return 3e-5 * np.where(record.stroke % 2 == 1, 1.0, back) * record.angle / 360.0
+
+    found = accelcal.discover(disturbed(drag, positions=positions))
+    assert found.effects == ()
+    assert found.unexplained.p_value < 1e-6
+    (share,) = [share for share in found.where if share.factor == factor]
+    assert share.p_value < 1e-6
+
+
+def test_a_scale_factor_that_settles_is_no_drift_of_it():
+    def settling(record):
+        left = np.exp(-since_the_start_of_its_run(record) / 900.0)
+        return 6e-5 * left * np.cos(np.radians(record.angle))
+
+    found = accelcal.discover(disturbed(settling))
+    assert found.effects == ()
+    assert "by position, growing with time" in found.unexplained.structure
+
+
+def test_a_closure_alone_is_told_in_words():
+    jump = accelcal.discover(disturbed(lambda record: 3e-5 * (record.angle > 359.0)))
+    assert jump.effects == ()
+    assert "another at the end of a turn than at its start;" in jump.unexplained.structure
+
+
+def test_a_first_stroke_unlike_the_others():
+    """A stroke within its cycle was no factor, and passed for noise."""
+    found = accelcal.discover(disturbed(lambda record: 6e-5 * (record.stroke == 1)))
+    assert found.effects == ()
+    (share,) = [share for share in found.where if share.factor == "stroke*cycle"]
+    assert share.p_value < 1e-6
 
 
 @pytest.mark.parametrize("s", [4.0, 8.0])

@@ -102,7 +102,8 @@ def test_noise_with_a_memory_alone_is_no_disturbance(rho, seed):
     draws = np.random.default_rng(seed).standard_normal(len(record))
     noise = 4.0 * NOISE * np.linalg.cholesky(memory(c, rho)) @ draws
     found = accelcal.discover(replace(record, output=record.output + 1.35 * noise))
-    assert found.unexplained is None
+    told = found.unexplained.structure if found.unexplained else ""
+    assert not re.search("oscillates|for a time|the noise of", told)
 
 
 def test_chances_of_noise_are_uniform():
@@ -110,23 +111,53 @@ def test_chances_of_noise_are_uniform():
     ranks = []
     for seed in range(40):
         record = disturbed(nothing, seed=seed, plan=TumblePlan(temperatures=(20.0,)))
-        found = passing.passing(compared(record, 20.0), 1.0, seed)
+        found = passing.passing(compared(record, 20.0), (), 1.0, seed)
         ranks.append(1.0 if found is None else found.p_value)
     assert 0.0 <= np.mean(np.array(ranks) < 0.3) < 0.5
     assert np.mean(np.array(ranks) < 0.01) < 0.1
 
 
-def test_an_effect_that_is_found_leaves_no_room_for_a_disturbance():
-    bias = to_and_fro(780.0, 2.0 * NOISE)
-    record = accelcal.simulate(
-        plan=TIMED,
-        noise=NoiseComponents(reading=NOISE, head=0.0),
-        effects=[accelcal.effect("hysteresis").of(4e-5)],
-        seed=1,
-    )
-    found = accelcal.discover(replace(record, output=record.output + 1.35 * bias(record)))
+def beside(name, size, bias, **values):
+    """What is found in a record with an effect of the catalogue, and a bias that it has not."""
+    hidden = [accelcal.effect(name).of(size, **values)]
+    noise = NoiseComponents(reading=NOISE, head=0.0)
+    record = accelcal.simulate(plan=TIMED, noise=noise, effects=hidden, seed=1)
+    return accelcal.discover(replace(record, output=record.output + 1.35 * bias(record)))
+
+
+def test_a_disturbance_is_told_beside_an_effect():
+    found = beside("hysteresis", 4e-5, to_and_fro(780.0, 2.0 * NOISE))
     assert [item.id for item in found.effects] == ["hysteresis"]
-    assert found.unexplained is None
+    assert found.unexplained.structure.startswith("the bias oscillates, period 13.2 min")
+    text = " ".join(str(found).split())
+    missing = "hysteresis of the sensor, and something that no known effect explains."
+    assert f"What is missing: {missing}" in text
+    assert "pattern: the bias oscillates" in text
+    assert repr(found).endswith("hysteresis, an effect that nothing explains>")
+    assert found.has_more
+    alone = beside("hysteresis", 4e-5, nothing)
+    assert alone.unexplained is None
+    assert not alone.has_more
+
+
+@pytest.mark.parametrize(
+    ("what", "unit", "by", "wave"),
+    [("scale factor", "ppm", 9.0, np.cos), ("misalignment", "urad", 12.0, np.sin)],
+)
+def test_a_shift_of_scale_factor_or_misalignment_is_told(what, unit, by, wave):
+    """It passed for noise, or for a drift of the chamber or a tilt of the foundation."""
+
+    def shifted(record):
+        own = for_a_time(66, 81, by * NOISE)(record)
+        return own * wave(np.radians(record.angle))
+
+    found = accelcal.discover(disturbed(shifted))
+    assert found.effects == ()
+    told = re.match(
+        rf"the {what} is shifted for a time, by \+([\d.]+) {unit} in (\d+) readings of run 2,",
+        found.unexplained.structure,
+    )
+    assert float(told[1]) == pytest.approx(1e6 * by * NOISE, rel=0.35)
 
 
 def test_too_many_readings_are_not_searched(monkeypatch):

@@ -13,6 +13,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.other_laws import Alternative, other_laws, other_places
+from accelcal.discovery.passing import SMALL_UNITS
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
 from accelcal.results.discovery import IF_IT_IS
@@ -170,8 +171,9 @@ def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
     for walk in walks:
         if walk.is_as_likely(bound):
             yield Caveat(
-                f"{walk.instead_of.effect.id} is {verdict}: a bias that wanders, as a random walk,"
-                f" flicker noise or noise with a memory, of {walk.rms * MICRO:.2g} ug rms in a run,"
+                f"{walk.instead_of.effect.id} is {verdict}: a {walk.what} that wanders, as a random"
+                f" walk, flicker noise or noise with a memory, of {walk.rms * MICRO:.2g}"
+                f" {SMALL_UNITS[walk.what]} rms in a run,"
                 " could as well be what these readings show; repeat the test: what comes back the"
                 " same is no noise",
                 [walk.instead_of.effect.id] if named else [],

@@ -52,3 +52,8 @@ def worn(c: Conditions) -> Array:
 def head_columns(c: Conditions) -> Array:
     """Change of the readings with the angle of each head position [g/rad], shape (n, J)."""
     return (c.gain * c.per_radian)[:, None] * dummies(head_positions(c.angle))
+
+
+def coefficient_columns(c: Conditions) -> dict[str, Array]:
+    """Change of the indication with what may change in the course of a run [g per unit], (n,)."""
+    return {"bias": np.ones_like(c.input), "scale factor": c.indicated, "misalignment": c.cross}

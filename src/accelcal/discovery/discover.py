@@ -13,7 +13,6 @@ from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.caveats import caveats
-from accelcal.discovery.chances import chances
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
@@ -24,7 +23,7 @@ from accelcal.discovery.gaps import gap_of, gaps_with
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.one_clamping import refuse_several_clampings
-from accelcal.discovery.passing import passing, shift_in_place_of_a_step
+from accelcal.discovery.passing import passing, shift_in_place_of_one
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
@@ -197,12 +196,12 @@ def _without_memory(record: TumbleRecord, question: Question) -> _Look | None:
 
 
 def _beyond_disturbances(look: _Look) -> _Look:
-    """Give no name where a bias that wanders is as likely, or one shifted for a time likelier."""
+    """Give no name where what wanders is as likely, or a shift for a time likelier."""
     findings, best = look.findings, _best(look.findings)
     if best is None:
         return look
     walks = tuple(wandering(look.comparison, best.instances))
-    shift = shift_in_place_of_a_step(look.comparison, best.instances, findings.before.p_value)
+    shift = shift_in_place_of_one(look.comparison, best.instances, findings.before.p_value)
     if shift or all(walk.is_as_likely(LIKELY) for walk in walks):
         findings = findings._replace(explanations=(), nearest=best)
     return look._replace(findings=findings, walks=walks, shift=shift)
@@ -231,21 +230,20 @@ def _discovery(
     comparison, family, findings = look.comparison, look.family, look.findings
     named = findings.explanations[0] if findings.explanations else None
     unexplained = _unexplained(look, question)
-    if unexplained is not None and question.empirical:
+    if named is None and unexplained is not None and question.empirical:
         named = empirical_explanation(family)
     bare = solution(comparison)
     within = solution(comparison, named.instances) if named else bare
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    single = chances(comparison.space, comparison.seen, family.blocks)
     said = list(caveats(comparison, findings.explanations, look.walks))
     as_given = _gap_as_given(record, question, comparison.noise) if found else None
     return Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
         before=as_given or steps[0],
         after=gap_of(within, steps[-1].heldout_rms),
-        where=shares(comparison.seen, family.blocks, single),
+        where=shares(comparison.seen, family.blocks, findings.before.blocks.tolist()),
         effects=tuple(_effects(look, named, strongest, steps)) if named else (),
         unexplained=unexplained,
         undetectable=undetectable(comparison, family.candidates),
@@ -326,11 +324,11 @@ def _indistinguishable(findings: Findings, named: Explanation, effect: Effect) -
 
 
 def _unexplained(look: _Look, question: Question) -> Unexplained | None:
-    if look.findings.explanations:
-        return None
-    if look.findings.before.p_value < question.alpha:
+    found = look.findings.explanations
+    if not found and look.findings.before.p_value < question.alpha:
         return look.shift or _pattern(look)
-    return passing(look.comparison, question.alpha, question.seed)
+    beside = found[0].instances if found else ()
+    return passing(look.comparison, beside, question.alpha, question.seed)
 
 
 def _pattern(look: _Look) -> Unexplained:

@@ -116,14 +116,16 @@ def _is_bent(comparison: Comparison, item: Instance, taken: Array) -> bool:
     if item.effect.bend is None:
         return False
     space = comparison.space
-    column = space.see(item.effect.bend(comparison.model.conditions))
-    unit = without(column, taken)
-    length = float(np.sqrt(unit @ unit))
-    if length <= NEW * float(np.sqrt(column @ column)):
+    columns = space.see(
+        item.effect.bend(comparison.model.conditions).reshape(len(comparison.record), -1)
+    )
+    bends = without(columns, taken)
+    own = orthonormal(bends[:, lengths(bends) > NEW * lengths(columns)])
+    if not own.size:
         return False
     left = without(comparison.seen, taken)
-    ratio = float(unit @ left / length) ** 2 / space.variance(left)
-    return float(chance(np.array(ratio), space.dof)) < BENT
+    ratio = squares_in(own, left) / own.shape[1] / space.variance(left)
+    return float(chance(np.array(ratio), space.dof, own.shape[1])) < BENT
 
 
 def _refined(family: Family, place: int, others: Array) -> Instance:

@@ -68,6 +68,9 @@ def _columns(c: Conditions) -> Iterator[tuple[str, Array]]:
     yield "position", position
     yield "stroke", direction
     yield "stroke*position", direction * position
+    turn = dummies(np.round(c.angle, 6))
+    yield "turn", turn
+    yield "stroke*turn", direction * turn
     if np.ptp(c.excess) >= LEVEL_CHANGE:
         level = dummies(np.round(c.excess / LEVEL_CHANGE))
         rise = np.stack([c.excess, np.abs(c.excess)], axis=1) / np.abs(c.excess).max()
@@ -79,12 +82,14 @@ def _columns(c: Conditions) -> Iterator[tuple[str, Array]]:
     yield "time*position", _products(np.stack([hours, clock], axis=1), axes)
     yield "cycle", dummies(cycle(c))
     yield "cycle*position", worn(c)
+    yield "stroke*cycle", dummies(c.stroke)
     runs = dummies(c.run)
     if runs.shape[1] > 1:
         yield "run", _products(runs, axes)
         yield "run*time", _products(runs, hours[:, None])
         yield "run*position", _products(runs, position)
         yield "run*cycle", dummies(c.run, cycle(c))
+        yield "run*stroke", dummies(c.run, c.stroke)
 
 
 def _products(a: Array, b: Array) -> Array:

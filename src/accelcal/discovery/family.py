@@ -160,7 +160,7 @@ def agrees(family: Family, taken: Array, alpha: float) -> bool:
     if single.min(initial=1.0) < smallest:
         return False
     return all(
-        float(_of_block(block.basis, left, family.space.dof, taken)[0]) >= smallest
+        float(_of_block(block.basis, left, family.space, taken)[0]) >= smallest
         for block in family.blocks
     )
 
@@ -175,7 +175,7 @@ def chance(ratio: Array, dof: float, degrees: int = 1) -> Array:
 def _p_values(family: Family, seen: Array, taken: Array | None) -> tuple[Array, Array]:
     """p-values of the best instance of each effect, (E, k), and of each factor, (B, k)."""
     left = _left(family.space, seen, taken)
-    factors = [_of_block(block.basis, left, family.space.dof, taken) for block in family.blocks]
+    factors = [_of_block(block.basis, left, family.space, taken) for block in family.blocks]
     return _of_effects(family, left, taken), np.array(factors).reshape(-1, seen.shape[1])
 
 
@@ -208,7 +208,8 @@ def _ratios(family: Family, left: _Left, taken: Array | None) -> Array:
     return np.asarray(size**2 * space.dof / np.maximum(beside, SMALLEST))
 
 
-def _of_block(basis: Array, left: _Left, dof: int, taken: Array | None) -> Array:
+def _of_block(basis: Array, left: _Left, space: Space, taken: Array | None) -> Array:
+    """Chance of a factor's F against the pure error beside it: part of it may not repeat."""
     if taken is not None:
         basis = without(basis, taken)
         basis = orthonormal(basis[:, (basis**2).sum(axis=0) > NEW**2])
@@ -216,4 +217,8 @@ def _of_block(basis: Array, left: _Left, dof: int, taken: Array | None) -> Array
     if not degrees:
         return np.ones(left.pure.size)
     squares = ((basis.T @ left.seen) ** 2).sum(axis=0)
-    return chance(squares / degrees * dof / np.maximum(left.pure, SMALLEST), dof, degrees)
+    own = without(basis, space.systematic)
+    own = orthonormal(own[:, lengths(own) > NEW])
+    beside = left.pure - ((own.T @ left.seen) ** 2).sum(axis=0)
+    dof = space.dof - own.shape[1]
+    return chance(squares / degrees * dof / np.maximum(beside, SMALLEST), dof, degrees)

@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.columns import dummies, saturated
+from accelcal.discovery.columns import coefficient_columns, dummies, saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, drawn
-from accelcal.discovery.instance import Instance
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.noise import memory
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.discovery.where import structure
@@ -44,6 +44,8 @@ the readings are heavier: a hundred readings do not tell that they are lighter."
 
 _MOST = 600
 """Degrees of freedom of pure error above which nothing is looked for, as it would take minutes."""
+
+SMALL_UNITS = {"bias": "ug", "scale factor": "ppm", "misalignment": "urad"}
 
 _FIRST, _DRAWS, _POSSIBLE = 99, 999, 0.04
 """First draws of noise; all of them, made where the first leave no larger a chance than that."""
@@ -72,18 +74,26 @@ class _Seen(NamedTuple):
     penalties: Array  # (v * s, 1): half of the logarithms of the variances
 
 
-def passing(comparison: Comparison, alpha: float, seed: int = 0) -> Unexplained | None:
-    """Find a bias that oscillates or is shifted for a time, or a stroke with larger noise.
+def passing(
+    comparison: Comparison, instances: Sequence[Instance], alpha: float, seed: int = 0
+) -> Unexplained | None:
+    """Find what oscillates or is shifted for a time, or a stroke with larger noise.
 
-    The comparison agrees but for that. There is none where noise of an AR(1) process often looks
-    like it, at a false-alarm rate alpha, or where the readings have more than 600 degrees of
-    freedom of pure error.
+    Beside the effects that were found, the comparison agrees but for that. There is none where
+    noise of an AR(1) process often looks like it, at a false-alarm rate alpha, or where the
+    readings have more than 600 degrees of freedom of pure error.
     """
     if comparison.space.dof > _MOST:
         return None
     c, labels = comparison.model.conditions, comparison.record.run_labels
-    left = _left_by_what_repeats(comparison)
-    kinds = [make(c, labels) for make in (_oscillations, _shifts, _strokes)]
+    left = _left_by_what_repeats(comparison, instances)
+    bias, *others = SMALL_UNITS
+    kinds = [
+        _oscillations(c, labels),
+        _shifts(c, labels, [bias]),
+        _shifts(c, labels, others),
+        _strokes(c, labels),
+    ]
     kinds = [kind for kind in kinds if kind.columns.size]
     if not kinds:
         return None
@@ -93,8 +103,7 @@ def passing(comparison: Comparison, alpha: float, seed: int = 0) -> Unexplained 
     root = left.T @ np.linalg.cholesky(memory(c, _RHOS[int(alone[0])]))
     tails = min(comparison.noise.tails, _TAILS)
     draw = partial(drawn, (root,), tails, np.random.default_rng(seed))
-    chances, beyond = _chances(noises, gains[:, 0], draw)
-    p_values = len(kinds) * chances
+    p_values, beyond = _chances(noises, gains[:, 0], draw)
     if p_values.min() >= alpha:
         return None
     best = int(np.argmax(np.where(p_values < alpha, beyond, -np.inf)))
@@ -106,43 +115,43 @@ def passing(comparison: Comparison, alpha: float, seed: int = 0) -> Unexplained 
     return Unexplained(told, share, float(p_values[best]))
 
 
-def shift_in_place_of_a_step(
+def shift_in_place_of_one(
     comparison: Comparison, instances: Sequence[Instance], p_value: float
 ) -> Unexplained | None:
-    """Find a shift of the bias for a time that explains the readings much better than a step.
+    """Find a shift for a time that explains the readings much better than one of some effects.
 
-    There is none where no step was found, where none explains better by more than the search for
-    the best of many shifts gains, or where there are more than 600 degrees of freedom. The p-value
-    is the chance that noise alone disagrees as much with the model.
+    There is none where none explains better by more than the search for the best of many shifts
+    gains, or where there are more than 600 degrees of freedom. The p-value is the chance that noise
+    alone disagrees as much with the model.
     """
-    space, c = comparison.space, comparison.model.conditions
-    steps = [place for place, item in enumerate(instances) if item.effect.id == "bias-step"]
-    if not steps or space.dof > _MOST:
+    space = comparison.space
+    kind = _shifts(comparison.model.conditions, comparison.record.run_labels, [*SMALL_UNITS])
+    columns = kind.columns[:, :, 0]
+    if space.dof > _MOST or not columns.size:
         return None
-    units = comparison.directions(*instances)
-    kind = _shifts(c, comparison.record.run_labels)
-    if not kind.columns.size:
-        return None
-    taken = orthonormal(np.delete(units, steps, axis=1))
-    left, step = without(comparison.seen, taken), orthonormal(without(units[:, steps], taken))
-    seen = space.see(kind.columns[:, :, 0])
-    shifts = without(seen, taken)
-    length, whole = lengths(shifts), lengths(seen)
-    new = length > NEW * whole
-    squares = np.where(new, shifts.T @ left / np.where(new, length, 1.0), 0.0) ** 2
-    best = int(np.argmax(squares))
-    if squares[best] - squares_in(step, left) < 2.0 * np.log(squares.size):
-        return None
-    size = float(shifts[:, best] @ left) / float(length[best]) ** 2
-    told = kind.told(best, np.inf, size * kind.columns[:, best, 0])
-    return Unexplained(told, float(squares[best] / (comparison.seen**2).sum()), p_value)
+    units, seen = comparison.directions(*instances), space.see(columns)
+    for place in range(len(instances)):
+        taken = orthonormal(np.delete(units, place, axis=1))
+        left, own = without(comparison.seen, taken), orthonormal(without(units[:, [place]], taken))
+        shifts = without(seen, taken)
+        length = lengths(shifts)
+        new = length > NEW * lengths(seen)
+        sizes = np.where(new, shifts.T @ left / np.where(new, length, 1.0) ** 2, 0.0)
+        squares = (sizes * length) ** 2
+        best = int(np.argmax(squares))
+        if squares[best] - squares_in(own, left) >= 2.0 * np.log(squares.size):
+            told = kind.told(best, np.inf, sizes[best] * columns[:, best])
+            return Unexplained(told, float(squares[best] / (comparison.seen**2).sum()), p_value)
+    return None
 
 
-def _left_by_what_repeats(comparison: Comparison) -> Array:
-    """Orthonormal basis of pure error that the base model leaves too, shape (n, d)."""
-    saturation = saturated(comparison.model.conditions, comparison.record.mounting)
+def _left_by_what_repeats(comparison: Comparison, instances: Sequence[Instance]) -> Array:
+    """Orthonormal basis of pure error that model and effects leave too, shape (n, d)."""
+    c = comparison.model.conditions
+    columns = [column_of(item, c)[:, None] for item in instances]
+    saturation = saturated(c, comparison.record.mounting)
     jacobian = comparison.model.jacobian(comparison.parameters)
-    taken = orthonormal(np.hstack([saturation, jacobian]))
+    taken = orthonormal(np.hstack([saturation, jacobian, *columns]))
     return np.asarray(np.linalg.qr(taken, mode="complete")[0][:, taken.shape[1] :])
 
 
@@ -175,21 +184,32 @@ def _oscillations(c: Conditions, labels: Sequence[str]) -> _Kind:
     return _Kind(c.gain[:, None, None] * columns, (np.inf,), told)
 
 
-def _shifts(c: Conditions, labels: Sequence[str]) -> _Kind:
-    """A bias that has another level in some readings that follow each other, of half a run."""
-    found = list(_stretches(c))
+def _shifts(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -> _Kind:
+    """A coefficient that is another in some readings that follow each other, of half a run.
 
-    def told(place: int, _: float, bias: Array) -> str:
-        own = found[place]
+    A shift of the bias takes four of them, one of the others a head that turns by a quarter.
+    """
+    acting = {what: c.gain * coefficient_columns(c)[what] for what in coefficients}
+    found = [
+        (what, own)
+        for own in _stretches(c)
+        for what, column in acting.items()
+        if what == "bias" or np.ptp(column[own]) > 1.0
+    ]
+
+    def told(place: int, _: float, change: Array) -> str:
+        what, own = found[place]
         first, last = (f"{c.angle[i]:g} deg of stroke {c.stroke[i]}" for i in own[[0, -1]])
+        clearest = own[np.argmax(np.abs(acting[what][own]))]
+        size = change[clearest] / acting[what][clearest] * MICRO
         return (
-            f"the bias is shifted for a time, by {bias[own[0]] * MICRO:+.3g} ug in {own.size}"
+            f"the {what} is shifted for a time, by {size:+.3g} {SMALL_UNITS[what]} in {own.size}"
             f" readings of run {labels[c.run[own[0]]]}, from {first} to {last}"
         )
 
     columns = np.zeros((c.number.size, len(found), 1))
-    for place, own in enumerate(found):
-        columns[own, place, 0] = c.gain[own]
+    for place, (what, own) in enumerate(found):
+        columns[own, place, 0] = acting[what][own]
     return _Kind(columns, (np.inf,), told)
 
 
@@ -267,14 +287,21 @@ def _gains(noises: Sequence[_Noise], errors: Array) -> tuple[Array, Ints]:
 def _chances(
     noises: Sequence[_Noise], gains: Array, draw: Callable[[int], Array]
 ) -> tuple[Array, Array]:
-    """Chance that noise gains as much by each kind, and what is gained beyond nearly all noise."""
+    """Chance that noise gains as much by any kind, and what is gained beyond nearly all noise.
+
+    The kinds are judged together by the smallest chance that a draw of noise has among them: many
+    of them see the same, so that their number would count too much.
+    """
     found = np.empty((gains.size, 0))
     for draws in (_FIRST, _DRAWS - _FIRST):
         found = np.hstack([found, _gains(noises, draw(draws))[0]])
-        chances = (1.0 + (found >= gains[:, None]).sum(axis=1)) / (1.0 + found.shape[1])
-        if chances.min() > _POSSIBLE:
+        above = (found >= gains[:, None]).sum(axis=1)
+        if above.min() > _POSSIBLE * found.shape[1]:
             break
-    return chances, gains - np.quantile(found, 0.99, axis=1)
+    ranks = found.shape[1] - np.argsort(np.argsort(found, axis=1), axis=1)
+    smallest = ranks.min(axis=0)  # of the largest gain it is 1
+    as_rare = (smallest <= above[:, None]).sum(axis=1)
+    return (1.0 + as_rare) / (1.0 + found.shape[1]), gains - np.quantile(found, 0.99, axis=1)
 
 
 def _likeliest(noises: Sequence[_Noise], error: Array, kind: int) -> tuple[_Noise, int]:

@@ -1,8 +1,9 @@
-"""A bias that wanders, as of flicker noise or a random walk, in place of an effect that was named.
+"""What wanders, as of flicker noise or a random walk, in place of an effect that was named.
 
 A walk looks like a step, a drift or a warm-up, and no test of fit tells it from a small one. The
-likelihoods do: in place of the effect stands a bias of each run of which the power falls with the
-frequency (IEEE 1293: bias instability, random walk), of whatever size suits the readings best.
+likelihoods do: in place of the effect stands a bias, scale factor or misalignment of each run of
+which the power falls with the frequency (IEEE 1293: bias instability, random walk), of whatever
+size suits the readings best.
 """
 
 from __future__ import annotations
@@ -13,14 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import dummies
+from accelcal.discovery.columns import coefficient_columns, dummies
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 
 LIKELY, POSSIBLE = 0.1, 0.001
-"""Likelihood of a wandering bias, over that with an effect: from the first on the effect gets no
+"""Likelihood of what wanders, over that with an effect: from the first on the effect gets no
 name, from the second on its name is not sure."""
 
 _POWERS = (1.0, 2.0)
@@ -34,7 +35,7 @@ _SIZES = np.geomspace(0.01, 1000.0, 51)
 
 
 class Wandering(NamedTuple):
-    """A wandering bias in place of an effect.
+    """A coefficient that wanders in place of an effect.
 
     Attributes
     ----------
@@ -42,12 +43,15 @@ class Wandering(NamedTuple):
         The effect.
     log_likelihood : float
         Natural logarithm of its likelihood over that with the effect.
+    what : str
+        What would wander: bias, scale factor or misalignment.
     rms : float
-        By how much the bias would wander in a run [g].
+        By how much it would wander in a run [g, 1 or rad].
     """
 
     instead_of: Instance
     log_likelihood: float
+    what: str
     rms: float
 
     def is_as_likely(self, bound: float) -> bool:
@@ -56,17 +60,24 @@ class Wandering(NamedTuple):
 
 
 def wandering(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Wandering]:
-    """Find the likeliest wandering bias in place of each of some effects."""
+    """Find what would wander likeliest in place of each of some effects."""
     space, c, sigma = comparison.space, comparison.model.conditions, comparison.noise.sigma
     units = comparison.directions(*instances)
     with_all = _log_likelihood(without(comparison.seen, orthonormal(units)))
     waves, frequency = _half_waves(c)
-    seen = space.see(c.gain[:, None] * waves * sigma)
+    seen = {
+        what: space.see((c.gain * column)[:, None] * waves * sigma)
+        for what, column in coefficient_columns(c).items()
+    }
     for place, item in enumerate(instances):
         others = orthonormal(np.delete(units, place, axis=1))
-        rest, columns = without(comparison.seen, others), without(seen, others)
-        log, rms = max(_likeliest(rest, columns, frequency**-power) for power in _POWERS)
-        yield Wandering(item, log - with_all, rms * sigma)
+        rest = without(comparison.seen, others)
+        log, rms, what = max(
+            (*_likeliest(rest, without(columns, others), frequency**-power), what)
+            for what, columns in seen.items()
+            for power in _POWERS
+        )
+        yield Wandering(item, log - with_all, what, rms * sigma)
 
 
 def _log_likelihood(white: Array) -> float:

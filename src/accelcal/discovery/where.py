@@ -69,6 +69,8 @@ _FOLLOWS = {
     "position": "the same at each position in all strokes and runs",
     "stroke": "an offset between forward and back strokes",
     "stroke*position": "by position, opposite on forward and back strokes",
+    "turn": "another at the end of a turn than at its start",
+    "stroke*turn": "another at the end of a turn than at its start, opposite on back strokes",
     "temperature": "by the temperature of the run",
     "temperature*position": "by position, growing with the temperature",
     "heating/cooling": "by the way to the temperature, heating or cooling",
@@ -76,10 +78,12 @@ _FOLLOWS = {
     "time*position": "by position, growing with time",
     "cycle": "by the cycle of the run",
     "cycle*position": "by position, growing from cycle to cycle",
+    "stroke*cycle": "by the stroke of the run",
     "run": "bias, scale factor or misalignment from run to run",
     "run*time": "along the time, otherwise in each run",
     "run*position": "by position, otherwise in each run",
     "run*cycle": "by the cycle, otherwise in each run",
+    "run*stroke": "by the stroke, otherwise in each run",
 }
 
 

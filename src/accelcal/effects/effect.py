@@ -59,8 +59,8 @@ class Effect:
     to_tell_apart : str
         The measurement that separates it from what looks alike.
     bend : callable, optional
-        ``bend(conditions)`` -> shape (n,): what bends the law of the term [g]. Where the readings
-        need it beside the term, the law is another one, and the name is not given.
+        ``bend(conditions)`` -> shape (n,) or (n, k): what bends the law of the term [g]. Where the
+        readings need it beside the term, the law is another one, and the name is not given.
     static : bool, default False
         True where the term is of the accelerometer itself and depends on nothing but `input`,
         `cross`, `axial`, `excess`, `indicated` and `gain`: then `accelcal.apply` takes it up.

@@ -13,8 +13,8 @@ from accelcal.effects.conditions import SAME_ANGLE, Conditions
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
 from accelcal.geometry import angular_distance
+from accelcal.results.findings import EMPIRICAL
 
-_ID = "empirical:"
 _AT = "at {:g} deg"
 
 
@@ -79,7 +79,7 @@ def empirical(factor: str, angles: Iterable[float]) -> Effect:
     """
     _, unit, how = FACTORS[factor]
     return Effect(
-        id=_ID + factor,
+        id=EMPIRICAL + factor,
         name=f"empirical term by {factor}",
         physics=f"Not known: the readings differ by the head position, {how}.",
         formula="one value for each head position",
@@ -114,7 +114,7 @@ def effect_of(name: str, parameters: Iterable[str]) -> Effect:
     InputError
         If there is no such effect.
     """
-    factor = name.removeprefix(_ID)
+    factor = name.removeprefix(EMPIRICAL)
     if factor != name and factor in FACTORS:
         return empirical(factor, map(_angle_of, parameters))
     return effect(name)

@@ -143,5 +143,6 @@ EFFECTS = (
         acts_on="temperature",
         parameters=(Parameter("rate", "degC/h", "change of temperature with time"),),
         term=lambda c, rate: rate * c.run_time / HOUR,
+        bend=lambda c: (c.run_time / HOUR) ** 2 * c.per_degree,
     ),
 )

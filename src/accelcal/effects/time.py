@@ -37,6 +37,11 @@ def _first_run_alone(c: Conditions) -> Array:
     return np.where(c.run == c.run[c.order[0]], np.exp(-4.0 * c.run_time / length), 0.0)
 
 
+def _curved(c: Conditions) -> Array:
+    """Squares of the time in the record and in the run, shape (n, 2)."""
+    return np.stack([c.time, c.run_time], axis=1) ** 2 / HOUR**2
+
+
 def _moments(c: Conditions) -> Array:
     """First readings after a step that shows in some readings of a run, or lies between runs."""
     run = c.run[c.order]
@@ -115,7 +120,7 @@ EFFECTS = (
         acts_on="output",
         parameters=(Parameter("rate", "g/h", "change of the bias with time"),),
         term=lambda c, rate: rate * c.time / HOUR,
-        bend=lambda c: (c.time / HOUR) ** 2,
+        bend=_curved,
     ),
     Effect(
         id="scale-factor-drift",
@@ -128,7 +133,7 @@ EFFECTS = (
         acts_on="output",
         parameters=(Parameter("rate", "1/h", "relative change of the scale factor with time"),),
         term=lambda c, rate: rate * c.time / HOUR * c.indicated,
-        bend=lambda c: (c.time / HOUR) ** 2 * c.indicated,
+        bend=lambda c: _curved(c) * c.indicated[:, None],
     ),
     Effect(
         id="warm-up",

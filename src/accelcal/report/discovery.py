@@ -63,7 +63,8 @@ def outcome(found: Discovery, p: str) -> str:
     """Tell in a sentence what was discovered, with the chance of noise as it is written."""
     if found.effects:
         names = " and ".join(_named(found, effect) for effect in found.effects)
-        return f"Model and readings disagree ({p}). What is missing: {names}."
+        more = ", and something that no known effect explains" if found.has_more else ""
+        return f"Model and readings disagree ({p}). What is missing: {names}{more}."
     if found.unexplained:
         return f"Model and readings disagree ({p}), and no known effect explains it."
     return f"Model and readings agree ({p}): nothing is missing that shows."

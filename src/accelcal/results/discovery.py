@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from accelcal.escapes import visible
 from accelcal.results.checked import Kind, checked, mapping_of
 from accelcal.results.findings import (
+    EMPIRICAL,
     Change,
     Detectable,
     Fault,
@@ -153,6 +154,7 @@ class Discovery(StoredResult, TabularResult):
         name = f"serial {self.serial}" if self.serial else self.source
         found = ", ".join(effect.id for effect in self.effects)
         open_end = "an effect that nothing explains" if self.unexplained else "nothing"
+        found += f", {open_end}" * self.has_more
         faults = ", ".join(f"fault {fault.id}" for fault in self.faults)
         return visible(f"<Discovery {name}: {faults}{'; ' * bool(faults)}{found or open_end}>")
 
@@ -160,6 +162,12 @@ class Discovery(StoredResult, TabularResult):
         from accelcal.report.notebook import discovery_html
 
         return discovery_html(self)
+
+    @property
+    def has_more(self) -> bool:
+        """Whether the unexplained is left beside effects, none of which is a term for it."""
+        known = [not effect.id.startswith(EMPIRICAL) for effect in self.effects]
+        return self.unexplained is not None and bool(known) and all(known)
 
     @property
     def named(self) -> tuple[FoundEffect, ...]:

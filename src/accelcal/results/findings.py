@@ -26,6 +26,9 @@ __all__ = [
 WRONG_ORDER = "order"
 """Id of a fault that is no entry of the catalogue."""
 
+EMPIRICAL = "empirical:"
+"""How the ids of terms begin that stand for a pattern without a cause."""
+
 
 @dataclass(frozen=True, slots=True)
 class Gap(StoredPart):
