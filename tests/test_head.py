@@ -146,8 +146,8 @@ def test_something_else_is_told():
     ("sizes", "message"),
     [
         ((None, None), "is not declared; what"),
-        ((2e-5, 1e-5), "is 1e-05 rad and 2e-05 rad"),
-        ((2e-5, None), "is 2e-05 rad and not declared"),
+        ((2e-5, 1e-5), "is 1e-05 rad, elsewhere 2e-05 rad"),
+        ((2e-5, None), "is 2e-05 rad, elsewhere not declared; what"),
         ((0.0, 0.0), "is 0 rad"),
     ],
 )

@@ -108,6 +108,22 @@ ERRORS = {
         "1: column 'temp [K]' is in K; give it in degC",
     ),
     "radians": ("T,angle_rad,k,Y\n20,1,1,1\n", "1: column 'angle_rad' is in rad; give it in deg"),
+    "minutes of arc": (
+        "T,angle [arcmin],k,Y\n20,1,1,1\n",
+        "1: column 'angle [arcmin]' is in arcmin; give it in deg",
+    ),
+    "kelvin in cells": (
+        "T,J,k,Y\nNA,2,1,1\n233 K,1,1,1\n",
+        "3: T '233 K' is in K; give it in degC",
+    ),
+    "radians in cells": (
+        "T,angle,k,Y\n20,0 rad,1,1\n20,3 rad,1,2\n",
+        "2: angle '0 rad' is in rad; give it in deg",
+    ),
+    "fahrenheit in a header line": (
+        "# temperature [F]: 68\nJ,k,Y\n1,1,1\n",
+        "1: temperature '68 F' is in F; give it in degC",
+    ),
     # the rows
     "too many fields": (
         H + "20,1,1,1,3\n",

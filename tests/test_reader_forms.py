@@ -154,6 +154,17 @@ def test_unit_in_a_heading(heading):
     assert read(long_table(headings=(*HEADINGS[:3], heading))).unit == "mA"
 
 
+@pytest.mark.parametrize(
+    ("heading", "notes"),
+    [
+        ("T [degC]", ()),
+        ("T [chamber]", ("column 'T [chamber]' is taken in degC",)),
+    ],
+)
+def test_what_is_no_known_unit_of_a_temperature_is_said(heading, notes):
+    assert read(f"{heading},J,k,Y [mA]\n20,1,1,1\n20,5,1,2\n").notes == notes
+
+
 def test_unit_in_the_cells():
     rows = [(*row[:3], f"{row[3]} mA") for row in ROWS]
     record = read(long_table(rows=rows))

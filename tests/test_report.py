@@ -2,6 +2,7 @@
 
 import io
 import itertools
+import json
 import math
 import random
 import re
@@ -229,6 +230,16 @@ def test_unknown_uncertainty_says_why():
     assert "NO UNCERTAINTY" not in str(fitted())
     assert "no uncertainty: one reading a coefficient and no declared std" in text
     assert "reading noise, run 20: unknown" in text
+
+
+def test_standard_uncertainties_of_other_programs_are_uncertainties():
+    document = json.loads(fitted().to_json())
+    for table in document["tables"]:
+        for quantity in (*table["coefficients"].values(), *table["error_model"].values()):
+            del quantity["expanded_uncertainty"]
+    text = str(accelcal.Calibration.from_json(json.dumps(document)))
+    assert "NO UNCERTAINTY" not in text
+    assert re.search(r"scale factor +K1 +1\.350 +unknown +output/g +1\.\de-05\n", text)
 
 
 def test_head_error_of_zero_is_told_in_words():

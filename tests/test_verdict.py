@@ -475,10 +475,16 @@ def test_units_of_something_else_are_refused(unit, name):
         Limit(name, unit, maximum=1.0)
 
 
-def test_scale_factor_in_volts_does_not_fit_milliamperes():
-    sheet = Specification("x", (Limit("scale_factor", "V/g", 1.2, 1.5),))
+def test_a_scale_factor_in_volts_is_not_tested_in_milliamperes():
+    volts = Limit("scale_factor", "V/g", 1.2, 1.5)
+    bias = Limit("bias", "mg", maximum=5.0)
     with pytest.raises(InputError, match="does not fit a calibration in mA"):
-        judge(paper(), sheet)
+        volts.factor("mA")
+    verdict = judge(paper(), Specification("x", (volts, bias)))
+    assert [(j.outcome, j.remark) for j in verdict.judgements] == [
+        ("not tested", "the readings are in mA"),
+        ("undecided", "its uncertainty is unknown"),
+    ]
 
 
 # -- files -----------------------------------------------------------------------------------------

@@ -228,11 +228,6 @@ def verdicts_of(
     -------
     StackVerdicts
         What `accelcal.judge` says of each.
-
-    Raises
-    ------
-    InputError
-        If the unit of the scale factor does not fit the output of the calibrations.
     """
     found = list(conformity(specification, _measured(stack, tables)))
     outcome = np.array([np.where(each.holds, each.outcome, len(OUTCOMES)) for each in found])

@@ -155,7 +155,7 @@ def _declared(records: Sequence[TumbleRecord]) -> float:
     found = {record.apparatus.head_uncertainty for record in records}
     if len(found) > 1 or not next(iter(found)):
         known = [f"{u:g} rad" for u in sorted(u for u in found if u is not None)]
-        shown = " and ".join([*known, *(["not declared"] if None in found else [])])
+        shown = ", elsewhere ".join([*known, *(["not declared"] if None in found else [])])
         raise InputError(
             f"{records[0].source}: head_uncertainty is {shown}; what no reading tells of the head"
             " stays as uncertain as declared: declare one above 0, by"

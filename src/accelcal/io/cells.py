@@ -12,7 +12,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
-from accelcal.io.vocabulary import is_unit_of
+from accelcal.io.vocabulary import UNITS_OF, has_unit, is_unit_of
 from accelcal.io.wording import shown
 from accelcal.units import canonical_unit
 
@@ -81,7 +81,10 @@ class Column(NamedTuple):
         match = _WITH_UNIT.fullmatch(str(first))
         if not match or not is_unit_of(self.role, match[2]):
             return self
-        unit = match[2]
+        unit, allowed = match[2], UNITS_OF.get(self.role)
+        if allowed and not has_unit(self.role, unit):
+            problem, remedy = f"{{}} is in {unit}", f"give it in {allowed[0]}"
+            raise self.refuse(list(self.cells).index(first), problem, remedy)
         if self.unit and canonical_unit(self.unit) != canonical_unit(unit):
             problem, remedy = f"{{}} under a heading in {self.unit}", "use one unit in a column"
             raise self.refuse(list(self.cells).index(first), problem, remedy)

@@ -156,6 +156,10 @@ def _dates_aside(named: dict[str, Column], date: str | None) -> dict[str, str]:
 def _notes(
     layout: Layout, aside: Mapping[str, str], empty: Sequence[str], by_columns: Set[str]
 ) -> Iterator[str]:
+    for heading in layout.headings:
+        allowed = UNITS_OF.get(heading.role or "")
+        if allowed and heading.role != "time" and heading.unit and not _has_right_unit(heading):
+            yield f"column {shown(heading.text)} is taken in {allowed[0]}"
     for name, reason in aside.items():
         yield f"column {name} {reason} and was set aside"
     for name in empty:
@@ -196,10 +200,14 @@ def _claim(taken: dict[Any, int], key: str | int, index: int, layout: Layout) ->
     taken[key] = index
 
 
+def _has_right_unit(heading: Heading) -> bool:
+    return has_unit(heading.role or "", heading.unit or "")
+
+
 def _check_unit(layout: Layout, heading: Heading) -> None:
     allowed = UNITS_OF.get(heading.role or "")
-    role, unit = heading.role or "", heading.unit or ""
-    if allowed and not has_unit(role, unit) and is_unit_of(role, unit):
+    wrong = is_unit_of(heading.role or "", heading.unit or "")
+    if allowed and not _has_right_unit(heading) and wrong:
         problem = f"column {shown(heading.text)} is in {heading.unit}"
         raise layout.refuse(problem, f"give it in {allowed[0]}")
 

@@ -95,10 +95,12 @@ UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
 LONGEST = 100
 """Characters of a heading or key that may have a meaning."""
 
+_WRONG_ANGLES = ("rad", "mrad", "urad", "gon", "mdeg", "turn", "turns", "rev", "mil", "'", '"')
+_WRONG_ANGLES += ("arcmin", "arcminutes", "arcsec", "arcseconds", "\u2032", "\u2033")
 _WRONG_UNITS = {
-    "temperature": ("K", "Kelvin", "F", "°F", "degF"),
-    "angle": ("rad", "mrad", "gon"),
-    "clamping": ("rad", "mrad", "gon"),
+    "temperature": ("K", "mK", "Kelvin", "F", "°F", "degF", "Fahrenheit"),
+    "angle": _WRONG_ANGLES,
+    "clamping": _WRONG_ANGLES,
 }
 _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}

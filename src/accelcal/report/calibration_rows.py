@@ -79,7 +79,7 @@ def alarms(calibration: Calibration) -> list[str]:
 def without_uncertainty(calibration: Calibration) -> list[str]:
     """Say in a sentence of which tables nothing tells how far the values are off."""
     scale_factors = [(t, t.coefficients["K1"]) for t in calibration.tables]
-    found = [table_title(t) for t, K1 in scale_factors if K1.expanded_uncertainty is None]
+    found = [table_title(t) for t, K1 in scale_factors if K1.standard_uncertainty is None]
     if not found:
         return []
     return [

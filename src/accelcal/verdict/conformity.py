@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
+from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.model import LAWS
 from accelcal.results.verdict import OUTCOMES
@@ -131,11 +132,6 @@ def conformity(specification: Specification, measured: Measured) -> Iterator[Con
     ------
     Conformity
         In the order of the limits; one for each place where any calibration is judged.
-
-    Raises
-    ------
-    InputError
-        If the unit of the scale factor does not fit the output of the calibrations.
     """
     guard_band = RULES[specification.rule].guard_band
     for limit in specification.limits:
@@ -204,11 +200,42 @@ def _outcome(
 ) -> Ints:
     if symbol == "T":
         return _operating_temperatures(limit, measured.temperatures)
-    if place is None or (symbol == "K1" and measured.output_unit is None):
+    if place is None or not is_comparable(limit, measured.output_unit):
         return np.full(measured.reference.shape, _NOT_TESTED)
     factor = limit.factor(measured.output_unit)
     value, expanded = (in_unit(part, factor) for part in measured.quantity(symbol, place))
     return _decided(limit, value, expanded, guard_band)
+
+
+def is_comparable(limit: Limit, output_unit: str | None) -> bool:
+    """Tell whether a limit is in a unit that readings can be turned into.
+
+    Parameters
+    ----------
+    limit : Limit
+        The limit.
+    output_unit : str or None
+        Unit of the readings; None where no one knows it.
+
+    Returns
+    -------
+    bool
+        False for a scale factor of another kind of output.
+
+    Examples
+    --------
+    >>> from accelcal import Limit
+    >>> limit = Limit("scale_factor", "mA/g", maximum=1.5)
+    >>> [is_comparable(limit, unit) for unit in ("uA", "V", None)]
+    [True, False, False]
+    """
+    if QUANTITIES[limit.name].kind != "output":
+        return True
+    try:
+        limit.factor(output_unit)
+    except InputError:
+        return False
+    return output_unit is not None
 
 
 def in_unit(values: Array, factor: float) -> Array:

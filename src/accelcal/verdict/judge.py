@@ -28,6 +28,7 @@ from accelcal.verdict.conformity import (
     Place,
     conformity,
     in_unit,
+    is_comparable,
 )
 
 __all__ = ["judge"]
@@ -51,14 +52,14 @@ def judge(calibration: Calibration, specification: Specification) -> Verdict:
     Raises
     ------
     InputError
-        If the unit of the scale factor does not fit the output of the calibration, or what is
-        given is no calibration or no data sheet.
+        If what is given is no calibration or no data sheet.
 
     Notes
     -----
     With the expanded uncertainty U (95 %) and the guard band w = r U of the rule, a value x passes
     where all of x - w .. x + w keeps the limit, fails where none of it does, and is undecided
-    otherwise. Where U is unknown, a value beyond its limit fails and one within stays undecided,
+    otherwise. A scale factor in the unit of another output is not tested. Where U is unknown, a
+    value beyond its limit fails and one within stays undecided,
     except by simple acceptance. The probability of conformity is that of JCGM 106:2012 with
     Student's distribution about x and no prior knowledge.
 
@@ -207,8 +208,9 @@ def _why_not_tested(found: Conformity, calibration: Calibration) -> str:
         return "the test did not cover the range" if known else "the temperatures are unknown"
     if found.place is None:
         return "the test has no table at T0"
-    if found.symbol == "K1" and calibration.output_unit is None:
-        return "the record names no output unit"
+    if not is_comparable(found.limit, calibration.output_unit):
+        own = calibration.output_unit
+        return f"the readings are in {own}" if own else "the record names no output unit"
     return _why_missing(found.place)
 
 
