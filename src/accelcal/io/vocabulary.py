@@ -95,8 +95,10 @@ UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
 LONGEST = 100
 """Characters of a heading or key that may have a meaning."""
 
-_WRONG_ANGLES = ("rad", "mrad", "urad", "gon", "mdeg", "turn", "turns", "rev", "mil", "'", '"')
-_WRONG_ANGLES += ("arcmin", "arcminutes", "arcsec", "arcseconds", "\u2032", "\u2033")
+_WRONG_ANGLES = (
+    *("rad", "mrad", "urad", "gon", "mdeg", "turn", "turns", "rev", "mil", "'", '"'),
+    *("arcmin", "arcminutes", "arcsec", "arcseconds", "\u2032", "\u2033"),
+)
 _WRONG_UNITS = {
     "temperature": ("K", "mK", "Kelvin", "F", "°F", "degF", "Fahrenheit"),
     "angle": _WRONG_ANGLES,
