@@ -182,7 +182,7 @@ def test_every_public_function_is_tried():
         ),
         (
             lambda: accelcal.random_part(CALIBRATION, STABILITY),
-            "the stability test is in mA in place of g; give accelcal.analyse the scale_factor",
+            "the stability test is in mA in place of g; analyse it with the scale factor",
         ),
     ],
 )

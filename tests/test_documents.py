@@ -27,11 +27,6 @@ from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.verdict.judge import judge
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-STABILITY = {
-    "schema": "accelcal/stability/1",
-    "unit": "g",
-    "components": {"k0F": {"value": 6e-5}, "sigma_F": {"value": 2e-5}},
-}
 
 # -- a document of each kind -----------------------------------------------------------------------
 
@@ -57,6 +52,11 @@ def stand():
 def head():
     _, (unit,) = units_on_one_head(np.random.default_rng(12), units=1)
     return accelcal.calibrate_head(accelcal.read_table(io.StringIO(unit.text))).to_json()
+
+
+def stability():
+    record = accelcal.read_stability(EXAMPLES / "stability.csv")
+    return accelcal.analyse(record, scale_factor=1.3).to_json()
 
 
 def triad():
@@ -117,11 +117,11 @@ KINDS = {
         "fit data.csv --head doc.json",
     ),
     "stability": Kind(
-        lambda: json.dumps(STABILITY),
+        stability,
         "stability",
         ("components", "k0F", "value"),
-        ("components", "sigma_F", "value"),
-        "accelcal stability --scale-factor",
+        ("launches", 2, "fluctuation", "value"),
+        "accelcal stability",
         "budget cal.json --stability doc.json",
     ),
     "triad": Kind(triad, "triad", ("frame",), ("covariance", "matrix", 1, 2), "accelcal triad", ""),

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from accelcal.calibrate.fit import fit
-from accelcal.errors import InputError
+from accelcal.errors import DocumentError, InputError
 from accelcal.io.tables import read_table
 from accelcal.model import bias_bound
-from accelcal.results.stability import SCHEMA, Estimate
+from accelcal.results.stability import SCHEMA, Estimate, Stability
 from accelcal.stability.analysis import analyse, scale_factor_from
 from accelcal.stability.bound import coverage_factor, random_bias
 from accelcal.stability.record import Launch, StabilityRecord, averaged, split_at_gaps
@@ -482,6 +482,24 @@ def test_the_document_and_the_frame_hold_the_result():
     frame = result.to_frame().set_index("quantity")
     assert frame.loc["gamma_D", "value"] == result.components["gamma_D"].value
     assert list(result.allan.to_frame()["tau_s"]) == list(result.allan.tau_s)
+
+
+@pytest.mark.parametrize("launches", [1, 5])
+@pytest.mark.parametrize("factor", [None, 1.3])
+def test_a_result_is_read_back(launches, factor, tmp_path):
+    result = analyse(record(launches, drift=0.02), scale_factor=factor)
+    again = Stability.from_json(result.to_json())
+    assert again == result
+    assert str(again) == str(result)
+    result.to_json(tmp_path / "stability.json")
+    assert Stability.from_json(tmp_path / "stability.json") == result
+
+
+def test_what_is_no_range_of_temperatures_is_refused():
+    document = analyse(record(1)).to_document()
+    document["launches"][0]["temperature_degC"] = [20.0]
+    with pytest.raises(DocumentError, match=r"temperature_degC: 1 numbers in place of"):
+        Stability.from_document(document)
 
 
 def test_a_short_launch_has_no_allan_deviation_but_a_text():

@@ -70,7 +70,8 @@ _KINDS = {
     ),
     "Stability": (
         "a stability test",
-        "make one by accelcal.analyse(accelcal.read_stability('record.csv'))",
+        "make one by accelcal.analyse(accelcal.read_stability('record.csv')), or by"
+        " accelcal.Stability.from_json('stability.json')",
     ),
     "StabilityRecord": (
         "a stability record",

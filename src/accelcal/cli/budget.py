@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from accelcal.error_budget.random_part import RandomPart
     from accelcal.results.calibration import Calibration
     from accelcal.results.error_budget import ErrorBudget
+    from accelcal.results.stability import Stability
     from accelcal.results.stand_budget import StandBudget
 
 
@@ -143,14 +144,15 @@ def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:
         raise error.at(options["stability"]) from None
 
 
-def _stability(path: str | None) -> Any:
+def _stability(path: str | None) -> Stability | None:
     if path is None:
         return None
-    from accelcal.error_budget.random_part import WRITER
     from accelcal.io.text import read_text
-    from accelcal.results.json_text import parse_json
+    from accelcal.results.result import all_from_json
+    from accelcal.results.stability import Stability
 
-    return parse_json(read_text(path, "stability test").text, writer=WRITER)
+    (found,) = all_from_json(Stability, read_text(path, "stability test").text)
+    return found
 
 
 def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any]) -> ErrorBudget:

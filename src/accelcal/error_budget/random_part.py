@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from os import PathLike
-from typing import Any
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_written
 from accelcal.errors import DocumentError, InputError
 from accelcal.results.calibration import Calibration
-from accelcal.results.checked import checked, mapping_of, one_of, read_as, schema_of
-from accelcal.results.stability import DRIFTS_DIFFER, SCHEMA, Estimate, Stability
+from accelcal.results.stability import DRIFTS_DIFFER, Estimate, Stability
 
 __all__ = [
     "NOT_IDENTIFIED",
     "USUAL_FACTOR",
-    "WRITER",
     "RandomBound",
     "RandomPart",
     "random_part",
@@ -36,8 +31,6 @@ FEW_LAUNCHES = "stability test, launches taken as alike"
 
 _RECTANGULAR = math.sqrt(3.0)  # GUM 4.3.7
 _TWO_POINTS = 1.0  # either of two values, half the distance each: the standard deviation
-WRITER = "accelcal stability --scale-factor"
-"""The command that writes stability tests in g, for messages."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +119,7 @@ class RandomPart:
 
 def random_part(
     calibration: Calibration,
-    stability: Stability | Mapping[str, Any] | None = None,
+    stability: Stability | None = None,
     *,
     factor: float = USUAL_FACTOR,
     launch: float | None = None,
@@ -142,9 +135,8 @@ def random_part(
     ----------
     calibration : Calibration
         Tells launch-to-launch errors and the temperature hysteresis, as far as it knows them.
-    stability : Stability or mapping, optional
-        Stability test in g, as `accelcal.analyse` gives it with a scale factor, or its document,
-        schema ``"accelcal/stability/1"``.
+    stability : Stability, optional
+        Stability test in g, as `accelcal.analyse` gives it with a scale factor.
     factor : float, default 3
         t_P: launch, fluctuation, hysteresis and scale factor are given as t_P standard deviations.
     launch, fluctuation, hysteresis, threshold : float, optional
@@ -164,7 +156,7 @@ def random_part(
     InputError
         If a bound is negative or not finite.
     DocumentError
-        If `stability` is something else, or not in g.
+        If `stability` is not in g.
 
     Notes
     -----
@@ -191,21 +183,9 @@ def random_part(
         "threshold": _given(threshold, _RECTANGULAR),
         "scale_factor": _given(scale_factor_instability, factor),
     }
-    document = _document_of(stability)
-    measured = _from_stability(document) if document is not None else {}
+    measured = {} if stability is None else _from_stability(stability)
     found = {name: bound for name, bound in given.items() if bound is not None}
     return RandomPart(**(_from_calibration(calibration, factor) | measured | found))
-
-
-def _document_of(stability: Stability | Mapping[str, Any] | None) -> Mapping[str, Any] | None:
-    if isinstance(stability, str | PathLike):
-        expect(stability, Stability)
-    if not isinstance(stability, Stability):
-        return stability
-    if stability.unit != "g":
-        remedy = "give accelcal.analyse the scale_factor, such as that of the calibration"
-        raise DocumentError(f"the stability test is in {stability.unit} in place of g; {remedy}")
-    return stability.to_document()
 
 
 def _given(bound: float | None, divisor: float) -> RandomBound | None:
@@ -228,8 +208,12 @@ def _from_calibration(calibration: Calibration, factor: float) -> dict[str, Rand
     return found
 
 
-def _from_stability(document: Any) -> dict[str, RandomBound]:
-    known = read_as(_stability_components, document, WRITER)
+def _from_stability(stability: Stability) -> dict[str, RandomBound]:
+    expect(stability, Stability)
+    if stability.unit != "g":
+        remedy = "analyse it with the scale factor, such as that of the calibration"
+        raise DocumentError(f"the stability test is in {stability.unit} in place of g; {remedy}")
+    known = stability.components
     sizes = {name: abs(component.value) for name, component in known.items() if component.value}
     found = {
         name: RandomBound(
@@ -272,9 +256,3 @@ def _largest_drift(lower: float, upper: float, dof: float | None) -> float:
     """
     wider = 1.0 if dof is None else math.sqrt(dof + 2.0)
     return abs(0.5 * (lower + upper)) + 0.5 * wider * (upper - lower)
-
-
-def _stability_components(document: Any) -> dict[str, Estimate]:
-    checked(document, "schema", schema_of(SCHEMA))
-    checked(document, "unit", one_of("g"))
-    return checked(document, "components", mapping_of(Estimate.from_document))

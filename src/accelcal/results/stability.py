@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.checked import Kind, freedom_or_none
-from accelcal.results.fields import Part, StoredPart
+from accelcal.results.checked import (
+    DamageError,
+    Kind,
+    checked,
+    freedom_or_none,
+    list_of,
+    mapping_of,
+    number,
+    or_none,
+)
+from accelcal.results.fields import ReadByFields, StoredPart
 from accelcal.results.mapping import document_of, freeze, members
-from accelcal.results.quantity import Gate
-from accelcal.results.result import JsonResult, TabularResult
+from accelcal.results.quantity import Document, Gate
+from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.stability import StabilityPlot
@@ -67,8 +76,16 @@ class Estimate(StoredPart):
         return Estimate(value, unit or self.unit, lower, upper, self.dof, self.finding)
 
 
+def _low_and_high(value: Any) -> tuple[float, float]:
+    """Take the ends of a range."""
+    found = list_of(number)(value)
+    if len(found) != 2:
+        raise DamageError(f"{len(found)} numbers in place of the lowest and the highest")
+    return found[0], found[1]
+
+
 @dataclass(frozen=True, slots=True)
-class LaunchTrend(Part):
+class LaunchTrend(StoredPart):
     """What one launch shows.
 
     Attributes
@@ -92,6 +109,8 @@ class LaunchTrend(Part):
     temperature_degC : tuple of float or None
         Lowest and highest temperature; None where there is none.
     """
+
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"temperature_degC": or_none(_low_and_high)}
 
     label: str
     samples: int
@@ -130,9 +149,15 @@ class BiasBound:
             "k0": self.bound.to_document(),
         }
 
+    @classmethod
+    def from_document(cls, document: Document) -> BiasBound:
+        """Read the bound from its place in a JSON document."""
+        drift, bound = (checked(document, key, Estimate.from_document) for key in ("k0D", "k0"))
+        return cls(checked(document, "time_s", number), drift, bound)
+
 
 @dataclass(frozen=True, slots=True)
-class AllanDeviation(TabularResult):
+class AllanDeviation(ReadByFields, TabularResult):
     """Overlapping Allan deviation, an entry for each averaging time.
 
     Attributes
@@ -172,9 +197,17 @@ class AllanDeviation(TabularResult):
         columns = (getattr(self, name) for name in names)
         return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 
+    @classmethod
+    def from_document(cls, document: Document) -> AllanDeviation:
+        """Read the deviation from its place in a JSON document."""
+        points = checked(document, "points", list_of(mapping_of(number)))
+        names = [item.name for item in fields(cls) if item.name != "level"]
+        columns = {name: [point.get(name) for point in points] for name in names}
+        return cls._of_fields(columns, level=checked(document, "level", number))
+
 
 @dataclass(frozen=True, slots=True)
-class Stability(JsonResult, TabularResult):
+class Stability(StoredResult, TabularResult):
     """Random part of the error of one accelerometer from one stability test.
 
     Attributes
@@ -220,7 +253,12 @@ class Stability(JsonResult, TabularResult):
     >>> found = accelcal.analyse(accelcal.StabilityRecord(launches, unit="g"))
     >>> round(found.components["sigma_F"].value, 6), found.components["sigma_F"].unit
     (1e-05, 'g')
+    >>> accelcal.Stability.from_json(found.to_json()) == found
+    True
     """
+
+    SCHEMA: ClassVar[str] = SCHEMA
+    _WRITER: ClassVar[str] = "accelcal stability"
 
     components: Mapping[str, Estimate]
     bounds: tuple[BiasBound, ...]
@@ -278,6 +316,14 @@ class Stability(JsonResult, TabularResult):
             "allan": {"level": self.allan.level, "points": self.allan.rows()},
             **members(self, "noise_terms gates warnings"),
         }
+
+    @classmethod
+    def _read(cls, document: Document) -> Self:
+        return cls._of_fields(
+            document,
+            bounds=checked(document, "bias_bound", list_of(BiasBound.from_document)),
+            allan=checked(document, "allan", AllanDeviation.from_document),
+        )
 
     def rows(self) -> list[dict[str, Any]]:
         """List components, noise terms and bounds, a flat dictionary each."""
