@@ -5,6 +5,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pandas as pd
@@ -248,3 +249,19 @@ def test_a_missing_label_is_refused(missing):
     frame.loc[3, "run"] = missing
     with pytest.raises(accelcal.TableError, match="<arrays>:5: run is empty"):
         accelcal.read_arrays(frame)
+
+
+@pytest.mark.parametrize(
+    ("taker", "name"),
+    [
+        (accelcal.TumblePlan, "angles"),
+        (accelcal.TumblePlan, "temperatures"),
+        (accelcal.design, "angles"),
+        (accelcal.design, "temperatures"),
+        (accelcal.optimal_design, "temperatures"),
+        (accelcal.analyse, "times"),
+    ],
+)
+def test_type_checkers_are_told_that_an_array_is_taken(taker, name):
+    declared = get_type_hints(taker)[name]
+    assert "numpy.ndarray" in str(declared)

@@ -1,11 +1,10 @@
 """The Allan deviation against Stable32, and noise terms that are there or not."""
 
-import os
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
+from real_data import real_file
 
 from accelcal.stability.allan import overlapping_allan
 from accelcal.stability.noise_terms import TERMS, _products, noise_terms
@@ -24,11 +23,6 @@ STABLE32 = {  # factor: differences, alpha, lower, deviation, upper at one sigma
 }
 """Stable32 1.60 on the file PHASE.DAT, as in tests/phasedat of allantools (LGPL-3+), commit
 599dc9ea133ea4852f97e5ed88e51dc11bbdae1f."""
-
-FOLDERS = (
-    os.environ.get("ACCELCAL_STABLE32", ""),
-    Path(__file__).parents[2] / "shared" / "data" / "stable32_phase_ocxo",
-)
 
 
 def nist_1000_points():
@@ -57,14 +51,6 @@ def test_stable32_octaves():
         assert row["upper"] == pytest.approx(upper, rel=4e-4)
 
 
-@pytest.fixture(scope="module")
-def stable32_files():
-    for folder in FOLDERS:
-        if folder and (Path(folder) / "ocxo_frequency.txt").exists():
-            return Path(folder)
-    return pytest.skip("the files of Stable32 are not here; ACCELCAL_STABLE32 names their folder")
-
-
 @pytest.mark.parametrize(
     ("data", "reference"),
     [
@@ -72,10 +58,10 @@ def stable32_files():
         ("PHASE.DAT", "phase_dat_oadev.txt"),
     ],
 )
-def test_stable32_all_averaging_times(stable32_files, data, reference):
-    series = np.loadtxt(stable32_files / data)
+def test_stable32_all_averaging_times(data, reference):
+    series = np.loadtxt(real_file("stable32_phase_ocxo", data))
     series = np.diff(series) if data == "PHASE.DAT" else series / np.median(series) - 1.0
-    table = np.loadtxt(stable32_files / reference)
+    table = np.loadtxt(real_file("stable32_phase_ocxo", reference))
     result = overlapping_allan([series], factors=table[:, 0].astype(int))
     assert result.count == tuple(table[:, 2].astype(int))
     assert [f"{x:.4e}" for x in result.deviation] == [f"{x:.4e}" for x in table[:, 5]]

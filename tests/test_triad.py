@@ -3,11 +3,11 @@
 import csv
 import io
 import json
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from real_data import real_file
 
 import accelcal
 from accelcal.cli.main import main
@@ -455,17 +455,6 @@ def test_other_documents_are_refused(text):
 # -- real blocks -----------------------------------------------------------------------------------
 
 
-def data(*parts):
-    """A file of the folder that the environment names; the data are not of this repository."""
-    folder = os.environ.get("ACCELCAL_DATA")
-    if not folder:
-        pytest.skip("ACCELCAL_DATA names no folder of real data")
-    path = Path(folder, *parts)
-    if not path.exists():
-        pytest.skip(f"{'/'.join(parts)} is not in ACCELCAL_DATA")
-    return path
-
-
 OF_24 = [0, 2, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 29, 30, 32, 34, 36, 38, 40, 42, 44, 46, 48]
 
 
@@ -482,7 +471,7 @@ def test_innalabs_block_of_ctu_prague(rows, rms):
     low-cost triaxial inertial sensors". Nine parameters leave 0.84, 0.81 and 0.43 mg rms, six
     leave 11 mg; the largest misalignment is 0.0523.
     """
-    record = read_triad(data("ctu_ahrs_m3_positions", "positions49.csv"))
+    record = read_triad(real_file("ctu_ahrs_m3_positions", "positions49.csv"))
     found = accelcal.calibrate_triad(record.output[list(rows)])
     assert found.residual_rms == pytest.approx(rms, abs=5e-6)
     assert "11." in gate(found, "misalignments").finding
@@ -496,7 +485,7 @@ def test_xsens_block_of_imu_tk():
     github.com/Kyle-ak/imu_tk (BSD-3), commit 7780270fb9a227c79323199303f23989e689a89d; Tedaldi,
     Pretto, Menegatti, ICRA 2014.
     """
-    path = data("imu_tk_xsens", "static_means.csv")
+    path = real_file("imu_tk_xsens", "static_means.csv")
     found = accelcal.calibrate_triad(read_triad(path), frame="z")
     np.testing.assert_allclose(found.bias, [33123.9, 33275.2, 32364.5], atol=0.05)
     diagonal = np.diagonal(found.sensitivity) / 9.81744
@@ -511,8 +500,8 @@ def test_six_poses_of_imucal():
     tests/snapshots/example_cal.json, at 9.81 m/s^2. Its bias is the mean of the two poses of the
     channel's own axis, that of least squares the mean of all six.
     """
-    published = json.loads(data("imucal_ferraris", "example_cal.json").read_text("utf-8"))
-    means = poses(data("imucal_ferraris", "annotated_session.csv"))
+    published = json.loads(real_file("imucal_ferraris", "example_cal.json").read_text("utf-8"))
+    means = poses(real_file("imucal_ferraris", "annotated_session.csv"))
     up = np.vstack([np.eye(3), -np.eye(3)])
     found = accelcal.calibrate_triad(means, up)
     lengths = [found.scale_factors[f"K_{axis}"].value for axis in "xyz"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,9 @@ Mask = NDArray[np.bool_]
 Places = NDArray[np.intp]
 Ints = NDArray[np.int64]
 """Places index other arrays; Ints count and name."""
+
+Numbers = Sequence[float] | NDArray[Any]
+"""Some numbers as a user gives them; an array is no Sequence to a type checker."""
 
 
 def kept(array: NDArray[Any]) -> NDArray[Any]:

@@ -22,7 +22,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import each_of, expect, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
-from accelcal.arrays import Array, Ints
+from accelcal.arrays import Array, Ints, Numbers
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError
@@ -150,9 +150,9 @@ class TumblePlan:
     """
 
     positions: int = 8
-    angles: Sequence[float] | None = None
+    angles: Numbers | None = None
     strokes: int = 6
-    temperatures: Sequence[float] = (20.0, 80.0, -40.0)
+    temperatures: Numbers = (20.0, 80.0, -40.0)
     mountings: Sequence[str] = ("o+",)
     delta0: float = 0.0
     resolution: float = 0.0
@@ -204,7 +204,7 @@ class TumblePlan:
         return stops * self.strokes * len(self.temperatures) * len(self.mountings)
 
 
-def _numbered(name: str, values: Sequence[float]) -> dict[str, float]:
+def _numbered(name: str, values: Numbers) -> dict[str, float]:
     """Values by the names that messages give them, as in ``angle 3``."""
     return {f"{name} {number}": value for number, value in enumerate(values, 1)}
 

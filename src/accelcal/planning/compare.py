@@ -12,6 +12,7 @@ from accelcal.accelerometer import AL15, Accelerometer
 from accelcal.arguments.kinds import expect, several
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
+from accelcal.arrays import Numbers
 from accelcal.errors import InputError
 from accelcal.model import SLOPES
 from accelcal.planning.pace import Pace, hours_of, per_run, strokes_within
@@ -45,9 +46,9 @@ _MOST_READINGS = 50_000
 def design(
     *,
     positions: Sequence[int] = POSITIONS,
-    angles: Sequence[Sequence[float]] = (),
+    angles: Sequence[Numbers] = (),
     strokes: Sequence[int] = (),
-    temperatures: Sequence[Sequence[float]] = (TEMPERATURES,),
+    temperatures: Sequence[Numbers] = (TEMPERATURES,),
     mountings: Sequence[Sequence[str]] = (("o+",),),
     noise: NoiseComponents = STAND,
     resolution: float = 0.0,

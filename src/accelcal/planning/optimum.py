@@ -13,7 +13,7 @@ from accelcal.accelerometer import AL15, Accelerometer
 from accelcal.arguments.kinds import expect, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
-from accelcal.arrays import Array, Ints
+from accelcal.arrays import Array, Ints, Numbers
 from accelcal.errors import InputError
 from accelcal.geometry import angular_distance, head_positions, turn_angles
 from accelcal.model import COEFFICIENTS
@@ -96,7 +96,7 @@ def optimal_design(
     *,
     hours: float,
     strokes: int = 2,
-    temperatures: Sequence[float] = TEMPERATURES,
+    temperatures: Numbers = TEMPERATURES,
     mountings: Sequence[str] = ("o+",),
     noise: NoiseComponents = STAND,
     resolution: float = 0.0,

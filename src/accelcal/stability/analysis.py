@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import expect, several
 from accelcal.arguments.numbers import check_number
+from accelcal.arrays import Numbers
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.plural import counted
@@ -60,7 +61,7 @@ def analyse(
     scale_factor: float | None = None,
     probability: float | None = None,
     window: float = WINDOW,
-    times: Sequence[float] = TIMES,
+    times: Numbers = TIMES,
 ) -> Stability:
     """Analyse a stability test.
 
@@ -178,7 +179,7 @@ def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> floa
 
 
 def _check(
-    scale_factor: float | None, probability: float | None, window: float, times: Sequence[float]
+    scale_factor: float | None, probability: float | None, window: float, times: Numbers
 ) -> None:
     numbers = {"scale_factor": scale_factor, "probability": probability}
     check_number(**{name: value for name, value in numbers.items() if value is not None})
@@ -365,7 +366,7 @@ def _warnings(
     setting: _Setting,
     spread: Estimate,
     stepped: list[Launch],
-    times: Sequence[float],
+    times: Numbers,
     launches: tuple[LaunchTrend, ...],
 ) -> Iterator[str]:
     if setting.unit != "g":
