@@ -146,6 +146,10 @@ def test_every_public_function_is_tried():
             lambda: accelcal.simulate(effects=[accelcal.effect("backlash")]),
             "Effect in place of an effect with its size; make one by accelcal.effect",
         ),
+        (
+            lambda: accelcal.accelerations([0.0], mounting=CALIBRATION),
+            "mounting 'Calibration of serial AL-15, <simulat...' is unknown; it is one of o+,",
+        ),
         (lambda: accelcal.apply(CALIBRATION, "x.csv"), "output is 'x.csv'; it is a number or an"),
         (lambda: accelcal.apply(CALIBRATION, [1, 2], a_p=[1, 2, 3]), "shapes (2,), (), (3,); give"),
         (lambda: accelcal.discover(RECORD, alpha="x"), "alpha is 'x'; it is a finite number"),

@@ -649,8 +649,24 @@ def test_shares_of_the_picture_add_up(al15):
 
     document = budget(al15, [0.0, 1.0], temperature=80.0).to_document()
     sums = np.sum(list(shares(document["points"]).values()), axis=0)
-    expected = [1e6 * point["expanded_uncertainty"] for point in document["points"]]
+    expected = [point["expanded_uncertainty"] for point in document["points"]]
     np.testing.assert_allclose(sums, expected)
+
+
+def test_each_part_of_the_picture_has_its_unit(al15):
+    """The systematic part was 25000 ug high beside bounds of 25 ug."""
+    pytest.importorskip("matplotlib")
+    found = budget(al15, [0.0, 1.0], temperature=60.0)
+    systematic, _, shares = found.plot.stack()
+    assert [ax.get_ylabel() for ax in (systematic, shares)] == ["error [mg]", "error [µg]"]
+    for ax, factor, total in (
+        (systematic, 1e3, found.systematic),
+        (shares, 1e6, found.expanded_uncertainty),
+    ):
+        (diamonds,) = (line for line in ax.lines if line.get_label() == "total")
+        np.testing.assert_allclose(diamonds.get_ydata(), factor * total)
+        tops = sum(bar.get_height() for bars in ax.containers for bar in bars)
+        assert tops == pytest.approx(factor * total.sum())
 
 
 @pytest.mark.parametrize(("form", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])

@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from accelcal.arguments.kinds import as_given
 from accelcal.arguments.numbers import check_number, number_array
 from accelcal.arrays import Array, Mask
 from accelcal.equality import equal
@@ -319,7 +320,7 @@ def accelerations(
     unknown = ~is_mounting(kind)
     if unknown.any():
         raise InputError(
-            f"mounting {str(kind[unknown].flat[0])!r} is unknown;"
+            f"mounting {as_given(str(kind[unknown].flat[0]))} is unknown;"
             f" it is one of {', '.join(MOUNTINGS)}"
         )
     cosine, sine = _cos_sin_deg(angle, delta0)

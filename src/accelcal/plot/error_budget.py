@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import SMALL, canvases, palette, styled
 from accelcal.report.error_budget import joint_variance, place
 from accelcal.report.lines import sentence
+from accelcal.report.numbers import readable
 from accelcal.results.quantity import Document
-from accelcal.units import MICRO
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,22 +90,24 @@ def _draw(panels: Sequence[Axes], points: Sequence[Document]) -> dict[str, Any]:
     shown: dict[str, Any] = {}
     for ax, title, table, total in zip(panels, titles, tables, totals, strict=True):
         ax.grid(visible=False, axis="x")
-        shown = _stack(ax, table, looks) | shown
-        sums = [MICRO * point[total] for point in points]
+        sums = np.array([point[total] for point in points])
+        factor, unit = readable("g", sums, *table.values())
+        scaled = {name: [factor * size for size in sizes] for name, sizes in table.items()}
+        shown = _stack(ax, scaled, looks) | shown
         ink = palette().ink
-        shown["total"] = ax.plot(range(len(points)), sums, "D", color=ink, ms=4, label="total")[0]
-        ax.set(title=sentence(title), ylabel="error [µg]")
+        (shown["total"],) = ax.plot(factor * sums, "D", color=ink, ms=4, label="total")
+        ax.set(title=sentence(title), ylabel=f"error [{unit}]")
         ax.axhline(0.0, color=ink, lw=0.8)
         _name_points(ax, points, last=ax is panels[-1])
     return shown
 
 
 def _parts(points: Sequence[Document], key: str) -> dict[str, list[float]]:
-    """Component -> its size at each point [ug]; those that are zero everywhere are left out."""
+    """Component -> its size at each point [g]; those that are zero everywhere are left out."""
     table: dict[str, list[float]] = {}
     for point in points:
         for part in point["components"]:
-            table.setdefault(_label(part), []).append(MICRO * part[key])
+            table.setdefault(_label(part), []).append(part[key])
     return {name: sizes for name, sizes in table.items() if any(sizes)}
 
 
@@ -118,7 +122,7 @@ def shares(points: Sequence[Document]) -> dict[str, list[float]]:
     Returns
     -------
     dict of str to list of float
-        Component -> its share at each point [ug]; correlated ones have one together.
+        Component -> its share at each point [g]; correlated ones have one together.
     """
     found: dict[str, list[float]] = {}
     for point in points:
@@ -137,7 +141,7 @@ def _label(part: Document) -> str:
 
 def _per_variance(point: Document) -> float:
     variance = point["standard_uncertainty"] ** 2
-    return MICRO * point["expanded_uncertainty"] / variance if variance > 0.0 else 0.0
+    return float(point["expanded_uncertainty"] / variance) if variance > 0.0 else 0.0
 
 
 def _stack(ax: Axes, table: Table, looks: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
