@@ -22,13 +22,7 @@ _ROW_GROUP = 8_000  # rows that are written together; in parts of 3,000 they tak
 
 
 def arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
-    """Encode a part of a frame as a stream of Arrow, its labels as dictionaries.
-
-    Returns
-    -------
-    bytes
-        The stream.
-    """
+    """Encode a part of a frame as a stream of Arrow, its labels as dictionaries."""
     import pyarrow as pa
 
     arrays = [_array(columns[name], kind.kind) for name, kind in kinds.items()]

@@ -199,13 +199,7 @@ Columns = dict[str, Cells]
 
 
 def no_rows(kinds: Mapping[str, FrameColumn]) -> Columns:
-    """Make a frame without rows.
-
-    Returns
-    -------
-    mapping of str to Labels or ndarray
-        No cells by column.
-    """
+    """Make a frame without rows."""
     return {
         name: np.zeros(0) if column.kind == "number" else Labels.of([])
         for name, column in kinds.items()

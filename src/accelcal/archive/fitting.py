@@ -47,13 +47,7 @@ class _Piece(NamedTuple):
 
 
 def fit_records(records: Sequence[TumbleRecord], settings: Settings) -> FittedRecords:
-    """Fit records, and judge them where there is a data sheet.
-
-    Returns
-    -------
-    FittedRecords
-        Their rows.
-    """
+    """Fit records, and judge them where there is a data sheet."""
     failures: dict[int, str] = {}
     pieces = list(_pieces(records, range(len(records)), settings, failures))
     return FittedRecords(

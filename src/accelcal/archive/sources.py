@@ -150,13 +150,7 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
 
 
 def is_url(path: str) -> bool:
-    """Tell whether a path is a URL, as in ``s3://bucket/a.csv``.
-
-    Returns
-    -------
-    bool
-        True for a URL.
-    """
+    """Tell whether a path is a URL, as in ``s3://bucket/a.csv``."""
     return "://" in path
 
 

@@ -103,7 +103,7 @@ def _item(calibration: Calibration, known: Laboratory) -> Element:
         "item",
         named(_MODEL),
         _contact("manufacturer", known.manufacturer),
-        dcc("model", known.model) if known.model else None,
+        _stated("model", known.model),
         dcc("identifications", identification),
     )
 
@@ -112,32 +112,33 @@ def _person(person: Contact) -> Element:
     return dcc(
         "respPerson",
         _contact("person", person),
-        dcc("role", person.role) if person.role else None,
+        _stated("role", person.role),
         dcc("mainSigner", "true") if person.role == "main signer" else None,
     )
 
 
 def _contact(tag: str, contact: Contact, *, located: bool = False) -> Element:
     """A contact; that of a laboratory or customer has a place in any case."""
-    place = [
-        dcc(name, value)
-        for name, value in (
-            ("city", contact.city),
-            ("countryCode", contact.country),
-            ("postCode", contact.post_code),
-            ("street", contact.street),
-        )
-        if value
-    ]
+    parts = (
+        _stated("city", contact.city),
+        _stated("countryCode", contact.country),
+        _stated("postCode", contact.post_code),
+        _stated("street", contact.street),
+    )
+    place = [part for part in parts if part is not None]
     if located and not place:
         place = [rich("further", NOT_STATED)]
     return dcc(
         tag,
         named(contact.name),
-        dcc("eMail", contact.email) if contact.email else None,
-        dcc("phone", contact.phone) if contact.phone else None,
+        _stated("eMail", contact.email),
+        _stated("phone", contact.phone),
         dcc("location", *place) if place else None,
     )
+
+
+def _stated(tag: str, text: str) -> Element | None:
+    return dcc(tag, text) if text else None
 
 
 def _statement(text: str, *more: Element) -> Element:

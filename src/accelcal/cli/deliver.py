@@ -102,11 +102,6 @@ def say(text: str, *, color: bool | None = None) -> None:
 def standard_output() -> Iterator[TextIO]:
     """Open standard output, where results go.
 
-    Yields
-    ------
-    text file
-        The stream.
-
     Raises
     ------
     InputError

@@ -17,11 +17,6 @@ def sha256_of(data: bytes) -> str:
 
     ``hashlib`` loads OpenSSL, which is faster, but takes longer to load than a table takes to read.
 
-    Returns
-    -------
-    str
-        64 digits.
-
     Examples
     --------
     >>> sha256_of(b"")[:16]

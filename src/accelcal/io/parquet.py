@@ -16,13 +16,7 @@ from accelcal.io.wording import shown
 
 
 def is_parquet(path: str) -> bool:
-    """Tell whether a file is a Parquet file, by its name.
-
-    Returns
-    -------
-    bool
-        True where it is.
-    """
+    """Tell whether a file is a Parquet file, by its name."""
     return path.lower().endswith(".parquet")
 
 
@@ -160,11 +154,6 @@ def _text_of(table: Any, quoting: str) -> bytes:
 
 def headings_of(path: str) -> list[str]:
     """Names of the columns of a Parquet file.
-
-    Returns
-    -------
-    list of str
-        The names.
 
     Raises
     ------

@@ -173,11 +173,6 @@ def read_document(
 def standard_input() -> IO[bytes]:
     """Give standard input.
 
-    Returns
-    -------
-    binary file object
-        The stream.
-
     Raises
     ------
     InputError
@@ -200,13 +195,7 @@ def unreadable(error: OSError | ValueError, path: str, what: str) -> TableError:
 
 
 def named_bytes(content: bytes, name: str) -> BytesIO:
-    """Open content in memory like the file that it comes from.
-
-    Returns
-    -------
-    binary file object
-        The file.
-    """
+    """Open content in memory like the file that it comes from."""
     file = BytesIO(content)
     file.name = name  # where a file has its name
     return file

@@ -139,11 +139,6 @@ class Heading(NamedTuple):
 def read_heading(text: str) -> Heading:
     """Understand a column heading.
 
-    Returns
-    -------
-    Heading
-        Its meaning.
-
     Examples
     --------
     >>> read_heading("Output_mA")[1:3], read_heading("T")[1], read_heading("t [s]")[1]

@@ -8,13 +8,7 @@ from accelcal.plural import counted
 
 
 def shown(text: str) -> str:
-    """Quote a piece of a file for a message, cut to 40 characters.
-
-    Returns
-    -------
-    str
-        Its representation on one line.
-    """
+    """Quote a piece of a file for a message, cut to 40 characters."""
     return repr(text if len(text) <= 40 else text[:37] + "...")
 
 

@@ -121,11 +121,6 @@ def browser() -> str | None:
 def pdf(document: str) -> bytes:
     """Print a page of HTML on A4.
 
-    Returns
-    -------
-    bytes
-        The PDF.
-
     Raises
     ------
     InputError

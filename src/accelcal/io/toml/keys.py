@@ -11,6 +11,13 @@ from accelcal.io.text import SourceText
 
 Found = TypeVar("Found")
 
+_PLAIN: Mapping[Any, str] = {
+    str: "a text in quotes",
+    float: "a number",
+    int: "a whole number",
+    bool: "true or false",
+}
+
 
 def read_toml(given: SourceText, make: Callable[[dict[str, Any]], Found], tables: str) -> Found:
     """Make what a file in TOML describes.
@@ -81,7 +88,7 @@ def check_keys(
     keys : mapping
         Key -> its type: str, float (any number), int, bool, dict, list or a tuple of types.
     names : mapping
-        Type -> how a message calls it.
+        Type -> how a message calls it, of others than texts, numbers and flags.
     required : tuple of str
         Keys that must be there.
     where : str
@@ -102,7 +109,8 @@ def check_keys(
         if key not in keys:
             raise InputError(f"{where}key {key!r} is unknown; there are {', '.join(keys)}")
         if not is_of_kind(value, keys[key]):
-            raise InputError(f"{where}{key} is {value!r}; it is {names[keys[key]]}")
+            right = {**_PLAIN, **names}[keys[key]]
+            raise InputError(f"{where}{key} is {value!r}; it is {right}")
     for key in required:
         if key not in entry:
             raise InputError(f"{where}key {key!r} is missing; add {key} = ...")

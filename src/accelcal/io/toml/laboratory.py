@@ -150,7 +150,6 @@ _KEYS = {
 }
 _CONTACT_KEYS = dict.fromkeys(Contact.__slots__, str)
 _TYPE_NAMES = {
-    str: "a text in quotes",
     (str, date): "a day such as 2026-11-21",
     dict: "a table such as [customer] or [[persons]]",
     list: "a list, of texts in statements and of tables [[persons]]",

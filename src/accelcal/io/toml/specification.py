@@ -16,7 +16,7 @@ SCHEMA = "accelcal/specification/1"
 
 _KEYS = {"schema": str, "name": str, "source": str, "rule": str, "limits": dict}
 _LIMIT_KEYS = {"unit": str, "minimum": float, "maximum": float, "at": str, "condition": str}
-_TYPE_NAMES = {str: "a text in quotes", float: "a number", dict: "a table such as [limits.bias]"}
+_TYPE_NAMES = {dict: "a table such as [limits.bias]"}
 
 
 def read_specification(source: Source) -> Specification:

@@ -42,10 +42,6 @@ _COMPONENT_KEYS = {
     "origin": str,
 }
 _TYPE_NAMES = {
-    str: "a text in quotes",
-    float: "a number",
-    int: "a whole number",
-    bool: "true or false",
     dict: "a table such as [components.head]",
     list: "a list such as [0.1, 1.0, 10.0]",
     (str, list): 'a text such as "run", or a list of such texts',
