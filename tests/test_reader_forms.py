@@ -16,8 +16,10 @@ import pytest
 
 import accelcal
 from accelcal.errors import InputError, TableError
+from accelcal.io.cells import Column
 from accelcal.io.description import describe, summary
 from accelcal.io.tables import read_table, read_tables, survey
+from accelcal.io.times import times
 from accelcal.io.vocabulary import read_heading
 
 GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
@@ -891,6 +893,28 @@ def test_a_date_and_time_that_is_none_is_refused(cell):
     text = clocked("2024-05-31 14:20", cell, "2024-05-31 14:22", headings="date")
     with pytest.raises(TableError, match=r":3: date.* is not a date and time; write it as 2024"):
         read(text)
+
+
+@pytest.mark.parametrize(
+    ("cell", "told"),
+    [
+        ("2024-02-29T00:00:30.25", "2024-02-29T00:00:30.250000"),
+        ("1999-12-31 23:59:59.999999", "1999-12-31T23:59:59.999999"),
+        ("29.02.2024 0:01", "2024-02-29T00:01:00.000000"),
+        ("2024-02-29T01:00:00+02:00", "2024-02-28T23:00:00.000000"),
+    ],
+)
+def test_dates_are_those_of_the_calendar(cell, told):
+    cells = ["2024-02-28", cell]
+    found = times(Column("time", "time", None, cells, np.array([6, 7]), "a.csv"))
+    assert found.astype(str).tolist() == ["2024-02-28T00:00:00.000000", told]
+
+
+@pytest.mark.parametrize("cell", ["2024-02-30 10:00:00", "2024-02-29 24:00:00"])
+def test_a_date_like_the_others_that_is_none_is_refused(cell):
+    cells = ["2024-02-28 10:00:00", cell]
+    with pytest.raises(TableError, match=f"^a.csv:7: time '{cell}' is not a date and time; write"):
+        times(Column("time", "time", None, cells, np.array([6, 7]), "a.csv"))
 
 
 def test_rows_of_strokes_have_no_time_of_their_own():
