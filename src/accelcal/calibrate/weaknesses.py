@@ -138,7 +138,7 @@ def warnings_of(fitted: Fitted) -> Warned:
             " coefficients fitted jointly with the head are those of accelcal head",
         ),
     )
-    uneven = [noise.differs for noise in estimate.uneven]
+    uneven = [noise.clearly for noise in estimate.uneven]
     of_tables = map(_of_table, fitted.tables, estimate.noises, uneven)
     return Warned(of_each(said, records), [of_each(own, records) for own in of_tables])
 

@@ -2,6 +2,8 @@
 
 One noise for all readings then makes some intervals too short and others too wide. The scatter at
 each position tells its own, if there are strokes enough, in the table or in all of them together.
+Where it does not, positions with the same size of a_i tell it together: errors of the angle act as
+sin th, those of scale factor and temperature as cos th, and neither knows the sign.
 """
 
 from __future__ import annotations
@@ -15,10 +17,18 @@ from numpy.typing import ArrayLike
 from accelcal.arrays import Array, Mask
 from accelcal.estimate.noise import FEW, ReadingNoise
 from accelcal.estimate.tables import PreparedTable
+from accelcal.model import COEFFICIENTS
 from accelcal.numerics.grouping import sums_of_groups
 from accelcal.numerics.probability import f_exceeds
+from accelcal.numerics.sorting import distinct
 
 _SIGNIFICANT = 0.01
+_SIGNIFICANT_TOGETHER = 0.05
+"""Of positions taken together: their variances are sure enough to be used by a weaker test."""
+
+
+_FEW_TOGETHER = 2
+"""Degrees of freedom below which even positions with the same size of a_i say too little."""
 
 _OF_STEP = 0.5
 """Noise in steps below which the scatter at a position follows its place between two steps."""
@@ -34,6 +44,8 @@ class UnevenNoise(NamedTuple):
     ----------
     differs : ndarray of bool, shape (R,)
         Whether the positions differ by more than chance.
+    clearly : ndarray of bool, shape (R,)
+        Whether they do so at 1 %.
     variance : ndarray, shape (R, J)
         Variance of a reading.
     dof : ndarray, shape (J,)
@@ -41,17 +53,28 @@ class UnevenNoise(NamedTuple):
     of_size : ndarray, shape (R,)
         Those of the noise of the table, where other tables tell how it differs by position;
         infinite where the table alone tells.
+    mirrored : ndarray of bool, shape (R,)
+        Whether positions with the same size of a_i told their variance together.
+    mirrors : ndarray, shape (J, C)
+        1 where a position has one of the C sizes of a_i, else 0.
     """
 
     differs: Mask
+    clearly: Mask
     variance: Array
     dof: Array
     of_size: Array
+    mirrored: Mask
+    mirrors: Array
 
     def of_records(self, records: int | slice) -> UnevenNoise:
         """Return that of some records of a stack, or of one alone."""
-        return UnevenNoise(
-            self.differs[records], self.variance[records], self.dof, self.of_size[records]
+        return self._replace(
+            differs=self.differs[records],
+            clearly=self.clearly[records],
+            variance=self.variance[records],
+            of_size=self.of_size[records],
+            mirrored=self.mirrored[records],
         )
 
     def noise(self, influence: Array) -> tuple[Array, Array]:
@@ -71,8 +94,11 @@ class UnevenNoise(NamedTuple):
         """
         own = self.variance[self.differs]
         parts = own[:, :, None] * np.diagonal(influence, axis1=1, axis2=2)
-        inverse = (parts**2 / self.dof[:, None]).sum(axis=1) / parts.sum(axis=1) ** 2
-        inverse += 1.0 / self.of_size[self.differs, None]
+        shared, inverse = self.mirrored[self.differs], np.empty(parts.shape[::2])
+        together = np.einsum("djp,jc->dcp", parts[shared], self.mirrors)
+        inverse[shared] = (together**2 / (self.dof @ self.mirrors)[:, None]).sum(axis=1)
+        inverse[~shared] = (parts[~shared] ** 2 / self.dof[:, None]).sum(axis=1)
+        inverse = inverse / parts.sum(axis=1) ** 2 + 1.0 / self.of_size[self.differs, None]
         return np.tensordot(own, influence, axes=1), 1.0 / inverse
 
 
@@ -106,7 +132,25 @@ class _Scatter(NamedTuple):
     @property
     def tells(self) -> bool:
         """Whether it shows noise that differs by position."""
-        return bool(self.dof.size > 1 and self.dof.min() >= FEW)
+        return self.is_enough(FEW)
+
+    def is_enough(self, few: int) -> bool:
+        """Whether there are several variances, each with so many degrees of freedom."""
+        return bool(self.dof.size > 1 and self.dof.min() >= few)
+
+    def together(self, mirrors: Array) -> _Scatter:
+        """Add up that of positions with the same size of a_i."""
+        return self._replace(squares=self.squares @ mirrors, dof=self.dof @ mirrors)
+
+    def variances(self, size: Array) -> Array:
+        """Variances of a reading, with the noise of the table."""
+        return size[:, None] ** 2 * self.squares / np.where(self.dof > 0.0, self.dof, 1.0)
+
+    def differs(self, enough: int, level: float) -> Mask:
+        """Tell which records scatter by more than chance."""
+        if not self.is_enough(enough):
+            return np.zeros(len(self.squares), dtype=np.bool_)
+        return differ((self.squares / self.dof).T, self.dof, level)
 
 
 def uneven_noises(
@@ -133,10 +177,11 @@ def uneven_noises(
     list of UnevenNoise
         One a table. It never differs with declared scatter. A table with fewer than four readings
         at any position takes the scatter of all tables of its mounting and positions together.
+        Where no position differs, those with the same size of a_i are taken together.
     """
     own = list(map(_Scatter.of, tables, outputs, noises))
     told = own if all(scatter.tells for scatter in own) else _with_others(own)
-    return list(map(_uneven, told, own, outputs, noises, steps))
+    return list(map(_uneven, tables, told, own, outputs, noises, steps))
 
 
 def _with_others(scatters: Sequence[_Scatter]) -> list[_Scatter]:
@@ -148,20 +193,43 @@ def _with_others(scatters: Sequence[_Scatter]) -> list[_Scatter]:
         kind: _Scatter(kind, np.sum([s.squares for s in own], 0), np.sum([s.dof for s in own], 0))
         for kind, own in kinds.items()
     }
-    return [own if own.tells else together[own.kind] for own in scatters]
+    return [
+        own if own.tells or len(kinds[own.kind]) == 1 else together[own.kind] for own in scatters
+    ]
 
 
 def _uneven(
-    told: _Scatter, own: _Scatter, output: Array, noise: ReadingNoise, step: Array
+    table: PreparedTable,
+    told: _Scatter,
+    own: _Scatter,
+    output: Array,
+    noise: ReadingNoise,
+    step: Array,
 ) -> UnevenNoise:
-    of_size = np.full(len(output), np.inf) if told is own else noise.dof
-    if not told.tells:
-        nowhere = np.zeros(len(output), dtype=np.bool_)
-        return UnevenNoise(nowhere, np.zeros_like(told.squares), told.dof, of_size)
-    variance = noise.factor[:, None] ** 2 * told.squares / told.dof
-    least = np.maximum(_OF_STEP * step, _ROUNDED * np.abs(output).max(axis=1))
-    differs = (noise.factor > least) & differ(variance.T, told.dof, _SIGNIFICANT)
-    return UnevenNoise(differs, variance, told.dof, of_size)
+    mirrors, size = _mirrors(table), noise.factor
+    together = told.together(mirrors)
+    told_apart = told.differs(FEW, _SIGNIFICANT)
+    differs = told_apart | together.differs(_FEW_TOGETHER, _SIGNIFICANT_TOGETHER)
+    clearly = told_apart | together.differs(_FEW_TOGETHER, _SIGNIFICANT)
+    is_noise = size > np.maximum(_OF_STEP * step, _ROUNDED * np.abs(output).max(axis=1))
+    of_sizes = together.variances(size) @ mirrors.T
+    return UnevenNoise(
+        differs=is_noise & differs,
+        clearly=is_noise & clearly,
+        variance=np.where(told_apart[:, None], told.variances(size), of_sizes),
+        dof=told.dof,
+        of_size=np.full(len(output), np.inf) if told is own else noise.dof,
+        mirrored=~told_apart,
+        mirrors=mirrors,
+    )
+
+
+def _mirrors(table: PreparedTable) -> Array:
+    """Which positions have the same size of a_i: a column each, shape (J, C)."""
+    at, cell, _ = table.at_head
+    size = np.zeros(at.size)
+    size[cell] = np.abs(table.design[:, COEFFICIENTS.index("K1")])
+    return np.asarray(np.equal.outer(np.round(size, 2), distinct(np.round(size, 2))), dtype=float)
 
 
 def differ(variance: Array, dof: ArrayLike, level: float) -> Mask:
