@@ -165,6 +165,14 @@ def test_paper_is_not_left(opened):
     assert opened.evaluate(BEYOND, PAPER) == []
 
 
+def test_the_name_of_a_table_stays_with_it_on_paper(opened):
+    opened.emulate_media(media="print")
+    own = "[...document.querySelectorAll('details')].map(one => getComputedStyle(one).breakInside)"
+    assert set(opened.evaluate(own)) <= {"avoid"}
+    names = "[...document.querySelectorAll('summary')].map(one => getComputedStyle(one).breakAfter)"
+    assert set(opened.evaluate(names)) <= {"avoid"}
+
+
 def test_the_pdf_is_a4(chromium, folder):  # noqa: ARG001  (the browser must be there)
     write_report([accelcal.discover(accelcal.simulate(seed=2))], folder / "nothing.pdf")
     data = (folder / "nothing.pdf").read_bytes()
