@@ -323,6 +323,10 @@ ERRORS = {
         "T,J,k,Y,run\n20,1,1,1.5,1\n20,5,1,-1.5,1.0\n",
         "3: run '1.0' is '1' in another row; write each run in one way",
     ),
+    "a label without its zeros": (
+        "T,J,k,Y,serial\n20,1,1,1.5,7\n20,5,1,-1.5,007\n",
+        "3: serial '007' is '7' in another row; write each serial in one way",
+    ),
     "samples": (
         "T,J,k,Y\n20,1,1,1.5\n20,1,1,1.25\n20,3,1,0\n20,3,1,0.25\n",
         "3: position 1, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"

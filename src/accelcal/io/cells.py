@@ -32,7 +32,7 @@ _REMEDIES = {
 
 _WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
 
-_WHOLE = re.compile(r"[0-9]+\.0*")
+_WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
 
 
 class Column(NamedTuple):
@@ -215,16 +215,15 @@ def written_otherwise(labels: Collection[str]) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        The label with a point, and the one without.
+        The label with a point or with zeros before it, and the one without.
 
     Examples
     --------
-    >>> written_otherwise(["1", "2", "1.0", "3.0", "2.10"])
-    {'1.0': '1'}
+    >>> written_otherwise(["1", "2", "1.0", "007", "7", "03", "2.10"])
+    {'1.0': '1', '007': '7'}
     """
-    known = set(labels)
-    whole = {name: name.partition(".")[0] for name in labels if _WHOLE.fullmatch(name)}
-    return {name: other for name, other in whole.items() if other in known}
+    plain = {name: match[1] for name in labels if (match := _WHOLE.fullmatch(name))}
+    return {name: number for name, number in plain.items() if name != number and number in plain}
 
 
 def _floats(column: Column) -> list[float]:
