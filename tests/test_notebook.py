@@ -162,7 +162,10 @@ def test_parts_of_results_fit_into_a_line(results):
 
 
 def test_a_fault_of_the_readings_is_not_nothing(discovery):
-    assert repr(discovery).endswith(": fault outlier; backlash>")
+    assert discovery.unexplained is not None
+    told = ": fault outlier; backlash, an effect that nothing explains>"
+    assert repr(discovery).endswith(told)
+    assert repr(replace(discovery, unexplained=None)).endswith(": fault outlier; backlash>")
     alone = replace(discovery, effects=(), unexplained=None)
     assert repr(alone).endswith(": fault outlier; nothing>")
 
