@@ -214,7 +214,10 @@ def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterat
             " effects on it from run to run cannot be seen"
         )
     if record.time is None:
-        yield Caveat("no times: one reading a minute is assumed, in the order of the strokes")
+        yield Caveat(
+            "no times: one reading a minute is assumed, in the order of the strokes, and no pause"
+            " between runs"
+        )
 
 
 def _like_the_head(
