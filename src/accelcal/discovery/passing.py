@@ -189,7 +189,8 @@ def _shifts(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -
 
     A shift of the bias takes four of them, one of the others a head that turns by a quarter.
     """
-    acting = {what: c.gain * coefficient_columns(c)[what] for what in coefficients}
+    columns = coefficient_columns(c)
+    acting = {what: c.gain * columns[what] for what in coefficients}
     found = [
         (what, own)
         for own in _stretches(c)
@@ -207,10 +208,10 @@ def _shifts(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -
             f" readings of run {labels[c.run[own[0]]]}, from {first} to {last}"
         )
 
-    columns = np.zeros((c.number.size, len(found), 1))
+    shifted = np.zeros((c.number.size, len(found), 1))
     for place, (what, own) in enumerate(found):
-        columns[own, place, 0] = acting[what][own]
-    return _Kind(columns, (np.inf,), told)
+        shifted[own, place, 0] = acting[what][own]
+    return _Kind(shifted, (np.inf,), told)
 
 
 def _stretches(c: Conditions) -> Iterator[Ints]:

@@ -26,7 +26,6 @@ _SIGNIFICANT = 0.01
 _SIGNIFICANT_TOGETHER = 0.05
 """Of positions taken together: their variances are sure enough to be used by a weaker test."""
 
-
 _FEW_TOGETHER = 2
 """Degrees of freedom below which even positions with the same size of a_i say too little."""
 
@@ -146,11 +145,11 @@ class _Scatter(NamedTuple):
         """Variances of a reading, with the noise of the table."""
         return size[:, None] ** 2 * self.squares / np.where(self.dof > 0.0, self.dof, 1.0)
 
-    def differs(self, enough: int, level: float) -> Mask:
-        """Tell which records scatter by more than chance."""
+    def differs(self, enough: int, *levels: float) -> Mask:
+        """Tell which records scatter by more than chance at each level, shape (levels, R)."""
         if not self.is_enough(enough):
-            return np.zeros(len(self.squares), dtype=np.bool_)
-        return differ((self.squares / self.dof).T, self.dof, level)
+            return np.zeros((len(levels), len(self.squares)), dtype=np.bool_)
+        return differ((self.squares / self.dof).T, self.dof, np.reshape(levels, (-1, 1)))
 
 
 def uneven_noises(
@@ -208,14 +207,13 @@ def _uneven(
 ) -> UnevenNoise:
     mirrors, size = _mirrors(table), noise.factor
     together = told.together(mirrors)
-    told_apart = told.differs(FEW, _SIGNIFICANT)
-    differs = told_apart | together.differs(_FEW_TOGETHER, _SIGNIFICANT_TOGETHER)
-    clearly = told_apart | together.differs(_FEW_TOGETHER, _SIGNIFICANT)
+    (told_apart,) = told.differs(FEW, _SIGNIFICANT)
+    likely, clearly = together.differs(_FEW_TOGETHER, _SIGNIFICANT_TOGETHER, _SIGNIFICANT)
     is_noise = size > np.maximum(_OF_STEP * step, _ROUNDED * np.abs(output).max(axis=1))
     of_sizes = together.variances(size) @ mirrors.T
     return UnevenNoise(
-        differs=is_noise & differs,
-        clearly=is_noise & clearly,
+        differs=is_noise & (told_apart | likely),
+        clearly=is_noise & (told_apart | clearly),
         variance=np.where(told_apart[:, None], told.variances(size), of_sizes),
         dof=told.dof,
         of_size=np.full(len(output), np.inf) if told is own else noise.dof,
@@ -232,7 +230,7 @@ def _mirrors(table: PreparedTable) -> Array:
     return np.asarray(np.equal.outer(np.round(size, 2), distinct(np.round(size, 2))), dtype=float)
 
 
-def differ(variance: Array, dof: ArrayLike, level: float) -> Mask:
+def differ(variance: Array, dof: ArrayLike, level: ArrayLike) -> Mask:
     """Tell where variances differ by more than chance.
 
     Parameters
@@ -241,12 +239,12 @@ def differ(variance: Array, dof: ArrayLike, level: float) -> Mask:
         Variances.
     dof : array_like, shape (k,) or (k, R)
         Their degrees of freedom.
-    level : float
+    level : float or array_like, shape (L, 1)
         Probability that equal ones pass for different.
 
     Returns
     -------
-    ndarray of bool, shape (R,)
+    ndarray of bool, shape (R,) or (L, R)
         Whether they differ, by Bartlett's test [1]_.
 
     References

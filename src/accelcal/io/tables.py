@@ -180,8 +180,8 @@ def survey(source: Source, *, overrides: Mapping[str, object] | None = None) -> 
 
 def _survey_sheets(sheets: Sequence[SourceText], overrides: Mapping[str, object]) -> Survey:
     """Read sheets: accelerometers, each of its own, or parts of one table."""
-    found = [survey_text(sheet, overrides) for sheet in sheets]
     layouts = [_layout(sheet) for sheet in sheets]
+    found = [_survey(*sheet, overrides) for sheet in zip(sheets, layouts, strict=True)]
     require_same_columns(layouts)
     records = tuple(record for _, records in found for record in records)
     if len({record.serial for record in records} - {None}) == len(records):
