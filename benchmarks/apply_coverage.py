@@ -25,7 +25,7 @@ SIZES = {
     "launch_uncertainty": LAUNCH,
     "launch_sf_uncertainty": LAUNCH_SF,
 }
-POSITIONS, STROKES, T0 = 8, 6, 20.0
+POSITIONS, T0 = 8, 20.0
 
 IN_USE = np.tile(np.radians([0.0, 60.0, 90.0, 120.0, 180.0]), 3)
 TEMPERATURES = np.repeat([20.0, 65.0, -30.0], 5)
@@ -38,6 +38,7 @@ class Case(NamedTuple):
     levels: tuple[float, ...]
     declared: tuple[str, ...] = ()
     laws: str = "tables"
+    strokes: int = 6
 
 
 CASES = (
@@ -46,6 +47,9 @@ CASES = (
     Case("nothing declared, 20, 80, -40 degC twice", 2 * (20.0, 80.0, -40.0)),
     Case("nothing declared, 20 degC three times, 80, -40 degC", (20.0, 20.0, 20.0, 80.0, -40.0)),
     Case("the same, the head declared", (20.0, 20.0, 20.0, 80.0, -40.0), ("head_uncertainty",)),
+    Case("all declared, 20 degC, one stroke", (20.0,), tuple(SIZES), strokes=1),
+    Case("all declared, 20 degC, two strokes", (20.0,), tuple(SIZES), strokes=2),
+    Case("launches declared, 20 degC", (20.0,), ("launch_uncertainty", "launch_sf_uncertainty")),
 )
 
 
@@ -65,7 +69,7 @@ def calibrated(
 ) -> tuple[accelcal.Calibration, tuple[float, float]]:
     """Draw the readings of a test, and calibrate; shifts of the last run."""
     order = np.arange(POSITIONS + 1)
-    place = np.concatenate([order[:: (-1) ** k] for k in range(STROKES)])
+    place = np.concatenate([order[:: (-1) ** k] for k in range(case.strokes)])
     angle = 2.0 * np.pi * place / POSITIONS
     angle = angle + random.normal(0.0, HEAD, POSITIONS)[place % POSITIONS]
     shifts = [(random.normal(0.0, LAUNCH), random.normal(0.0, LAUNCH_SF)) for _ in case.levels]
@@ -75,7 +79,7 @@ def calibrated(
         "temperature": np.repeat(case.levels, place.size),
         "run": np.repeat(np.arange(size), place.size).astype(str),
         "position": np.tile(place + 1, size),
-        "stroke": np.tile(np.repeat(np.arange(STROKES) + 1, POSITIONS + 1), size),
+        "stroke": np.tile(np.repeat(np.arange(case.strokes) + 1, POSITIONS + 1), size),
         "output": np.concatenate(runs) + random.normal(0.0, 1.35 * NOISE, size * place.size),
     }
     declared = {name: SIZES[name] for name in case.declared}
@@ -99,8 +103,9 @@ def held(case: Case, seed: int) -> tuple[np.ndarray, np.ndarray]:
         return np.array([error <= width for width in widths])
 
     there = np.full(5, case.levels[-1])
+    one_level = len(set(case.levels)) == 1
     return (
-        holds(IN_USE, TEMPERATURES, shift, same=False),
+        holds(IN_USE, np.tile(there, 3) if one_level else TEMPERATURES, shift, same=False),
         holds(IN_USE[:5], there, last, same=True),
     )
 

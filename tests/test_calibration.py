@@ -177,6 +177,43 @@ def test_correlation_where_the_covariance_is_unknown_or_zero(calibration):
     assert exact.correlation[1, 1] == 1.0
 
 
+def test_the_covariance_over_its_degrees_of_freedom(calibration):
+    """It has the degrees of freedom of each quantity, and the part of each source in all pairs."""
+    for part in calibration.tables:
+        dof = np.diag(part.covariance) / np.diag(part.over_dof)
+        told = [part.coefficients[name].dof for name in part.covariance_names]
+        assert dof == pytest.approx(told)
+        assert np.linalg.eigvalsh(part.over_dof / np.diag(part.over_dof).max()).min() > -1e-12
+    laws = calibration.temperature_model
+    dof = np.diag(laws.covariance) / np.diag(laws.over_dof)
+    told = {name: quantity.dof for name, quantity in laws.quantities()}
+    known = dict(zip(laws.covariance_names, dof.tolist(), strict=True))
+    assert {name: known[name] for name in told} == pytest.approx(told)
+
+
+def test_a_document_without_it_has_the_degrees_of_freedom_of_each_quantity(calibration):
+    document = calibration.to_document()
+    for part in (*document["tables"], document["temperature_model"]):
+        del part["covariance"]["over_dof"]
+    found = accelcal.Calibration.from_document(document)
+    for part, own in zip(found.tables, calibration.tables, strict=True):
+        assert np.diag(part.over_dof) == pytest.approx(np.diag(own.over_dof))
+    laws, own = found.temperature_model, calibration.temperature_model
+    assert np.diag(laws.over_dof)[:9] == pytest.approx(np.diag(own.over_dof)[:9])
+    measured = accelcal.apply(found, [1.0], 20.0, same_launch=True)
+    assert np.isfinite(measured.expanded_uncertainty).all()
+
+
+def test_a_matrix_of_another_size_is_refused(calibration):
+    document = calibration.to_document()
+    document["tables"][0]["covariance"]["over_dof"].pop()
+    with pytest.raises(accelcal.errors.DocumentError, match=r"covariance\.over_dof: rows that are"):
+        accelcal.Calibration.from_document(document)
+    document["tables"][0]["covariance"]["over_dof"] = [[1.0]]
+    with pytest.raises(accelcal.errors.DocumentError, match=r"over_dof: no matrix of the size"):
+        accelcal.Calibration.from_document(document)
+
+
 def test_residuals_are_in_g(calibration):
     """Readings minus (1) with the coefficients of the result, over K1."""
     part = calibration.tables[1]
@@ -205,7 +242,7 @@ def test_nulls_where_nothing_tells():
     assert part["coefficients"]["K3"]["value"] is None
     assert part["coefficients"]["K3"]["unit"] == "output unit/g^3"
     assert part["error_model"]["delta_ip"]["value"] is None
-    assert part["covariance"] == {"names": [], "matrix": []}
+    assert part["covariance"] == {"names": [], "matrix": [], "over_dof": []}
     assert (part["dof"], part["residual_rms"]) == (0, 0.0)
     assert part["stands_for"] == {"K1": "K1 + K3"}
 
@@ -396,6 +433,7 @@ class Parts:
             residuals=self.residuals(n),
             gates=self.several(self.gate),
             warnings=self.several(self.text),
+            over_dof_matrix=self.rng.choice([(), ((spread,) * p,) * p]),
         )
 
     def calibration(self):

@@ -244,8 +244,8 @@ def test_the_expanded_uncertainty_has_the_factor_of_its_degrees_of_freedom():
     of_bias, of_launch = 3e-6, 4e-6
     known = np.zeros((12, 12))
     known[0, 0] = of_bias**2
-    freedom = (7.0, *[np.inf] * 11)
-    found = dataclasses.replace(TYPICAL, covariance=rows_of(known), freedom=freedom)
+    told = {"covariance": rows_of(known), "over_dof": rows_of(known / 7.0)}
+    found = dataclasses.replace(TYPICAL, **told)
     alone = compensate(found, [0.0, 1.35], 20.0)
     assert alone.expanded_uncertainty / alone.standard_uncertainty == pytest.approx(
         stats.t.ppf(0.975, 7.0), rel=1e-9
@@ -256,8 +256,47 @@ def test_the_expanded_uncertainty_has_the_factor_of_its_degrees_of_freedom():
     dof = 1.0 / (0.36 / 7.0 + 0.64 / 2.0)
     factor = both.expanded_uncertainty / both.standard_uncertainty
     assert factor == pytest.approx(stats.t.ppf(0.975, dof), rel=1e-3)
-    sure = compensate(dataclasses.replace(found, freedom=()), [0.0], 20.0)
+    sure = compensate(dataclasses.replace(found, over_dof=()), [0.0], 20.0)
     assert sure.expanded_uncertainty == pytest.approx(1.959964 * sure.standard_uncertainty)
+
+
+def test_an_error_that_two_coefficients_share_has_its_own_degrees_of_freedom():
+    """At 1 g the errors of bias and scale factor by the head cancel, and noise of few is left."""
+    of_head, of_noise = np.zeros((12, 12)), np.zeros((12, 12))
+    of_head[:2, :2] = 1e-12 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    of_noise[0, 0] = 1e-14
+    told = {"covariance": rows_of(of_head + of_noise), "over_dof": rows_of(of_noise / 3.0)}
+    found = dataclasses.replace(TYPICAL, **told)
+    a_i = np.array([0.0, 1.0 - 3.2e-3])  # bias and scale factor act alike at an output of 1 g
+    measured = compensate(found, forward(found, a_i, 20.0, 0.0), 20.0)
+    factor = measured.expanded_uncertainty / measured.standard_uncertainty
+    share = of_noise[0, 0] / (of_noise + of_head)[0, 0]
+    assert factor[0] == pytest.approx(stats.t.ppf(0.975, 3.0 / share), rel=1e-3)
+    assert factor[1] == pytest.approx(stats.t.ppf(0.975, 3.0), rel=1e-2)
+
+
+@pytest.mark.parametrize("strokes", [1, 2])
+def test_the_interval_holds_at_each_angle_after_few_strokes(strokes):
+    """One stroke leaves three degrees of freedom, which are all there is where the head cancels."""
+    units, random, angle = 250, np.random.default_rng(7), np.radians(np.arange(0.0, 181.0, 45.0))
+    order = np.arange(9)
+    place = np.concatenate([order[:: (-1) ** k] for k in range(strokes)])
+    known = {"unit": "mA", "head_uncertainty": 1e-5}
+    held = np.zeros(angle.size)
+    for _ in range(units):
+        true = np.radians(45.0 * place) + random.normal(0.0, 1e-5, 8)[place % 8]
+        output = forward(TYPICAL, np.cos(true), 20.0, np.sin(true))
+        columns = {
+            "temperature": np.full(place.size, 20.0),
+            "position": place + 1,
+            "stroke": np.repeat(np.arange(strokes) + 1, 9),
+            "output": output + random.normal(0.0, 7e-6, place.size),
+        }
+        fit = accelcal.fit(accelcal.read_arrays(columns, overrides=known))
+        shown = forward(TYPICAL, np.cos(angle), 20.0, np.sin(angle))
+        found = compensate(compensation(fit, same_launch=True), shown, 20.0, np.sin(angle))
+        held += np.abs(found.value - np.cos(angle)) <= found.expanded_uncertainty
+    assert (np.abs(held / units - 0.95) < 4.0 * (0.95 * 0.05 / units) ** 0.5).all()
 
 
 def test_the_second_axis_adds_linearly_with_its_degrees_of_freedom():
@@ -266,7 +305,7 @@ def test_the_second_axis_adds_linearly_with_its_degrees_of_freedom():
     found = dataclasses.replace(
         TYPICAL,
         covariance=rows_of(one),
-        other=OtherAxis("a_o", Law(0.0), 0.0, rows_of(other), (2.0, np.inf, np.inf, np.inf)),
+        other=OtherAxis("a_o", Law(0.0), 0.0, rows_of(other), rows_of(other / 2.0)),
     )
     told = compensate(found, [0.0], 20.0, a_o=1.0)
     assert told.standard_uncertainty == pytest.approx([4e-6], rel=1e-3)
@@ -287,7 +326,7 @@ def test_the_expanded_uncertainty_holds_a_new_launch_that_few_launches_tell():
                 TYPICAL,
                 k0=Law(own.mean()),
                 covariance=rows_of(known),
-                freedom=(n - 1.0, *[np.inf] * 11),
+                over_dof=rows_of(known / (n - 1.0)),
                 launch=Launch(s, 0.0, bias_dof=n - 1.0),
             )
             told = compensate(found, [1.35 * bias], 20.0)
@@ -304,6 +343,21 @@ def test_the_expanded_uncertainty_is_that_of_the_budget():
     measured = accelcal.apply(fit, forward(found, a_i, 20.0, 0.3), 20.0, a_p=0.3)
     told = budget(fit, a_i, a_p=0.3).expanded_uncertainty
     assert measured.expanded_uncertainty == pytest.approx(told, rel=0.01)
+
+
+def test_the_factor_is_that_of_the_budget_after_one_stroke():
+    """Noise of three degrees of freedom beside a declared head, in shares that differ by angle."""
+    plan = accelcal.TumblePlan(temperatures=(20.0,), strokes=1)
+    known = accelcal.Apparatus(head_uncertainty=1e-5, launch_uncertainty=1e-6)
+    known = dataclasses.replace(known, launch_sf_uncertainty=1e-6)
+    fit = accelcal.fit(dataclasses.replace(accelcal.simulate(plan=plan, seed=4), apparatus=known))
+    found, angle = compensation(fit), np.radians(np.arange(0.0, 360.0, 30.0))
+    shown = forward(found, np.cos(angle), 20.0, np.sin(angle))
+    measured = compensate(found, shown, 20.0, np.sin(angle))
+    told = budget(fit, np.cos(angle), a_p=np.sin(angle))
+    factor = measured.expanded_uncertainty / measured.standard_uncertainty
+    assert np.ptp(factor) > 0.2
+    assert told.coverage_factor == pytest.approx(factor, rel=0.01)
 
 
 def test_a_launch_that_nothing_tells_is_said(one_level):

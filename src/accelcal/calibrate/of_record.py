@@ -11,7 +11,7 @@ from accelcal.estimate.error_sources import error_sources
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component
+from accelcal.estimate.uncertainty import Component, sums
 from accelcal.model import SCALE_FACTOR
 from accelcal.record import TumbleRecord
 from accelcal.reference import reference_temperature_of
@@ -75,7 +75,7 @@ def _of_tables(
     estimate, (coefficients, error_model) = stack.stated.of_records(place), stack.quantities
     for index, (table, (gates, start)) in enumerate(zip(tables, stack.gates, strict=True)):
         own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
-        covariance = np.sum([part.covariance for part in own.values()], axis=0)
+        covariance, over_dof = sums(own)
         known = bool(np.isfinite(covariance).all())
         yield TableCalibration(
             run=table.run_label,
@@ -88,6 +88,7 @@ def _of_tables(
             error_model=error_model.one(place, index),
             covariance_names=estimate.names[index] if known else (),
             covariance_matrix=rows_of(covariance) if known else (),
+            over_dof_matrix=rows_of(over_dof) if known else (),
             budget=_budget(estimate.names[index], own),
             stands_for=dict(estimate.stands_for[index]),
             residuals=_residuals(table.record, estimate, index),

@@ -279,12 +279,12 @@ def _coefficient_error(
     rows = [by_bias, bracket, a_i**2, a_i**3, along, a_i * along]
     for one_side in (np.maximum(rise, 0.0), np.minimum(rise, 0.0)):
         rows += [by_bias * one_side, relative * one_side, along * one_side]
-    main = propagated(found.covariance, found.freedom, rows)
+    main = propagated(found.covariance, found.over_dof, rows)
     if found.other is None:
         return main
     along = cross[1]
     rows = [along, a_i * along, np.maximum(rise, 0.0) * along, np.minimum(rise, 0.0) * along]
-    return linear_sum(main, propagated(found.other.covariance, found.other.freedom, rows))
+    return linear_sum(main, propagated(found.other.covariance, found.other.over_dof, rows))
 
 
 def _heat_sensitivity(found: Compensation, bracket: Array, samples: Samples, a_i: Array) -> Array:

@@ -168,7 +168,7 @@ def _quantity(
     """One of them with its uncertainty, by the covariance of what the law is made of."""
     if value is None or not known:
         return Quantity(value, None, unit)
-    told = interval_of_parts([propagated(found.covariance, found.freedom, list(jacobian))])
+    told = interval_of_parts([propagated(found.covariance, found.over_dof, list(jacobian))])
     standard, expanded, dof = (float(each) for each in (told.standard, told.expanded, told.dof))
     if math.isnan(standard):
         return Quantity(value, None, unit)

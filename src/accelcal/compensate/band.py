@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import inf
-
 import numpy as np
 
 from accelcal.arrays import Array
@@ -54,12 +52,13 @@ def _half_width(model: TemperatureModel, name: str, columns: Array, scale: float
     names = [f"{name} {part}" for part in _PARTS]
     known = [i for i, part in enumerate(names) if part in place]
     own = [place[names[i]] for i in known]
-    block = np.zeros((3, 3))
-    block[np.ix_(known, known)] = model.covariance[np.ix_(own, own)]
+    blocks = np.zeros((2, 3, 3))
+    for block, whole in zip(blocks, (model.covariance, model.over_dof), strict=True):
+        block[np.ix_(known, known)] = whole[np.ix_(own, own)]
     units = np.array([1.0 / scale, 1.0, 1.0])
     parts = [getattr(getattr(model, name), part) for part in _PARTS]
     if all(part is None or part.coverage_factor is None for part in parts):
         return np.zeros(columns.shape[1])
-    freedom = [inf if part is None else part.dof or inf for part in parts]
-    part = propagated(block * np.outer(units, units), freedom, list(columns))
-    return np.asarray(interval_of_parts([part]).expanded)
+    covariance, over_dof = blocks * np.outer(units, units)
+    found = propagated(covariance, over_dof, list(columns))
+    return np.asarray(interval_of_parts([found]).expanded)

@@ -29,10 +29,8 @@ from accelcal.compensate.coefficients import (
     Slope,
 )
 from accelcal.compensate.covariance import (
-    covariance_of_laws,
-    covariance_of_table,
-    freedom_of_laws,
-    freedom_of_table,
+    errors_of_laws,
+    errors_of_table,
     standard_uncertainty,
 )
 from accelcal.effects.left_in_use import left_in_use
@@ -207,8 +205,7 @@ def _by_table(calibration: Calibration, table: TableCalibration) -> Compensation
         k2=values["k2"],
         k3=values["k3"],
         cross=CrossAxis(_cross_name(table), Law(values["delta"]), values["delta_ip"]),
-        covariance=rows_of(np.pad(covariance_of_table(calibration, table), (0, len(SLOPES)))),
-        freedom=freedom_of_table(calibration, table),
+        **errors_of_table(calibration, table)._asdict(),
         T0=level,
         temperatures=None if level is None else (level, level),
         **_of_test(calibration, table),
@@ -231,8 +228,7 @@ def _by_laws(
         k2=values["k2"],
         k3=values["k3"],
         cross=CrossAxis(_cross_name(table), laws["delta"], values["delta_ip"]),
-        covariance=rows_of(covariance_of_laws(model, laws, alone)),
-        freedom=freedom_of_laws(model, alone),
+        **errors_of_laws(model, laws, alone)._asdict(),
         T0=calibration.T0_degC,
         temperatures=None,
         hysteresis=0.0 if model.hysteresis is None else abs(model.hysteresis.value or 0.0),
@@ -259,7 +255,7 @@ def _with_other(found: Compensation, other: Compensation) -> Compensation:
         other.cross.delta,
         other.cross.delta_ip,
         covariance=rows_of(np.array(other.covariance)[np.ix_(own, own)]),
-        freedom=tuple(other.freedom[i] for i in own),
+        over_dof=rows_of(np.array(other.over_dof)[np.ix_(own, own)]),
     )
     return replace(found, other=axis)
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from accelcal.arrays import Array, Mask
 from accelcal.effects.static import StaticEffects
 from accelcal.model import LAWS
+from accelcal.results.covariance import Rows
 
 __all__ = [
     "ACCELERATION_MARGIN",
@@ -116,20 +117,37 @@ class CrossAxis:
         return {"a_p": "delta_ip", "a_o": "delta_io"}[self.name]
 
 
+class KnownErrors:
+    """Errors of some parameters: their covariance, by itself and over the degrees of freedom."""
+
+    __slots__ = ()
+
+    covariance: Rows
+    over_dof: Rows
+
+    @property
+    def dof(self) -> Array:
+        """Degrees of freedom of each; infinite where it was declared, or is exact or unknown."""
+        variance = np.diagonal(self.covariance)
+        over_dof = np.diagonal(self.over_dof) if self.over_dof else np.zeros(variance.size)
+        endless = np.full(variance.size, np.inf)
+        return np.asarray(np.divide(variance, over_dof, out=endless, where=over_dof > 0.0))
+
+
 @dataclass(frozen=True, slots=True)
-class OtherAxis(CrossAxis):
+class OtherAxis(KnownErrors, CrossAxis):
     """The other cross axis, which tables in another mounting tell.
 
     Attributes
     ----------
     covariance : tuple of tuple of float
         Covariance of delta and delta_ip and of the slopes of delta above and below.
-    freedom : tuple of float
-        Degrees of freedom of these; empty where all are infinite.
+    over_dof : tuple of tuple of float
+        The same with each source of error over its degrees of freedom; empty where none end.
     """
 
-    covariance: tuple[tuple[float, ...], ...]
-    freedom: tuple[float, ...] = ()
+    covariance: Rows
+    over_dof: Rows = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +171,7 @@ class Launch:
 
 
 @dataclass(frozen=True, slots=True)
-class Compensation:
+class Compensation(KnownErrors):
     """Coefficients at any temperature, with what is known of their errors.
 
     Attributes
@@ -189,9 +207,9 @@ class Compensation:
         Symbols of the parameters that were not determined; their values are 0.
     assumptions : tuple of str
         What was not determined, and what is assumed in its place.
-    freedom : tuple of float
-        Degrees of freedom that tell the uncertainties of `PARAMETERS` and `SLOPES`; empty where
-        all are infinite.
+    over_dof : tuple of tuple of float
+        `covariance` with each source of error over its degrees of freedom, see
+        `accelcal.results.covariance`; empty where none end.
     effects : StaticEffects or None
         What the accelerometer adds to the model; None where nothing is known of it.
     """
@@ -201,7 +219,7 @@ class Compensation:
     k2: float
     k3: float
     cross: CrossAxis
-    covariance: tuple[tuple[float, ...], ...]
+    covariance: Rows
     T0: float | None
     temperatures: tuple[float, float] | None
     accelerations: tuple[float, float] = (-1.0, 1.0)
@@ -213,7 +231,7 @@ class Compensation:
     serial: str | None = None
     undetermined: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
-    freedom: tuple[float, ...] = ()
+    over_dof: Rows = ()
     effects: StaticEffects | None = None
 
     @property

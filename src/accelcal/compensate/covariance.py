@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Law
 from accelcal.model import ERROR_TERMS, LAWS
 from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import Rows, rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
@@ -21,8 +23,23 @@ _IN_MODEL = {name: f"{name} at_T0" for name in LAWS} | {
 """Error of the compensation -> its name in the covariance of the temperature laws."""
 
 
-def covariance_of_table(calibration: Calibration, table: TableCalibration) -> Array:
-    """Covariance of `PARAMETERS` from that of K0 .. M_ip, by the quotients of (6).
+class _Errors(NamedTuple):
+    """Covariance of `PARAMETERS` and `SLOPES`, shape (12, 12), by itself and over the freedom.
+
+    Attributes
+    ----------
+    covariance : tuple of tuple of float
+        NaN where unknown.
+    over_dof : tuple of tuple of float
+        The same with each source of error over its degrees of freedom; 0 where unknown.
+    """
+
+    covariance: Rows
+    over_dof: Rows
+
+
+def errors_of_table(calibration: Calibration, table: TableCalibration) -> _Errors:
+    """Errors of `PARAMETERS` from those of K0 .. M_ip, by the quotients of (6).
 
     Parameters
     ----------
@@ -33,13 +50,14 @@ def covariance_of_table(calibration: Calibration, table: TableCalibration) -> Ar
 
     Returns
     -------
-    ndarray, shape (6, 6)
-        NaN where unknown. A misalignment that is free of the fixture angle has its own uncertainty
-        and the correlations of the table.
+    _Errors
+        A misalignment that is free of the fixture angle has its own uncertainty and the
+        correlations of the table. `SLOPES`, which are not in it, have no errors.
     """
     names = table.covariance_names
     if not names:
-        return np.full((len(PARAMETERS), len(PARAMETERS)), np.nan)
+        unknown = np.full((len(PARAMETERS), len(PARAMETERS)), np.nan)
+        return _of_table(unknown, np.zeros_like(unknown))
     values = {name: quantity.value or 0.0 for name, quantity in table.error_model.items()}
     scale_factor = table.coefficients["K1"].value or np.nan
     jacobian = np.zeros((len(PARAMETERS), len(names)))
@@ -50,13 +68,17 @@ def covariance_of_table(calibration: Calibration, table: TableCalibration) -> Ar
     own, free = table.error_model["delta"], calibration.misalignment(table)
     if own.standard_uncertainty and free is not own:
         jacobian[PARAMETERS.index("delta")] *= standard_uncertainty(free) / own.standard_uncertainty
-    return np.asarray(jacobian @ table.covariance @ jacobian.T)
+    return _of_table(*(jacobian @ told @ jacobian.T for told in (table.covariance, table.over_dof)))
 
 
-def covariance_of_laws(
+def _of_table(covariance: Array, over_dof: Array) -> _Errors:
+    return _Errors(*(rows_of(np.pad(own, (0, len(SLOPES)))) for own in (covariance, over_dof)))
+
+
+def errors_of_laws(
     model: TemperatureModel, laws: Mapping[str, Law], common: Mapping[str, Quantity]
-) -> Array:
-    """Covariance of `PARAMETERS` and `SLOPES`.
+) -> _Errors:
+    """Errors of `PARAMETERS` and `SLOPES` from those of the laws.
 
     Parameters
     ----------
@@ -69,75 +91,37 @@ def covariance_of_laws(
 
     Returns
     -------
-    ndarray, shape (12, 12)
-        NaN where unknown. What is not in the covariance of the model is uncorrelated.
+    _Errors
+        What is not in the covariance of the model is uncorrelated.
     """
-    scale_factor = laws["K1"].at_T0
-    sigma = {
-        name: standard_uncertainty(q) if q.value is not None else 0.0 for name, q in common.items()
-    }
-    for name, law in laws.items():
-        at_T0 = getattr(model, name).at_T0
-        sigma |= {name: standard_uncertainty(at_T0) / (abs(scale_factor) if name == "K1" else 1.0)}
-        sigma |= {f"{name}_slope_above": law.above.standard_uncertainty}
-        sigma |= {f"{name}_slope_below": law.below.standard_uncertainty}
-    names = (*PARAMETERS, *SLOPES)
-    covariance = np.diag([sigma[name] for name in names]) ** 2
+    names, scale_factor = (*PARAMETERS, *SLOPES), laws["K1"].at_T0
+    variance, dof = _each_alone(model, laws, common)
+    covariance, over_dof = np.diag(variance), np.diag(np.nan_to_num(variance / dof))
     places = {_IN_MODEL.get(name, name): place for place, name in enumerate(names)}
     known = [i for i, name in enumerate(model.covariance_names) if name in places]
     own = [places[model.covariance_names[i]] for i in known]
-    relative = [1.0 / scale_factor if names[i] == "K1" else 1.0 for i in own]
-    told = model.covariance[np.ix_(known, known)]
-    covariance[np.ix_(own, own)] = told * np.outer(relative, relative)
-    return covariance
+    relative = np.array([1.0 / scale_factor if names[i] == "K1" else 1.0 for i in own])
+    for whole, told in ((covariance, model.covariance), (over_dof, model.over_dof)):
+        whole[np.ix_(own, own)] = told[np.ix_(known, known)] * np.outer(relative, relative)
+    return _Errors(rows_of(covariance), rows_of(over_dof))
 
 
-def freedom_of_table(calibration: Calibration, table: TableCalibration) -> tuple[float, ...]:
-    """Degrees of freedom of `PARAMETERS` from a table; those of `SLOPES`, not in it, are infinite.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    table : TableCalibration
-        One of its tables.
-
-    Returns
-    -------
-    tuple of float, length 12
-        The degrees of freedom.
-    """
-    known = {**table.error_model, "K1": table.coefficients["K1"]}
-    return _freedom({**known, "delta": calibration.misalignment(table)})
-
-
-def freedom_of_laws(model: TemperatureModel, common: Mapping[str, Quantity]) -> tuple[float, ...]:
-    """Degrees of freedom of `PARAMETERS` and `SLOPES`.
-
-    Parameters
-    ----------
-    model : TemperatureModel
-        The laws.
-    common : mapping of str to Quantity
-        k2, k3 and delta_ip, which have no law.
-
-    Returns
-    -------
-    tuple of float, length 12
-        The degrees of freedom.
-    """
-    known: dict[str, Quantity | None] = dict(common)
-    for name in LAWS:
-        law = getattr(model, name)
-        known |= {name: law.at_T0, f"{name}_slope_above": law.above}
-        known |= {f"{name}_slope_below": law.below}
-    return _freedom(known)
-
-
-def _freedom(known: Mapping[str, Quantity | None]) -> tuple[float, ...]:
-    """Degrees of freedom in the order of the covariance; infinite where a quantity has none."""
-    quantities = (known.get(name) for name in (*PARAMETERS, *SLOPES))
-    return tuple((q and q.dof) or math.inf for q in quantities)
+def _each_alone(
+    model: TemperatureModel, laws: Mapping[str, Law], common: Mapping[str, Quantity]
+) -> tuple[Array, Array]:
+    """Variance of each of `PARAMETERS` and `SLOPES`, and its degrees of freedom."""
+    quantities: dict[str, Quantity | None] = dict(common)
+    sigma = {n: standard_uncertainty(q) if q.value is not None else 0.0 for n, q in common.items()}
+    for name, law in laws.items():
+        of_model, unit = getattr(model, name), abs(law.at_T0) if name == "K1" else 1.0
+        quantities[name] = of_model.at_T0
+        sigma[name] = standard_uncertainty(of_model.at_T0) / unit
+        for side in ("above", "below"):
+            quantities[f"{name}_slope_{side}"] = getattr(of_model, side)
+            sigma[f"{name}_slope_{side}"] = getattr(law, side).standard_uncertainty
+    names = (*PARAMETERS, *SLOPES)
+    dof = [(q and q.dof) or math.inf for q in map(quantities.get, names)]
+    return np.array([sigma[name] for name in names]) ** 2, np.array(dof)
 
 
 def standard_uncertainty(quantity: Quantity) -> float:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arrays import Array
 from accelcal.estimate.uncertainty import Intervals, combined
@@ -20,25 +20,26 @@ class Part(NamedTuple):
     dof: Array | float
 
 
-def propagated(
-    covariance: ArrayLike, freedom: Sequence[float], rows: Sequence[Array | float]
-) -> Part:
-    """J C J', J given by its columns; each coefficient counts by its own variance in the dof.
+def propagated(covariance: ArrayLike, over_dof: ArrayLike, rows: Sequence[Array | float]) -> Part:
+    """J C J' with its degrees of freedom J C J' / J D J', J given by its columns.
 
-    NaN in C is NaN in what depends on it, and nowhere else.
+    D is the covariance with each source over its degrees of freedom; one without rows has none that
+    end. NaN in C is NaN in what depends on it, and nowhere else.
     """
     jacobian, told = np.stack(rows, axis=-1), np.asarray(covariance, dtype=np.float64)
     unknown = np.isnan(told)
-    matrix = np.where(unknown, 0.0, told)
-    variance = np.maximum(np.einsum("...i,...i->...", jacobian @ matrix, jacobian), 0.0)
+    variance = _squares(jacobian, np.where(unknown, 0.0, told))
+    of_sources = np.asarray(over_dof, dtype=np.float64)
+    dof = _ratio(variance, _squares(jacobian, of_sources)) if of_sources.any() else math.inf
     if unknown.any():
         used = (jacobian != 0.0).astype(float)
-        missing = np.einsum("...i,...i->...", used @ unknown, used)
-        variance = np.where(missing > 0.0, np.nan, variance)
-    if all(map(math.isinf, freedom)):
-        return Part(variance, math.inf)
-    alone, squares = np.diagonal(matrix), jacobian**2
-    return Part(variance, _ratio(squares @ alone, squares @ (alone / np.array(freedom))))
+        variance = np.where(_squares(used, unknown) > 0.0, np.nan, variance)
+    return Part(variance, dof)
+
+
+def _squares(jacobian: Array, matrix: NDArray[Any]) -> Array:
+    """J M J', which is not below zero by rounding."""
+    return np.asarray(np.maximum(np.einsum("...i,...i->...", jacobian @ matrix, jacobian), 0.0))
 
 
 def linear_sum(one: Part, other: Part) -> Part:

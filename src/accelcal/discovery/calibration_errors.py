@@ -155,7 +155,7 @@ def _stated(calibration: Calibration, found: Compensation) -> tuple[Array, Array
         if told is not None:
             block = slice(start, start + len(told.covariance))
             covariance[block, block] = np.nan_to_num(np.array(told.covariance))
-            dof[block] = told.freedom or np.inf
+            dof[block] = told.dof
     for place, axis in enumerate(found.axes, _DELTA0):
         angle = freed_angle(calibration, axis.name)
         covariance[place, place] = (angle.standard_uncertainty or 0.0) ** 2

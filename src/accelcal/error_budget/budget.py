@@ -14,7 +14,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.error_budget.coefficients import coefficients_of
 from accelcal.error_budget.components import random_components, systematic_components
 from accelcal.error_budget.conditions import conditions
-from accelcal.error_budget.correlation import correlated_symbols, covariance
+from accelcal.error_budget.correlation import Added, correlated_symbols, covariance
 from accelcal.error_budget.effects import effect_components
 from accelcal.error_budget.random_part import RandomPart, random_part
 from accelcal.error_budget.weaknesses import weaknesses
@@ -140,13 +140,17 @@ def budget(
 
 
 def _combined(
-    parts: Sequence[ErrorComponent], together: Mask, added: Array
+    parts: Sequence[ErrorComponent], together: Mask, added: Added
 ) -> tuple[Array, Array, Array]:
-    """Variance added by correlation, standard uncertainty and coverage factor of each point."""
+    """Variance added by correlation, standard uncertainty and coverage factor of each point.
+
+    What is correlated counts as one part, with the degrees of freedom of its sources.
+    """
     variances = np.array([part.standard_uncertainty**2 for part in parts])
+    dof = np.array([part.dof for part in parts])
     alone = variances[together].sum(axis=0)
-    added = np.maximum(added, -alone)  # correlations are rounded, and no variance is below zero
-    joint = np.divide(alone + added, alone, out=np.ones_like(alone), where=alone > 0.0)
-    shares = np.where(together[:, None], joint, 1.0) * variances
-    told = combined(shares, [part.dof for part in parts])
-    return added, np.sqrt(variances.sum(axis=0) + added), told.factor
+    joint = np.maximum(alone + added.variance, 0.0)  # correlations are rounded
+    over_dof = (variances / dof)[together].sum(axis=0) + added.over_dof
+    of_joint = np.divide(joint, over_dof, out=np.full_like(joint, np.inf), where=over_dof > 0.0)
+    told = combined([joint, *variances[~together]], [of_joint, *dof[~together]])
+    return joint - alone, told.standard, told.factor

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import CorrelatedBySource
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
@@ -32,6 +34,21 @@ class CrossAxis(NamedTuple):
     name: str
     misalignment: str
     coupling: str
+
+
+class Shared(NamedTuple):
+    """What the errors of two coefficients have in common.
+
+    Attributes
+    ----------
+    correlation : float
+        Their covariance over both standard uncertainties.
+    over_dof : float
+        The same with each source of error over its degrees of freedom.
+    """
+
+    correlation: float
+    over_dof: float
 
 
 AXES: Mapping[str, CrossAxis] = MappingProxyType(
@@ -55,7 +72,7 @@ class Coefficients:
     slopes : mapping of str to TemperatureLaw
         Slopes of k0 [g/degC], K1 [1/degC] and of delta_O, delta_P [rad/degC], the axis of the laws
         first.
-    correlations : mapping of (str, str) to float
+    correlations : mapping of (str, str) to Shared
         Correlations of the coefficients at T0, each pair once.
     reference : float or None
         T0, or the temperature of the only level [degC].
@@ -67,7 +84,7 @@ class Coefficients:
 
     at_T0: Mapping[str, Quantity]
     slopes: Mapping[str, TemperatureLaw]
-    correlations: Mapping[tuple[str, str], float]
+    correlations: Mapping[tuple[str, str], Shared]
     reference: float | None
     range: tuple[float, float] | None
     model: TemperatureModel | None
@@ -172,15 +189,37 @@ def nearest_tables(calibration: Calibration) -> dict[str, TableCalibration]:
     return {axis: nearest_table(own, calibration.T0_degC) for axis, own in of_axes.items()}
 
 
-def _correlations(table: TableCalibration, axis: CrossAxis) -> dict[tuple[str, str], float]:
+def _correlations(table: TableCalibration, axis: CrossAxis) -> dict[tuple[str, str], Shared]:
     """Correlations of (1) stand for those of (2): the quotient by K1 changes next to nothing."""
-    if not table.covariance_matrix or not (np.diagonal(table.covariance) > 0.0).all():
-        return {}
     renamed = {**ERROR_TERMS, "M": axis.misalignment, "M_ip": axis.coupling}
-    names = [renamed.get(name, name) for name in table.covariance_names]
-    matrix = table.correlation
+    return shared_by_pairs(table, [renamed.get(name, name) for name in table.covariance_names])
+
+
+def shared_by_pairs(
+    known: CorrelatedBySource, symbols: Sequence[str | None], sign: Array | float = 1.0
+) -> dict[tuple[str, str], Shared]:
+    """What the errors of each pair of quantities have in common.
+
+    Parameters
+    ----------
+    known : CorrelatedBySource
+        Quantities with their covariance.
+    symbols : sequence of str or None
+        Their symbols; None leaves one out, as an exact one is.
+    sign : ndarray or float, default 1
+        Signs that they are to have.
+
+    Returns
+    -------
+    dict of (str, str) to Shared
+        Each pair once.
+    """
+    covariance, over_dof = known.covariance, known.over_dof
+    sigma = sign * np.sqrt(np.diagonal(covariance))
+    kept = [(i, symbol) for i, symbol in enumerate(symbols[: sigma.size]) if symbol and sigma[i]]
     return {
-        (first, second): float(matrix[i, j])
-        for i, first in enumerate(names)
-        for j, second in enumerate(names[:i])
+        (one, two): Shared(
+            *(float(m[i, j] / (sigma[i] * sigma[j])) for m in (covariance, over_dof))
+        )
+        for (i, one), (j, two) in combinations(kept, 2)
     }

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.error_budget.coefficients import AXES, Coefficients
+from accelcal.error_budget.coefficients import AXES, Coefficients, Shared, shared_by_pairs
 from accelcal.error_budget.components import SLOPES, sensitivity
 from accelcal.error_budget.conditions import Conditions
 from accelcal.model import LAWS
@@ -17,9 +17,24 @@ from accelcal.results.error_budget import ErrorComponent
 _SIDES = ("above", "below")
 
 
+class Added(NamedTuple):
+    """What correlation adds at n points.
+
+    Attributes
+    ----------
+    variance : ndarray, shape (n,)
+        To the combined variance [g^2].
+    over_dof : ndarray, shape (n,)
+        To the sum of the variances, each over its degrees of freedom [g^2].
+    """
+
+    variance: Array
+    over_dof: Array
+
+
 def covariance(
     coefficients: Coefficients, points: Conditions, parts: Sequence[ErrorComponent]
-) -> Array:
+) -> Added:
     """Sum of 2 r u u' over all pairs of correlated coefficients, GUM (16).
 
     Parameters
@@ -33,8 +48,8 @@ def covariance(
 
     Returns
     -------
-    ndarray, shape (n,)
-        What correlation adds to the combined variance [g^2].
+    Added
+        The sum, and that of what the sources of error have in common.
 
     Notes
     -----
@@ -43,12 +58,12 @@ def covariance(
     """
     correlated = correlated_symbols(coefficients)
     signed = {part.symbol: _signed(part, points) for part in parts if part.symbol in correlated}
-    total = np.zeros(points.rise.size)
+    total = np.zeros((2, points.rise.size))
     for side, there in zip(_SIDES, (points.rise > 0.0, points.rise <= 0.0), strict=True):
-        for (first, second), r in _correlations(coefficients, side).items():
+        for (first, second), shared in _correlations(coefficients, side).items():
             product = signed.get(first, 0.0) * signed.get(second, 0.0)  # 0 where one is unknown
-            total += np.where(there, 2.0 * r * product, 0.0)
-    return total
+            total += np.outer(shared, np.where(there, 2.0 * product, 0.0))
+    return Added(*total)
 
 
 def correlated_symbols(coefficients: Coefficients) -> frozenset[str]:
@@ -77,8 +92,8 @@ def _signed(part: ErrorComponent, points: Conditions) -> Array:
     return np.asarray(part.standard_uncertainty * np.sign(acting))
 
 
-def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str], float]:
-    """Correlations of all coefficients where the slopes of one side act."""
+def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str], Shared]:
+    """What all coefficients share where the slopes of one side act."""
     model = coefficients.model
     if model is None:
         known = coefficients.at_T0.keys()
@@ -88,12 +103,7 @@ def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str]
         symbols |= {f"{law} at_T0": name, f"{law} {side}": SLOPES[name][1]}
     main = list(coefficients.slopes)[2]
     symbols["delta_ip"] = next(a.coupling for a in AXES.values() if a.misalignment == main)
-    names, matrix = model.covariance_names, model.covariance
+    names = model.covariance_names
     turned = (coefficients.at_T0["K1"].value or 0.0) < 0.0  # the laws have K1, (4) has dK1/K1
     sign = np.array([-1.0 if turned and name == "K1 at_T0" else 1.0 for name in names])
-    sigma = sign * np.sqrt(np.diagonal(matrix))
-    places = [i for i, n in enumerate(names) if n in symbols and sigma[i] != 0.0]
-    return {
-        (symbols[names[i]], symbols[names[j]]): float(matrix[i, j] / (sigma[i] * sigma[j]))
-        for i, j in combinations(places, 2)
-    }
+    return shared_by_pairs(model, [symbols.get(name) for name in names], sign)

@@ -55,6 +55,13 @@ class Component(NamedTuple):
         return Component(self.covariance[records], self.dof[records])
 
     @property
+    def over_dof(self) -> Array:
+        """The covariance over its degrees of freedom, of two estimates by their geometric mean."""
+        with np.errstate(divide="ignore"):  # without any, nothing is known of the covariance
+            root = np.sqrt(1.0 / self.dof)
+        return np.asarray(self.covariance * root[..., :, None] * root[..., None, :])
+
+    @property
     def variances(self) -> Array:
         """Variance of each estimate, shape (..., p)."""
         return np.array(np.linalg.diagonal(self.covariance))  # contiguous
@@ -132,6 +139,24 @@ def _of_all(values: NDArray[Any], axes: int) -> NDArray[Any]:
     """Take one record for all where they are equal: so they mostly are, and it saves the work."""
     alike = values.ndim > axes and (values == values[:1]).all()
     return values[:1] if alike else values
+
+
+def sums(components: Mapping[str, Component]) -> tuple[Array, Array]:
+    """Add the covariances of components, and what they are over their degrees of freedom.
+
+    Parameters
+    ----------
+    components : mapping of str to Component
+        Components of p estimates.
+
+    Returns
+    -------
+    covariance, over_dof : ndarray, shape (..., p, p)
+        What a result keeps, see `accelcal.results.covariance`.
+    """
+    parts = components.values()
+    covariance = np.sum([part.covariance for part in parts], axis=0)
+    return covariance, np.sum([part.over_dof for part in parts], axis=0)
 
 
 def interval_stack(components: Mapping[str, Component]) -> Intervals:

@@ -193,12 +193,12 @@ def coefficients(found: Compensation) -> list[dict[str, Any]]:
 
 def _freedom(found: Compensation) -> dict[str, float]:
     """Degrees of freedom by symbol, of both cross axes."""
-    freedom = dict(zip(found.symbols, found.freedom, strict=bool(found.freedom)))
+    freedom = dict(zip(found.symbols, found.dof.tolist(), strict=True))
     if found.other is None:
         return freedom
     delta = found.other.delta_symbol
     names = (delta, found.other.coupling_symbol, f"{delta}_slope_above", f"{delta}_slope_below")
-    return freedom | dict(zip(names, found.other.freedom, strict=bool(found.other.freedom)))
+    return freedom | dict(zip(names, found.other.dof.tolist(), strict=True))
 
 
 def _law_rows(symbol: str, law: Law, units: tuple[str, str], meaning: str) -> list[dict[str, Any]]:

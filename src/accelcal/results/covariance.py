@@ -1,7 +1,17 @@
-"""A covariance in a result: rows of plain numbers, with its place in a JSON document."""
+"""A covariance in a result: rows of plain numbers, with its place in a JSON document.
+
+What sources of error give to quantities that are used together has the covariance C = sum C_s of
+the sources s, each known from nu_s degrees of freedom. A result keeps C and D = sum C_s / nu_s: the
+harmonic mean of the degrees of freedom, weighted by the shares of the variance
+(`accelcal.estimate.uncertainty`), is then known for all that follows from the quantities by
+derivatives J,
+
+    u^2 = J C J',  1 / nu = J D J' / u^2.
+"""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -55,6 +65,46 @@ class CorrelatedByName(Correlated):
         return {"covariance_names": names, "covariance_matrix": matrix}
 
 
+class CorrelatedBySource(CorrelatedByName):
+    """A result that tells the degrees of freedom of its covariance in all directions."""
+
+    __slots__ = ()
+
+    over_dof_matrix: Rows
+
+    @property
+    def over_dof(self) -> Array:
+        """The covariance, each source over its degrees of freedom, shape (n, n).
+
+        Where it was not kept, the degrees of freedom of each quantity stand for those of its
+        sources, and for two quantities their geometric mean.
+        """
+        import numpy as np
+
+        if len(self.over_dof_matrix) == len(self.covariance_matrix) > 0:
+            return np.array(self.over_dof_matrix, dtype=np.float64)
+        root = np.sqrt([1.0 / self._dof_of(name) for name in self.covariance_names])
+        return np.asarray(self.covariance * np.outer(root, root))
+
+    @abstractmethod
+    def _dof_of(self, name: str) -> float:
+        """Return the degrees of freedom of a quantity of the covariance."""
+
+    def _covariance_document(self) -> dict[str, Any]:
+        """Return both matrices as they stand in the JSON document."""
+        found = CorrelatedByName._covariance_document(self)
+        return {**found, "over_dof": [list(row) for row in self.over_dof_matrix]}
+
+    @staticmethod
+    def _covariance_fields(document: Mapping[str, Any], *missing: Covariance) -> dict[str, Any]:
+        """Read the fields of the covariance; what is over the degrees of freedom may be missing."""
+        known = CorrelatedByName._covariance_fields(document, *missing)
+        of_sources: Rows = checked(document, "covariance", _over_dof, UNKNOWN[1])
+        if of_sources and len(of_sources) != len(known["covariance_names"]):
+            raise DamageError("no matrix of the size of the other", "covariance", "over_dof")
+        return {**known, "over_dof_matrix": of_sources}
+
+
 def rows_of(matrix: NDArray[Any]) -> Rows:
     """Take the rows of a matrix as plain numbers, which a frozen result holds.
 
@@ -74,16 +124,27 @@ def rows_of(matrix: NDArray[Any]) -> Rows:
 def covariance(value: Any) -> Covariance:
     """Take the names and the matrix of a covariance; both are empty where it is unknown."""
     names = checked(value, "names", list_of(text))
-    matrix = checked(value, "matrix", list_of(list_of(number)))
-    sizes = {len(row) for row in matrix} | {len(matrix)}
-    if sizes != {len(names)} or len(set(names)) < len(names):
+    matrix = checked(value, "matrix", _symmetric)
+    if len(matrix) != len(names) or len(set(names)) < len(names):
         raise DamageError(f"{len(names)} names, and no matrix of that size")
-    sigma = [matrix[i][i] ** 0.5 if matrix[i][i] >= 0.0 else -1.0 for i in range(len(matrix))]
+    return names, matrix
+
+
+def _over_dof(value: Any) -> Rows:
+    return checked(value, "over_dof", _symmetric, UNKNOWN[1])
+
+
+def _symmetric(value: Any) -> Rows:
+    """Take a matrix that may be a covariance."""
+    matrix = list_of(list_of(number))(value)
+    if {len(row) for row in matrix} - {len(matrix)}:
+        raise DamageError("rows that are no square matrix")
+    sigma = [row[i] ** 0.5 if row[i] >= 0.0 else -1.0 for i, row in enumerate(matrix)]
     for i, row in enumerate(matrix):
         for j, item in enumerate(row):
             most = sigma[i] * sigma[j]
             if sigma[i] < 0.0 or abs(item) > most * (1.0 + _ROUNDING):
-                raise DamageError(f"{item:g} in place of a covariance", "matrix", i, j)
+                raise DamageError(f"{item:g} in place of a covariance", i, j)
             if abs(item - matrix[j][i]) > most * _ROUNDING:
-                raise DamageError(f"{item:g} in a matrix that is not symmetric", "matrix", i, j)
-    return names, matrix
+                raise DamageError(f"{item:g} in a matrix that is not symmetric", i, j)
+    return matrix

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from accelcal.escapes import visible
 from accelcal.geometry import MOUNTINGS
 from accelcal.results.checked import DamageError, Kind, checked, mapping_of, one_of
-from accelcal.results.covariance import CorrelatedByName
+from accelcal.results.covariance import CorrelatedBySource, Rows
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
@@ -25,7 +26,7 @@ _SMALLEST = 1e-20
 
 
 @dataclass(frozen=True, slots=True)
-class TableCalibration(CorrelatedByName, StoredPart):
+class TableCalibration(CorrelatedBySource, StoredPart):
     """Calibration of one table: one run in one mounting.
 
     Attributes
@@ -56,6 +57,9 @@ class TableCalibration(CorrelatedByName, StoredPart):
         Checks of this table.
     warnings : tuple of str
         What a reader must know before using the numbers.
+    over_dof_matrix : tuple of tuple of float
+        The covariance with each source of error over its degrees of freedom, see
+        `accelcal.results.covariance`; empty where it was not kept.
     """
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"mounting": one_of(*MOUNTINGS)}
@@ -73,12 +77,13 @@ class TableCalibration(CorrelatedByName, StoredPart):
     coefficients: Mapping[str, Quantity]
     error_model: Mapping[str, Quantity]
     covariance_names: tuple[str, ...]
-    covariance_matrix: tuple[tuple[float, ...], ...]
+    covariance_matrix: Rows
     budget: Mapping[str, Mapping[str, float]]
     stands_for: Mapping[str, str]
     residuals: Residuals
     gates: tuple[Gate, ...] = ()
     warnings: tuple[str, ...] = ()
+    over_dof_matrix: Rows = ()
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -87,6 +92,9 @@ class TableCalibration(CorrelatedByName, StoredPart):
     def quantities(self) -> dict[str, Quantity]:
         """All of `coefficients` and `error_model`."""
         return {**self.coefficients, **self.error_model}
+
+    def _dof_of(self, name: str) -> float:
+        return self.coefficients[name].dof or math.inf
 
     @property
     def correlation(self) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from accelcal.results.covariance import UNKNOWN, CorrelatedByName
+from accelcal.results.covariance import UNKNOWN, CorrelatedBySource, Rows
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
 from accelcal.results.quantity import Document, Quantity
@@ -31,7 +31,7 @@ class TemperatureLaw(StoredPart):
 
 
 @dataclass(frozen=True, slots=True)
-class TemperatureModel(CorrelatedByName, StoredPart):
+class TemperatureModel(CorrelatedBySource, StoredPart):
     """Temperature laws of bias, scale factor and misalignment.
 
     Attributes
@@ -51,6 +51,9 @@ class TemperatureModel(CorrelatedByName, StoredPart):
         Names such as ``"k0 above"`` of what is determined, and its covariance; an empty matrix
         where unknown. Laws from the tables have k2, k3 and delta_ip of the table nearest to T0
         among them.
+    over_dof_matrix : tuple of tuple of float
+        The same with each source of error over its degrees of freedom, see
+        `accelcal.results.covariance`; empty where it was not kept.
     """
 
     _MISSING: ClassVar[Mapping[str, Any]] = {"hysteresis": None, "warnings": ()}
@@ -61,7 +64,8 @@ class TemperatureModel(CorrelatedByName, StoredPart):
     hysteresis: Quantity | None = None
     warnings: tuple[str, ...] = ()
     covariance_names: tuple[str, ...] = ()
-    covariance_matrix: tuple[tuple[float, ...], ...] = ()
+    covariance_matrix: Rows = ()
+    over_dof_matrix: Rows = ()
 
     def __repr__(self) -> str:
         known = [name for name in ("k0", "K1", "delta") if getattr(self, name).at_T0 is not None]
@@ -91,6 +95,11 @@ class TemperatureModel(CorrelatedByName, StoredPart):
                     yield f"{name} {part}", quantity
         if self.hysteresis is not None:
             yield "hysteresis", self.hysteresis
+
+    def _dof_of(self, name: str) -> float:
+        """Those of a quantity of the laws; what follows none has the fewest of them."""
+        known = {own: quantity.dof or math.inf for own, quantity in self.quantities()}
+        return known.get(name, min(known.values(), default=math.inf))
 
     @classmethod
     def from_document(cls, document: Document) -> TemperatureModel:

@@ -14,6 +14,7 @@ from accelcal.estimate.uncertainty import (
     Intervals,
     interval_stack,
     propagate,
+    sums,
 )
 from accelcal.model import LAWS, law_units
 from accelcal.results.covariance import rows_of
@@ -158,7 +159,7 @@ class LawStack(NamedTuple):
         self,
         index: int,
         unit: str | None,
-        covariance: Array,
+        components: Mapping[str, Component],
         *,
         others: tuple[str, ...] = (),
         hysteresis: Quantity | None,
@@ -166,7 +167,7 @@ class LawStack(NamedTuple):
     ) -> TemperatureModel:
         """Give the laws of one record their names and units.
 
-        `covariance` is that of the values and of `others`, which follow no law.
+        `components` are those of the values and of `others`, which follow no law.
         """
         units = law_units(unit).values()
         found = [interval_of(self.intervals, (index, i)) for i in range(self.values.shape[1])]
@@ -176,6 +177,7 @@ class LawStack(NamedTuple):
             _law(values[own], found[own], self.sides, of_law)
             for own, of_law in zip(parts, units, strict=True)
         )
+        covariance, over_dof = sums(components)
         known = bool(np.isfinite(covariance).all())
         return TemperatureModel(
             k0,
@@ -185,6 +187,7 @@ class LawStack(NamedTuple):
             warnings,
             covariance_names=(*self.names, *others) if known else (),
             covariance_matrix=rows_of(covariance) if known else (),
+            over_dof_matrix=rows_of(over_dof) if known else (),
         )
 
 
@@ -225,9 +228,8 @@ def named_model(
     jacobian[of_scale_factor, of_scale_factor] = own
     shown = propagate(components, jacobian)
     intervals = Intervals(*(part[None] for part in interval_stack(shown)))
-    covariance = np.sum([part.covariance for part in shown.values()], axis=0)
     laws = LawStack(tuple(sides), relative[None], intervals)
-    return laws.model(0, unit, covariance, hysteresis=hysteresis, warnings=warnings)
+    return laws.model(0, unit, shown, hysteresis=hysteresis, warnings=warnings)
 
 
 def relative_slopes(law: Array) -> tuple[Array, Array]:

@@ -37,7 +37,7 @@ from accelcal.temperature.levels import (
     Levels,
     LevelStack,
     alike,
-    joint_covariance,
+    joint_components,
     levels_of,
 )
 from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
@@ -75,29 +75,24 @@ class _Group(NamedTuple):
 
     def model(self, index: int) -> TemperatureModel:
         """Laws of one record."""
-        covariance, others = self._covariance(index)
+        components, others = self._components(index)
         return self.laws.model(
             index,
             self.stack.unit,
-            covariance,
+            components,
             others=others,
             hysteresis=self.hysteresis.quantity(index),
             warnings=self.warnings[index],
         )
 
-    def _covariance(self, index: int) -> tuple[Array, tuple[str, ...]]:
-        """Covariance of the laws of one record and of what follows no law."""
-        covariance, others = joint_covariance(self.stack, index)
-        maps, size = self.maps[index], self.stack.temperature.shape[1]
-        laws = (np.eye(3)[:, None, :, None] * maps[:, :, None]).reshape(-1, 3 * size)
+    def _components(self, index: int) -> tuple[dict[str, Component], tuple[str, ...]]:
+        """Components of the laws of one record and of what follows no law."""
+        components, others = joint_components(self.stack, self.levels, index)
+        of_laws = np.eye(3)[:, None, :, None] * self.maps[index][:, :, None]
+        laws = of_laws.reshape(self.laws.values.shape[1], -1)
         through = np.pad(laws, (0, len(others)))
-        through[len(laws) :, 3 * size :] = np.eye(len(others))
-        found = through @ covariance @ through.T
-        by_heat = (maps * self.levels.by_heat[index][:, None]).reshape(len(laws), size)
-        by_loop = maps[0] @ self.levels.by_loop[index]
-        found[: len(laws), : len(laws)] += by_heat @ by_heat.T
-        found[: len(by_loop), : len(by_loop)] += by_loop @ by_loop.T
-        return found, others
+        through[len(laws) :, laws.shape[1] :] = np.eye(len(others))
+        return propagate(components, through), others
 
 
 class LawsOfRecords(NamedTuple):

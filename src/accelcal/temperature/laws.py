@@ -13,7 +13,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.results.covariance import rows_of
+from accelcal.results.covariance import Rows, rows_of
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.error_component import Slopes, stacked_temperature_component
 from accelcal.temperature.from_tables import (
@@ -111,14 +111,21 @@ def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> T
     """
     names = readings.covariance_names
     if not names or not set(names) <= set(tables.covariance_names):
-        return replace(readings, delta=tables.delta, covariance_names=(), covariance_matrix=())
+        unknown = replace(readings, covariance_names=(), covariance_matrix=(), over_dof_matrix=())
+        return replace(unknown, delta=tables.delta)
     own = np.array([name.startswith("delta ") for name in names])
     places = [tables.covariance_names.index(name) for name in names]
-    theirs = tables.covariance[np.ix_(places, places)]
-    matrix = readings.covariance * ~(own[:, None] ^ own)
-    matrix[np.ix_(own, own)] = theirs[np.ix_(own, own)]
+
+    def joined(ours: Array, theirs: Array) -> Rows:
+        together = np.where(own, theirs[np.ix_(places, places)], ours)
+        return rows_of(np.where(own[:, None] ^ own, 0.0, together))
+
     said = "the law of the misalignment is that of the tables, of both sides"
     warnings = (*readings.warnings, said)
     return replace(
-        readings, delta=tables.delta, covariance_matrix=rows_of(matrix), warnings=warnings
+        readings,
+        delta=tables.delta,
+        covariance_matrix=joined(readings.covariance, tables.covariance),
+        over_dof_matrix=joined(readings.over_dof, tables.over_dof),
+        warnings=warnings,
     )

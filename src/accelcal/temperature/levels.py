@@ -233,20 +233,24 @@ def levels_of(stack: LevelStack) -> Levels:
     return Levels(values, components, np.zeros_like(values), np.zeros((*k1.T.shape, 0)))
 
 
-def joint_covariance(stack: LevelStack, record: int) -> tuple[Array, tuple[str, ...]]:
-    """Covariance of k0, K1 and delta of all tables of one record, and of what follows no law.
+def joint_components(
+    stack: LevelStack, levels: Levels, record: int
+) -> tuple[dict[str, Component], tuple[str, ...]]:
+    """Errors of k0, K1 and delta of all tables of one record, and of what follows no law.
 
     Parameters
     ----------
     stack : LevelStack
         Records.
+    levels : Levels
+        Their quotients, at levels that are as uncertain as they are.
     record : int
         Place of one of them.
 
     Returns
     -------
-    covariance : ndarray, shape (3 n + others, 3 n + others)
-        k0 of all tables, then K1, then delta, then the others.
+    components : dict of str to Component
+        Components of k0 of all tables, then K1, then delta, then the others: 3 n + others.
     others : tuple of str
         k2, k3 and delta_ip of the table nearest to T0, as far as they are known.
     """
@@ -263,7 +267,27 @@ def joint_covariance(stack: LevelStack, record: int) -> tuple[Array, tuple[str, 
         of_k1 = rows[size + table]
         return np.asarray((rows - quotient[:, None] * of_k1) / over[:, None])
 
-    at = np.ix_(place[table, column], place[table, column])
-    whole = np.asarray(sum(part.covariance[record][at] for part in stack.components.values()))
+    at, at_k1 = place[table, column], place[table, _K1]
+
+    def of(part: Component) -> Component:
+        whole, dof = part.covariance[record], part.dof[record]
+        covariance = of_quotients(of_quotients(whole[np.ix_(at, at)]).T)
+        return Component(covariance, np.minimum(dof[at], dof[at_k1]))
+
     names = tuple(ERROR_TERMS[COEFFICIENTS[c]] for c in others)
-    return of_quotients(of_quotients(whole).T), names
+    found = {name: of(part) for name, part in stack.components.items()}
+    return {**found, **_of_levels(levels, record, len(others))}, names
+
+
+def _of_levels(levels: Levels, record: int, others: int) -> dict[str, Component]:
+    """Errors of the temperatures and of a loop, which act on all quantities of a table together."""
+    heat = levels.by_heat[record]
+    by_heat = (heat[:, :, None] * np.eye(heat.shape[1])).reshape(heat.size, -1)
+    found = {}
+    for name, columns in (("temperature", by_heat), ("hysteresis", levels.by_loop[record])):
+        if name in levels.components:
+            acting = np.pad(columns, ((0, heat.size + others - len(columns)), (0, 0)))
+            dof = np.full(len(acting), np.inf)
+            dof[: heat.size] = levels.components[name].dof[record].ravel()
+            found[name] = Component(acting @ acting.T, dof)
+    return found
