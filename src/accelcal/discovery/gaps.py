@@ -69,9 +69,11 @@ def _folds(comparison: Comparison, rng: np.random.Generator) -> Iterator[Mask]:
 
 def _missed(lower: Array, columns: Array, residual: Array, out: Mask) -> Array:
     """Reading minus prediction of those left out [g]; `lower` whitens the others."""
+    from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
+
     norms = lengths(columns)
     norms[norms == 0.0] = 1.0
     others = np.column_stack([columns[~out] / norms, residual[~out]])
-    whitened = np.linalg.solve(lower, others)
+    whitened = solve_triangular(lower, others, lower=True, check_finite=False)
     solved = np.linalg.lstsq(whitened[:, :-1], whitened[:, -1], rcond=1e-9)[0]
     return np.asarray(residual[out] - (columns[out] / norms) @ solved)
