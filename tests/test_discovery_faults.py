@@ -366,7 +366,8 @@ def test_taking_a_column_out_is_a_new_fit():
     fitted = pure_error(readings, np.column_stack([columns, more]))
     assert isinstance(updated, PureError)
     np.testing.assert_allclose(updated.residual, fitted.residual, atol=1e-12)
-    np.testing.assert_allclose(updated.projector, fitted.projector, atol=1e-12)
+    every = range(30)
+    np.testing.assert_allclose(updated.among(every), fitted.among(every), atol=1e-12)
     assert fitted.dof == 25.0
     gain = pure_error(readings, columns).gains(more[:, None])[0]
     assert gain == pytest.approx(pure_error(readings, columns).squares - fitted.squares)

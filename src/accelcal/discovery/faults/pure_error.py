@@ -6,14 +6,15 @@ factor and in misalignment, as drifts and a tilt of the foundation make them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Mask
+from accelcal.arrays import Array, Mask, Places
 from accelcal.discovery.columns import cycle, dummies, saturated
-from accelcal.discovery.spans import orthonormal
+from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.geometry import head_positions
 
@@ -26,24 +27,24 @@ class PureError(NamedTuple):
 
     Attributes
     ----------
-    projector : ndarray, shape (n, n)
-        Projector on what is left.
+    taken : ndarray, shape (n, k)
+        Orthonormal basis of the columns.
     residual : ndarray, shape (n,)
         What is left of the readings [g].
     """
 
-    projector: Array
+    taken: Array
     residual: Array
 
     @property
     def free(self) -> Array:
         """Share of each reading's own error that is left, shape (n,)."""
-        return np.maximum(np.diagonal(self.projector), 0.0)
+        return np.asarray(np.maximum(1.0 - (self.taken**2).sum(axis=1), 0.0))
 
     @property
     def dof(self) -> float:
         """Degrees of freedom."""
-        return float(np.round(np.trace(self.projector)))
+        return float(self.residual.size - self.taken.shape[1])
 
     @property
     def squares(self) -> float:
@@ -60,32 +61,42 @@ class PureError(NamedTuple):
         """Residuals with the variance of a reading; zero where nothing tells [g]."""
         return np.where(self.telling, self.residual / np.sqrt(np.maximum(self.free, TELLING)), 0.0)
 
+    def shared(self, one: Places | int, other: Places | int) -> Array:
+        """Share of the errors of some readings that is left in others, element by element."""
+        own = np.asarray(np.equal(one, other), dtype=np.float64)
+        return np.asarray(own - (self.taken[one] * self.taken[other]).sum(axis=-1))
+
+    def among(self, readings: Sequence[int]) -> Array:
+        """Shares of the errors of k readings that are left in each other, shape (k, k)."""
+        own = np.array(readings, dtype=np.intp)
+        return self.shared(own[:, None], own)
+
     def gains(self, columns: Array) -> Array:
         """Squares that each of some columns would take, shape (k,) for (n, k) [g^2]."""
-        part = self.projector @ columns
+        part = without(columns, self.taken)
         length = (columns * part).sum(axis=0)
         seen = length > TELLING**2 * (columns**2).sum(axis=0)
         return np.where(seen, (columns.T @ self.residual) ** 2 / np.where(seen, length, 1.0), 0.0)
 
     def without(self, column: Array) -> PureError:
         """Take a column out, too."""
-        part = self.projector @ column
-        length = float(column @ part)
-        if not length > 1e-9 * float(column @ column):
+        part = without(without(column, self.taken), self.taken)  # twice, against rounding
+        length = float(np.sqrt(part @ part))
+        if not length**2 > 1e-9 * float(column @ column):
             return self
-        projector = self.projector - np.outer(part, part / length)
-        return PureError(projector, self.residual - part * float(column @ self.residual) / length)
+        taken = np.column_stack([self.taken, part / length])
+        return PureError(taken, without(self.residual, taken[:, -1:]))
 
     def changed(self, change: Array) -> PureError:
         """The same with readings changed [g]."""
-        return self._replace(residual=self.residual + self.projector @ change)
+        return self._replace(residual=self.residual + without(change, self.taken))
 
 
 def pure_error(readings: Array, columns: Array) -> PureError:
     """Find what columns of whatever rank, shape (n, k), leave of n readings [g]."""
-    basis = orthonormal(columns)
-    projector = np.eye(readings.size) - basis @ basis.T
-    return PureError(projector, projector @ (projector @ readings))  # twice, against rounding
+    taken = orthonormal(columns)
+    left = without(without(readings, taken), taken)  # twice, against rounding
+    return PureError(taken, left)
 
 
 def moving(c: Conditions, mounting: NDArray[np.str_]) -> Array:

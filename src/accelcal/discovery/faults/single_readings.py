@@ -93,7 +93,7 @@ def _errors(views: Views, after: Views, steps: list[Suspect]) -> list[tuple[floa
         views = views if step.is_outlier else views.after(step)
     weight = views.weight[wrong]
     view, rest = views.pooled, after.pooled
-    inverse = np.linalg.pinv(view.projector[np.ix_(wrong, wrong)], hermitian=True)
+    inverse = np.linalg.pinv(view.among(wrong), hermitian=True)
     values = inverse @ view.residual[wrong] / weight
     sigma = np.sqrt(max(rest.squares / max(rest.dof, 1.0), views.least**2))
     spread = sigma * np.sqrt(np.diagonal(inverse)) / weight

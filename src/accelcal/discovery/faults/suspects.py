@@ -186,7 +186,7 @@ def _exchange(views: Views, pairs: Places) -> Suspect | None:
     pair = _least(views, pairs)
     change = np.zeros(readings.size)
     change[pair] = (readings[pair[::-1]] - readings[pair]) * views.weight[pair]
-    inverse = np.linalg.pinv(view.projector[np.ix_(pair, pair)])
+    inverse = np.linalg.pinv(view.among(pair))
     of_two = float(view.residual[pair] @ inverse @ view.residual[pair])
     dof = view.dof - 2.0
     noise = max((view.squares - of_two) / dof, views.least**2)
@@ -215,7 +215,7 @@ def _squares_after(views: Views, view: PureError, pairs: Places) -> Array:
     a, b = d * views.weight[i], d * views.weight[j]
     pull = 2.0 * (a * view.residual[i] - b * view.residual[j])
     own = a**2 * view.free[i] + b**2 * view.free[j]
-    return np.asarray(view.squares + pull + own - 2.0 * a * b * view.projector[i, j])
+    return np.asarray(view.squares + pull + own - 2.0 * a * b * view.shared(i, j))
 
 
 def _outlier(views: Views) -> Suspect | None:
@@ -251,7 +251,7 @@ def _judged(views: Views, found: Suspect) -> Suspect:
 
 def _others(view: PureError, worst: int) -> Array:
     """Deviations of the other readings, with the variance of one, after one is taken out."""
-    part = view.projector[:, worst] / np.sqrt(view.free[worst])
+    part = view.shared(np.arange(view.residual.size), worst) / np.sqrt(view.free[worst])
     free = view.free - part**2
     residual = view.residual - part * view.scaled[worst]
     kept = free > TELLING
@@ -264,7 +264,8 @@ def _worst(views: Views) -> int:
     size = np.where(views.moving.telling, np.abs(view.scaled), 0.0)
     first = int(np.argmax(size))
     alike = size > 0.98 * size[first]
-    share = np.abs(view.projector[first]) / np.sqrt(np.maximum(view.free * view.free[first], 1e-12))
+    with_first = view.shared(np.arange(size.size), first)
+    share = np.abs(with_first) / np.sqrt(np.maximum(view.free * view.free[first], 1e-12))
     alike &= share > 0.98
     return int(np.argmax(np.where(alike, np.abs(views.smooth.scaled), -1.0)))
 
