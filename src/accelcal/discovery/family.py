@@ -9,7 +9,7 @@ exists only where there is an effect.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +28,9 @@ SMALLEST = 1e-300
 
 NEW = 0.02
 """Part of an effect that must be new beside other effects."""
+
+_TOGETHER = 250
+"""Draws whose ratios are worked out at a time, so that they stay in the processor's cache."""
 
 _LEVELS = (0.05, 0.02, 0.01, 0.005)
 
@@ -95,6 +98,10 @@ class _Left(NamedTuple):
     seen: Array
     shown: Array
     pure: Array
+
+    def draws(self, some: slice) -> _Left:
+        """Return that of some of the draws."""
+        return _Left(self.seen[:, some], self.shown[:, some], self.pure[some])
 
 
 def family_of(comparison: Comparison, effects: Sequence[Effect]) -> Family:
@@ -180,10 +187,13 @@ def _p_values(family: Family, seen: Array, taken: Array | None) -> tuple[Array, 
 
 
 def _of_effects(family: Family, left: _Left, taken: Array | None) -> Array:
-    found = family.candidates
-    ratios = _ratios(family, left, taken)
+    found, draws = family.candidates, left.pure.size
     starts = np.searchsorted(found.owner, np.arange(len(found.effects)))
-    best = np.maximum.reduceat(ratios, starts, axis=0) if starts.size else ratios
+    best = np.zeros((starts.size, draws))
+    ratios = _ratios(family, taken)
+    for start in range(0, draws if starts.size else 0, _TOGETHER):
+        some = slice(start, start + _TOGETHER)
+        best[:, some] = np.maximum.reduceat(ratios(left.draws(some)), starts, axis=0)
     return chance(best, family.space.dof)
 
 
@@ -193,19 +203,23 @@ def _left(space: Space, seen: Array, taken: Array | None) -> _Left:
     return _Left(rest, shown, (rest**2).sum(axis=0) - (shown**2).sum(axis=0))
 
 
-def _ratios(family: Family, left: _Left, taken: Array | None) -> Array:
-    """F of each instance against the pure error that is left beside it, shape (N, k)."""
+def _ratios(family: Family, taken: Array | None) -> Callable[[_Left], Array]:
+    """F of each of N instances against the pure error that is left beside it, shape (N, k)."""
     space, found = family.space, family.candidates
     columns = found.directions if taken is None else without(found.directions, taken)
     length = lengths(columns)
     columns = columns * np.where(length > NEW, 1.0 / np.maximum(length, NEW), 0.0)
     systematic = space.systematic.T @ columns
     pure_part = 1.0 - (systematic**2).sum(axis=0)
-    projection = columns.T @ left.seen
-    in_pure_error = projection - systematic.T @ left.shown
-    size = np.where(found.one_sided[:, None], np.maximum(projection, 0.0), projection)
-    beside = left.pure - 2.0 * size * in_pure_error + size**2 * pure_part[:, None]
-    return np.asarray(size**2 * space.dof / np.maximum(beside, SMALLEST))
+
+    def of(left: _Left) -> Array:
+        projection = columns.T @ left.seen
+        in_pure_error = projection - systematic.T @ left.shown
+        size = np.where(found.one_sided[:, None], np.maximum(projection, 0.0), projection)
+        beside = left.pure - 2.0 * size * in_pure_error + size**2 * pure_part[:, None]
+        return np.asarray(size**2 * space.dof / np.maximum(beside, SMALLEST))
+
+    return of
 
 
 def _of_block(basis: Array, left: _Left, space: Space, taken: Array | None) -> Array:
