@@ -111,6 +111,16 @@ def test_strokes_better_than_declared_do_not_shrink_the_noise():
     y = forward(AL15, angles) + 0.1 * SIGMA * np.random.default_rng(7).standard_normal(54)
     (noise,) = noises(record(angles, y, std=np.full(54, SIGMA)))
     assert (noise.source, noise.factor) == ("declared", 1.0)
+    assert noise.shortfall == pytest.approx(10.0, rel=0.25)
+
+
+@pytest.mark.parametrize("actual", [0.0, 0.8, 1.0])
+def test_strokes_as_declared_or_alike_to_the_last_digit_fall_short_of_nothing(actual):
+    angles = turn(8, 6)
+    for seed in range(50):
+        y = forward(AL15, angles) + actual * SIGMA * np.random.default_rng(seed).standard_normal(54)
+        (noise,) = noises(record(angles, y, std=np.full(54, SIGMA)))
+        assert math.isnan(noise.shortfall)
 
 
 def test_declared_std_is_rarely_contradicted_by_chance():

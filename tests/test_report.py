@@ -232,6 +232,30 @@ def test_unknown_uncertainty_says_why():
     assert "reading noise, run 20: unknown" in text
 
 
+@pytest.mark.parametrize(
+    ("count", "remedy"),
+    [
+        (None, "if it is that of single samples, give their number in a column n"),
+        (4.0, "check the columns std and n"),
+    ],
+)
+def test_a_declared_std_far_above_the_scatter_of_the_strokes_is_told(count, remedy):
+    """Without n the std of samples made U ten times too wide without a word."""
+    frame = accelcal.simulate(seed=1).to_frame()
+    samples = frame.assign(
+        std=6.75e-5 if count is None else 13.5e-5, **({"n": count} if count else {})
+    )
+    calibration = accelcal.fit(accelcal.read_arrays(samples))
+    for table in calibration.tables:
+        (note,) = [w for w in table.warnings if "declared std" in w]
+        assert re.match(
+            r"the declared std is (9|1\d)(\.\d)? times the scatter of the strokes", note
+        )
+        assert remedy in note
+    alike = accelcal.fit(accelcal.read_arrays(frame.assign(std=6.75e-6)))
+    assert not any("declared std" in w for table in alike.tables for w in table.warnings)
+
+
 def test_standard_uncertainties_of_other_programs_are_uncertainties():
     document = json.loads(fitted().to_json())
     for table in document["tables"]:

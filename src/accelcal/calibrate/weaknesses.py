@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Mask
+from accelcal.calibrate.table_weaknesses import of_table
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.turns import LARGEST_RATIOS
 from accelcal.model import COEFFICIENTS
-from accelcal.record import TumbleRecord
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
@@ -139,7 +138,7 @@ def warnings_of(fitted: Fitted) -> Warned:
         ),
     )
     uneven = [noise.clearly for noise in estimate.uneven]
-    of_tables = map(_of_table, fitted.tables, estimate.noises, uneven)
+    of_tables = map(of_table, fitted.tables, estimate.noises, uneven)
     return Warned(of_each(said, records), [of_each(own, records) for own in of_tables])
 
 
@@ -158,50 +157,6 @@ def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
         yield Sentence(True, f"{names}: not sure, as the notes of the discovery say")
     for note in model.otherwise:
         yield Sentence(True, f"U does not count what else the discovery found possible: {note}")
-
-
-# -- a table ---------------------------------------------------------------------------------------
-
-
-def _of_table(table: PreparedTable, noise: ReadingNoise, uneven: Mask) -> Iterator[Sentence]:
-    for text in table.estimability.sentences():
-        yield Sentence(True, text)
-    yield from _of_declared_scatter(table.record)
-    yield Sentence(
-        noise.source == "none",
-        "no uncertainty: one reading a coefficient and no declared std; repeat strokes or give"
-        " the columns std and n",
-    )
-    yield Sentence(
-        noise.source == "residuals",
-        "reading noise from the residuals of the fit, as too few readings are repeated; repeat"
-        " strokes for narrower intervals",
-    )
-    yield Sentence(
-        ~np.isnan(noise.excess),
-        lambda excess: (
-            f"the strokes scatter {excess:.2g} times more than the declared std;"
-            " uncertainties follow the strokes"
-        ),
-        [noise.excess],
-    )
-    yield Sentence(
-        uneven,
-        "the strokes scatter more at some positions than at others: U follows the scatter at each",
-    )
-
-
-def _of_declared_scatter(record: TumbleRecord) -> Iterator[Sentence]:
-    std, count = record.std, record.count
-    if std is not None and not np.all(std > 0.0):
-        lacking = {"missing": np.isnan(std).any(), "zero": (std == 0.0).any()}
-        what = " or ".join(word for word, found in lacking.items() if found)
-        where = "some" if (std > 0.0).any() else "all"
-        yield Sentence(
-            True, f"std is {what} at {where} readings, so the declared scatter is not used at all"
-        )
-    elif count is not None and not np.all(count >= 1.0):
-        yield Sentence(True, "n is missing at some readings, so std is taken as that of each mean")
 
 
 # -- what is estimated -----------------------------------------------------------------------------

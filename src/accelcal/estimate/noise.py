@@ -20,6 +20,9 @@ FEW = 3
 
 _SIGNIFICANT = 0.01
 
+_TOO_WIDE = 2.0
+"""Declared scatter over that of replicates from which the intervals are told to be too wide."""
+
 
 class ReadingNoise(NamedTuple):
     """Standard deviation of one reading of a table, in one record or in each of a stack.
@@ -39,18 +42,23 @@ class ReadingNoise(NamedTuple):
     excess : float or ndarray
         Ratio of the scatter of replicates to the declared one, where it is significantly above 1,
         else NaN.
+    shortfall : float or ndarray
+        Ratio of the declared scatter to that of replicates, where it is 2 or more and so by more
+        than chance, else NaN.
     """
 
     factor: Any
     dof: Any
     source: Any
     excess: Any = np.nan
+    shortfall: Any = np.nan
 
     @classmethod
     def of(cls, factor: Array, dof: float, source: str) -> ReadingNoise:
         """Noise that is known in the same way in all records."""
         like = np.zeros_like(factor)
-        return cls(factor, like + dof, np.full(factor.shape, source), like + np.nan)
+        untold = like + np.nan
+        return cls(factor, like + dof, np.full(factor.shape, source), untold, untold)
 
     def of_records(self, records: int | slice) -> ReadingNoise:
         """Return that of some records of a stack, or of one alone."""
@@ -120,7 +128,7 @@ def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) ->
         list(compress(tables, bare)), list(compress(outputs, bare)), list(compress(pure, bare))
     )
     return [
-        _declared(own, table.scatter_dof)
+        _declared(own, table.scatter_dof, _last_digit(y) / table.scatter.min())
         if table.scatter_dof is not None
         else _of_readings(y, *((own, "replicates") if own.dof >= FEW else of_all))
         for table, y, own in zip(tables, outputs, pure, strict=True)
@@ -141,12 +149,16 @@ def _of_all_tables(
 def _of_readings(y: Array, scatter: _Scatter, source: str) -> ReadingNoise:
     if source == "none":
         return ReadingNoise.of(np.full(len(y), np.nan), 0.0, "none")
-    # readings that are all alike to the last digit still have a rounding error
-    floor = 4.0 * np.finfo(float).eps * np.abs(y).max(axis=1)
-    return ReadingNoise.of(np.maximum(np.sqrt(scatter.variance), floor), scatter.dof, source)
+    noise = np.maximum(np.sqrt(scatter.variance), _last_digit(y))
+    return ReadingNoise.of(noise, scatter.dof, source)
 
 
-def _declared(own: _Scatter, declared_dof: float) -> ReadingNoise:
+def _last_digit(y: Array) -> Array:
+    """Rounding error that readings still have which are all alike to the last digit."""
+    return np.asarray(4.0 * np.finfo(float).eps * np.abs(y).max(axis=1))
+
+
+def _declared(own: _Scatter, declared_dof: float, last_digit: Array) -> ReadingNoise:
     """Declared scatter, unless the replicates contradict it."""
     found = ReadingNoise.of(np.ones_like(own.squares), declared_dof, "declared")
     if own.dof < FEW:
@@ -158,7 +170,19 @@ def _declared(own: _Scatter, declared_dof: float) -> ReadingNoise:
         np.where(excess, own.dof, found.dof),
         np.where(excess, "replicates", found.source),
         np.where(excess, factor, np.nan),
+        _shortfall(own, declared_dof, last_digit),
     )
+
+
+def _shortfall(own: _Scatter, declared_dof: float, last_digit: Array) -> Array:
+    """Declared scatter over that of replicates, where it is clearly larger.
+
+    Replicates that are alike to the last digit tell nothing of the noise.
+    """
+    tells = own.variance > last_digit**2
+    ratio = 1.0 / np.where(tells, own.variance, 1.0)
+    clear = f_exceeds(_SIGNIFICANT, ratio, declared_dof, own.dof) & (ratio >= _TOO_WIDE**2)
+    return np.where(tells & clear, np.sqrt(ratio), np.nan)
 
 
 def _pure_error(table: PreparedTable, y: Array) -> _Scatter:
