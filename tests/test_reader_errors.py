@@ -264,6 +264,21 @@ ERRORS = {
         "T,J,k,Y,mounting\n20,1,1,1,q\n",
         "2: mounting 'q' is unknown; it is one of o+, o-, p+, p-",
     ),
+    "direction of no known name": (
+        "T,J,k,direction,Y\n20,1,1,CW,1\n20,1,1,CCW,2\n",
+        "2: direction 'CW' is neither forward nor back; write forward or back",
+    ),
+    "direction against the stroke": (
+        "T,J,k,direction,Y\n"
+        + "".join(f"20,{j},1,fwd,{j}\n" for j in range(1, 9))
+        + "20,9,1,back,1\n",
+        "10: direction 'back' contradicts the number of the stroke;"
+        " odd strokes go forward and even ones back, so correct one of both",
+    ),
+    "direction empty": (
+        "T,J,k,direction,Y\n20,1,1,fwd,1\n20,2,1,,2\n",
+        "3: direction is empty; write the direction in every row",
+    ),
     "run empty": (
         "T,J,k,Y,run\n20,1,1,1,a\n20,2,1,1,\n",
         "3: run is empty; write the run in every row",

@@ -56,6 +56,41 @@ def read(content, **overrides):
 REFERENCE = read(long_table())
 
 
+def same_readings(record, other):
+    names = ("output", "angle", "temperature", "stroke", "run", "position")
+    return all(np.array_equal(getattr(record, n), getattr(other, n)) for n in names)
+
+
+@pytest.mark.parametrize(
+    "words", [("forward", "back"), ("F", "B"), ("1", "\u22121"), ("hin", "zurück")]
+)
+def test_cycles_with_a_direction_are_two_strokes_each(words):
+    """They passed for repeated strokes, with the advice to delete one."""
+    rows = [(t, p, 1, words[k - 1], y) for t, p, k, y in ROWS]
+    record = read(long_table(headings=("T", "J", "k", "Direction", "Y"), rows=rows))
+    assert same_readings(record, REFERENCE)
+    assert record.notes == (
+        "strokes are numbered by cycle, as the column direction shows: they were counted anew, odd"
+        " ones forward and even ones back, up to 2",
+    )
+    wide = [f"{t},{p},{words[k - 1]},{y}" for t, p, k, y in ROWS]
+    assert same_readings(read("\n".join(["T,J,direction,Y1", *wide])), REFERENCE)
+
+
+def test_strokes_forward_alone_are_the_odd_ones():
+    rows = [(20, p, k, "forward", p + k) for k in (1, 2, 3) for p in range(1, 9)]
+    record = read(long_table(headings=("T", "J", "k", "direction", "Y"), rows=rows))
+    assert np.unique(record.stroke).tolist() == [1, 3, 5]
+
+
+@pytest.mark.parametrize("words", [("forward", "back"), ("CW", "CCW")])
+def test_a_direction_that_tells_what_the_strokes_tell_changes_nothing(words):
+    rows = [(t, p, k, words[k - 1], y) for t, p, k, y in ROWS]
+    record = read(long_table(headings=("T", "J", "k", "direction", "Y"), rows=rows))
+    assert same_readings(record, REFERENCE)
+    assert record.notes == ()
+
+
 def test_the_reference_holds_what_was_written():
     record = REFERENCE
     rows = zip(record.temperature, record.position, record.stroke, record.output, strict=True)

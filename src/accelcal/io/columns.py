@@ -20,7 +20,10 @@ Engine = Callable[[Layout, Sequence[int], int], Columns]
 CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "count")
 """Columns that a header line may stand for."""
 
-_OPTIONAL = ("run", "time", "date", "serial", "mounting", "clamping", "std", "count", "unit")
+_OPTIONAL = (
+    *("run", "direction", "time", "date", "serial", "mounting", "clamping", "std", "count"),
+    "unit",
+)
 _OF_ONE_READING = ("time", "std", "count")
 
 

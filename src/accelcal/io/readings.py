@@ -14,6 +14,7 @@ from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, angular_distance, is_mounting
 from accelcal.io.cells import Column, labels, numbers, whole_numbers
 from accelcal.io.columns import Table
+from accelcal.io.strokes import Directions, strokes_of_rows
 from accelcal.io.times import DAY, in_seconds, times
 from accelcal.io.wording import all_outputs, listed
 from accelcal.numerics.grouping import group_after_group
@@ -65,6 +66,8 @@ class Readings:
         Line of each missing reading.
     missing_serial : ndarray of int, or None
         Serial of each missing reading.
+    cycles : bool
+        Whether the table counts cycles of a stroke forward and one back.
     """
 
     source: str
@@ -85,6 +88,7 @@ class Readings:
     serials: tuple[str, ...]
     missing: Ints
     missing_serial: Ints | None
+    cycles: bool
 
     def select(self, chosen: Mask | Places) -> Readings:
         """Keep the readings where a mask is true, or at some places."""
@@ -144,6 +148,10 @@ def read_readings(table: Table, positions: int) -> Readings:
     values: dict[str, Any] = {name: _at(array, row) for name, array in by_row.items()}
     if table.form == "wide":
         values["stroke"] = np.array(list(table.outputs), dtype=np.int64)[output]
+    cycles = False
+    if "direction" in columns:
+        directions = Directions.of(columns["direction"])
+        values["stroke"], cycles = directions.strokes(values["stroke"], row)
     missing_row = np.nonzero(~present)[0]
     return Readings(
         **values,
@@ -153,6 +161,7 @@ def read_readings(table: Table, positions: int) -> Readings:
         serials=serials,
         missing=first.lines[missing_row],
         missing_serial=_at(serial, missing_row),
+        cycles=cycles,
     )
 
 
@@ -234,7 +243,7 @@ def _by_row(
         "temperature": temperature,
         "position": position,
         "angle": angle,
-        "stroke": _stroke(columns["stroke"]) if "stroke" in columns else None,
+        "stroke": strokes_of_rows(columns["stroke"]) if "stroke" in columns else None,
         "mounting": _mounting(columns.get("mounting"), temperature.size),
         "time": _time(columns),
         "clamping": _clamping(columns.get("clamping")),
@@ -287,12 +296,6 @@ def _temperature(column: Column) -> Array:
     problem = "{} is no temperature of a test, from -273.15 to 250 degC"
     column.check(~outside, problem, "write temperatures in degC")
     return values
-
-
-def _stroke(column: Column) -> Ints:
-    stroke = whole_numbers(column, "strokes count from 1, odd ones go forward and even ones back")
-    column.check(stroke > 0, "{} is missing", "write the stroke in every row")
-    return stroke
 
 
 def _places(columns: Mapping[str, Column], positions: int) -> tuple[Ints, Array]:

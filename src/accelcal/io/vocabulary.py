@@ -15,6 +15,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "position": ("position", "pos", "j", "stellung"),
         "angle": ("angle", "theta", "th", "θ", "head_angle", "winkel"),
         "stroke": ("stroke", "k", "hub", "durchlauf", "durchgang"),
+        "direction": ("direction", "richtung"),
         "output": ("output", "y", "value", "reading", "signal", "ausgang", "messwert"),
         "run": ("run", "lauf"),
         "time": ("time", "timestamp", "zeit", "uhrzeit"),
@@ -29,7 +30,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """What a column holds -> the headings it may have, in any case; a lone T and t are told by case."""
 
-LABELS = frozenset({"run", "serial", "mounting"})
+LABELS = frozenset({"run", "serial", "mounting", "direction"})
 """Columns whose cells are names, even where they look like numbers."""
 
 KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(

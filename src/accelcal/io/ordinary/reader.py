@@ -43,7 +43,7 @@ from accelcal.record import TumbleRecord
 
 _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
-).union(LABELS)
+).union(LABELS.difference({"direction"}))
 _NUMERIC = frozenset(KEYS).difference({"serial", "date"})
 _OF_RECORD = frozenset(KEYS).difference({"delta0"})
 _KEY = re.compile(r"# [A-Za-z][A-Za-z0-9_]*")
