@@ -324,6 +324,22 @@ def test_a_unit_that_is_overridden_is_said(header, heading):
     assert read("# unit: milliamp\n" + TEXT, unit="mA").notes == ()
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "T,J,k,Y [mA],std [uA]\n20,1,1,1.3,0.1\n20,3,1,0.0,0.1\n",
+        "T,J,Y1 [mA],Y2 [V]\n20,1,1.3,1.2\n20,3,0.0,0.1\n",
+        "T,J,k,Y,unit\n20,1,1,1.3,mA\n20,3,1,0.1,V\n",
+    ],
+)
+def test_a_unit_that_is_asked_for_does_not_make_one_of_two(text):
+    """All numbers were taken in that unit, some of them wrong by powers of ten."""
+    with pytest.raises(TableError, match="in one table; give all outputs in one unit"):
+        read(text, unit="mA")
+    one = re.sub(r"uA|V", "mA", text)
+    assert read("# unit: V\n" + one, unit="mA").unit == "mA"
+
+
 def test_an_override_replaces_a_bad_header_line():
     assert read("# g: somewhere\n" + TEXT, local_gravity=9.81).apparatus.local_gravity == 9.81
 

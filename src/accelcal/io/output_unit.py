@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from accelcal.errors import TableError, located
@@ -11,8 +11,24 @@ from accelcal.io.layout import Layout
 from accelcal.io.wording import shown
 from accelcal.units import canonical_unit, output_unit
 
-Written = tuple[str, int]
-"""A unit as written, and its line."""
+
+class Written(NamedTuple):
+    """A unit as written.
+
+    Attributes
+    ----------
+    unit : str
+        The text.
+    line : int
+        Its line.
+    in_header : bool
+        Whether a header line has it, which an option replaces.
+    """
+
+    unit: str
+    line: int
+    in_header: bool = False
+
 
 _SEVERAL = "units {!r} and {!r} in one table; give all outputs in one unit"
 
@@ -39,10 +55,10 @@ def unit_of_outputs(
 
     Parameters
     ----------
-    written : iterable of tuple
-        Units as the file writes them, with their lines.
+    written : iterable of Written
+        Units as the file writes them.
     given : str or None
-        The unit that the caller asks for, which wins.
+        The unit that the caller asks for, which wins over the one unit of the file.
     source : str
         Name of the file, for messages.
     several : str, optional
@@ -61,14 +77,22 @@ def unit_of_outputs(
         If the given one is none.
     """
     if given:
-        unit = output_unit(given)
-        return OutputUnit(unit, notes_of_unit(unit, (own for own, _ in written)))
-    found = [(located(output_unit, own, source=source, line=line), line) for own, line in written]
+        unit, written = output_unit(given), list(written)
+        of_table = [(canonical_unit(own.unit), own.line) for own in written if not own.in_header]
+        _require_one(of_table, source, several)
+        return OutputUnit(unit, notes_of_unit(unit, (own.unit for own in written)))
+    found = [
+        (located(output_unit, own.unit, source=source, line=own.line), own.line) for own in written
+    ]
+    _require_one(found, source, several)
+    return OutputUnit(found[0][0] if found else None)
+
+
+def _require_one(found: Sequence[tuple[str, int]], source: str, several: str) -> None:
     for unit, line in found:
         if unit != found[0][0]:
             problem, _, remedy = several.format(found[0][0], unit).partition("; ")
             raise TableError(problem, remedy, source=source, line=line)
-    return OutputUnit(found[0][0] if found else None)
 
 
 def units_written(layout: Layout, columns: Iterable[Column]) -> Iterator[Written]:
@@ -83,16 +107,17 @@ def units_written(layout: Layout, columns: Iterable[Column]) -> Iterator[Written
 
     Yields
     ------
-    tuple
-        A unit as written, and its line.
+    Written
+        Each of them.
     """
     header = layout.declared.get("unit")
     if header and header.value:
-        yield header.value, header.line
+        yield Written(header.value, header.line, in_header=True)
     for column in columns:
         if column.unit:
             in_heading = column.unit in column.heading
-            yield column.unit, layout.headings_line if in_heading else int(column.lines[0])
+            line = layout.headings_line if in_heading else int(column.lines[0])
+            yield Written(column.unit, line)
 
 
 def notes_of_unit(unit: str, written: Iterable[str]) -> tuple[str, ...]:

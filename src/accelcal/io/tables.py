@@ -279,7 +279,7 @@ def _units_written(layout: Layout, table: Table) -> Iterator[Written]:
     if "unit" in table.columns:
         for unit, line in _first_lines(table.columns["unit"]).items():
             if unit.casefold() not in MISSING or is_output_unit(unit):
-                yield unit, line
+                yield Written(unit, line)
 
 
 def _first_lines(column: Column) -> dict[str, int]:

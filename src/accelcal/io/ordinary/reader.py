@@ -337,7 +337,7 @@ def _units_written(layout: Layout) -> Iterator[Written]:
     for role in ("output", "std"):
         for heading in layout.headings:
             if heading.unit and heading.role == role:
-                yield heading.unit, layout.headings_line
+                yield Written(heading.unit, layout.headings_line)
 
 
 def _metadata(declared: Mapping[str, str], worded: Mapping[str, str]) -> dict[str, str]:

@@ -10,7 +10,7 @@ from accelcal.io.cells import MISSING
 from accelcal.io.columns import places_of
 from accelcal.io.declarations import declared_number
 from accelcal.io.layout import Declared, Layout, declare, split_headings
-from accelcal.io.output_unit import unit_of_outputs, units_written
+from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.text import refuse_document
 from accelcal.io.vocabulary import KEYS, Heading, has_unit, header_line, read_heading, split_unit
 
@@ -145,8 +145,8 @@ def _units(layout: Layout) -> dict[str, str]:
         if remedy := _unit_to_give(role, unit):
             raise layout.refuse(f"{role} in {unit}", f"give it in {remedy}")
     own = [units["output"]] if "output" in units else []
-    own += [unit for unit, _ in units_written(layout, ())]
-    written = [(unit, layout.headings_line) for unit in own]
+    own += [written.unit for written in units_written(layout, ())]
+    written = [Written(unit, layout.headings_line) for unit in own]
     found = unit_of_outputs(written, None, layout.source, _TWO_UNITS).name
     return {**units, "output": found} if found else units
 
