@@ -77,6 +77,26 @@ def test_cycles_with_a_direction_are_two_strokes_each(words):
     assert same_readings(read("\n".join(["T,J,direction,Y1", *wide])), REFERENCE)
 
 
+@pytest.mark.parametrize(
+    "headings",
+    [
+        ("Température (°C)", "Position", "Passage", "Sortie (mA)"),
+        ("Температура, °C", "Положение", "Ход", "Выход, мА"),
+        ("Температура [°\N{CYRILLIC CAPITAL LETTER ES}]", "Позиция", "Проход", "Показание [мА]"),
+    ],
+)
+def test_french_and_russian_headings(headings):
+    record = read(long_table(";", ",", headings))
+    assert same_readings(record, REFERENCE)
+    assert (record.unit, record.notes) == ("mA", ())
+
+
+def test_a_cyrillic_unit_with_a_capital_m_is_not_milli():
+    with pytest.raises(InputError, match="unit"):
+        read("# unit: М\N{CYRILLIC CAPITAL LETTER A}\n" + TEXT)
+    assert read("# unit: мк\N{CYRILLIC CAPITAL LETTER VE}\n" + TEXT).unit == "uV"
+
+
 def test_strokes_forward_alone_are_the_odd_ones():
     rows = [(20, p, k, "forward", p + k) for k in (1, 2, 3) for p in range(1, 9)]
     record = read(long_table(headings=("T", "J", "k", "direction", "Y"), rows=rows))

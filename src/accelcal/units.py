@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -21,13 +22,19 @@ YEAR = 365.25 * DAY
 
 OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "V": ("volt", "volts"),
-        "mV": ("millivolt", "millivolts"),
-        "uV": ("µV", "μV", "microvolt", "microvolts"),
+        "V": ("volt", "volts", "\N{CYRILLIC CAPITAL LETTER VE}"),
+        "mV": ("millivolt", "millivolts", "м\N{CYRILLIC CAPITAL LETTER VE}"),
+        "uV": ("µV", "μV", "microvolt", "microvolts", "мк\N{CYRILLIC CAPITAL LETTER VE}"),
         "nV": ("nanovolt", "nanovolts"),
-        "A": ("amp", "amps", "ampere", "amperes"),
-        "mA": ("milliamp", "milliamps", "milliampere", "milliamperes"),
-        "uA": ("µA", "μA", "microamp", "microamps", "microampere", "microamperes"),
+        "A": ("amp", "amps", "ampere", "amperes", "\N{CYRILLIC CAPITAL LETTER A}"),
+        "mA": (
+            *("milliamp", "milliamps", "milliampere", "milliamperes"),
+            "м\N{CYRILLIC CAPITAL LETTER A}",
+        ),
+        "uA": (
+            *("µA", "μA", "microamp", "microamps", "microampere", "microamperes"),
+            "мк\N{CYRILLIC CAPITAL LETTER A}",
+        ),
         "nA": ("nanoamp", "nanoamps", "nanoampere", "nanoamperes"),
         "pA": ("picoamp", "picoamps", "picoampere", "picoamperes"),
         "Hz": ("hertz",),
@@ -54,10 +61,15 @@ _POWERS_OF_TEN: Mapping[str, Mapping[str, int]] = MappingProxyType(
 )
 """Quantity -> its units as powers of ten."""
 
+_CYRILLIC = re.compile("[\u0400-\u04ff]")
 _EXACT = {name: name for name in OUTPUT_UNITS} | {
     other: name for name, others in OUTPUT_UNITS.items() for other in others
 }
-_FOLDED = {spelling.casefold(): name for spelling, name in reversed(_EXACT.items())}
+_FOLDED = {
+    spelling.casefold(): name
+    for spelling, name in reversed(_EXACT.items())
+    if not _CYRILLIC.search(spelling)  # symbols, of which a capital would be mega
+}
 del _FOLDED["mhz"]  # mHz or MHz? only the exact spelling tells
 
 _CAPITALS = {"M": ("begins with mega", "milli"), "N": ("begins with N, no prefix", "nano")}

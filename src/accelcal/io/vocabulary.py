@@ -11,21 +11,27 @@ from accelcal.units import is_output_unit
 
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "temperature": ("temperature", "temp", "temperatur"),
-        "position": ("position", "pos", "j", "stellung"),
-        "angle": ("angle", "theta", "th", "θ", "head_angle", "winkel"),
-        "stroke": ("stroke", "k", "hub", "durchlauf", "durchgang"),
-        "direction": ("direction", "richtung"),
-        "output": ("output", "y", "value", "reading", "signal", "ausgang", "messwert"),
+        "temperature": ("temperature", "temp", "temperatur", "température", "температура"),
+        "position": ("position", "pos", "j", "stellung", "положение", "позиция"),
+        "angle": ("angle", "theta", "th", "θ", "head_angle", "winkel", "угол"),
+        "stroke": ("stroke", "k", "hub", "durchlauf", "durchgang", "passage", "ход", "проход"),
+        "direction": ("direction", "richtung", "sens", "направление"),
+        "output": (
+            *("output", "y", "value", "reading", "signal", "ausgang", "messwert"),
+            *("sortie", "выход", "показание"),
+        ),
         "run": ("run", "lauf"),
-        "time": ("time", "timestamp", "zeit", "uhrzeit"),
-        "date": ("date", "datum"),
-        "serial": ("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
+        "time": ("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время"),
+        "date": ("date", "datum", "дата"),
+        "serial": (
+            *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
+            *("numéro_de_série", "заводской_номер"),
+        ),
         "mounting": ("mounting",),
         "clamping": ("clamping",),
-        "std": ("std", "sd", "sigma", "stdev", "std_dev"),
+        "std": ("std", "sd", "sigma", "stdev", "std_dev", "écart_type", "ско"),
         "count": ("count", "n", "samples"),
-        "unit": ("unit", "units", "einheit"),
+        "unit": ("unit", "units", "einheit", "unité", "единица"),
     }
 )
 """What a column holds -> the headings it may have, in any case; a lone T and t are told by case."""
@@ -36,7 +42,7 @@ LABELS = frozenset({"run", "serial", "mounting", "direction"})
 KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "serial": COLUMNS["serial"],
-        "unit": ("unit", "units", "output_unit", "einheit"),
+        "unit": (*COLUMNS["unit"], "output_unit"),
         "local_gravity": ("g", "local_gravity"),
         "reference_temperature": ("t0", "reference_temperature"),
         "positions": ("positions", "stellungen"),
@@ -74,7 +80,7 @@ TIME_UNITS: Mapping[str, float] = MappingProxyType(
 )
 """Unit of a time column -> seconds."""
 
-_CELSIUS = ("degC", "°C", "C", "deg_C", "deg C", "Celsius")
+_CELSIUS = ("degC", "°C", "C", "deg_C", "deg C", "Celsius", "°\N{CYRILLIC CAPITAL LETTER ES}")
 
 UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
