@@ -380,15 +380,15 @@ ERRORS = {
     ),
     "units": (
         "# unit: V\ntemperature,position,stroke,output_mA\n20,1,1,1\n",
-        "2: units 'V' and 'mA' in one table; give all outputs in one unit",
+        "2: units 'V' and 'mA' in one table; give all outputs and their std in one unit",
     ),
     "units of the strokes": (
         "T,J,Y1 [mA],Y2 [V]\n20,1,1,1\n",
-        "1: units 'mA' and 'V' in one table; give all outputs in one unit",
+        "1: units 'mA' and 'V' in one table; give all outputs and their std in one unit",
     ),
     "units in a column": (
         "T,J,k,Y,unit\n20,1,1,1,V\n20,2,1,2,mV\n",
-        "3: units 'V' and 'mV' in one table; give all outputs in one unit",
+        "3: units 'V' and 'mV' in one table; give all outputs and their std in one unit",
     ),
     "units in the cells": (
         H + "20,1,1,1 mA\n20,2,1,1 V\n",

@@ -354,7 +354,9 @@ def test_a_unit_that_is_overridden_is_said(header, heading):
 )
 def test_a_unit_that_is_asked_for_does_not_make_one_of_two(text):
     """All numbers were taken in that unit, some of them wrong by powers of ten."""
-    with pytest.raises(TableError, match="in one table; give all outputs in one unit"):
+    with pytest.raises(
+        TableError, match="in one table; give all outputs and their std in one unit"
+    ):
         read(text, unit="mA")
     one = re.sub(r"uA|V", "mA", text)
     assert read("# unit: V\n" + one, unit="mA").unit == "mA"

@@ -30,7 +30,7 @@ class Written(NamedTuple):
     in_header: bool = False
 
 
-_SEVERAL = "units {!r} and {!r} in one table; give all outputs in one unit"
+_SEVERAL = "units {!r} and {!r} in one table; give all outputs and their std in one unit"
 
 
 class OutputUnit(NamedTuple):
