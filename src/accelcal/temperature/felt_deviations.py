@@ -30,8 +30,10 @@ from accelcal.temperature.product_errors import (
     unfelt_share,
 )
 from accelcal.temperature.product_fit import scale_factor_is_told, solved
-from accelcal.temperature.recorded import RecordedTemperatures
-from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
+from accelcal.temperature.recorded import (
+    RecordedTemperatures,
+    stacked_temperature_uncertainty,
+)
 
 _FOLLOWS = 0.5
 """Readings follow their temperatures where surely more than this share of the changes is felt."""

@@ -22,8 +22,10 @@ from accelcal.temperature.from_tables import (
     tables_of_one_mounting,
 )
 from accelcal.temperature.levels import level_stack
-from accelcal.temperature.recorded import RecordedTemperatures
-from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
+from accelcal.temperature.recorded import (
+    RecordedTemperatures,
+    stacked_temperature_uncertainty,
+)
 
 
 class StackLaws(NamedTuple):

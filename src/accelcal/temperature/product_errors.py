@@ -23,8 +23,10 @@ from accelcal.temperature.apart_from_head import Block, HeadErrors
 from accelcal.temperature.hysteresis import Branches, branches_of
 from accelcal.temperature.pooled_noise import pooled_noise
 from accelcal.temperature.product_model import Point, Readings
-from accelcal.temperature.recorded import RecordedTemperatures
-from accelcal.temperature.run_temperatures import stacked_temperature_uncertainty
+from accelcal.temperature.recorded import (
+    RecordedTemperatures,
+    stacked_temperature_uncertainty,
+)
 
 _COMMON = ("K2", "K3", "M_ip")  # their quotients by K1 do not depend on temperature
 

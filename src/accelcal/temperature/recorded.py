@@ -1,4 +1,4 @@
-"""Temperatures as records have them: reading by reading, table by table, and what they refer to."""
+"""Temperatures as records have them, and how well the mean of a run is known by them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array
 
@@ -36,3 +37,41 @@ class RecordedTemperatures(NamedTuple):
     def span(self) -> Array:
         """Range of the readings' temperatures in each table, shape (R, tables) [degC]."""
         return np.stack([np.ptp(own, axis=1) for own in self.readings], axis=1)
+
+
+def stacked_temperature_uncertainty(
+    temperatures: Sequence[Array], declared: float | None, share: ArrayLike = 1.0
+) -> tuple[Array, Array]:
+    """Uncertainty of the mean temperature of each run of many records.
+
+    Parameters
+    ----------
+    temperatures : sequence of ndarray, shape (R, n)
+        Temperatures of the readings of each table, those unknown at their mean [degC].
+    declared : float or None
+        Declared standard uncertainty of the temperature of a run [degC].
+    share : array_like, shape (R, tables) or less, default 1
+        Share of the recorded scatter, as a variance, that the accelerometer did not feel.
+
+    Returns
+    -------
+    uncertainty : ndarray, shape (R, tables)
+        The declared uncertainty, but not less than that of the mean of what was recorded [degC].
+    dof : ndarray, shape (R, tables)
+        Degrees of freedom; infinite where the declared uncertainty counts.
+
+    Notes
+    -----
+    The mean of n temperatures of scatter s has the standard uncertainty s / sqrt(n). A temperature
+    that stands unchanged over several readings was taken once.
+    """
+    changes = [np.count_nonzero(own[:, 1:] != own[:, :-1], axis=1) for own in temperatures]
+    taken = 1.0 + np.stack(changes, axis=1)
+    scatter = np.zeros_like(taken)  # where all are equal; std would give a rounding error
+    for table, own in enumerate(temperatures):
+        moves = taken[:, table] > 1.0
+        if moves.any():
+            scatter[moves, table] = own[moves].std(axis=1, ddof=1)
+    seen = scatter * np.sqrt(np.asarray(share) / taken)
+    least = declared or 0.0
+    return np.maximum(seen, least), np.where(seen > least, np.maximum(taken - 1.0, 1.0), np.inf)
