@@ -19,8 +19,7 @@ from accelcal.estimate.grid import Grid
 from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.position_means import PositionMeans
-from accelcal.estimate.tables import PreparedTable
-from accelcal.numerics.sorting import distinct
+from accelcal.estimate.tables import PreparedTable, positions_of
 
 # Some contrasts between tables rest on small differences of their coefficients, such as noise and
 # rounding make. Those in which the head shows less than this share of its action are left out.
@@ -106,7 +105,7 @@ def lack_of_fit(
     Readings at one position have one mean in common, and only means can show a head error, so each
     table is reduced to those of its positions, and these to what is orthogonal to its model.
     """
-    positions = distinct(np.concatenate([table.at_head[0] for table in tables]))
+    positions = positions_of(tables)
     means = [PositionMeans.of(table, positions) for table in tables]
     rates, readings, whole = [], [], np.zeros(len(outputs[0]))
     for table, own, y, noise, k in zip(tables, means, outputs, noises, coefficients, strict=True):

@@ -21,13 +21,12 @@ from accelcal.estimate.launch import RunShift, reached_by, run_shift
 from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
 from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
-from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.tables import PreparedTable, positions_of
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.uneven_noise import UnevenNoise, uneven_noises
 from accelcal.estimate.unrepeated import told_apart
 from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps
-from accelcal.numerics.sorting import distinct
 
 if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration
@@ -291,7 +290,7 @@ def _judge(
     noises = noise_of_stack(tables, readings)
     declared, root = apparatus.head_uncertainty, None
     if known is not None:
-        positions = distinct(np.concatenate([table.at_head[0] for table in tables]))
+        positions = positions_of(tables)
         declared, root = known.spread_over(positions)
     of_means = [n.with_rounding(t, step) for n, t, step in zip(noises, tables, steps, strict=True)]
     found = lack_of_fit(tables, readings, of_means, coefficients, root)

@@ -16,6 +16,7 @@ from accelcal.estimate.solver import LeastSquares
 from accelcal.geometry import Acceleration, accelerations, head_positions
 from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.numerics.grouping import grouped
+from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 
 Grouped = tuple[Array, Places, Places]
@@ -84,6 +85,11 @@ class PreparedTable(NamedTuple):
     def kept_design(self) -> Array:
         """Columns of the coefficients that are estimated, shape (n, p)."""
         return self.design[:, self.estimability.columns]
+
+
+def positions_of(tables: Sequence[PreparedTable]) -> Array:
+    """Different head positions of some tables, sorted, shape (J,) [deg]."""
+    return distinct(np.concatenate([table.at_head[0] for table in tables]))
 
 
 def prepare(
