@@ -84,7 +84,7 @@ def scaled(size: float, unit: str) -> str:
 def _table(
     found: DesignComparison, names: Sequence[str], *, expanded: bool = False
 ) -> Iterator[str]:
-    units = {f.name: f.unit for d in found.designs for f in d.forecasts}
+    units = found.units()
     several = len({(d.temperatures, d.mountings) for d in found.designs}) > 1
     place = ["temperatures", "mountings"] if several else []
     head = ["test", *place, "readings", "hours"]
@@ -147,7 +147,7 @@ def _booking(found: DesignComparison) -> Iterator[str]:
     """Which test to book by the targets."""
     if not found.targets:
         return
-    units = {f.name: f.unit for d in found.designs for f in d.forecasts}
+    units = found.units()
     wanted = ", ".join(f"{n} {scaled(limit, units[n])}" for n, limit in found.targets.items())
     good = found.meeting()
     if good:

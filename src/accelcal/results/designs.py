@@ -248,6 +248,10 @@ class DesignComparison(JsonResult, TabularResult):
         """Names of all that some test tells, in the order of telling."""
         return tuple(dict.fromkeys(f.name for d in self.designs for f in d.forecasts))
 
+    def units(self) -> dict[str, str]:
+        """Return the unit of each of these names."""
+        return {f.name: f.unit for d in self.designs for f in d.forecasts}
+
     @property
     def plot(self) -> DesignPlot:
         """Pictures, each a method that returns matplotlib axes."""
