@@ -16,6 +16,7 @@ from accelcal.io.cells import Column, labels, numbers, whole_numbers
 from accelcal.io.columns import Table
 from accelcal.io.strokes import Directions, strokes_of_rows
 from accelcal.io.times import DAY, in_seconds, times
+from accelcal.io.vocabulary import mounting_written
 from accelcal.io.wording import all_outputs, listed
 from accelcal.numerics.grouping import group_after_group
 from accelcal.numerics.sorting import distinct
@@ -361,8 +362,7 @@ def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:
     if column is None:
         return np.full(size, MOUNTINGS[0])
     index, names = labels(column)
-    canonical = [name.casefold().replace("\u2212", "-") for name in names]
-    canonical = [name + "+" if name in ("o", "p") else name for name in canonical]
+    canonical = [mounting_written(name) for name in names]
     good = is_mounting(np.array(canonical))
     column.check(good[index], "{} is unknown", f"it is one of {', '.join(MOUNTINGS)}")
     return np.array(canonical)[index]

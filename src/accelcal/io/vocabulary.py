@@ -320,3 +320,15 @@ def _temperature_or_time(name: str, unit: str | None) -> str:
 
 def _folded(name: str) -> str:
     return re.sub(r"[\s\-./]+", "_", name.strip()).strip("_").casefold()
+
+
+def mounting_written(name: str) -> str:
+    """Tell which of `accelcal.geometry.MOUNTINGS` a name in a table means, if it is one.
+
+    Examples
+    --------
+    >>> mounting_written("O"), mounting_written("P-")
+    ('o+', 'p-')
+    """
+    name = name.casefold().replace("\u2212", "-")
+    return name + "+" if name in ("o", "p") else name

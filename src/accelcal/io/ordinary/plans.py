@@ -18,6 +18,7 @@ from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.parts import Stretches, met_before
 from accelcal.io.readings import MAXIMUM_ANGLE, MAXIMUM_TEMPERATURE
 from accelcal.io.runs import LEVEL_GAP
+from accelcal.io.vocabulary import mounting_written
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 
@@ -119,8 +120,7 @@ def _mounting(cells: CellBlock, size: int) -> tuple[Ints, Any]:
     """Mounting of each row as a place in `MOUNTINGS`, and which rows have none that is known."""
     if "mounting" not in cells.codes:
         return np.zeros(size, dtype=np.int64), False
-    names = [name.casefold() for name in cells.labels["mounting"]]
-    names = [name + "+" if name in ("o", "p") else name for name in names]
+    names = [mounting_written(name) for name in cells.labels["mounting"]]
     place = np.array([MOUNTINGS.index(name) if name in MOUNTINGS else -1 for name in names])
     of_row = place[cells.codes["mounting"]]
     return np.maximum(of_row, 0), of_row < 0
