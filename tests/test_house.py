@@ -381,7 +381,6 @@ def test_every_command_file_is_a_command():
         "program",
         "stand_budget",
         "verdicts",
-        "wording",
     }
     assert {path.stem for path in (SOURCE / "cli").glob("*.py")} - shared == set(COMMANDS)
 

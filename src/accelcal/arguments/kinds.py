@@ -213,10 +213,15 @@ def kind_of(value: object) -> str:
 def as_given(value: object) -> str:
     """A number or text as it is, anything else by its kind, as messages have it."""
     if isinstance(value, str):
-        return repr(value if len(value) <= 40 else value[:37] + "...")
+        return shown(value)
     if isinstance(value, int) and not is_finite(value):
         return "a whole number beyond all floats"
     return str(value) if isinstance(value, Real) else kind_of(value)
+
+
+def shown(text: str) -> str:
+    """Quote a text for a message, cut to 40 characters."""
+    return repr(text if len(text) <= 40 else text[:37] + "...")
 
 
 def is_finite(value: float) -> bool:

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.io.vocabulary import UNITS_OF, has_unit, is_unit_of
-from accelcal.io.wording import shown
 from accelcal.units import canonical_unit
 
 MISSING = frozenset(

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from accelcal.arguments.kinds import shown
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns
 from accelcal.io.layout import Layout, split_line
 from accelcal.io.times import has_clock_times, has_times_of_day, one_date
 from accelcal.io.vocabulary import UNITS_OF, Heading, has_unit, is_unit_of, read_heading
-from accelcal.io.wording import shown
 
 Engine = Callable[[Layout, Sequence[int], int], Columns]
 """Turns the rows of a table into columns."""

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from accelcal.apparatus import Apparatus
+from accelcal.arguments.kinds import shown
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_text, mapping_of
 from accelcal.errors import InputError, located
@@ -17,7 +18,6 @@ from accelcal.geometry import checked_fixture_angle, checked_positions
 from accelcal.io.layout import Declared, Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
-from accelcal.io.wording import shown
 from accelcal.units import canonical_unit, output_unit
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))

@@ -6,10 +6,11 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import Heading, canonical_key, read_heading, split_unit
-from accelcal.io.wording import listed, shown, were
+from accelcal.io.wording import listed, were
 
 _SEPARATORS = ("\t", ";", ",", None)
 _CORE = {"temperature", "position", "angle", "stroke", "output"}

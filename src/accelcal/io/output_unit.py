@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
+from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, located
 from accelcal.io.cells import Column
 from accelcal.io.layout import Layout
-from accelcal.io.wording import shown
 from accelcal.units import canonical_unit, output_unit
 
 

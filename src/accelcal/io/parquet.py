@@ -10,9 +10,9 @@ from functools import lru_cache
 from itertools import accumulate
 from typing import IO, Any
 
+from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, not_installed
 from accelcal.io.csv_text import csv_text
-from accelcal.io.wording import shown
 
 
 def is_parquet(path: str) -> bool:

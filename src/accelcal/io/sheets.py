@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
+from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.layout import Declared, Layout
 from accelcal.io.vocabulary import KEYS, read_heading
-from accelcal.io.wording import shown
 
 _NUMBER = r"([+\-\u2212]?\d+(?:[.,]\d+)?)"
 _TEMPERATURE = re.compile(rf"(?:^|[\s_=(]){_NUMBER}[\s_]*(?:°[\s_]?C|℃|deg[\s_]?C)(?!\w)", re.I)

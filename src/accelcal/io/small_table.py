@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.cells import Column
 from accelcal.io.columns import places_of
@@ -12,7 +13,7 @@ from accelcal.io.engines import columns_by_split, decimal_mark
 from accelcal.io.layout import Declared, Layout, Recognise, declare, split_headings
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import KEYS, header_line
-from accelcal.io.wording import listed, shown
+from accelcal.io.wording import listed
 
 _KEYS = {*KEYS, "uncertainty", "coverage"}
 """What a header line may declare; the last two are of a head."""

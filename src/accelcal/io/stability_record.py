@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError
 from accelcal.io.cells import Column, labels, numbers
@@ -27,7 +28,7 @@ from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
-from accelcal.io.wording import all_outputs, listed, shown, were
+from accelcal.io.wording import all_outputs, listed, were
 from accelcal.plural import counted
 from accelcal.specification import UNITS
 from accelcal.stability.record import Launch, StabilityRecord

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
@@ -35,7 +36,7 @@ from accelcal.io.runs import runs_of
 from accelcal.io.sheets import one_table, require_same_columns, with_temperature_of_sheet
 from accelcal.io.strokes import notes_of_cycles
 from accelcal.io.text import Source, SourceText, read_texts
-from accelcal.io.wording import listed, shown, were
+from accelcal.io.wording import listed, were
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 from accelcal.units import is_output_unit

@@ -1,15 +1,10 @@
-"""Pieces of the sentences of messages and notes: what a file says, its lines, their number."""
+"""Pieces of the sentences of messages and notes: lines of a file and their number."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sized
 
 from accelcal.plural import counted
-
-
-def shown(text: str) -> str:
-    """Quote a piece of a file for a message, cut to 40 characters."""
-    return repr(text if len(text) <= 40 else text[:37] + "...")
 
 
 def listed(lines: Iterable[int]) -> str:

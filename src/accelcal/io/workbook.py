@@ -10,11 +10,12 @@ from datetime import date, datetime, timedelta
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, not_installed
 from accelcal.io.csv_text import cell_text
 from accelcal.io.layout import read_layout
 from accelcal.io.text import SourceText, file_and_sheet, named_bytes
-from accelcal.io.wording import listed, shown
+from accelcal.io.wording import listed
 
 if TYPE_CHECKING:
     from python_calamine import CalamineWorkbook
