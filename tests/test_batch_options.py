@@ -89,7 +89,7 @@ def test_a_known_head_is_that_of_fit(archive, monkeypatch):
 def test_what_told_of_the_head_counts_once(archive):
     records = [accelcal.read_table(archive / "tables" / f"{n}.csv") for n in (2, 5)]
     found = assert_rows_are_those_of_fit(archive / "tables", head=accelcal.calibrate_head(records))
-    told = found.tables["warnings"].str.contains("this table told of the head")
+    told = found.tables["warnings"].str.contains("the head was calibrated from this table too")
     assert {Path(source).stem for source in found.tables["source"][told]} == {"2", "5"}
 
 

@@ -224,9 +224,7 @@ def test_four_positions():
 def test_unknown_uncertainty_says_why():
     text = str(fitted(FOUR))
     assert re.search(r"bias +k0 +3\.\d\d\d +unknown +mg +unknown\n", text)
-    assert text.split("\n\n")[1].startswith(
-        "NO UNCERTAINTY: nothing tells the uncertainty of run 20:"
-    )
+    assert text.split("\n\n")[1].startswith("NO UNCERTAINTY: the uncertainty of run 20 is unknown:")
     assert "NO UNCERTAINTY" not in str(fitted())
     assert "no uncertainty: one reading a coefficient and no declared std" in text
     assert "reading noise, run 20: unknown" in text

@@ -339,7 +339,7 @@ def test_as_many_attitudes_as_parameters_leave_no_uncertainty():
     found = accelcal.calibrate_triad(outputs(directions(np.random.default_rng(11), 9), LOWER))
     assert found.parameters["b_x"].standard_uncertainty is None
     assert gate(found, "attitudes").verdict == "warn"
-    assert "nothing tells the noise" in str(found)
+    assert "the noise is unknown" in str(found)
 
 
 @pytest.mark.parametrize(

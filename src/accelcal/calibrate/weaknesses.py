@@ -133,8 +133,8 @@ def warnings_of(fitted: Fitted) -> Warned:
         *_of_effects(fitted.model),
         Sentence(
             fitted.told_of_head,
-            "this table told of the head: that is left out here, and the rest used; the"
-            " coefficients fitted jointly with the head are those of accelcal head",
+            "the head was calibrated from this table too: what this table told is left out here;"
+            " the coefficients fitted jointly with the head are those of accelcal head",
         ),
     )
     uneven = [noise.clearly for noise in estimate.uneven]
@@ -184,8 +184,8 @@ def _of_misalignment(fitted: Fitted) -> Iterator[Sentence]:
     yield _of_large_turn(fitted.estimate, delta0)
     yield Sentence(
         True,
-        "a mirrored order in all strokes, J counted against the turn, leaves no residual: it only"
-        " turns the signs of M and M_ip",
+        "if the positions of all strokes were counted in the wrong direction, no residual shows it;"
+        " only the signs of M and M_ip change",
     )
 
 
@@ -294,7 +294,7 @@ def _of_launch(estimate: JointEstimate) -> Iterator[Sentence]:
         own, declared = (" and ".join(names) for names in (unknown.values(), unknown))
         yield Sentence(
             True,
-            f"U of {own} holds no shift from launch to launch, which is neither declared nor"
+            f"U of {own} includes no shift from launch to launch, which is neither declared nor"
             f" measured; declare {declared}, or repeat a temperature",
         )
 
@@ -314,8 +314,8 @@ def _of_laws(fitted: Fitted) -> Iterator[Sentence]:
     if unknown := _unknown_shifts(fitted.estimate):
         yield Sentence(
             has_laws,
-            f"{' and '.join(unknown)} not declared: U of the laws holds no such shift from run to"
-            " run, which makes their slopes less certain",
+            f"{' and '.join(unknown)} not declared: U of the laws includes no such shift from run"
+            " to run, which makes their slopes less certain",
         )
     main, second = mountings_of_laws([table.mounting for table in fitted.tables])
     if len(_mountings(fitted.tables)) > 1:
@@ -341,8 +341,8 @@ def _of_temperature(fitted: Fitted) -> Iterator[Sentence]:
         yield Sentence(
             by_heat * np.abs(slopes.K1) > slopes.K1_uncertainty,
             lambda ppm: (
-                "temperature_uncertainty not declared: U of the laws holds no error of the"
-                f" temperature but what scatters within the runs; {_USUAL_ERROR:g} degC would"
+                "temperature_uncertainty not declared: U of the laws includes no error of the"
+                f" temperature but its scatter within the runs; {_USUAL_ERROR:g} degC would"
                 f" change K1 by {ppm:.0f} ppm"
             ),
             [np.rint(1e6 * by_heat)],
@@ -350,6 +350,6 @@ def _of_temperature(fitted: Fitted) -> Iterator[Sentence]:
     elif declared > 0.0:
         yield Sentence(
             np.isnan(slopes.K1),
-            f"temperature_uncertainty of {declared:g} degC is not in U of the coefficients: no"
-            " levels tell their slopes; they are those at the temperature that the run really had",
+            f"temperature_uncertainty of {declared:g} degC is not in U of the coefficients, as"
+            " their slopes are unknown; they hold at the temperature that the run really had",
         )

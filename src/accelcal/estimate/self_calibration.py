@@ -205,7 +205,7 @@ def _noise(
     factors, dofs = [n.factor for n in found], [n.dof for n in found]
     if not min(factors) > 0.0:
         with naming(record):
-            raise InputError("nothing tells the noise; read each position twice or more")
+            raise InputError("the reading noise is unknown; read each position twice or more")
     sources = {n.source for n in found}
     own = sum(n.dof for n in found if n.source == "replicates")
     of_all = max((n.dof for n in found if n.source == "replicates of all tables"), default=0.0)

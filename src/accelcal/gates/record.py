@@ -185,7 +185,7 @@ def _lack_of_fit(stack: RecordStack) -> GateStack:
         "lack of fit",
         bad,
         said,
-        [(unknown, "nothing tells the errors of the positions from the reading noise")],
+        [(unknown, "the errors of the positions cannot be separated from the reading noise")],
     )
 
 

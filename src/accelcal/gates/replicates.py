@@ -55,7 +55,7 @@ def closure(stack: TableStack, level: float) -> GateStack:
 
     missing = (
         (not returns.any, "no stroke holds both the first position and the return"),
-        (~known, "nothing tells the reading noise; repeat the strokes"),
+        (~known, "the reading noise is unknown; repeat the strokes"),
     )
     return gate_stack("closure", bad, said, missing)
 

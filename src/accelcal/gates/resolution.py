@@ -53,7 +53,7 @@ def resolution(stack: TableStack) -> GateStack:
         if covered[index]:
             return f"the declared step covers that of {size}"
         if untold[index]:
-            return f"steps of {size}, and nothing tells the reading noise"
+            return f"steps of {size}, and the reading noise is unknown"
         seen = "0" if scatter < _NO_SCATTER * own else acceleration(scatter / scale)
         steps = f"steps of {size}, scatter of {seen}"
         remedy = f"rounding passes for head error; declare '# resolution: {own:.6g}'"

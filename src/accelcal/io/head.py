@@ -145,7 +145,7 @@ def _uncertainty(table: SmallTable, size: int) -> Array:
         column.check(values > 0.0, "{} is not above 0", "write the standard uncertainty")
         return values / cover
     if "uncertainty" not in declared:
-        raise table.layout.refuse("nothing tells how sure the errors are", _HOW_SURE)
+        raise table.layout.refuse("the uncertainty of the errors is not given", _HOW_SURE)
     value, _, unit = declared["uncertainty"].value.partition(" ")
     if unit.strip().casefold() not in _RADIANS:
         raise table.layout.refuse(f"uncertainty {value!r} has no unit of an angle", _HOW_SURE)

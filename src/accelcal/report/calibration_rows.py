@@ -83,7 +83,7 @@ def without_uncertainty(calibration: Calibration) -> list[str]:
     if not found:
         return []
     return [
-        f"nothing tells the uncertainty of {', '.join(found)}: the values may be off by any amount;"
+        f"the uncertainty of {', '.join(found)} is unknown: the values may be off by any amount;"
         " repeat strokes, or give the columns std and n"
     ]
 

@@ -34,14 +34,14 @@ def _head(found: OptimalDesign) -> Iterator[str]:
 
 
 def _stops(found: OptimalDesign) -> Iterator[str]:
-    yield "Head angle [deg], and x readings at the stop where more than one"
+    yield "Head angles [deg]; x2 means two readings at that angle in a stroke"
     stops = [f"{angle:g}" + (f" x{n}" if n > 1 else "") for angle, n in found.stops()]
     for start in range(0, len(stops), _PER_LINE):
         yield "  " + "  ".join(stop.rjust(9) for stop in stops[start : start + _PER_LINE])
 
 
 def _table(found: OptimalDesign) -> Iterator[str]:
-    yield "Standard uncertainty beside equally spaced tests of the same hours"
+    yield "Standard uncertainty, beside that of equally spaced tests in the same hours"
     head = ["test", "positions x strokes", "readings", "hours", *COEFFICIENTS]
     rows = [head]
     for name, design in zip(found.losses, found.designs, strict=True):

@@ -332,7 +332,7 @@ def _gates(
     lag = lag1_correlation(means)
     if lag is None:
         finding = (
-            f"{counted(len(means), 'launch')} with a mean; at least 5 different means are wanted"
+            f"{counted(len(means), 'launch')} with a mean; at least 5 different means are needed"
         )
         yield Gate("independent launches", "not assessed", finding)
     else:

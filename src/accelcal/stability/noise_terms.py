@@ -158,7 +158,7 @@ def noise_terms(allan: AllanDeviation, unit: str) -> dict[str, Estimate]:
     tau = np.array(allan.tau_s)
     variance = np.array(allan.deviation) ** 2
     if tau.size < _FEWEST_POINTS or not variance.all():
-        finding = f"{tau.size} averaging times; at least {_FEWEST_POINTS} octaves are wanted"
+        finding = f"{tau.size} averaging times; at least {_FEWEST_POINTS} octaves are needed"
         return {name: Estimate(None, unit + t.unit, finding=finding) for name, t in TERMS.items()}
     best = _best_fit(_Curve(tau, variance, _products(tau, np.array(allan.count))))
     found = {name: _estimate(name, best, tau, unit) for name in TERMS}
@@ -242,7 +242,7 @@ def _estimate(name: str, fit: _Fit, tau: Array, unit: str) -> Estimate:
     if led < OCTAVES_LED:
         finding = (
             f"not identified: slope {term.slope} leads over {led:.1f} octaves only, "
-            f"{OCTAVES_LED:g} are wanted"
+            f"{OCTAVES_LED:g} are needed"
         )
         return Estimate(None, unit + term.unit, finding=finding)
     at = fit.names.index(name)

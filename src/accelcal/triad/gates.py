@@ -46,7 +46,7 @@ def gates_of(record: TriadRecord, found: Solution, frame: str) -> tuple[Gate, ..
 def _number(record: TriadRecord, found: Solution) -> Gate:
     told = f"{len(record.output)} attitudes leave {found.dof} degrees of freedom"
     if not found.dof:
-        return Gate("attitudes", "warn", f"{told}: nothing tells the noise; add attitudes")
+        return Gate("attitudes", "warn", f"{told}: the noise is unknown; add attitudes")
     if found.dof < _FEW_DOF:
         return Gate("attitudes", "warn", f"{told}: the intervals are wide; add attitudes")
     return Gate("attitudes", "pass", told)

@@ -33,11 +33,11 @@ Place = int | str | None
 
 ANOTHER_TEST = MappingProxyType(
     {  # symbol -> what tests it, and the error source of the calibration that comes near it
-        "k0L": ("repeated launches, see accelcal stability", "launch"),
-        "k0D": ("a record over the time of a launch, see accelcal stability", None),
-        "k0F": ("a record over the time of a launch, see accelcal stability", None),
-        "p": ("inputs of the size of the threshold", None),
-        "k1": ("calibrations repeated over its time", "launch_sf"),
+        "k0L": ("it takes repeated launches, see accelcal stability", "launch"),
+        "k0D": ("it takes a record over the time of a launch, see accelcal stability", None),
+        "k0F": ("it takes a record over the time of a launch, see accelcal stability", None),
+        "p": ("it takes inputs of the size of the threshold", None),
+        "k1": ("it takes calibrations repeated over its time", "launch_sf"),
     }
 )
 """Symbols of what no tumble test tells."""

@@ -229,7 +229,7 @@ def _why_missing(place: int | str) -> str:
 
 def _of_another_test(symbol: str, calibration: Calibration) -> str:
     test, near = ANOTHER_TEST[symbol]
-    remark = f"a tumble test does not tell it; {test}"
+    remark = f"a tumble test cannot show it; {test}"
     for source in calibration.error_sources:
         if source.name == near and source.source == "estimated" and source.value is not None:
             size = f"{1e6 * source.value:.2g} {'ppm' if source.unit == '1' else 'ug'}"
