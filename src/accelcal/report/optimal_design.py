@@ -34,7 +34,8 @@ def _head(found: OptimalDesign) -> Iterator[str]:
 
 
 def _stops(found: OptimalDesign) -> Iterator[str]:
-    yield "Head angles [deg]; x2 means two readings at that angle in a stroke"
+    repeated = "; x2 means two readings at that angle in a stroke"
+    yield "Head angles [deg]" + (repeated if any(n > 1 for _, n in found.stops()) else "")
     stops = [f"{angle:g}" + (f" x{n}" if n > 1 else "") for angle, n in found.stops()]
     for start in range(0, len(stops), _PER_LINE):
         yield "  " + "  ".join(stop.rjust(9) for stop in stops[start : start + _PER_LINE])
@@ -52,16 +53,17 @@ def _table(found: OptimalDesign) -> Iterator[str]:
 
 
 def _gains(found: OptimalDesign) -> Iterator[str]:
-    what = {"D": "on the whole (D)", "A": "on the whole (A)"}.get(found.criterion)
+    whole = {"D": "on the whole (D)", "A": "on the whole (A)"}
+    where = whole.get(found.criterion, f"in {found.criterion}")
     for name in list(found.losses)[1:]:
         gain = found.gain(name)
         if gain < 1.0 / _SAME:
-            told = f"is {100.0 * (1.0 / gain - 1.0):.1f} % more certain; book that one"
+            more = 100.0 * (1.0 / gain - 1.0)
+            yield f"{name}: {more:.1f} % more certain {where}; book that one"
         elif gain < _SAME:
-            told = "is as good; book that one, which is simpler"
+            yield f"{name}: as good {where}; book that one, which is simpler"
         else:
-            told = f"is {100.0 * (gain - 1.0):.1f} % less certain"
-        yield f"{name}: {told} {what or 'in ' + found.criterion}"
+            yield f"{name}: {100.0 * (gain - 1.0):.1f} % less certain {where}"
 
 
 def _targets(found: OptimalDesign) -> Iterator[str]:
@@ -84,7 +86,7 @@ def _cautions(found: OptimalDesign) -> Iterator[str]:
     )
     yield "a harmonic of the head is not, and no choice of angles averages it."
     if found.best.strokes < _TWO_CYCLES:
-        yield "Effects that the model lacks show with two cycles or more, 4 strokes."
+        yield "Effects that the model lacks can be seen only with two cycles (4 strokes) or more."
 
 
 def _options(found: OptimalDesign) -> str:
