@@ -22,6 +22,7 @@ NAMES = "the first row names the columns: temperature, position, stroke, output"
 MARKS = "write numbers without thousands marks and with one decimal mark"
 NUMBER = "write a number, or nothing where it is missing"
 TURN = "J runs from 1 to 9 in a turn of 8 positions"
+ANGLES = "head angles in degrees have the heading 'angle'"
 UNITS = ", ".join(OUTPUT_UNITS)
 FOREIGN = "export the table as CSV text and give that file"
 
@@ -213,15 +214,18 @@ ERRORS = {
         "1: temperature '293' is no temperature of a test, from -273.15 to 250 degC;"
         " write temperatures in degC",
     ),
-    "position 0": (OK + "20,0,1,1\n", f"5: position '0' is not a whole number from 1; {TURN}"),
+    "position 0": (
+        OK + "20,0,1,1\n",
+        f"5: position '0' is not a whole number from 1; {TURN}; {ANGLES}",
+    ),
     "position 1.5": (
         OK + "20,1.5,1,1\n",
-        f"5: position '1.5' is not a whole number from 1; {TURN}",
+        f"5: position '1.5' is not a whole number from 1; {TURN}; {ANGLES}",
     ),
     "position 10": (
         OK + "20,10,1,1\n",
         f"5: position '10' is outside the turn; {TURN},"
-        " and a header line '# positions: N' declares another number",
+        f" and a header line '# positions: N' declares another number; {ANGLES}",
     ),
     "position missing": (
         OK + "20,,1,1\n",

@@ -37,6 +37,9 @@ FEWEST_IN_TURN = 5
 QUICKEST = 0.1
 """Mean time from reading to reading that no head is quick enough for [s]."""
 
+_ANGLES = "head angles in degrees have the heading 'angle'"
+"""Remedy where angles stand under `position`."""
+
 _FAR = 10.0
 """One of `MARKERS` is no reading where it is so many times the largest other output."""
 
@@ -344,8 +347,8 @@ def _position(column: Column | None, positions: int) -> Ints | None:
     if column is None:
         return None
     last = f"J runs from 1 to {positions + 1} in a turn of {positions} positions"
-    number = whole_numbers(column, last)
-    remedy = f"{last}, and a header line '# positions: N' declares another number"
+    number = whole_numbers(column, f"{last}; {_ANGLES}")
+    remedy = f"{last}, and a header line '# positions: N' declares another number; {_ANGLES}"
     column.check(number <= positions + 1, "{} is outside the turn", remedy)
     return number
 
