@@ -548,6 +548,13 @@ def test_an_excel_error_is_a_missing_reading_and_no_comment():
     assert record.notes == ("1 missing reading was left out (line 3)",)
 
 
+def test_headings_in_letters_of_another_encoding_are_told_of_it(tmp_path):
+    path = tmp_path / "cyrillic.csv"
+    path.write_bytes("Температура;Положение;Ход;Выход\n20;1;1;1,35\n".encode("cp1251"))
+    with pytest.raises(accelcal.TableError, match="the text is not UTF-8: export it so"):
+        accelcal.read_table(path)
+
+
 def test_latin_1_is_noted():
     record = read("# operator: Müller\n".encode("latin-1") + TEXT.encode())
     assert record.metadata == {"operator": "Müller"}

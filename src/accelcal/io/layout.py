@@ -105,6 +105,8 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     """
     refuse_document(source.text, source.name)
     lines = source.text.split("\n")
+    if source.encoding == "latin-1":  # which takes any bytes
+        remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
     headings, above, start = _find_headings(lines, source.name, remedy)
     declared, aside = _declarations(above, source.name)
     rows, numbers, comments = _rows(lines, start, headings, source)
