@@ -81,10 +81,12 @@ class CorrelatedBySource(CorrelatedByName):
         """
         import numpy as np
 
-        if len(self.over_dof_matrix) == len(self.covariance_matrix) > 0:
-            return np.array(self.over_dof_matrix, dtype=np.float64)
-        root = np.sqrt([1.0 / self._dof_of(name) for name in self.covariance_names])
-        return np.asarray(self.covariance * np.outer(root, root))
+        covariance = self.covariance
+        if len(self.over_dof_matrix) == len(covariance):
+            return np.array(self.over_dof_matrix, dtype=np.float64).reshape(covariance.shape)
+        names = self.covariance_names[: len(covariance)]
+        root = np.sqrt([1.0 / self._dof_of(name) for name in names])
+        return np.asarray(covariance * np.outer(root, root))
 
     @abstractmethod
     def _dof_of(self, name: str) -> float:
