@@ -548,6 +548,18 @@ def test_an_excel_error_is_a_missing_reading_and_no_comment():
     assert record.notes == ("1 missing reading was left out (line 3)",)
 
 
+def test_a_direction_of_the_temperature_is_set_aside_with_a_note():
+    rows = [
+        f"{t},{j},{k},{word},{j}.5"
+        for t, word in ((20, "heating"), (-20, "cooling"))
+        for k in (1, 2)
+        for j in range(1, 10)
+    ]
+    (record,) = read_tables(io.StringIO("\n".join(["T,J,k,direction,Y", *rows])))
+    assert sorted(set(record.stroke.tolist())) == [1, 2]
+    assert "column direction does not tell forward from back and was set aside" in record.notes
+
+
 def test_headings_in_letters_of_another_encoding_are_told_of_it(tmp_path):
     path = tmp_path / "cyrillic.csv"
     path.write_bytes("Температура;Положение;Ход;Выход\n20;1;1;1,35\n".encode("cp1251"))

@@ -70,8 +70,8 @@ class Readings:
         Line of each missing reading.
     missing_serial : ndarray of int, or None
         Serial of each missing reading.
-    cycles : bool
-        Whether the table counts cycles of a stroke forward and one back.
+    stroke_notes : tuple of str
+        How strokes were counted, where not as the table numbers them.
     """
 
     source: str
@@ -92,7 +92,7 @@ class Readings:
     serials: tuple[str, ...]
     missing: Ints
     missing_serial: Ints | None
-    cycles: bool
+    stroke_notes: tuple[str, ...]
 
     def select(self, chosen: Mask | Places) -> Readings:
         """Keep the readings where a mask is true, or at some places."""
@@ -152,10 +152,10 @@ def read_readings(table: Table, positions: int) -> Readings:
     values: dict[str, Any] = {name: _at(array, row) for name, array in by_row.items()}
     if table.form == "wide":
         values["stroke"] = np.array(list(table.outputs), dtype=np.int64)[output]
-    cycles = False
+    stroke_notes: tuple[str, ...] = ()
     if "direction" in columns:
         directions = Directions.of(columns["direction"])
-        values["stroke"], cycles = directions.strokes(values["stroke"], row)
+        values["stroke"], stroke_notes = directions.strokes(values["stroke"], row)
     missing_row = np.nonzero(~present)[0]
     return Readings(
         **values,
@@ -165,7 +165,7 @@ def read_readings(table: Table, positions: int) -> Readings:
         serials=serials,
         missing=first.lines[missing_row],
         missing_serial=_at(serial, missing_row),
-        cycles=cycles,
+        stroke_notes=stroke_notes,
     )
 
 

@@ -18,6 +18,12 @@ _BACK = frozenset(
     | {"rückwärts", "rück", "zurück", "retour", "обратный", "обратно"}
 )
 
+_ASIDE = "column direction does not tell forward from back and was set aside"
+_BY_CYCLE = (
+    "strokes are numbered by cycle, as the column direction shows: they were counted anew, odd ones"
+    " forward and even ones back"
+)
+
 _FEW = 0.25
 """Part of the readings against the direction of their stroke that may still be mistakes."""
 
@@ -46,7 +52,7 @@ class Directions(NamedTuple):
         words = [name.casefold().replace("\N{MINUS SIGN}", "-") for name in names]
         return cls(column, label, np.array([_sign(word) for word in words]))
 
-    def strokes(self, number: Ints, row: Ints) -> tuple[Ints, bool]:
+    def strokes(self, number: Ints, row: Ints) -> tuple[Ints, tuple[str, ...]]:
         """Count strokes by number and direction.
 
         Parameters
@@ -60,8 +66,8 @@ class Directions(NamedTuple):
         -------
         ndarray of int, shape (m,)
             Numbers of the strokes, odd ones forward and even ones back.
-        bool
-            Whether `number` counts cycles.
+        tuple of str
+            How they were counted, where not as `number` has them, or that the column was set aside.
 
         Raises
         ------
@@ -70,7 +76,9 @@ class Directions(NamedTuple):
         """
         label, even = self.label[row], number % 2 == 0
         if self._tell_what_numbers_tell(label, even):
-            return number, False
+            return number, ()
+        if self._tell_something_else(label, number):
+            return number, (_ASIDE,)
         known = ~np.isnan(self.back)[self.label]
         self.column.check(known, "{} is neither forward nor back", "write forward or back")
         back = self.back[label] == 1.0
@@ -80,7 +88,8 @@ class Directions(NamedTuple):
             wrong[row[against]] = False
             remedy = "odd strokes go forward and even ones back, so correct one of both"
             self.column.check(wrong, "{} contradicts the number of the stroke", remedy)
-        return np.where(back, 2 * number, 2 * number - 1), True
+        strokes = np.where(back, 2 * number, 2 * number - 1)
+        return strokes, (f"{_BY_CYCLE}, up to {strokes.max()}",)
 
     def _tell_what_numbers_tell(self, label: Ints, even: Mask) -> bool:
         """Whether odd strokes have one direction and even ones another, whatever its name."""
@@ -90,6 +99,11 @@ class Directions(NamedTuple):
             return bool(np.array_equal(evens, np.where(whole > 0, self.back, 0.0) * whole))
         odd, both = (whole > 0) & (evens == 0), (evens > 0) & (evens < whole)
         return not both.any() and odd.sum() <= 1 and (evens > 0).sum() <= 1
+
+    def _tell_something_else(self, label: Ints, number: Ints) -> bool:
+        """Whether no word is known, and none changes within a stroke, as that of heating."""
+        within = (np.diff(number) == 0) & (np.diff(label) != 0)
+        return bool(np.isnan(self.back).all() and not within.any())
 
 
 def _sign(word: str) -> float:
@@ -107,13 +121,3 @@ def strokes_of_rows(column: Column) -> Ints:
     stroke = whole_numbers(column, "strokes count from 1, odd ones go forward and even ones back")
     column.check(stroke > 0, "{} is missing", "write the stroke in every row")
     return stroke
-
-
-def notes_of_cycles(stroke: Ints, *, cycles: bool) -> list[str]:
-    """Say how strokes were counted, where the table counts cycles."""
-    if not cycles:
-        return []
-    return [
-        "strokes are numbered by cycle, as the column direction shows: they were counted anew, odd"
-        f" ones forward and even ones back, up to {stroke.max()}"
-    ]

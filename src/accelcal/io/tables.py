@@ -34,7 +34,6 @@ from accelcal.io.readings import (
 from accelcal.io.repeats import without_repeats
 from accelcal.io.runs import runs_of
 from accelcal.io.sheets import one_table, require_same_columns, with_temperature_of_sheet
-from accelcal.io.strokes import notes_of_cycles
 from accelcal.io.text import Source, SourceText, read_texts
 from accelcal.io.wording import listed, were
 from accelcal.logs import tell
@@ -248,7 +247,7 @@ def _read_by(
     readings = read_readings(table, declared.record["positions"])
     turn = notes_of_turn(readings, declared.record["positions"])
     notes = [*text.notes, *layout.notes, *table.notes, *turn, *notes_of_midnight(readings)]
-    notes += notes_of_cycles(readings.stroke, cycles=readings.cycles)
+    notes += readings.stroke_notes
     common = {**declared.record, "source": layout.source, "notes": (*notes, *unit.notes)}
     common |= {"sha256": text.sha256, "date": table.date or common["date"]}
     return _form(text, layout, table), _records(layout, readings, declared, common)
