@@ -113,8 +113,13 @@ def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> T
     """
     names = readings.covariance_names
     if not names or not set(names) <= set(tables.covariance_names):
-        unknown = replace(readings, covariance_names=(), covariance_matrix=(), over_dof_matrix=())
-        return replace(unknown, delta=tables.delta)
+        return replace(
+            readings,
+            delta=tables.delta,
+            covariance_names=(),
+            covariance_matrix=(),
+            over_dof_matrix=(),
+        )
     own = np.array([name.startswith("delta ") for name in names])
     places = [tables.covariance_names.index(name) for name in names]
 

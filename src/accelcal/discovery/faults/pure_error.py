@@ -81,10 +81,10 @@ class PureError(NamedTuple):
     def without(self, column: Array) -> PureError:
         """Take a column out, too."""
         part = without(without(column, self.taken), self.taken)  # twice, against rounding
-        length = float(np.sqrt(part @ part))
-        if not length**2 > 1e-9 * float(column @ column):
+        squares = float(part @ part)
+        if not squares > 1e-9 * float(column @ column):
             return self
-        taken = np.column_stack([self.taken, part / length])
+        taken = np.column_stack([self.taken, part / np.sqrt(squares)])
         return PureError(taken, without(self.residual, taken[:, -1:]))
 
     def changed(self, change: Array) -> PureError:
