@@ -10,9 +10,10 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.estimate.noise import FEW
+from accelcal.estimate.trend import Trend
 from accelcal.gates.plan import TablePlan, once_a_plan
+from accelcal.gates.replicate_plan import contracted, rank_and_inverse
 from accelcal.gates.stack import TableStack
-from accelcal.gates.trend import Trend, contracted, rank_and_inverse
 from accelcal.gates.verdict import GateStack, acceleration, angle, gate_stack
 from accelcal.numerics.probability import f_exceeds, f_survival
 

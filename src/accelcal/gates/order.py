@@ -13,9 +13,9 @@ from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
+from accelcal.gates.replicate_plan import rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.swaps import SwapBlock, best_swap, swap_blocks
-from accelcal.gates.trend import rank_and_inverse
 from accelcal.gates.verdict import GateStack, gate_stack, times
 from accelcal.geometry import accelerations
 from accelcal.model import COEFFICIENTS, design_matrix

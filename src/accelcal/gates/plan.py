@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints
 from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.trend import Trend, directed, moments, trend_of
 from accelcal.gates.cells import Cells
+from accelcal.gates.replicate_plan import ReplicatePlan
 from accelcal.gates.spread import Spread, spread_of
-from accelcal.gates.trend import ReplicatePlan, Trend, directed, moments, trend_of
 
 Found = TypeVar("Found")
 
@@ -32,7 +33,7 @@ class TablePlan:
     design : ndarray, shape (n, p)
         Columns of the coefficients that are estimated.
     moment : ndarray, shape (D, n)
-        When it was taken, see `accelcal.gates.trend.moments`.
+        When it was taken, see `accelcal.estimate.trend.moments`.
     spread : Spread or None
         How unlike their noise is; None where it is alike.
     known : dict

@@ -10,10 +10,11 @@ import numpy as np
 
 from accelcal.arrays import Array, Places
 from accelcal.estimate.noise import FEW
+from accelcal.estimate.trend import directed
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
+from accelcal.gates.replicate_plan import contracted, rank_and_inverse
 from accelcal.gates.stack import TableStack
-from accelcal.gates.trend import contracted, directed, rank_and_inverse
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
 from accelcal.numerics.probability import f_exceeds
 from accelcal.numerics.sorting import distinct

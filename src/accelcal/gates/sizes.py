@@ -10,8 +10,8 @@ import numpy as np
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
+from accelcal.gates.replicate_plan import rank_and_inverse
 from accelcal.gates.stack import TableStack
-from accelcal.gates.trend import rank_and_inverse
 from accelcal.gates.turns import LARGEST_RATIOS, LARGEST_RESIDUAL, other_positions
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
 from accelcal.geometry import head_positions

@@ -11,8 +11,8 @@ from accelcal.arrays import Array, Mask
 from accelcal.discovery.faults.fault import SMALLEST, order_fault
 from accelcal.discovery.faults.single_tables import SingleTable, single_table, tables_of
 from accelcal.estimate.launch import same_levels
+from accelcal.estimate.trend import moments
 from accelcal.gates.record import is_turn
-from accelcal.gates.trend import moments
 from accelcal.gates.verdict import angle
 from accelcal.numerics.probability import student_survival
 from accelcal.record import TumbleRecord
