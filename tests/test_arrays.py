@@ -102,6 +102,15 @@ def test_units_of_a_frame_are_those_of_its_columns():
     assert accelcal.read_arrays(unitless).unit is None
 
 
+@pytest.mark.parametrize("known", [0, 3])
+def test_a_frame_of_a_record_of_angles_is_taken_back(known):
+    """Numbers of positions that nobody gave stood as 0 in it, and were refused."""
+    record = accelcal.simulate(seed=1)
+    number = np.where(np.arange(len(record)) < known, record.position, 0)
+    angles = replace(record, position=number)
+    assert accelcal.read_arrays(angles.to_frame()) == angles
+
+
 @pytest.mark.parametrize("as_column", [pd.Index, pd.array])
 def test_columns_of_pandas_without_an_index(as_column):
     frame = pd.DataFrame(columns_of(simulated(temperatures=20.0)))

@@ -253,7 +253,10 @@ class TumbleRecord(EqualByContents):
         import pandas as pd
 
         columns = self._arrays() | {"run": np.array(self.run_labels, dtype=object)[self.run]}
-        frame = pd.DataFrame({name: columns[name] for name in columns if name != "line"})
+        untold = {"line"} if self.position.any() else {"line", "position"}
+        frame = pd.DataFrame({name: columns[name] for name in columns if name not in untold})
+        if (self.position == 0).any() and "position" in frame:
+            frame["position"] = frame["position"].astype("Int64").where(self.position > 0)
         units = {"output": self.unit, "std": self.unit, "angle": "deg", "clamping": "deg"}
         units |= {"time": "s", "temperature": "degC"}
         frame.attrs["units"] = {name: units[name] for name in columns if units.get(name)}
