@@ -62,7 +62,7 @@ def test_noise_that_follows_the_angle_is_that_of_the_position(samples):
         errors.append(found.coefficients[0] - AL15)
         variances.append(np.diagonal(found.components["reading"].covariance))
     ratio = np.mean(variances, axis=0) / np.mean(np.square(errors), axis=0)
-    assert np.all((ratio > 0.78) & (ratio < 1.6))
+    assert np.all((ratio > 0.78) & (ratio < 1.65))  # 1 of 300 is taken for correlated noise
 
 
 def test_deviations_that_scatter_by_chance_are_pooled():

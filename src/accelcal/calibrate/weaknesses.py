@@ -126,6 +126,7 @@ def warnings_of(fitted: Fitted) -> Warned:
         *_of_method(fitted),
         *_of_misalignment(fitted),
         *_of_noise_and_head(estimate),
+        *_of_correlation(estimate),
         *_of_launch(estimate),
         *_of_laws(fitted),
         *_of_temperature(fitted),
@@ -278,6 +279,19 @@ def _head_of_few_dof(dof: float) -> str:
     return (
         f"head error estimated from the lack of fit with {dof:.0f} degrees of freedom;"
         " declare head_uncertainty or measure more positions for narrower intervals"
+    )
+
+
+def _of_correlation(estimate: JointEstimate) -> Iterator[Sentence]:
+    found = estimate.correlation
+    yield Sentence(
+        found.counts,
+        lambda rho, as_one: (
+            f"each reading is correlated with the next by {rho:.2f}, so that in a mean"
+            f" {as_one:.2g} count as one: U counts that; wait longer between readings, or find what"
+            " wanders, such as a filter, the temperature or the foundation"
+        ),
+        [found.rho, found.readings_as_one],
     )
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array
 from accelcal.estimate.contrasts import LackOfFit, SeenErrors
+from accelcal.estimate.correlated_noise import Correlation
 from accelcal.estimate.head import HeadError
 from accelcal.estimate.launch import RunShift
 from accelcal.estimate.linear import LinearEstimator
@@ -42,6 +43,8 @@ class ErrorsOfReadings(NamedTuple):
         What is taken out of the readings.
     uneven : sequence of UnevenNoise
         Noise of each table by position.
+    correlation : Correlation
+        Correlation of each reading with the next one.
     root : ndarray, shape (J, J), or None
         What makes the errors of the head of independent ones of one size; None where they are.
     """
@@ -52,6 +55,7 @@ class ErrorsOfReadings(NamedTuple):
     head: HeadError
     seen: SeenErrors | SeenAtMany
     uneven: Sequence[UnevenNoise]
+    correlation: Correlation
     root: Array | None = None
 
 
@@ -93,12 +97,16 @@ class Errors(NamedTuple):
         whole = self.judged.seen.noise(self.influence)
         dof = self._per_coefficient(np.stack([n.dof for n in self.judged.noises], axis=1))
         noises = zip(self.judged.noises, self.judged.uneven, strict=True)
+        correlation = self.judged.correlation
         for e, (noise, uneven), part in zip(self.estimators, noises, self._parts(), strict=True):
             spread = e.map * e.table.scatter
             own = noise.factor[:, None, None] ** 2 * (spread @ spread.T)
             if uneven.differs.any():
                 through = products_of_groups(e.map.T, e.map.T, *e.table.at_head[1:])
                 own[uneven.differs], dof[uneven.differs, part] = uneven.noise(through)
+            if (some := correlation.counts).any():
+                alone = own[some], dof[some, part]
+                own[some], dof[some, part] = correlation.beside(e, noise, *alone)
             whole[:, part, part] += own
         return Component(whole, dof)
 

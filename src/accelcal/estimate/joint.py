@@ -15,6 +15,7 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.estimate.contrasts import LackOfFit
+from accelcal.estimate.correlated_noise import Correlation, correlation
 from accelcal.estimate.error_components import Errors, ErrorsOfReadings
 from accelcal.estimate.head import HeadError, head_error, lack_of_fit
 from accelcal.estimate.launch import RunShift, reached_by, run_shift
@@ -57,6 +58,8 @@ class JointEstimate(NamedTuple):
         Reading noise of each table.
     uneven : tuple of UnevenNoise
         Noise of each table by position, which counts where it differs.
+    correlation : Correlation
+        Correlation of each reading with the next one, which counts where it is significant.
     head : HeadError
         Head error.
     lack_of_fit : LackOfFit or ManyPositions
@@ -82,6 +85,7 @@ class JointEstimate(NamedTuple):
     residuals: tuple[Array, ...]
     noises: tuple[ReadingNoise, ...]
     uneven: tuple[UnevenNoise, ...]
+    correlation: Correlation
     head: HeadError
     lack_of_fit: LackOfFit | ManyPositions
     bias_shift: RunShift
@@ -151,6 +155,7 @@ class JointEstimate(NamedTuple):
             residuals=own(self.residuals),
             noises=tuple(noise.of_records(records) for noise in self.noises),
             uneven=tuple(noise.of_records(records) for noise in self.uneven),
+            correlation=self.correlation.of_records(records),
             head=self.head.of_records(records),
             lack_of_fit=self.lack_of_fit.of_records(records),
             bias_shift=self.bias_shift.of_records(records),
@@ -237,6 +242,7 @@ def estimate_stack(
         ),
         noises=tuple(errors.judged.noises),
         uneven=tuple(errors.judged.uneven),
+        correlation=errors.judged.correlation,
         head=errors.judged.head,
         lack_of_fit=errors.judged.lack_of_fit,
         bias_shift=bias,
@@ -305,7 +311,8 @@ def _judge(
         head = head_error(found, declared, separable=not sources & {"residuals", "none"})
     seen = found.seen(head.uncertainty if predict else np.zeros_like(head.uncertainty))
     uneven = uneven_noises(tables, readings, noises, steps)
-    return ErrorsOfReadings(coefficients, noises, found, head, seen, uneven, root)
+    memory = correlation(tables, readings, steps)
+    return ErrorsOfReadings(coefficients, noises, found, head, seen, uneven, memory, root)
 
 
 def _run_shifts(

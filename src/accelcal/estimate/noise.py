@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Mask
 from accelcal.estimate.rounding import Rounding, rounding
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.grouping import sums_of_groups
@@ -19,6 +19,12 @@ FEW = 3
 """Degrees of freedom below which a scatter of its own says too little."""
 
 _SIGNIFICANT = 0.01
+
+_OF_STEP = 0.5
+"""Noise in steps below which a scatter follows the places of the readings between two steps."""
+
+_ROUNDED = 1e-10
+"""Noise, as a share of the readings, below which it may be that of the arithmetic."""
 
 _TOO_WIDE = 2.0
 """Declared scatter over that of replicates from which the intervals are told to be too wide."""
@@ -79,6 +85,24 @@ class ReadingNoise(NamedTuple):
         more = np.hypot(own, common * (cell.size / members.size) ** 0.5) / table.scatter.min()
         untold = self.source != "residuals"
         return self._replace(factor=np.hypot(self.factor, untold * more))
+
+
+def is_noise(size: Array, step: Array, output: Array) -> Mask:
+    """Tell where a scatter is more than rounding makes.
+
+    Parameters
+    ----------
+    size, step : ndarray, shape (R,)
+        Standard deviation, and the step of the readings [output unit].
+    output : ndarray, shape (R, n)
+        The readings [output unit].
+
+    Returns
+    -------
+    ndarray of bool, shape (R,)
+        Whether it tells of noise.
+    """
+    return np.asarray(size > np.maximum(_OF_STEP * step, _ROUNDED * np.abs(output).max(axis=1)))
 
 
 class _Scatter(NamedTuple):

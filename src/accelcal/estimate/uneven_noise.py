@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask
-from accelcal.estimate.noise import FEW, ReadingNoise
+from accelcal.estimate.noise import FEW, ReadingNoise, is_noise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.grouping import sums_of_groups
@@ -28,12 +28,6 @@ _SIGNIFICANT_TOGETHER = 0.05
 
 _FEW_TOGETHER = 2
 """Degrees of freedom below which even positions with the same size of a_i say too little."""
-
-_OF_STEP = 0.5
-"""Noise in steps below which the scatter at a position follows its place between two steps."""
-
-_ROUNDED = 1e-10
-"""Noise, as a share of the readings, below which it may be that of the arithmetic."""
 
 
 class UnevenNoise(NamedTuple):
@@ -209,11 +203,11 @@ def _uneven(
     together = told.together(mirrors)
     (told_apart,) = told.differs(FEW, _SIGNIFICANT)
     likely, clearly = together.differs(_FEW_TOGETHER, _SIGNIFICANT_TOGETHER, _SIGNIFICANT)
-    is_noise = size > np.maximum(_OF_STEP * step, _ROUNDED * np.abs(output).max(axis=1))
+    tells = is_noise(size, step, output)
     of_sizes = together.variances(size) @ mirrors.T
     return UnevenNoise(
-        differs=is_noise & (told_apart | likely),
-        clearly=is_noise & (told_apart | clearly),
+        differs=tells & (told_apart | likely),
+        clearly=tells & (told_apart | clearly),
         variance=np.where(told_apart[:, None], told.variances(size), of_sizes),
         dof=told.dof,
         of_size=np.full(len(output), np.inf) if told is own else noise.dof,
