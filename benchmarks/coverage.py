@@ -51,6 +51,7 @@ class Regime:
 HEAD = 2e-5
 NOISE = 1.35 * 5e-6  # in the unit of the output
 NO_HEAD = {"head_uncertainty": 0.0}
+LAUNCH_FREE = {"launch_uncertainty": 0.0, "launch_sf_uncertainty": 0.0}
 LAUNCH = {"launch_uncertainty": 1e-5, "launch_sf_uncertainty": 1e-5}
 TWO_STROKES = Regime(
     "two strokes at 3 temperatures, laws from all readings",
@@ -59,6 +60,17 @@ TWO_STROKES = Regime(
     THREE,
     strokes=2,
     laws="readings",
+)
+CORRELATED = tuple(
+    Regime(
+        f"* neighbours correlated by {rho:g}, {text}",
+        Stand(neighbours=rho),
+        NO_HEAD | LAUNCH_FREE,
+        temperatures,
+        aside="not every test shows it, and few readings show by how much",
+    )
+    for rho in (0.3, 0.5, 0.8, 0.9)
+    for text, temperatures in (("one run", (20.0,)), ("3 temperatures", THREE))
 )
 REGIMES = (
     Regime("noise only, head declared 0", Stand(), NO_HEAD),
@@ -214,6 +226,7 @@ REGIMES = (
             ("3 temperatures there and back", (20.0, 80.0, 20.0, -40.0, 20.0)),
         )
     ),
+    *CORRELATED,
     Regime(
         "* launch neither declared nor repeated",
         Stand(launch=1e-5),
@@ -269,6 +282,12 @@ CHOICES = (
         "accelcal.temperature.pooled_noise._SIGNIFICANT",
         1.1,
         (TWO_STROKES,),
+    ),
+    Choice(
+        "readings taken as independent",
+        "accelcal.estimate.correlated_noise._SIGNIFICANT",
+        np.inf,
+        CORRELATED,
     ),
 )
 

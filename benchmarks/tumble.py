@@ -46,9 +46,10 @@ class Unit:
 
 @dataclass(frozen=True)
 class Stand:
-    """Standard deviations of the errors of a stand, and the step of its voltmeter."""
+    """Standard deviations of the errors of a stand, and how they come."""
 
     reading: float = 5e-6
+    neighbours: float = 0.0  # correlation of the noise of each reading with the next
     head: float = 0.0
     launch: float = 0.0
     launch_sf: float = 0.0
@@ -84,9 +85,12 @@ def readings(
         k = unit.at(temperature + missed)
         bias = k["K0"] + k["K1"] * stand.launch * rng.standard_normal()
         scale = k["K1"] * (1.0 + stand.launch_sf * rng.standard_normal())
+        noise = rng.standard_normal() if stand.neighbours else 0.0
         for stroke in range(1, strokes + 1):
             walk = range(positions + 1) if stroke % 2 else range(positions, -1, -1)
             for j in walk:
+                noise *= stand.neighbours
+                noise += math.sqrt(1.0 - stand.neighbours**2) * rng.standard_normal()
                 angle = j * step + head[j % positions]
                 a_i, a_p = math.cos(angle), side * math.sin(angle)
                 output = (
@@ -96,7 +100,7 @@ def readings(
                     + k["K3"] * a_i * a_i * a_i
                     + k["M"] * a_p
                     + k["M_ip"] * a_i * a_p
-                    + k["K1"] * stand.reading * rng.standard_normal()
+                    + k["K1"] * stand.reading * noise
                 )
                 if stand.wrong and rng.random() < stand.wrong:
                     output += k["K1"] * stand.reading * rng.uniform(-30.0, 30.0)
