@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Mask, Places
-from accelcal.estimate.linear import LinearEstimator
 from accelcal.estimate.noise import ReadingNoise, is_noise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.trend import directed, moments, trend_of
@@ -74,32 +73,34 @@ class Correlation(NamedTuple):
         return Correlation(self.rho[records], self.uncertainty[records])
 
     def beside(
-        self, estimator: LinearEstimator, noise: ReadingNoise, own: Array, dof: Array
+        self, table: PreparedTable, through: Array, noise: ReadingNoise, own: Array, dof: Array
     ) -> tuple[Array, Array]:
-        """Covariance of the coefficients of one table in the records that are correlated.
+        """Covariance by the noise of one table in the records that are correlated.
 
         Parameters
         ----------
-        estimator : LinearEstimator
-            Estimator of p coefficients.
+        table : PreparedTable
+            The table of n readings.
+        through : ndarray, shape (p, n)
+            What errors of the readings, over their declared scatter, do to p estimates.
         noise : ReadingNoise
             Noise of the table, as of independent readings.
         own : ndarray, shape (C, p, p)
-            What it does to the coefficients of these records.
+            What it does to the estimates of these records.
         dof : ndarray, shape (C, p)
             Its degrees of freedom.
 
         Returns
         -------
         covariance : ndarray, shape (C, p, p)
-            The same with what the correlation adds. What it would take off is left: no coefficient
-            is surer than with independent readings.
+            The same with what the correlation adds. What it would take off is left: nothing is
+            surer than with independent readings.
         dof : ndarray, shape (C, p)
             Its degrees of freedom, by the uncertainty of noise and correlation.
         """
         rho, uncertainty = (each[self.counts] for each in self)
-        plan = _neighbours(estimator.table)
-        rows = (estimator.map[:, plan.order] / plan.precision).T
+        plan = _neighbours(table)
+        rows = through.T[plan.order]
         by_lag = _lag_products(rows.tobytes(), len(rows))
         alone = noise.factor[self.counts] ** 2
         shrunk = np.strings.startswith(noise.source[self.counts], "replicates")

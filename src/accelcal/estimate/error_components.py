@@ -106,7 +106,7 @@ class Errors(NamedTuple):
                 own[uneven.differs], dof[uneven.differs, part] = uneven.noise(through)
             if (some := correlation.counts).any():
                 alone = own[some], dof[some, part]
-                own[some], dof[some, part] = correlation.beside(e, noise, *alone)
+                own[some], dof[some, part] = correlation.beside(e.table, spread, noise, *alone)
             whole[:, part, part] += own
         return Component(whole, dof)
 

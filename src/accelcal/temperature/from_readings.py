@@ -10,7 +10,6 @@ from accelcal.arrays import Array
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.estimate.uneven_noise import UnevenNoise
 from accelcal.numerics.grouping import products_of_groups
 from accelcal.plural import plural
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
@@ -72,12 +71,11 @@ def laws_from_readings(
     laws = np.concatenate([_values(law, sides) for law in (start.k0, start.K1, start.delta)])
     state = solved(fit, laws[None])
     through, errors = estimator(fit, state)
-    count = laws.size
-    uneven = [estimate.uneven[i].of_records(slice(record, record + 1)) for i in chosen]
+    count, of_record = laws.size, estimate.of_records(slice(record, record + 1))
     return named_model(
         state.parameters[0, :count],
         {
-            "reading": _of_noise(through[0, :count], errors, fit, uneven),
+            "reading": _of_noise(through[0, :count], errors, fit, of_record, chosen),
             **_components(through[0, :count], errors, estimate, record),
         },
         sides,
@@ -110,23 +108,26 @@ def _components(
 
 
 def _of_noise(
-    through: Array, errors: Errors, fit: ProductFit, uneven: Sequence[UnevenNoise]
+    through: Array, errors: Errors, fit: ProductFit, estimate: JointEstimate, chosen: Sequence[int]
 ) -> Component:
-    """Noise of the readings of one record; by position where that of a table differs so."""
+    """Noise of the readings of one record; by position, or correlated, where that of a table is."""
     whole, over_dof = np.zeros((len(through), len(through))), np.zeros(len(through))
     readings = np.split(np.arange(through.shape[1]), edges_of(fit))
-    for table, own, rows in zip(fit.tables, uneven, readings, strict=True):
-        if own.differs[0]:
-            part = through[:, rows].T
-            by_place = products_of_groups(part, part, *table.at_head[1:])
-            covariance, dof = (found[0] for found in own.noise(by_place))
-            over_dof += covariance.diagonal() / dof
-        else:
-            passed = through[:, rows] * errors.noise[0, rows]
-            covariance = passed @ passed.T
-            over_dof += passed**2 @ (1.0 / errors.noise_dof[0, rows])
-        whole += covariance
+    correlation = estimate.correlation
     with np.errstate(divide="ignore"):  # a declared noise has no end of degrees of freedom
+        for table, i, rows in zip(fit.tables, chosen, readings, strict=True):
+            passed = through[:, rows] * errors.noise[0, rows]
+            covariance = (passed @ passed.T)[None]
+            dof = covariance[0].diagonal() / (passed**2 @ (1.0 / errors.noise_dof[0, rows]))[None]
+            if estimate.uneven[i].differs[0]:
+                part = through[:, rows].T
+                by_place = products_of_groups(part, part, *table.at_head[1:])
+                covariance, dof = estimate.uneven[i].noise(by_place)
+            if correlation.counts[0]:
+                unit = estimate.noises[i]._replace(factor=np.ones(1))
+                covariance, dof = correlation.beside(table, passed, unit, covariance, dof)
+            whole += covariance[0]
+            over_dof += covariance[0].diagonal() / dof[0]
         return Component(whole, whole.diagonal() / over_dof)
 
 
