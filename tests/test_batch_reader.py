@@ -151,6 +151,7 @@ ODD = {
     ),
     "a reading twice": table(cells=[*rows(), list(rows())[-1]]),
     "declared runs": table(header="# runs: b,a\n"),
+    "two declarations in a line": table(header="# serial: A7; unit: mA\n"),
     "a constant": table(header="# mounting: p\n"),
     "units that differ": table(headings="temperature,position,stroke,output [V],run\n"),
     "latin-1": table(header="# lab: Z\u00fcrich\n").encode("latin-1"),

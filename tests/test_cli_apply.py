@@ -54,6 +54,13 @@ def run(folder, capsys):
     return run_on
 
 
+def test_several_declarations_in_a_line(run):
+    """The unit was lost, and 1.35 V passed for 1.35 mA."""
+    code, _, err = run("# serial: AL-15; unit: V\noutput,temperature\n1.35,20\n")
+    assert code == 2
+    assert "V" in err
+
+
 def rows_of(text):
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     return list(csv.DictReader(lines))

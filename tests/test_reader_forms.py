@@ -319,6 +319,25 @@ def test_header_lines_as_excel_saves_them():
     assert record.notes == ("text above the headings was set aside (line 4)",)
 
 
+@pytest.mark.parametrize(
+    "header",
+    ["serial=A7;unit=mA", "# serial: A7; unit: mA", "#unit: mA,serial: A7", "# unit=mA\tserial=A7"],
+)
+def test_several_declarations_in_a_line(header):
+    """The serial was 'A7;unit=mA', and there was no unit."""
+    record = read(f"{header}\n{TEXT}")
+    assert (record.serial, record.unit, record.metadata, record.notes) == ("A7", "mA", {}, ())
+
+
+def test_a_value_with_such_signs_stays_whole():
+    header = "# note: warm; unit: by eye\n# serial: A;B\n# operator: N. N., on duty\n"
+    record = read(header + TEXT)
+    assert (record.serial, record.unit) == ("A;B", None)
+    assert record.metadata == {"note": "warm; unit: by eye", "operator": "N. N., on duty"}
+    with pytest.raises(TableError, match=r":2: unit is 'V', but 'mA' in line 1"):
+        read(f"# unit: mA\n# T0: 20; unit: V\n{TEXT}")
+
+
 def test_decimal_comma_in_header_lines():
     record = read("# T0: 20,5\n# g: 9,8106\n" + long_table(";", ","))
     assert (record.reference_temperature, record.apparatus.local_gravity) == (20.5, 9.8106)

@@ -9,7 +9,13 @@ from typing import NamedTuple
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.text import SourceText, refuse_document
-from accelcal.io.vocabulary import Heading, canonical_key, read_heading, split_unit
+from accelcal.io.vocabulary import (
+    Heading,
+    canonical_key,
+    declarations_in,
+    read_heading,
+    split_unit,
+)
 from accelcal.io.wording import listed, were
 
 _SEPARATORS = ("\t", ";", ",", None)
@@ -260,22 +266,26 @@ def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, De
     for number, line in above:
         of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
         bare = of_channels and _uncomment(line) is None
-        key, value = ("", "") if bare else _key_and_value(line)
-        if not key:
-            aside.append(number)
-        elif key == "comment":
-            before = f"{declared[key].value}; " if key in declared else ""
-            declared[key] = Declared(before + value, number, name)
-        elif key != "sep":
-            declare(declared, key, Declared(value, number, name))
+        for key, value in [("", "")] if bare else _keys_and_values(line):
+            if not key:
+                aside.append(number)
+            elif key == "comment":
+                before = f"{declared[key].value}; " if key in declared else ""
+                declared[key] = Declared(before + value, number, name)
+            elif key != "sep":
+                declare(declared, key, Declared(value, number, name))
     notes = [f"text above the headings was set aside ({listed(aside)})"] if aside else []
     return declared, notes
 
 
-def _key_and_value(line: str) -> tuple[str, str]:
-    """Key and value of a line above the headings; an empty key where the line says nothing."""
+def _keys_and_values(line: str) -> list[tuple[str, str]]:
+    """Keys and values of a line above the headings; an empty key where it says nothing."""
     bare = _uncomment(line)
     text = line.strip(" \t,;").replace('"', "") if bare is None else bare
+    return [_key_and_value(part, commented=bare is not None) for part in declarations_in(text)]
+
+
+def _key_and_value(text: str, *, commented: bool) -> tuple[str, str]:
     for pattern in (_DECLARATION, _DECLARATION_IN_CELLS):
         match = pattern.fullmatch(text)
         key = match[1].strip(" :=") if match else ""
@@ -283,9 +293,11 @@ def _key_and_value(line: str) -> tuple[str, str]:
         known = canonical_key(name)
         if match and known:
             return known, f"{match[2].strip()} {unit}".strip()
-        if match and pattern is _DECLARATION and (bare is not None or key == "sep"):
+        if match and pattern is _DECLARATION and (commented or key == "sep"):
             return key, match[2].strip()
-    return ("comment", text) if bare else ("" if bare is None else "sep", "")
+    if commented and text:
+        return "comment", text
+    return "sep" if commented else "", ""
 
 
 def _rows(

@@ -49,6 +49,7 @@ _OF_RECORD = frozenset(KEYS).difference({"delta0"})
 _KEY = re.compile(r"# [A-Za-z][A-Za-z0-9_]*")
 _HEAD = re.compile(rb"(?:#[^\n]*+\n)*+[^#\n][^\n]*+\n")
 _SERIAL = "# serial: "
+_ONE_VALUE = re.compile(r"[^;\t,]*")  # of a header line that holds no other declaration
 _BOM = b"\xef\xbb\xbf"
 
 
@@ -265,7 +266,9 @@ def _declaration(line: str) -> tuple[str, str]:
 
 
 def _is_plain(value: str) -> bool:
-    return value != "" and value.strip() == value == value.strip(",;")
+    if value == "" or not value.strip() == value == value.strip(",;"):
+        return False
+    return not (":" in value or "=" in value) or _ONE_VALUE.fullmatch(value) is not None
 
 
 @lru_cache(maxsize=1000)

@@ -12,7 +12,15 @@ from accelcal.io.declarations import declared_number
 from accelcal.io.layout import Declared, Layout, declare, split_headings
 from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.text import refuse_document
-from accelcal.io.vocabulary import KEYS, Heading, has_unit, header_line, read_heading, split_unit
+from accelcal.io.vocabulary import (
+    KEYS,
+    Heading,
+    declarations_in,
+    has_unit,
+    header_line,
+    read_heading,
+    split_unit,
+)
 
 __all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
 
@@ -107,9 +115,10 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
         bare = row.strip(' \t\r\n"')
         if bare.startswith("#"):
             commented = bare.lstrip("# ")
-            key, value = header_line(commented.rstrip(' \t,;"'))
-            if key in KEYS and value:
-                declare(declared, key, Declared(value, line, source))
+            for part in declarations_in(commented.rstrip(' \t,;"')):
+                key, value = header_line(part)
+                if key in KEYS and value:
+                    declare(declared, key, Declared(value, line, source))
         elif bare.strip(",;") and not bare.casefold().startswith("sep="):  # as Excel has it
             break
     else:
