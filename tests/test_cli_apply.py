@@ -61,6 +61,20 @@ def test_several_declarations_in_a_line(run):
     assert "V" in err
 
 
+def test_units_below_the_headings(run):
+    """`accelcal fit` took them, and apply refused them as no numbers."""
+    text = "Zeit;Temperatur;Ausgang;a_p\ns;°C;mA;g\n0,0;20,0;1,35471;0\n0,1;20,0;1,35472;0\n"
+    code, rows, err = run(HEAD.replace("# unit: mA\n", "") + text)
+    assert (code, len(rows)) == (0, 2)
+    assert "note: the units stand below the headings (line 3)" in err
+    plain = run(HEAD + "time,temperature,output,a_p\n0,20,1.35471,0\n0.1,20,1.35472,0\n")[1]
+    assert [row["acceleration"] for row in rows] == [row["acceleration"] for row in plain]
+    code, _, err = run("output,temperature,a_p\nV,degC\n1.35,20,0\n")
+    assert code == 2
+    assert "outputs in V, but the calibration is for mA" in err
+    assert run("output,temperature\nmA,degC\n")[2].count("no samples") == 1
+
+
 def rows_of(text):
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     return list(csv.DictReader(lines))

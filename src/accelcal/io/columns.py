@@ -286,20 +286,45 @@ def with_units_below(layout: Layout) -> Layout:
     >>> [heading.unit for heading in layout.headings], layout.rows
     (['degC', None, None, 'mA'], ['20;1;1;1.35'])
     """
-    cells = split_line(layout.rows[0], layout.separator)
-    missing = len(layout.headings) - len(cells)
-    if len(layout.rows) < 2 or any(cells[len(layout.headings) :]):
-        return layout
-    units = [cell.strip("[] ()") for cell in (*cells, *[""] * missing)]
-    pairs = list(zip(layout.headings, units, strict=False))
-    if not all(_may_be_unit(*pair) for pair in pairs) or not any(_is_unit(*pair) for pair in pairs):
+    told = headings_with_units(layout.headings, split_line(layout.rows[0], layout.separator))
+    if len(layout.rows) < 2 or told is None:
         return layout
     return layout._replace(
-        headings=tuple(_with_unit(*pair) for pair in pairs),
+        headings=told,
         rows=layout.rows[1:],
         lines=layout.lines[1:],
-        notes=(*layout.notes, f"the units stand below the headings (line {layout.lines[0]})"),
+        notes=(*layout.notes, UNITS_BELOW.format(layout.lines[0])),
     )
+
+
+UNITS_BELOW = "the units stand below the headings (line {})"
+
+
+def headings_with_units(
+    headings: Sequence[Heading], cells: Sequence[str]
+) -> tuple[Heading, ...] | None:
+    """Join headings and the units below them.
+
+    Parameters
+    ----------
+    headings : sequence of Heading
+        One entry a column.
+    cells : sequence of str
+        The row below.
+
+    Returns
+    -------
+    tuple of Heading or None
+        The headings with their units; None where the row holds something else.
+    """
+    if any(cells[len(headings) :]):
+        return None
+    missing = len(headings) - len(cells)
+    units = [cell.strip("[] ()") for cell in (*cells, *[""] * missing)]
+    pairs = list(zip(headings, units, strict=False))
+    if not all(_may_be_unit(*pair) for pair in pairs) or not any(_is_unit(*pair) for pair in pairs):
+        return None
+    return tuple(_with_unit(*pair) for pair in pairs)
 
 
 def _is_unit(heading: Heading, cell: str) -> bool:

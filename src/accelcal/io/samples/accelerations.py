@@ -90,7 +90,7 @@ class AccelerationStream:
         self._samples = samples
         self._options = options
         self._about = about
-        self.notes: list[str] = [*samples.notes]
+        self.notes: list[str] = [*samples.notes, *samples.headings.notes]
         self._counts = dict.fromkeys(
             ("samples", "missing", "unsolved", "cold or hot", "far", "wide"), 0
         )

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING
-from accelcal.io.columns import places_of
+from accelcal.io.columns import UNITS_BELOW, headings_with_units, places_of
 from accelcal.io.declarations import declared_number
-from accelcal.io.layout import Declared, Layout, declare, split_headings
+from accelcal.io.layout import Declared, Layout, declare, split_headings, split_line
 from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.text import refuse_document
 from accelcal.io.vocabulary import (
@@ -24,7 +24,8 @@ from accelcal.io.vocabulary import (
 
 __all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
 
-ROLES = ("output", "temperature", "time", "a_p", "a_o")
+_OTHER_AXES = ("a_p", "a_o")
+ROLES = ("output", "temperature", "time", *_OTHER_AXES)
 """What a column may hold."""
 
 _LOCAL_G = ("g", "g_local")
@@ -56,7 +57,9 @@ class SampleHeadings:
     line : int
         Line of the first sample.
     row : str
-        The first row of samples, where it had to be read to know that it is one.
+        The first row of samples, where it was read to know that it is one.
+    notes : tuple of str
+        What is to be told of how they were read.
     """
 
     source: str
@@ -67,6 +70,7 @@ class SampleHeadings:
     units: Mapping[str, str]
     line: int
     row: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def numeric(self) -> dict[str, int]:
@@ -128,13 +132,33 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
     refuse_document("".join([bare, *below]), source)
     above = "output" not in _roles(bare) and "output" in _roles(commented)
     headings, separator = split_headings(commented if above else bare, _heading)
-    layout = Layout(source, declared, headings, line, separator, [], (), ())
+    place, row = (line, row) if above else (line + 1, readline())
+    below_them = _with_units_below(headings, row, separator)
+    layout = Layout(source, declared, below_them or headings, line, separator, [], (), ())
     columns = places_of(layout, ("output",), _REMEDY)
     if "serial" in columns:
         raise layout.refuse("a column serial", "give the samples of one accelerometer a file")
     units = _units(layout)
-    line, row = (line, row) if above else (line + 1, "")
-    return SampleHeadings(source, declared, headings, separator, columns, units, line, row)
+    told = layout.source, declared, layout.headings, separator, columns, units
+    if below_them is None:
+        return SampleHeadings(*told, place, row)
+    return SampleHeadings(*told, place + 1, notes=(UNITS_BELOW.format(place),))
+
+
+def _with_units_below(
+    headings: tuple[Heading, ...], row: str, separator: str | None
+) -> tuple[Heading, ...] | None:
+    """Headings with the units of the row below; None where it holds samples."""
+    cells = split_line(row.rstrip("\r\n"), separator)
+    pairs = list(zip(headings, cells, strict=False))
+    own = [each.role in _OTHER_AXES and not _unit_to_give(each.role, cell) for each, cell in pairs]
+    others = ["" if is_own else cell for is_own, cell in zip(own, cells, strict=False)]
+    told = headings_with_units(headings, others + cells[len(others) :])
+    if told is None:
+        return None
+    units = [f" [{cell}]" if is_own else "" for is_own, cell in zip(own, cells, strict=False)]
+    units += [""] * (len(told) - len(units))
+    return tuple(_heading(each.text + unit) for each, unit in zip(told, units, strict=True))
 
 
 def _roles(line: str) -> set[str | None]:
@@ -144,7 +168,7 @@ def _roles(line: str) -> set[str | None]:
 def _heading(text: str) -> Heading:
     name, unit = split_unit(text.strip())
     known = read_heading(text)
-    role = name.casefold() if name.casefold() in ("a_p", "a_o") else known.role
+    role = name.casefold() if name.casefold() in _OTHER_AXES else known.role
     return Heading(text, role if role in (*ROLES, "serial") else None, known.unit or unit or None)
 
 
@@ -164,7 +188,7 @@ def _unit_to_give(role: str, unit: str) -> str:
     """Unit that a column has to have; empty where its own will do."""
     if role == "temperature":
         return "" if has_unit("temperature", unit) else "degC"
-    if role in ("a_p", "a_o"):
+    if role in _OTHER_AXES:
         return "" if unit in _LOCAL_G or in_metres(unit) else "g or m/s^2"
     return ""
 
