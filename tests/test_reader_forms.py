@@ -177,6 +177,76 @@ def test_form(name):
     assert by_place(read(SAME[name])) == by_place(REFERENCE)
 
 
+def across(headings, of_row, of_column, separator=","):
+    """The readings with a row for each `of_row`, and a column for each `of_column`."""
+    cells = {(of_row(row), of_column(row)): str(row[3]) for row in ROWS}
+    rows = dict.fromkeys(map(of_row, ROWS))
+    columns = dict.fromkeys(map(of_column, ROWS))
+    lines = [[*map(str, row), *(cells[row, column] for column in columns)] for row in rows]
+    return "\n".join(map(separator.join, [headings, *lines])) + "\n"
+
+
+BY_POSITION = (lambda row: (row[0], row[2])), (lambda row: row[1])
+BY_TEMPERATURE = (lambda row: row[1:3]), (lambda row: row[0])
+
+
+@pytest.mark.parametrize("form", ["{}", "J{}", "Pos. {}", "Y{} [mA]", "position_{}"])
+def test_a_column_a_position(form):
+    headings = ["temperature", "stroke", *map(form.format, range(1, 10))]
+    record = read(across(headings, *BY_POSITION), unit="mA")
+    assert by_place(replace(record, unit=None)) == by_place(REFERENCE)
+    assert record.line.tolist()[8:10] == [2, 3]
+
+
+@pytest.mark.parametrize("form", ["{} deg", "{}\u00b0", "{}.0 degrees"])
+def test_a_column_an_angle(form):
+    headings = ["temperature", "stroke", *map(form.format, range(0, 361, 45))]
+    record = read(across(headings, *BY_POSITION))
+    assert by_place(replace(record, position=REFERENCE.position)) == by_place(REFERENCE)
+
+
+@pytest.mark.parametrize("form", ["{} degC", "{}\u00b0C", "T={}", "T = {}\u00b0C [mA]"])
+def test_a_column_a_temperature(form):
+    """Each is a run, in the order of the columns, though the rows go from one to the next."""
+    headings = ["position", "stroke", *map(form.format, (20, 80, "\u221240"))]
+    record = read(across(headings, *BY_TEMPERATURE))
+    assert record.run_labels == ("20", "80", "-40")
+    assert by_place(replace(record, unit=None)) == by_place(REFERENCE)
+
+
+def test_a_table_of_positions_may_have_one_stroke():
+    rows = "# stroke: 1\ntemperature,1,3,5\n20,1.35,0.004,-1.35\n60,1.39,,-1.39\n"
+    record = read(rows)
+    assert record.position.tolist() == [1, 3, 5, 1, 5]
+    assert set(record.stroke.tolist()) == {1}
+    assert record.notes == ("1 missing reading was left out (line 4)",)
+
+
+@pytest.mark.parametrize(
+    ("headings", "said"),
+    [
+        ("temperature,stroke,J1,J11", ":1: position '11' is outside the turn; J runs from 1 to 9"),
+        ("temperature,stroke,0,1", ":1: column '0' is position 0; positions count from 1"),
+        ("temperature,stroke,45 deg,45\u00b0", ":1: columns '45 deg' and '45\u00b0' mean the same"),
+        ("temperature,stroke,1,45 deg", ":1: columns '45 deg' and '1' in one table; use position"),
+        ("position,stroke,20 degC,output", ":1: columns 'output' and '20 degC' in one table"),
+        ("stroke,position,20 degC,900 degC", ":1: temperature '900' is no temperature of a test"),
+        ("temperature,1,2,3", "add a column position or angle, or a column stroke if these"),
+        ("temperature,stroke,1 [mA],2 [V]", ":1: units 'mA' and 'V' in one table"),
+        ("temperature,stroke,0 deg,1.2 deg,2.4 deg", "look like radians"),
+    ],
+)
+def test_columns_that_are_no_table_across(headings, said):
+    row = ",".join(["20", "1", "1.3", "0.9", "0.5"][: headings.count(",") + 1])
+    with pytest.raises(TableError, match=re.escape(said)):
+        read(f"{headings}\n{row}\n")
+
+
+def test_a_temperature_above_the_headings_is_no_heading():
+    record = read("temperature; 20 degC\nposition;stroke;output\n1;1;1,35\n2;1;0,95\n")
+    assert record.temperature.tolist() == [20.0, 20.0]
+
+
 def test_thousands_marks_in_quotes_are_no_decimal_commas():
     rows = [(t, p, k, f'"{round(1e6 * y):,}"') for t, p, k, y in ROWS]
     with pytest.raises(TableError, match="without thousands marks"):

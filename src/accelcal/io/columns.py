@@ -12,7 +12,14 @@ from accelcal.io.cells import MISSING, Column
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns
 from accelcal.io.layout import Layout, split_line
 from accelcal.io.times import has_clock_times, has_times_of_day, one_date
-from accelcal.io.vocabulary import UNITS_OF, Heading, has_unit, is_unit_of, read_heading
+from accelcal.io.vocabulary import (
+    ACROSS,
+    UNITS_OF,
+    Heading,
+    has_unit,
+    is_unit_of,
+    read_heading,
+)
 
 Engine = Callable[[Layout, Sequence[int], int], Columns]
 """Turns the rows of a table into columns."""
@@ -32,12 +39,13 @@ class Table(NamedTuple):
 
     Attributes
     ----------
-    form : str
-        ``"long"`` or ``"wide"``.
     columns : mapping of str to Column
         Columns with one cell a row, by role.
-    outputs : mapping of int to Column
-        Columns of readings: by stroke in a wide table, one under 0 in a long table.
+    outputs : tuple of Column
+        Columns of readings, one in a long table.
+    across : Column or None
+        What those of a wide table stand for, a cell each: their stroke, position, angle or
+        temperature; None for a long table.
     date : str or None
         Date that stands in every row.
     decimal : str
@@ -48,9 +56,9 @@ class Table(NamedTuple):
         What was set aside.
     """
 
-    form: str
     columns: Mapping[str, Column]
-    outputs: Mapping[int, Column]
+    outputs: tuple[Column, ...]
+    across: Column | None
     date: str | None
     decimal: str
     aside: tuple[str, ...]
@@ -77,11 +85,11 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     TableError
         If a column is missing, there twice or in the wrong unit, or a row has the wrong length.
     """
-    roles, strokes = _roles(layout)
-    wide = bool(strokes)
-    _require(layout, roles, wide)
+    roles, across, numbered = _roles(layout)
+    wide = bool(across)
+    _require(layout, roles, across)
     key = [roles[name] for name in ("temperature", "position", "angle", "stroke") if name in roles]
-    measured = list(strokes.values()) if wide else [roles["output"]]
+    measured = list(numbered.values()) if wide else [roles["output"]]
     needed = max(key if wide else key + measured) + 1
     columns = engine(layout, sorted({*roles.values(), *measured}), needed)
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
@@ -89,12 +97,13 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     date = _take_date(named, wide=wide)
     aside = _aside(layout, columns) | _dates_aside(named, date)
     decimal = columns[measured[0]].decimal
-    by_columns = {*named, *(["stroke"] if wide else [])}.difference(["date"])
+    by_columns = {*named, *filter(None, [across])}.difference(["date"])
     by_columns |= {"date"} if date else set()
     return Table(
-        form="wide" if wide else "long",
-        columns=_constants(layout, decimal) | {n: c for n, c in named.items() if n != "output"},
-        outputs={k: columns[i] for k, i in strokes.items()} or {0: columns[roles["output"]]},
+        columns=_constants(layout, decimal, across)
+        | {n: c for n, c in named.items() if n != "output"},
+        outputs=tuple(columns[i] for i in measured),
+        across=_across(layout, across, numbered) if wide else None,
         date=date,
         decimal=decimal,
         aside=(*aside, *empty),
@@ -172,30 +181,48 @@ def _notes(
             yield f"header line {name} was set aside: the table has such a column"
 
 
-def _roles(layout: Layout) -> tuple[dict[str, int], dict[int, int]]:
-    """Index of the heading of each role, and of each stroke of a wide table."""
+def _roles(layout: Layout) -> tuple[dict[str, int], str, dict[float, int]]:
+    """Index of the heading of each role; what outputs stand side by side for, and by their number.
+
+    Numbers beside a column of the strokes, but of no position or angle, are positions.
+    """
     roles: dict[str, int] = {}
-    strokes: dict[int, int] = {}
+    numbered: dict[float, int] = {}
+    kinds: dict[str, int] = {}
     for index, heading in enumerate(layout.headings):
-        if heading.role == "strokes" and heading.stroke is not None:
-            _claim(strokes, heading.stroke, index, layout)
+        if heading.role and heading.number is not None:
+            _claim(numbered, heading.number, index, layout)
+            kinds.setdefault(ACROSS[heading.role], index)
         elif heading.role:
             _claim(roles, heading.role, index, layout)
             _check_unit(layout, heading)
-    if not strokes:
-        return roles, strokes
-    if "output" in roles or "stroke" in roles:
-        one = layout.headings[roles.get("output", roles.get("stroke", 0))].text
-        other = layout.headings[next(iter(strokes.values()))].text
-        remedy = "use stroke and output, or one output column for each stroke"
-        raise layout.refuse(f"columns {shown(one)} and {shown(other)} in one table", remedy)
-    if 0 in strokes:
-        name = layout.headings[strokes[0]].text
-        raise layout.refuse(f"column {shown(name)} is stroke 0", "strokes count from 1")
-    return {name: i for name, i in roles.items() if name not in _OF_ONE_READING}, strokes
+    if not kinds:
+        return roles, "", numbered
+    across, *others = kinds
+    has_stroke = "stroke" in roles or "stroke" in layout.declared
+    if across == "stroke" and has_stroke and roles.keys().isdisjoint(["position", "angle"]):
+        across = "position"
+    same = ("position", "angle") if across in ("position", "angle") else (across,)
+    other = [roles[name] for name in ("output", *same) if name in roles]
+    if other or others:
+        pair = [(other or [kinds[others[0]]])[0], next(iter(numbered.values()))]
+        one, two = (shown(layout.headings[index].text) for index in pair)
+        remedy = f"use {across} and output, or one output column for each {across}"
+        raise layout.refuse(f"columns {one} and {two} in one table", remedy)
+    if 0 in numbered and across in ("stroke", "position"):
+        name = shown(layout.headings[numbered[0]].text)
+        raise layout.refuse(f"column {name} is {across} 0", f"{across}s count from 1")
+    return {name: i for name, i in roles.items() if name not in _OF_ONE_READING}, across, numbered
 
 
-def _claim(taken: dict[Any, int], key: str | int, index: int, layout: Layout) -> None:
+def _across(layout: Layout, name: str, numbered: Mapping[float, int]) -> Column:
+    """Column of what the headings of the outputs count."""
+    cells = [f"{number:.12g}" for number in numbered]
+    lines = np.full(len(cells), layout.headings_line)
+    return Column(name, name, None, cells, lines, layout.source)
+
+
+def _claim(taken: dict[Any, int], key: str | float, index: int, layout: Layout) -> None:
     if key in taken:
         names = [shown(layout.headings[i].text) for i in (taken[key], index)]
         problem = f"columns {names[0]} and {names[1]} mean the same"
@@ -215,16 +242,17 @@ def _check_unit(layout: Layout, heading: Heading) -> None:
         raise layout.refuse(problem, f"give it in {allowed[0]}")
 
 
-def _require(layout: Layout, roles: Mapping[str, int], wide: bool) -> None:
-    have = {*roles, *layout.declared}
+def _require(layout: Layout, roles: Mapping[str, int], across: str) -> None:
+    given = {*roles, across}
     wanted = [("temperature", "temperature", "a column temperature or a line '# temperature: 20'")]
-    if not {"position", "angle"} & set(roles):
-        wanted += [("position", "position or angle", "a column position or angle")]
-    if not wide:
-        wanted += [("stroke", "stroke", "a column stroke or a line '# stroke: 1'")]
+    if not {"position", "angle"} & given:
+        beside = ", or a column stroke if these numbers are positions" if across else ""
+        wanted += [("position", "position or angle", f"a column position or angle{beside}")]
+    wanted += [("stroke", "stroke", "a column stroke or a line '# stroke: 1'")]
+    if not across:
         wanted += [("output", "output", "a column output, or Y1, Y2, ... for the strokes")]
     for name, what, remedy in wanted:
-        if name not in have or (name in ("position", "output") and name not in roles):
+        if name not in given and (name in ("position", "output") or name not in layout.declared):
             problem = f"no column for {what} among {_headings(layout)}"
             raise layout.refuse(problem, f"add {remedy}")
 
@@ -233,12 +261,12 @@ def _headings(layout: Layout) -> str:
     return shown(", ".join(heading.text for heading in layout.headings))
 
 
-def _constants(layout: Layout, decimal: str) -> dict[str, Column]:
+def _constants(layout: Layout, decimal: str, across: str) -> dict[str, Column]:
     """Columns that header lines stand for; an error in one names its header line."""
     columns = {}
     size = len(layout.rows)
     for name in CONSTANTS:
-        if name in layout.declared:
+        if name in layout.declared and name != across:
             value, line, source = layout.declared[name]
             lines = np.full(size, line)
             columns[name] = Column(name, name, None, [value] * size, lines, source, decimal)

@@ -16,6 +16,7 @@ import numpy as np
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.layout import Layout, split_line
+from accelcal.io.vocabulary import ACROSS
 from accelcal.plural import counted
 
 _NO_THOUSANDS = re.compile(r",(?!\d{3}(?!\d))")
@@ -238,7 +239,7 @@ def _is_broken(rows: Sequence[str]) -> bool:
 
 def _is_numeric(layout: Layout, index: int) -> bool:
     role = layout.headings[index].role
-    return role == "strokes" or role in NUMERIC
+    return role in ACROSS or role in NUMERIC
 
 
 def _column(layout: Layout, index: int, cells: Any, lines: Any, decimal: str) -> Column:

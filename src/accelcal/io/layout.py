@@ -10,6 +10,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import (
+    ACROSS,
     Heading,
     canonical_key,
     declarations_in,
@@ -245,9 +246,10 @@ def _split_headings(line: str, separator: str | None) -> list[str]:
 
 def _are_headings(cells: tuple[Heading, ...]) -> bool:
     roles = {cell.role for cell in cells if cell.role and cell.role != "date"}
-    strokes = [cell for cell in cells if cell.role == "strokes"]
-    if len(strokes) == 1 and strokes[0].text.isdigit():
-        roles.discard("strokes")  # "temperature; 20" is no row of headings
+    numbered = [cell for cell in cells if cell.role in ACROSS]
+    if len(numbered) == 1 and not numbered[0].text[0].isalpha():
+        roles.difference_update(ACROSS)  # "temperature; 20" is no row of headings
+    roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}
     return len(roles) >= 2 and bool(roles & _CORE)
 
 

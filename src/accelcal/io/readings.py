@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import TableError
-from accelcal.geometry import MOUNTINGS, angular_distance, is_mounting
-from accelcal.io.cells import Column, labels, numbers, whole_numbers
+from accelcal.geometry import MOUNTINGS, is_mounting
+from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.columns import Table
+from accelcal.io.places import MAXIMUM_ANGLE, places_of_rows
 from accelcal.io.strokes import Directions, strokes_of_rows
 from accelcal.io.times import DAY, in_seconds, times
 from accelcal.io.vocabulary import mounting_written
@@ -24,9 +25,6 @@ from accelcal.numerics.sorting import distinct
 MAXIMUM_TEMPERATURE = 250.0
 """Above it a temperature is taken for a mistake, most often kelvin [degC]."""
 
-MAXIMUM_ANGLE = 36000.0
-"""Above it an angle is taken for a mistake: a hundred turns of the head [deg]."""
-
 MARKERS = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99, 9.9e37, 9.91e37)
 """Sizes of what loggers write for a missing reading; the last two voltmeters by SCPI 1999, for an
 overload and for what is not a number."""
@@ -36,9 +34,6 @@ FEWEST_IN_TURN = 5
 
 QUICKEST = 0.1
 """Mean time from reading to reading that no head is quick enough for [s]."""
-
-_ANGLES = "head angles in degrees have the heading 'angle'"
-"""Remedy where angles stand under `position`."""
 
 _FAR = 10.0
 """One of `MARKERS` is no reading where it is so many times the largest other output."""
@@ -138,20 +133,24 @@ def read_readings(table: Table, positions: int) -> Readings:
     TableError
         At the first cell that breaks a rule.
     """
-    outputs = np.stack([numbers(column) for column in table.outputs.values()], axis=1)
-    first = next(iter(table.outputs.values()))
+    outputs = np.stack([numbers(column) for column in table.outputs], axis=1)
+    first, across = table.outputs[0], table.across
     present = ~np.isnan(outputs)
-    _refuse_markers(table.outputs.values(), outputs)
+    _refuse_markers(table.outputs, outputs)
     _require_any(present, first)
     serial, serials = _labels(table.columns, "serial")
     kept: Mask = np.any(present, axis=1)
     columns = {name: column.take(kept) for name, column in table.columns.items()}
-    by_row, run_labels = _by_row(columns, positions)
+    by_row, run_labels = _by_row(columns, int(kept.sum()))
+    by_row |= _where(columns, positions)
     by_row |= {"line": first.lines[kept], "serial": _at(serial, np.nonzero(kept)[0])}
     row, output = np.nonzero(present[kept])
+    if across and across.role == "temperature":  # level after level, as they were met
+        output, row = np.nonzero(present[kept].T)
     values: dict[str, Any] = {name: _at(array, row) for name, array in by_row.items()}
-    if table.form == "wide":
-        values["stroke"] = np.array(list(table.outputs), dtype=np.int64)[output]
+    if across:
+        of_columns = _where({across.role: across}, positions)
+        values |= {name: array[output] for name, array in of_columns.items()}
     stroke_notes: tuple[str, ...] = ()
     if "direction" in columns:
         directions = Directions.of(columns["direction"])
@@ -160,7 +159,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     return Readings(
         **values,
         source=first.source,
-        output=outputs[present],
+        output=outputs[kept][row, output],
         run_labels=run_labels,
         serials=serials,
         missing=first.lines[missing_row],
@@ -236,19 +235,25 @@ def notes_of_pace(time: NDArray[Any] | None) -> list[str]:
     ]
 
 
+def _where(columns: Mapping[str, Column], positions: int) -> dict[str, NDArray[Any]]:
+    """Fields of `Readings` that tell where a reading was taken, as far as columns hold them."""
+    found: dict[str, NDArray[Any]] = {}
+    if "temperature" in columns:
+        found["temperature"] = _temperature(columns["temperature"])
+    if "position" in columns or "angle" in columns:
+        found["position"], found["angle"] = places_of_rows(columns, positions)
+    if "stroke" in columns:
+        found["stroke"] = strokes_of_rows(columns["stroke"])
+    return found
+
+
 def _by_row(
-    columns: Mapping[str, Column], positions: int
+    columns: Mapping[str, Column], size: int
 ) -> tuple[dict[str, NDArray[Any] | None], tuple[str, ...]]:
-    """Fields of `Readings` that each row holds once, and the run labels."""
-    temperature = _temperature(columns["temperature"])
-    position, angle = _places(columns, positions)
+    """Other fields of `Readings` that each row holds once, and the run labels."""
     run, run_labels = _labels(columns, "run")
     return {
-        "temperature": temperature,
-        "position": position,
-        "angle": angle,
-        "stroke": strokes_of_rows(columns["stroke"]) if "stroke" in columns else None,
-        "mounting": _mounting(columns.get("mounting"), temperature.size),
+        "mounting": _mounting(columns.get("mounting"), size),
         "time": _time(columns),
         "clamping": _clamping(columns.get("clamping")),
         "std": _not_below(columns, "std", 0.0),
@@ -300,65 +305,6 @@ def _temperature(column: Column) -> Array:
     problem = "{} is no temperature of a test, from -273.15 to 250 degC"
     column.check(~outside, problem, "write temperatures in degC")
     return values
-
-
-def _places(columns: Mapping[str, Column], positions: int) -> tuple[Ints, Array]:
-    """Position numbers, 0 where there is none, and head angles [deg]."""
-    position, angle = _position(columns.get("position"), positions), None
-    if "angle" in columns:
-        angle = _angle(columns["angle"])
-    if position is None:
-        column = columns["angle"]
-        assert angle is not None  # one of the two is required
-        column.check(~np.isnan(angle), "{} is missing", "write the head angle in every row")
-        return np.zeros(angle.size, dtype=np.int64), angle
-    nominal = np.where(position > 0, (position - 1) * 360.0 / positions, np.nan)
-    if angle is None:
-        angle = nominal
-    else:
-        _check_agreement(columns["angle"], angle, nominal, positions)
-    angle = np.where(np.isnan(angle), nominal, angle)
-    remedy = "write the position in every row"
-    columns["position"].check(~np.isnan(angle), "{} is missing", remedy)
-    return position, angle
-
-
-def _angle(column: Column) -> Array:
-    values = numbers(column)
-    beyond = np.abs(values) > MAXIMUM_ANGLE
-    column.check(~beyond, "{} is no angle of a head", "write head angles in degrees")
-    _refuse_radians(column, values)
-    return values
-
-
-def _refuse_radians(column: Column, angle: Array) -> None:
-    """Refuse angles that go around in a few degrees, and not by whole ones."""
-    known = angle[~np.isnan(angle)]
-    if known.size == 0 or np.ptp(known) < 1.5 or np.abs(known).max() > 2.0001 * np.pi:
-        return
-    broken = np.flatnonzero(angle % 1.0 > 0.0)
-    if broken.size:
-        problem = f"angles of at most {np.abs(known).max():g} look like radians"
-        remedy, line = "write head angles in degrees", int(column.lines[broken[0]])
-        raise TableError(problem, remedy, source=column.source, line=line)
-
-
-def _position(column: Column | None, positions: int) -> Ints | None:
-    if column is None:
-        return None
-    last = f"J runs from 1 to {positions + 1} in a turn of {positions} positions"
-    number = whole_numbers(column, f"{last}; {_ANGLES}")
-    remedy = f"{last}, and a header line '# positions: N' declares another number; {_ANGLES}"
-    column.check(number <= positions + 1, "{} is outside the turn", remedy)
-    return number
-
-
-def _check_agreement(column: Column, angle: Array, nominal: Array, positions: int) -> None:
-    """Demand that angle and position differ by less than half a step of the head."""
-    away = angular_distance(angle, nominal)
-    half = 180.0 / positions
-    problem = f"{{}} does not belong to its position, which it misses by more than {half:g} deg"
-    column.check(~(away > half), problem, "correct one, or declare '# positions: N'")
 
 
 def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:

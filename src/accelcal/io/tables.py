@@ -259,10 +259,11 @@ def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
         name: "header line" if name in constants else column.heading
         for name, column in table.columns.items()
     }
-    for stroke, column in table.outputs.items():
-        columns[f"output of stroke {stroke}" if stroke else "output"] = column.heading
+    across = table.across
+    names = [f"output of {across.role} {cell}" for cell in across.cells] if across else ["output"]
+    columns |= {name: c.heading for name, c in zip(names, table.outputs, strict=True)}
     return TableForm(
-        form=table.form,
+        form="wide" if table.across else "long",
         separator=layout.separator or " ",
         decimal=table.decimal,
         encoding=text.encoding,
@@ -275,7 +276,7 @@ def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
 def _units_written(layout: Layout, table: Table) -> Iterator[Written]:
     """Units of the header line, of headings and cells, and of a column of units."""
     spread = [table.columns["std"]] if "std" in table.columns else []
-    yield from units_written(layout, [*table.outputs.values(), *spread])
+    yield from units_written(layout, [*table.outputs, *spread])
     if "unit" in table.columns:
         for unit, line in _first_lines(table.columns["unit"]).items():
             if unit.casefold() not in MISSING or is_output_unit(unit):

@@ -120,7 +120,20 @@ _STROKES = (
     re.compile(r"(?:y|k|stroke|output|reading|hub|durchlauf|durchgang)?[_=]?([0-9]{1,6})"),
     re.compile(r"y_?\{?j,?([0-9]{1,6})\}?(?:\^\{?t\}?)?"),  # Y_JK^T, as the paper has it
 )
+_POSITIONS = re.compile(r"(?:j|p|pos|position|stellung|lage)_?([0-9]{1,6})")
+_MEASURED = re.compile(r"(T *= *)?([-\u2212]?[0-9]+(?:[.,][0-9]+)?) *(.*)")
 _COUNTED = re.compile(r"(.+)_(?:no|nr|number|#)")
+
+
+ACROSS: Mapping[str, str] = MappingProxyType(
+    {
+        "strokes": "stroke",
+        "positions": "position",
+        "angles": "angle",
+        "temperatures": "temperature",
+    }
+)
+"""Role of the columns of outputs of a wide table -> the column that their numbers stand for."""
 
 
 class Heading(NamedTuple):
@@ -131,17 +144,17 @@ class Heading(NamedTuple):
     text : str
         As written.
     role : str or None
-        One of `COLUMNS`, ``"strokes"`` for a numbered output of a wide table, None if unknown.
+        One of `COLUMNS`, one of `ACROSS` for an output of a wide table, None if unknown.
     unit : str or None
         Unit given in the heading, as written.
-    stroke : int or None
-        Number of the stroke in a wide table.
+    number : float or None
+        Stroke, position, angle [deg] or temperature [degC] of an output of a wide table.
     """
 
     text: str
     role: str | None
     unit: str | None = None
-    stroke: int | None = None
+    number: float | None = None
 
 
 def read_heading(text: str) -> Heading:
@@ -151,8 +164,8 @@ def read_heading(text: str) -> Heading:
     --------
     >>> read_heading("Output_mA")[1:3], read_heading("T")[1], read_heading("t [s]")[1]
     (('output', 'mA'), 'temperature', 'time')
-    >>> read_heading("Y3").stroke, read_heading("position (deg)").role
-    (3, 'angle')
+    >>> read_heading("Y3")[3], read_heading("45 deg")[1:], read_heading("position (deg)").role
+    (3, ('angles', None, 45.0), 'angle')
     """
     text = " ".join(text.split())
     if len(text) > LONGEST:
@@ -176,7 +189,7 @@ def is_unit_of(role: str, unit: str) -> bool:
     Parameters
     ----------
     role : str
-        One of `COLUMNS`, or ``"strokes"``.
+        One of `COLUMNS` or of `ACROSS`.
     unit : str
         The unit as written.
 
@@ -190,7 +203,7 @@ def is_unit_of(role: str, unit: str) -> bool:
     >>> is_unit_of("temperature", "K"), is_unit_of("stroke", "mA")
     (True, False)
     """
-    if role in ("output", "strokes", "std"):
+    if role in ("output", "std", *ACROSS):
         return is_output_unit(unit) or is_output_unit(unit.casefold())
     return has_unit(role, unit) or unit.casefold() in _folded_units(_WRONG_UNITS.get(role, ()))
 
@@ -316,10 +329,21 @@ def _known(text: str, name: str, unit: str | None) -> Heading:
     if role:
         in_degrees = role == "position" and unit and has_unit("angle", unit)
         return Heading(text, "angle" if in_degrees else role, unit)
-    stroke = next(filter(None, (form.fullmatch(folded) for form in _STROKES)), None)
-    if stroke:
-        return Heading(text, "strokes", unit, int(stroke[1]))
-    return Heading(text, None)
+    for role, forms in (("strokes", _STROKES), ("positions", (_POSITIONS,))):
+        if found := next(filter(None, (form.fullmatch(folded) for form in forms)), None):
+            return Heading(text, role, unit, int(found[1]))
+    return _measured(text, name, unit)
+
+
+def _measured(text: str, name: str, unit: str | None) -> Heading:
+    """Meaning of a heading such as ``45 deg``, ``20 degC`` or ``T=20``."""
+    found = _MEASURED.fullmatch(name.strip())
+    own = found[3].strip() if found else ""
+    is_temperature = has_unit("temperature", own) or bool(found and found[1] and not own)
+    if not found or not (is_temperature or (has_unit("angle", own) and not found[1])):
+        return Heading(text, None)
+    number = float(found[2].replace(",", ".").replace("\u2212", "-"))
+    return Heading(text, "temperatures" if is_temperature else "angles", unit, number)
 
 
 def _role(folded: str) -> str | None:

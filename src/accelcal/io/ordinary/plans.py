@@ -16,7 +16,8 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.geometry import MOUNTINGS, angular_distance
 from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.parts import Stretches, met_before
-from accelcal.io.readings import MAXIMUM_ANGLE, MAXIMUM_TEMPERATURE
+from accelcal.io.places import MAXIMUM_ANGLE
+from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.runs import LEVEL_GAP
 from accelcal.io.vocabulary import mounting_written
 from accelcal.numerics.grouping import grouped
