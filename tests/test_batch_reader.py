@@ -175,6 +175,23 @@ def test_tables_out_of_the_ordinary_are_left(name, engine):
     assert not taken(ODD[name], engine)
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("unit", "std", "asked", "ordinary"),
+    [
+        (" [mA]", " [mA]", {}, True),
+        (" [mA]", " [uA]", {}, False),
+        ("", " [uA]", {"unit": "mA"}, False),
+        ("", " [milliamps]", {"unit": "mA"}, True),
+        ("", " [uA]", {}, True),
+    ],
+)
+def test_a_std_in_another_unit_is_left(unit, std, asked, ordinary, engine):
+    headings = f"temperature,position,stroke,output{unit},std{std},n\n"
+    text = table(headings=headings, cells=[(*r[:4], 1e-3, 10) for r in rows()], header="")
+    assert taken(text, engine, asked) == ordinary
+
+
 WRONG = {
     "stroke 0": table().replace("20.0,3,1,", "20.0,3,0,", 1),
     "stroke below 0": table().replace("20.0,3,1,", "20.0,3,-9999,", 1),

@@ -436,7 +436,7 @@ def test_a_unit_that_is_overridden_is_said(header, heading):
 @pytest.mark.parametrize(
     "text",
     [
-        "T,J,k,Y [mA],std [uA]\n20,1,1,1.3,0.1\n20,3,1,0.0,0.1\n",
+        "T,J,k,Y [mA],std [V]\n20,1,1,1.3,0.1\n20,3,1,0.0,0.1\n",
         "T,J,Y1 [mA],Y2 [V]\n20,1,1.3,1.2\n20,3,0.0,0.1\n",
         "T,J,k,Y,unit\n20,1,1,1.3,mA\n20,3,1,0.1,V\n",
     ],
@@ -447,8 +447,32 @@ def test_a_unit_that_is_asked_for_does_not_make_one_of_two(text):
         TableError, match="in one table; give all outputs and their std in one unit"
     ):
         read(text, unit="mA")
-    one = re.sub(r"uA|V", "mA", text)
+    one = text.replace("V", "mA")
     assert read("# unit: V\n" + one, unit="mA").unit == "mA"
+
+
+@pytest.mark.parametrize(
+    ("header", "headings", "asked"),
+    [
+        ("", "T,J,k,Y [mA],std [uA],n", {}),
+        ("# unit: mA\n", "T,J,k,Y,std [uA],n", {}),
+        ("", "T,J,k,Y,std [\u00b5A],n", {"unit": "mA"}),
+        ("", "T,J,k,Y [mA],std [uA],n", {"unit": "V"}),
+        ("# unit: V\n", "T,J,k,Y,std [uA],n", {"unit": "mA"}),
+        ("", "T,J,k,Y [A],std [mA],n", {}),
+    ],
+)
+def test_std_in_another_unit_of_the_same_quantity(header, headings, asked):
+    record = read(f"{header}{headings}\n20,1,1,1.3,4,10\n20,3,1,0.0,5,10\n", **asked)
+    assert record.std.tolist() == [0.004, 0.005]
+    assert record.output.tolist() == [1.3, 0.0]
+
+
+def test_std_alone_names_the_unit_of_both():
+    record = read("T,J,k,Y,std [uA]\n20,1,1,1.3,4\n20,3,1,0.0,5\n")
+    assert (record.unit, record.std.tolist()) == ("uA", [4.0, 5.0])
+    with pytest.raises(TableError, match=r":1: unit 'percent' is no output unit"):
+        read("T,J,k,Y [mA],std [percent]\n20,1,1,1.3,4\n20,3,1,0.0,5\n")
 
 
 def test_an_override_replaces_a_bad_header_line():

@@ -9,7 +9,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, located
 from accelcal.io.cells import Column
 from accelcal.io.layout import Layout
-from accelcal.units import canonical_unit, output_unit
+from accelcal.units import canonical_unit, conversion_factor, output_unit
 
 
 class Written(NamedTuple):
@@ -113,11 +113,52 @@ def units_written(layout: Layout, columns: Iterable[Column]) -> Iterator[Written
     header = layout.declared.get("unit")
     if header and header.value:
         yield Written(header.value, header.line, in_header=True)
+    yield from units_of_columns(layout, columns)
+
+
+def units_of_columns(layout: Layout, columns: Iterable[Column]) -> Iterator[Written]:
+    """List the units in the headings or cells of some columns."""
     for column in columns:
         if column.unit:
             in_heading = column.unit in column.heading
             line = layout.headings_line if in_heading else int(column.lines[0])
             yield Written(column.unit, line)
+
+
+def factor_of_std(
+    std: Sequence[Written], outputs: Sequence[Written], given: str | None, source: str
+) -> float:
+    """Factor from the unit of a column std to that of the outputs.
+
+    Parameters
+    ----------
+    std, outputs : sequence of Written
+        The unit that the column writes, if it does, and those of the outputs.
+    given : str or None
+        The unit of the outputs that the caller asks for.
+    source : str
+        Name of the file, for messages.
+
+    Returns
+    -------
+    float
+        What a std is multiplied by.
+
+    Raises
+    ------
+    TableError
+        If the unit is none of outputs, or that of another quantity.
+    """
+    beside = [own.unit for own in outputs if not (own.in_header and given)]
+    wanted = next(iter(beside), given)
+    if not std or not wanted:
+        return 1.0
+    unit = located(output_unit, std[0].unit, source=source, line=std[0].line)
+    factor = conversion_factor(unit, wanted)
+    if factor is None:
+        _require_one([(canonical_unit(wanted), 0), (unit, std[0].line)], source, _SEVERAL)
+        return 1.0
+    return factor
 
 
 def notes_of_unit(unit: str, written: Iterable[str]) -> tuple[str, ...]:

@@ -23,7 +23,13 @@ from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns, with_u
 from accelcal.io.declarations import Declarations, declarations, declared_by_caller
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
 from accelcal.io.layout import Layout, read_layout
-from accelcal.io.output_unit import Written, unit_of_outputs, units_written
+from accelcal.io.output_unit import (
+    Written,
+    factor_of_std,
+    unit_of_outputs,
+    units_of_columns,
+    units_written,
+)
 from accelcal.io.readings import (
     Readings,
     notes_of_midnight,
@@ -242,9 +248,12 @@ def _read_by(
 ) -> tuple[TableForm, Iterator[TumbleRecord]]:
     table = choose_columns(layout, engine)
     given = str(overrides.get("unit") or "")
-    unit = unit_of_outputs(_units_written(layout, table), given, layout.source)
+    units, of_std = list(_units_written(layout, table)), list(_units_of_std(layout, table))
+    unit = unit_of_outputs(units or of_std, given, layout.source)
     declared = declarations(layout, table.decimal, unit.name, overrides)
     readings = read_readings(table, declared.record["positions"])
+    if (factor := factor_of_std(of_std, units, given, layout.source)) != 1.0:
+        readings = readings.with_std_times(factor)
     turn = notes_of_turn(readings, declared.record["positions"])
     notes = [*text.notes, *layout.notes, *table.notes, *turn, *notes_of_midnight(readings)]
     notes += readings.stroke_notes
@@ -275,12 +284,15 @@ def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
 
 def _units_written(layout: Layout, table: Table) -> Iterator[Written]:
     """Units of the header line, of headings and cells, and of a column of units."""
-    spread = [table.columns["std"]] if "std" in table.columns else []
-    yield from units_written(layout, [*table.outputs, *spread])
+    yield from units_written(layout, table.outputs)
     if "unit" in table.columns:
         for unit, line in _first_lines(table.columns["unit"]).items():
             if unit.casefold() not in MISSING or is_output_unit(unit):
                 yield Written(unit, line)
+
+
+def _units_of_std(layout: Layout, table: Table) -> Iterator[Written]:
+    return units_of_columns(layout, [table.columns["std"]] if "std" in table.columns else [])
 
 
 def _first_lines(column: Column) -> dict[str, int]:

@@ -40,6 +40,7 @@ from accelcal.io.vocabulary import (
     has_unit,
 )
 from accelcal.record import TumbleRecord
+from accelcal.units import canonical_unit
 
 _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
@@ -311,8 +312,11 @@ def _numbers(
         declared = declarations(layout, ".", unit.name, overrides)
     except InputError:
         return None
-    time = next((h.unit for h in layout.headings if h.role == "time"), None)
-    factor = TIME_UNITS.get((time or "s").casefold(), 1.0)
+    written = {heading.role: heading.unit for heading in layout.headings}
+    of_output = canonical_unit(written.get("output") or unit.name or "")
+    if canonical_unit(written.get("std") or of_output) != of_output:
+        return None
+    factor = TIME_UNITS.get((written.get("time") or "s").casefold(), 1.0)
     rules = Rules(roles, declared.record["positions"], factor)
     return _Shared(rules, {**declared.record, "notes": unit.notes}, declared.metadata)
 
