@@ -127,6 +127,8 @@ SAME = {
     "semicolon": long_table(";"),
     "semicolon and decimal comma": long_table(";", ","),
     "tab": long_table("\t"),
+    "bars": long_table("|"),
+    "bars and blanks, decimal comma": long_table(" | ", ","),
     "tab and decimal comma": long_table("\t", ","),
     "blanks": long_table("   "),
     "blanks behind commas": long_table(", "),

@@ -13,7 +13,7 @@ from accelcal.record import TumbleRecord
 _NO_TEXT = ("parquet", "workbook")
 """Encodings of which nobody wrote separators and decimal marks."""
 
-_SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
+_SEPARATORS = {",": "comma", ";": "semicolon", "|": "bar", "\t": "tab", " ": "blanks"}
 
 
 def describe(record: TumbleRecord, form: TableForm | None = None) -> str:

@@ -19,7 +19,7 @@ from accelcal.io.vocabulary import (
 )
 from accelcal.io.wording import listed, were
 
-_SEPARATORS = ("\t", ";", ",", None)
+_SEPARATORS = ("\t", ";", "|", ",", None)
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
@@ -61,7 +61,7 @@ class Layout(NamedTuple):
     headings_line : int
         Line of the headings.
     separator : str or None
-        ``","``, ``";"`` or tab; None for runs of blanks.
+        ``","``, ``";"``, ``"|"`` or tab; None for runs of blanks.
     rows : list of str
         Lines of the table that are not blank.
     lines : sequence of int
@@ -179,7 +179,7 @@ def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...]
     headings : tuple of Heading
         One entry a column.
     separator : str or None
-        ``","``, ``";"`` or tab; None for runs of blanks.
+        ``","``, ``";"``, ``"|"`` or tab; None for runs of blanks.
     """
     marks: list[str | None] = [mark for mark in _SEPARATORS if mark and mark in line]
     if not marks and recognise(line).role:
