@@ -223,7 +223,7 @@ def file_and_sheet(name: str) -> tuple[str, str | None]:
     >>> file_and_sheet("tests#2.csv")
     ('tests#2.csv', None)
     """
-    named = _SHEET.fullmatch(name)
+    named = _SHEET.fullmatch(name) if "#" in name else None  # in a third of the time
     if named is None or os.path.exists(name):  # noqa: PTH110
         return name, None
     return named[1], named[2]
