@@ -384,3 +384,70 @@ def test_the_unit_of_a_value_that_is_not_there_does_not_matter():
     law["below"] = None
     law["above"] |= {"value": None, "unit": "?"}
     assert Calibration.from_json(json.dumps(document)).temperature_model.delta.below is None
+
+
+# -- results that no command reads -----------------------------------------------------------------
+
+
+def compared():
+    found = accelcal.fit(accelcal.simulate(seed=1))
+    tilted = [accelcal.effect("fixture-offset").of(1e-4)]
+    return accelcal.compare(found, accelcal.simulate(effects=tilted, seed=2))
+
+
+def followed():
+    found = [accelcal.fit(unit) for unit in units() * 4]
+    return accelcal.history(
+        [dataclasses.replace(f, serial="A", date=f"{2015 + i}-06-01") for i, f in enumerate(found)]
+    )
+
+
+READ_BACK = {
+    "comparison": (compared, ("gap", "rms")),
+    "history": (followed, ("trends", 1, "scatter", "low")),
+    "design": (
+        lambda: accelcal.design(positions=[8, 24], strokes=[1], targets={"K1": 9e-6}),
+        ("designs", 0, "forecasts", 0, "standard_uncertainty"),
+    ),
+    "optimal-design": (
+        lambda: accelcal.optimal_design("K1", hours=4.0, temperatures=(20.0,)),
+        ("comparison", "designs", 1, "hours"),
+    ),
+}
+
+
+@functools.cache
+def made(name):
+    return READ_BACK[name][0]()
+
+
+@pytest.mark.parametrize("name", READ_BACK)
+def test_results_are_read_back(tmp_path, name):
+    found, way = made(name), READ_BACK[name][1]
+    found.to_json(tmp_path / "found.json")
+    again = type(found).from_json(tmp_path / "found.json")
+    assert again == found
+    assert str(again) == str(found)
+    document = json.loads(found.to_json())
+    part = functools.reduce(lambda at, key: at[key], way[:-1], document)
+    part[way[-1]] = "wide"
+    with pytest.raises(DocumentError, match=f"{way[-1]}.* in place of a number"):
+        type(found).from_document(document)
+    with pytest.raises(DocumentError, match=f"'accelcal/triad/1' in place of 'accelcal/{name}/1'"):
+        type(found).from_json(triad())
+
+
+@pytest.mark.parametrize("name", READ_BACK)
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_what_is_read_back_can_be_printed(name, data):
+    found = made(name)
+    document = json.loads(found.to_json())
+    keys = data.draw(st.sampled_from(list(places(document))))
+    odd = data.draw(st.sampled_from([(), *((value,) for value in ODD)]))
+    try:
+        again = type(found).from_json(changed(document, keys, *odd))
+    except DocumentError:
+        return
+    assert str(again)
+    assert repr(again)

@@ -170,6 +170,11 @@ def or_none(kind: Kind[Part]) -> Kind[Part | None]:
     return lambda value: None if value is None else kind(value)
 
 
+def member(key: str, kind: Kind[Part]) -> Kind[Part]:
+    """Take what stands under a key of an object."""
+    return lambda value: checked(value, key, kind)
+
+
 text_or_none: Kind[str | None] = or_none(text)
 """Take a text or null."""
 
@@ -177,14 +182,18 @@ number_or_none: Kind[float | None] = or_none(number)
 """Take a number or null."""
 
 
-def size_or_none(value: Any) -> float | None:
-    """Take a number from zero, or null."""
-    found = number_or_none(value)
-    if found is not None and found < 0.0:
+def size(value: Any) -> float:
+    """Take a number from zero."""
+    found = number(value)
+    if found < 0.0:
         raise _wrong(value, "a number from zero")
-    if found is not None and 0.0 < found < SMALLEST:
+    if 0.0 < found < SMALLEST:
         raise _wrong(value, f"zero or a number from {SMALLEST:g}")
     return found
+
+
+size_or_none: Kind[float | None] = or_none(size)
+"""Take a number from zero, or null."""
 
 
 def freedom_or_none(value: Any) -> float | None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.plural import counted
-from accelcal.results.fields import Part
+from accelcal.results.checked import Kind, checked, one_of, size
+from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import freeze, members
-from accelcal.results.result import JsonResult, TabularResult
+from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.designs import DesignPlot
@@ -20,7 +21,7 @@ SCHEMA = "accelcal/design/1"
 
 
 @dataclass(frozen=True, slots=True)
-class Forecast(Part):
+class Forecast(StoredPart):
     """What a test will tell of one coefficient.
 
     Attributes
@@ -44,6 +45,11 @@ class Forecast(Part):
         What the estimate really is, where it absorbs a coefficient that cannot be told.
     """
 
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+        "unit": one_of("1", "g", "g/g^2", "g/g^3", "rad", "1/degC", "g/degC", "rad/degC"),
+        "standard_uncertainty": size,
+    }
+
     name: str
     mounting: str
     unit: str
@@ -64,7 +70,7 @@ class Forecast(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Visibility(Part):
+class Visibility(StoredPart):
     """Whether a test would show an effect of the catalogue.
 
     Attributes
@@ -89,7 +95,7 @@ class Visibility(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class TestDesign(Part):
+class TestDesign(StoredPart):
     """A test that could be made.
 
     Attributes
@@ -163,8 +169,12 @@ class TestDesign(Part):
         return f"<TestDesign {self.label}: {self.readings} readings, {self.hours:.4g} h>"
 
 
+def _pace(document: Any) -> dict[str, float]:
+    return {name: checked(document, name, size) for name in ("reading", "turn", "soak", "mount")}
+
+
 @dataclass(frozen=True, slots=True)
-class DesignComparison(JsonResult, TabularResult):
+class DesignComparison(StoredResult, TabularResult):
     """Tests compared before they are made.
 
     Attributes
@@ -196,6 +206,10 @@ class DesignComparison(JsonResult, TabularResult):
     >>> compared.designs[compared.meeting()[0]].positions
     24
     """
+
+    SCHEMA: ClassVar[str] = SCHEMA
+    _WRITER: ClassVar[str] = "accelcal design"
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"pace": _pace}
 
     designs: tuple[TestDesign, ...]
     stand: Mapping[str, float]

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.results.fields import Part
+from accelcal.results.checked import Kind, checked, member, number
+from accelcal.results.fields import StoredPart
 from accelcal.results.findings import Share
 from accelcal.results.mapping import members
-from accelcal.results.quantity import ErrorSource, Quantity
-from accelcal.results.result import JsonResult, TabularResult
+from accelcal.results.quantity import ErrorSource, Quantity, sources_by_name
+from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.disagreement import DisagreementPlot
@@ -24,7 +26,7 @@ ALPHA = 0.01
 
 
 @dataclass(frozen=True, slots=True)
-class RunChange(Part):
+class RunChange(StoredPart):
     """What has changed in one run since the calibration.
 
     Attributes
@@ -52,7 +54,7 @@ class RunChange(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Disagreement(JsonResult, TabularResult):
+class Disagreement(StoredResult, TabularResult):
     """A record against what its calibration simulates.
 
     Attributes
@@ -95,7 +97,10 @@ class Disagreement(JsonResult, TabularResult):
     True
     """
 
+    SCHEMA: ClassVar[str] = SCHEMA
+    _WRITER: ClassVar[str] = "accelcal compare"
     _SEVERAL: ClassVar[str] = "comparisons"
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"noise": sources_by_name}
 
     rms: float
     reduced_chi2: float
@@ -152,6 +157,12 @@ class Disagreement(JsonResult, TabularResult):
             "gap": members(self, "rms reduced_chi2"),
             **members(self, "p_value where structure runs effects notes"),
         }
+
+    @classmethod
+    def _read(cls, document: Mapping[str, Any]) -> Disagreement:
+        told = ("rms", "reduced_chi2")
+        gap = {name: checked(document, "gap", member(name, number)) for name in told}
+        return cls._of_fields(document, **gap)
 
     def rows(self) -> list[dict[str, Any]]:
         """List what has changed in each run, a flat dictionary each."""

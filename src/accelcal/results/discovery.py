@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.results.checked import Kind, checked, mapping_of
+from accelcal.results.checked import Kind, checked
 from accelcal.results.findings import (
     EMPIRICAL,
     Change,
@@ -20,7 +20,7 @@ from accelcal.results.findings import (
     Unexplained,
 )
 from accelcal.results.mapping import document_of, members
-from accelcal.results.quantity import Document, ErrorSource
+from accelcal.results.quantity import Document, ErrorSource, sources_by_name
 from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
@@ -39,10 +39,6 @@ IF_IT_IS = "if it is "
 def _gaps(document: Document) -> tuple[Gap, Gap]:
     before, after = (checked(document, name, Gap.from_document) for name in ("before", "after"))
     return before, after
-
-
-def _noise(document: Document) -> tuple[ErrorSource, ...]:
-    return tuple(mapping_of(ErrorSource.from_document)(document).values())
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +108,7 @@ class Discovery(StoredResult, TabularResult):
     _SEVERAL: ClassVar[str] = "discoveries"
     _WRITER: ClassVar[str] = "accelcal discover"
 
-    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"noise": _noise}
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"noise": sources_by_name}
     _MISSING: ClassVar[Mapping[str, Any]] = {
         **dict.fromkeys(("faults", "coefficients", "notes", "doubtful"), ()),
         **dict.fromkeys(("output_unit", "serial", "sha256")),

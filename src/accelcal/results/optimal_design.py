@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.arguments.options import check_choice
+from accelcal.results.checked import DamageError, Kind, checked, mapping_of, number, size
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.mapping import freeze
-from accelcal.results.result import JsonResult, TabularResult
+from accelcal.results.result import StoredResult, TabularResult, part_of
 
 if TYPE_CHECKING:
     from accelcal.plot.designs import DesignPlot
@@ -20,7 +22,7 @@ SCHEMA = "accelcal/optimal-design/1"
 
 
 @dataclass(frozen=True, slots=True)
-class OptimalDesign(JsonResult, TabularResult):
+class OptimalDesign(StoredResult, TabularResult):
     """The best test for some hours.
 
     Attributes
@@ -43,6 +45,10 @@ class OptimalDesign(JsonResult, TabularResult):
     >>> best.best.hours <= 4.0
     True
     """
+
+    SCHEMA: ClassVar[str] = SCHEMA
+    _WRITER: ClassVar[str] = "accelcal design"
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"comparison": partial(part_of, DesignComparison)}
 
     criterion: str
     comparison: DesignComparison
@@ -108,6 +114,17 @@ class OptimalDesign(JsonResult, TabularResult):
             "gains": {name: self.gain(name) for name in list(self.losses)[1:]},
             "comparison": self.comparison.to_document(),
         }
+
+    @classmethod
+    def _read(cls, document: Mapping[str, Any]) -> OptimalDesign:
+        losses = checked(document, "losses", mapping_of(size))
+        found = cls._of_fields(
+            document, losses=losses, spacing=checked(document, "spacing_deg", number)
+        )
+        whole = len(losses) == len(found.designs) and "optimal" in losses
+        if not whole or not all(losses.values()):
+            raise DamageError("no loss above zero of each test", "losses")
+        return found
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each coefficient of each test."""

@@ -10,7 +10,7 @@ from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_written
 from accelcal.escapes import visible
 from accelcal.plural import counted
-from accelcal.results.checked import DamageError, Kind, freedom_or_none, size_or_none
+from accelcal.results.checked import DamageError, Kind, freedom_or_none, mapping_of, size_or_none
 from accelcal.results.fields import StoredPart
 
 __all__ = ["Document", "ErrorSource", "Gate", "Quantity", "Residuals"]
@@ -140,6 +140,11 @@ class ErrorSource(StoredPart):
     unit: str
     dof: float | None
     source: str
+
+
+def sources_by_name(document: Document) -> tuple[ErrorSource, ...]:
+    """Read sources of error that stand in a document under their names."""
+    return tuple(mapping_of(ErrorSource.from_document)(document).values())
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
+from accelcal.results.checked import (
+    Kind,
+    checked,
+    list_of,
+    member,
+    number,
+    number_or_none,
+    one_of,
+    text,
+)
+from accelcal.results.fields import ReadByFields
 from accelcal.results.mapping import members
 from accelcal.results.quantity import Quantity
-from accelcal.results.result import JsonResult, TabularResult
+from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.history import HistoryPlot
@@ -21,7 +33,7 @@ SCHEMA = "accelcal/history/1"
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class Point(ReadByFields):
     """One calibration in a history.
 
     Attributes
@@ -49,9 +61,15 @@ class Point:
             "line": self.line,
         }
 
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> Point:
+        """Read the point from its place in a JSON document."""
+        checked(document, "unit", one_of("g", "1"))
+        return cls._of_fields(document, measured=Quantity.from_document(document))
+
 
 @dataclass(frozen=True, slots=True)
-class Jump:
+class Jump(ReadByFields):
     """A jump between two calibrations.
 
     Attributes
@@ -77,9 +95,14 @@ class Jump:
             "p_value": self.p_value,
         }
 
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> Jump:
+        """Read the jump from its place in a JSON document."""
+        return cls._of_fields(document, size=Quantity.from_document(document))
+
 
 @dataclass(frozen=True, slots=True)
-class Trend:
+class Trend(ReadByFields):
     """One quantity through the recalibrations.
 
     Attributes
@@ -105,6 +128,8 @@ class Trend:
     reference_unit : str
         Its unit.
     """
+
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"points": list_of(Point.from_document, 1)}
 
     name: str
     symbol: str
@@ -134,9 +159,22 @@ class Trend:
             **members(self, "points"),
         }
 
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> Trend:
+        """Read the trend from its place in a JSON document."""
+        low, high = (checked(document, "scatter", member(end, number)) for end in ("low", "high"))
+        return cls._of_fields(
+            document,
+            scatter=checked(document, "scatter", member("value", number)),
+            scatter_limits=(low, high),
+            no_other_jump=checked(document, "no_other_jump_p_value", number_or_none),
+            reference=checked(document, "reference", member("value", number)),
+            reference_unit=checked(document, "reference", member("unit", text)),
+        )
+
 
 @dataclass(frozen=True, slots=True)
-class History(JsonResult, TabularResult):
+class History(StoredResult, TabularResult):
     """A unit through its recalibrations.
 
     Attributes
@@ -165,6 +203,10 @@ class History(JsonResult, TabularResult):
     >>> [trend.name for trend in accelcal.history(years).trends]
     ['bias', 'scale factor']
     """
+
+    SCHEMA: ClassVar[str] = SCHEMA
+    _WRITER: ClassVar[str] = "accelcal history"
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"trends": list_of(Trend.from_document, 1)}
 
     serial: str | None
     mounting: str
