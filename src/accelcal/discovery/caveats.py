@@ -36,6 +36,9 @@ _MOST_RIVALS = 3
 _ALIKE = 0.999
 """Cosine from which two places of an effect are one to the readings."""
 
+_UNEVEN = 1.2
+"""Ratio of the noise of two readings that is told."""
+
 _FEW_PATTERNS, _FAINT = 2, 0.05
 """Patterns that so many effects can always make together, and part of the largest from which on
 one counts."""
@@ -244,6 +247,12 @@ def _noise(comparison: Comparison) -> Iterator[str]:
         yield (
             f"neighbouring readings are correlated ({noise.rho:+.2f}), which counts as noise with a"
             " memory: a slow disturbance that no entry of the catalogue describes looks like it"
+        )
+    ratio = 1.0 if noise.relative is None else noise.relative.max() / noise.relative.min()
+    if ratio >= _UNEVEN:
+        yield (
+            "the readings are weighted by their std, the largest of which is"
+            f" {ratio:.2g} times the smallest"
         )
     if np.isfinite(noise.tails):
         yield "the noise has heavier tails than a normal one, and is judged accordingly"

@@ -17,6 +17,7 @@ from accelcal.discovery.calibration_errors import CalibrationErrors, calibration
 from accelcal.discovery.chances import Estimated, chances
 from accelcal.discovery.changes import Uncertain, changes, wider
 from accelcal.discovery.columns import head_columns, saturated
+from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.errors_counted import (
     coefficient_notes,
     counted,
@@ -203,7 +204,8 @@ def _noise(
     c = simulated.conditions
     try:
         within = saturated(c, record.mounting)
-        return reading_noise(c, simulated.residual, within, _step(found, record))
+        step, relative = _step(found, record), relative_noise(record)
+        return reading_noise(c, simulated.residual, within, step, relative)
     except InputError:
         if known is None:
             raise

@@ -10,6 +10,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.columns import saturated
+from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise, refuse_too_many
 from accelcal.discovery.space import Space, space_of, whitener_of
@@ -102,7 +103,8 @@ def compared(
         columns = [column_of(item, model.conditions)[:, None] for item in known]
         within = np.hstack([repeating, *columns])
         first = model.residual(solve(model))
-        noise = reading_noise(model.conditions, first, within, _step(record, model))
+        step, relative = _step(record, model), relative_noise(record)
+        noise = reading_noise(model.conditions, first, within, step, relative)
     if not memory:
         noise = noise._replace(rho=0.0)
     spread = _spread(record, model, noise)

@@ -15,6 +15,7 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.columns import dummies, head_columns
+from accelcal.discovery.declared_noise import in_units_of
 from accelcal.discovery.spans import orthonormal
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
@@ -52,12 +53,15 @@ class ReadingNoise(NamedTuple):
         Degrees of freedom of the pure error.
     tails : float
         Degrees of freedom of the Student distribution that has its tails; infinite if normal.
+    relative : ndarray, shape (n,), or None
+        Standard deviation of each reading over sigma, as their std tell it; None where alike.
     """
 
     sigma: float
     rho: float
     dof: int
     tails: float
+    relative: Array | None = None
 
 
 def refuse_too_many(record: TumbleRecord) -> None:
@@ -72,7 +76,11 @@ def refuse_too_many(record: TumbleRecord) -> None:
 
 
 def reading_noise(
-    c: Conditions, residual: Array, all_that_repeats: Array, step: float
+    c: Conditions,
+    residual: Array,
+    all_that_repeats: Array,
+    step: float,
+    relative: Array | None = None,
 ) -> ReadingNoise:
     """Estimate the noise of the readings from their replicates.
 
@@ -86,6 +94,8 @@ def reading_noise(
         From `saturated`.
     step : float
         Step of the readings [g].
+    relative : ndarray, shape (n,), optional
+        Relative noise of the readings, from `relative_noise`.
 
     Raises
     ------
@@ -98,7 +108,7 @@ def reading_noise(
     of the pure error has its expectation; the pure error of independent readings is not
     independent, and its expectation says by how much.
     """
-    basis = orthonormal(all_that_repeats)
+    basis = orthonormal(in_units_of(relative, all_that_repeats))
     dof = residual.size - basis.shape[1]
     if dof < FEWEST_REPLICATES:
         raise InputError(
@@ -108,7 +118,7 @@ def reading_noise(
         )
     order = c.order
     projector = np.eye(residual.size) - basis[order] @ basis[order].T
-    error = projector @ residual[order]
+    error = projector @ in_units_of(relative, residual)[order]
     rho, variance = _autocorrelation(error, projector, c.run[order])
     if not np.sqrt(variance) > max(_LEAST_NOISE, _OF_STEP * step):
         raise InputError(
@@ -116,7 +126,7 @@ def reading_noise(
             " readings; read more digits, or simulate some noise"
         )
     tails = _tails(_excess_kurtosis(error, projector, variance))
-    return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails)
+    return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails, relative)
 
 
 def _tails(excess: float) -> float:
@@ -182,7 +192,7 @@ def covariance(c: Conditions, noise: ReadingNoise, declared: Apparatus, step: fl
     readings [g] is coarser than their noise, a rounding error repeats in readings of one angle in a
     run.
     """
-    total = memory(c, noise.rho)
+    total = memory(c, noise.rho, noise.relative)
     rounding = step / np.sqrt(12.0) if step > noise.sigma else 0.0
     sizes = [(getattr(declared, name), columns) for name, columns in acting(c).items()]
     for size, columns in ((rounding, dummies(c.run, np.round(c.angle, 6))), *sizes):
@@ -191,10 +201,11 @@ def covariance(c: Conditions, noise: ReadingNoise, declared: Apparatus, step: fl
     return total
 
 
-def memory(c: Conditions, rho: float) -> Array:
-    """Correlations of readings of an AR(1) process in each run, shape (n, n)."""
+def memory(c: Conditions, rho: float, relative: Array | None = None) -> Array:
+    """Covariance of readings of an AR(1) process in each run, of such relative noise, (n, n)."""
     apart = np.abs(c.number[:, None] - c.number)
-    return np.where(c.run[:, None] == c.run, rho**apart, 0.0)
+    correlation = np.where(c.run[:, None] == c.run, rho**apart, 0.0)
+    return correlation if relative is None else correlation * np.outer(relative, relative)
 
 
 def acting(c: Conditions) -> dict[str, Array]:

@@ -97,10 +97,11 @@ def passing(
     kinds = [kind for kind in kinds if kind.columns.size]
     if not kinds:
         return None
-    noises = [_noise(c, left, kinds, rho) for rho in _RHOS]
+    relative = comparison.noise.relative
+    noises = [_noise(c, left, kinds, rho, relative) for rho in _RHOS]
     error = left.T @ comparison.model.residual(comparison.parameters)
     gains, alone = _gains(noises, error[:, None])
-    root = left.T @ np.linalg.cholesky(memory(c, _RHOS[int(alone[0])]))
+    root = left.T @ np.linalg.cholesky(memory(c, _RHOS[int(alone[0])], relative))
     tails = min(comparison.noise.tails, _TAILS)
     draw = partial(drawn, (root,), tails, np.random.default_rng(seed))
     p_values, beyond = _chances(noises, gains[:, 0], draw)
@@ -244,8 +245,11 @@ def _strokes(c: Conditions, labels: Sequence[str]) -> _Kind:
 # -- how likely they are ---------------------------------------------------------------------------
 
 
-def _noise(c: Conditions, left: Array, kinds: Sequence[_Kind], rho: float) -> _Noise:
-    whitener = np.linalg.inv(np.linalg.cholesky(left.T @ memory(c, rho) @ left))
+def _noise(
+    c: Conditions, left: Array, kinds: Sequence[_Kind], rho: float, relative: Array | None
+) -> _Noise:
+    covariance = left.T @ memory(c, rho, relative) @ left
+    whitener = np.linalg.inv(np.linalg.cholesky(covariance))
     seen = tuple(_seen(whitener @ left.T, kind) for kind in kinds)
     return _Noise(whitener, -2.0 * float(np.log(np.diag(whitener)).sum()), seen)
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
+from accelcal.discovery.declared_noise import in_units_of, relative_noise
 from accelcal.discovery.faults.fault import entry_fault
 from accelcal.discovery.faults.pure_error import PureError, moving, pure_error
 from accelcal.discovery.faults.remounting import mounted_anew
@@ -49,7 +50,8 @@ class _Scene(NamedTuple):
     c: Conditions
     nominal: float  # scale factor [output unit / g]
     readings: Array  # [g]
-    view: PureError  # within runs
+    relative: Array | None  # noise of each, as declared
+    view: PureError  # within runs, in units of that
 
 
 def faults(
@@ -135,7 +137,7 @@ def _of_single_readings(
     """Outliers and exchanges, where the variance of the noise is 1 + `ratio` a_p^2."""
     if scene.view.dof < FEWEST_REPLICATES:
         return (), scene.record
-    weight = 1.0 / np.sqrt(1.0 + ratio * scene.c.cross**2)
+    weight = in_units_of(scene.relative, 1.0 / np.sqrt(1.0 + ratio * scene.c.cross**2))
     return single_readings(scene.record, scene.c, scene.nominal, weight, _least(scene, step), alpha)
 
 
@@ -143,7 +145,9 @@ def _scene(record: TumbleRecord, reference_temperature: float, delta0: float) ->
     c = conditions_of(record, reference_temperature, delta0)
     nominal = nominal_scale(record, c)
     readings = record.output / nominal
-    return _Scene(record, c, nominal, readings, pure_error(readings, moving(c, record.mounting)))
+    relative = relative_noise(record)
+    own = in_units_of(relative, readings), in_units_of(relative, moving(c, record.mounting))
+    return _Scene(record, c, nominal, readings, relative, pure_error(*own))
 
 
 def _least(scene: _Scene, step: VisibleStep | None) -> float:

@@ -110,6 +110,8 @@ def _outlook(
     clocking = np.where(np.arange(len(whole)) < n, 0.0, block.clocking)
     c = replace(model.conditions, angle=whole.angle - clocking)
     declared = record.apparatus
+    if noise.relative is not None:
+        noise = noise._replace(relative=np.append(noise.relative, np.ones(len(whole) - n)))
     spread = covariance(c, noise, replace(declared, head_uncertainty=None))
     whiteners = (
         whitener_of(spread[:n, :n], noise.sigma),

@@ -79,7 +79,8 @@ class Looker:
         """False-alarm rates hardly differ from unit to unit; the rest is that of the unit."""
         family, noise = family_of(comparison, self._effects), comparison.noise
         ids = tuple(effect.id for effect in family.candidates.effects)
-        key = (ids, len(family.blocks), bool(noise.rho), noise.tails)
+        weights = None if noise.relative is None else noise.relative.tobytes()
+        key = (ids, len(family.blocks), bool(noise.rho), noise.tails, weights)
         if key not in self._families:
             self._families[key] = with_rates(family, self._seed)
         known = self._families[key]
