@@ -364,7 +364,7 @@ def test_a_launch_that_nothing_tells_is_said(one_level):
     bare = dataclasses.replace(one_level, error_sources=())
     (said,) = compensation(bare).assumptions
     assert said.startswith(
-        "nothing tells the shift of the bias and of the scale factor from launch"
+        "the shifts of bias and scale factor from launch to launch are neither declared nor"
     )
     assert compensation(bare, same_launch=True).assumptions == ()
 

@@ -71,11 +71,10 @@ def unknown_launch(calibration: Calibration) -> list[str]:
     missing = [what for name, what in _SHIFTS.items() if name not in known]
     if not missing:
         return []
-    it = "it" if len(missing) == 1 else "them"
     return [
-        f"nothing tells the shift of the {' and of the '.join(missing)} from launch to launch: the"
-        f" uncertainty of a new launch does not count {it}; declare {it} with the readings, or"
-        " repeat a level"
+        f"the shifts of {' and '.join(missing)} from launch to launch are neither declared nor"
+        " measured: the uncertainty of a new launch does not count them; declare them with the"
+        " readings, or repeat a level"
     ]
 
 

@@ -149,9 +149,9 @@ def head_notes(
         yield "the calibration tells no positions of its head, or too many: it counts as another"
     elif same is None and declared.head_uncertainty:
         yield (
-            "nothing tells whether both were measured on one head, clamped alike: the intervals are"
-            " the wider ones of both cases; name the head in a line '# head: NAME' of both tables,"
-            " or give same_head=True or same_head=False"
+            "it is not known whether both were measured on one head, clamped alike: the intervals"
+            " are the wider ones of both cases; name the head in a line '# head: NAME' of both"
+            " tables, or give same_head=True or same_head=False"
         )
     sides = {table.mounting for table in calibration.tables}
     freed = {told.axis for told in calibration.fixture_angle}
