@@ -182,10 +182,7 @@ def _notes(
 
 
 def _roles(layout: Layout) -> tuple[dict[str, int], str, dict[float, int]]:
-    """Index of the heading of each role; what outputs stand side by side for, and by their number.
-
-    Numbers beside a column of the strokes, but of no position or angle, are positions.
-    """
+    """Index of the heading of each role; what outputs side by side stand for, and theirs."""
     roles: dict[str, int] = {}
     numbered: dict[float, int] = {}
     kinds: dict[str, int] = {}
@@ -198,21 +195,30 @@ def _roles(layout: Layout) -> tuple[dict[str, int], str, dict[float, int]]:
             _check_unit(layout, heading)
     if not kinds:
         return roles, "", numbered
-    across, *others = kinds
-    has_stroke = "stroke" in roles or "stroke" in layout.declared
-    if across == "stroke" and has_stroke and roles.keys().isdisjoint(["position", "angle"]):
-        across = "position"
-    same = ("position", "angle") if across in ("position", "angle") else (across,)
-    other = [roles[name] for name in ("output", *same) if name in roles]
-    if other or others:
-        pair = [(other or [kinds[others[0]]])[0], next(iter(numbered.values()))]
-        one, two = (shown(layout.headings[index].text) for index in pair)
-        remedy = f"use {across} and output, or one output column for each {across}"
-        raise layout.refuse(f"columns {one} and {two} in one table", remedy)
+    across = _kind_across(layout, roles, kinds)
     if 0 in numbered and across in ("stroke", "position"):
         name = shown(layout.headings[numbered[0]].text)
         raise layout.refuse(f"column {name} is {across} 0", f"{across}s count from 1")
     return {name: i for name, i in roles.items() if name not in _OF_ONE_READING}, across, numbered
+
+
+def _kind_across(layout: Layout, roles: Mapping[str, int], kinds: Mapping[str, int]) -> str:
+    """What outputs side by side stand for; numbers where a stroke but no place is, are positions.
+
+    The `kinds` tell the first heading of each kind; there must be one, and no other column for it.
+    """
+    across, *others = kinds
+    first, has_stroke = kinds[across], "stroke" in roles or "stroke" in layout.declared
+    if across == "stroke" and has_stroke and roles.keys().isdisjoint(["position", "angle"]):
+        across = "position"
+    same = ("position", "angle") if across in ("position", "angle") else (across,)
+    other = [roles[name] for name in ("output", *same) if name in roles]
+    other += [kinds[name] for name in others]
+    if other:
+        one, two = (shown(layout.headings[index].text) for index in (other[0], first))
+        remedy = f"use {across} and output, or one output column for each {across}"
+        raise layout.refuse(f"columns {one} and {two} in one table", remedy)
+    return across
 
 
 def _across(layout: Layout, name: str, numbered: Mapping[float, int]) -> Column:
