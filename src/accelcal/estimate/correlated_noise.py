@@ -20,6 +20,7 @@ from accelcal.estimate.noise import ReadingNoise, is_noise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.trend import directed, moments, trend_of
 from accelcal.numerics.grouping import grouped, sums_of_groups
+from accelcal.numerics.lag_sums import polynomial, products_by_lag, sums_by_lag
 from accelcal.numerics.one_thread import multiply
 from accelcal.numerics.sorting import distinct
 
@@ -106,8 +107,8 @@ class Correlation(NamedTuple):
         shrunk = np.strings.startswith(noise.source[self.counts], "replicates")
 
         def at(rho: Array) -> Array:
-            left = np.where(shrunk, _polynomial(plan.pure, rho), 1.0)
-            return np.asarray((alone / left)[:, None, None] * _polynomial(by_lag, rho))
+            left = np.where(shrunk, polynomial(plan.pure, rho), 1.0)
+            return np.asarray((alone / left)[:, None, None] * polynomial(by_lag, rho))
 
         added = _positive(at(rho) - alone[:, None, None] * by_lag[0])
         whole = own + added
@@ -262,8 +263,10 @@ def _found(angle: bytes, head: bytes, stroke: bytes, scatter: bytes) -> _Neighbo
         return known._replace(pure=pure)
     beside = _beside(taken)
     inside = taken.T @ beside
-    products = _of_neighbours(n) - 2.0 * _lags(taken, beside) + _lags(taken @ inside, taken)
-    expected = _polynomial(products, _RHO) / _polynomial(_of_rest(taken), _RHO)
+    products = (
+        _of_neighbours(n) - 2.0 * sums_by_lag(taken, beside) + sums_by_lag(taken @ inside, taken)
+    )
+    expected = polynomial(products, _RHO) / polynomial(_of_rest(taken), _RHO)
     squares = (n - 1) / 2.0 - 2.0 * (beside**2).sum() + (inside**2).sum()
     variance = 2.0 * (squares - dof * expected[0] ** 2) / (dof * (dof + 2.0))
     return known._replace(
@@ -283,29 +286,12 @@ def _orthonormal(columns: Array) -> Array:
     return np.asarray(basis[:, size > _ROUNDING * np.sqrt(len(columns))])
 
 
-# -- matrices by lag -------------------------------------------------------------------------------
-#
-# Of a symmetric matrix A, what counts is tr(A P), where P holds rho^|i - j|. It is a polynomial of
-# rho, whose coefficients are the sums over A along its diagonals.
-
-
-def _polynomial(by_lag: Array, rho: Array) -> Array:
-    """Values at some correlations, shape (C, ...), of coefficients of shape (n, ...)."""
-    powers = rho[:, None] ** np.arange(len(by_lag))
-    return np.tensordot(powers, by_lag, axes=1)
-
-
-def _lags(first: Array, second: Array) -> Array:
-    """Of first @ second.T, the diagonals on both sides together."""
-    n = len(first)
-    one, other = (np.fft.rfft(each, 2 * n, axis=0) for each in (first, second))
-    sums = np.fft.irfft((one * other.conj()).sum(axis=1), 2 * n)
-    return np.asarray(np.concatenate([sums[:1], sums[1:n] + sums[:n:-1]]))
+# -- matrices along their diagonals, see `accelcal.numerics.lag_sums` -----------------------------
 
 
 def _of_rest(basis: Array) -> Array:
     """Of 1 - basis @ basis.T."""
-    found = -_lags(basis, basis)
+    found = -sums_by_lag(basis, basis)
     found[0] += len(basis)
     return found
 
@@ -327,11 +313,7 @@ def _beside(columns: Array) -> Array:
 
 @lru_cache(maxsize=16)
 def _lag_products(rows: bytes, n: int) -> Array:
-    """Of the products of the columns of rows, (n, p), by two columns each, shape (n, p, p)."""
-    own = np.fft.rfft(np.frombuffer(rows).reshape(n, -1), 2 * n, axis=0)
-    sums = np.fft.irfft(own[:, :, None] * own[:, None].conj(), 2 * n, axis=0)[:n]
-    sums[1:] += sums[1:].mT
-    return np.asarray(sums)
+    return products_by_lag(np.frombuffer(rows).reshape(n, -1))
 
 
 def _positive(matrix: Array) -> Array:
