@@ -337,7 +337,9 @@ def test_help_is_light(arguments):
     assert loaded_by(RUN, *arguments) & (HEAVY | {"pathlib", "click.shell_completion"}) == set()
 
 
-@pytest.mark.parametrize("table", ["al15.csv", "forms/wide.csv", "forms/decimal_comma.csv"])
+@pytest.mark.parametrize(
+    "table", ["al15.csv", "forms/wide.csv", "forms/positions_across.csv", "forms/decimal_comma.csv"]
+)
 def test_fit_is_light(table, tmp_path):
     loaded = loaded_by(RUN, "fit", f"examples/{table}", "-o", str(tmp_path / "cal.json"))
     assert "numpy" in loaded

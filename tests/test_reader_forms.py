@@ -192,6 +192,13 @@ BY_POSITION = (lambda row: (row[0], row[2])), (lambda row: row[1])
 BY_TEMPERATURE = (lambda row: row[1:3]), (lambda row: row[0])
 
 
+def test_the_example_across_has_the_readings_of_the_others():
+    folder = GUIDE.parents[1] / "examples" / "forms"
+    found = [read_table(folder / f"{name}.csv") for name in ("positions_across", "wide")]
+    one, other = map(by_place, found)
+    assert one == other
+
+
 @pytest.mark.parametrize("form", ["{}", "J{}", "Pos. {}", "Y{} [mA]", "position_{}"])
 def test_a_column_a_position(form):
     headings = ["temperature", "stroke", *map(form.format, range(1, 10))]
