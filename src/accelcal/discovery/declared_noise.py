@@ -34,6 +34,8 @@ def relative_noise(record: TumbleRecord) -> Array | None:
     >>> relative_noise(noisy).round(2)[[0, -1]].tolist(), relative_noise(record)
     ([1.57, 0.52], None)
     """
+    if record.std is None:
+        return None
     size = np.empty(len(record))
     for mask in record.table_masks():
         found = declared_scatter(record.select(mask))

@@ -91,8 +91,12 @@ def unit_of_outputs(
 def _require_one(found: Sequence[tuple[str, int]], source: str, several: str) -> None:
     for unit, line in found:
         if unit != found[0][0]:
-            problem, _, remedy = several.format(found[0][0], unit).partition("; ")
-            raise TableError(problem, remedy, source=source, line=line)
+            raise _two_units(found[0][0], unit, line, source, several)
+
+
+def _two_units(one: str, other: str, line: int, source: str, several: str) -> TableError:
+    problem, _, remedy = several.format(one, other).partition("; ")
+    return TableError(problem, remedy, source=source, line=line)
 
 
 def units_written(layout: Layout, columns: Iterable[Column]) -> Iterator[Written]:
@@ -156,8 +160,7 @@ def factor_of_std(
     unit = located(output_unit, std[0].unit, source=source, line=std[0].line)
     factor = conversion_factor(unit, wanted)
     if factor is None:
-        _require_one([(canonical_unit(wanted), 0), (unit, std[0].line)], source, _SEVERAL)
-        return 1.0
+        raise _two_units(canonical_unit(wanted), unit, std[0].line, source, _SEVERAL)
     return factor
 
 
