@@ -14,7 +14,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError
 from accelcal.io.cells import Column, labels, numbers
-from accelcal.io.columns import places_of, with_units_below
+from accelcal.io.columns import places_of
 from accelcal.io.declarations import unit_and_serial
 from accelcal.io.engines import (
     BulkEngineGivesUp,
@@ -27,6 +27,7 @@ from accelcal.io.layout import Layout, read_layout
 from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
+from accelcal.io.units_row import with_units_below
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
 from accelcal.io.wording import all_outputs, listed, were
 from accelcal.plural import counted

@@ -19,7 +19,7 @@ from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
-from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns, with_units_below
+from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
 from accelcal.io.declarations import Declarations, declarations, declared_by_caller
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
 from accelcal.io.layout import Layout, read_layout
@@ -41,6 +41,7 @@ from accelcal.io.repeats import without_repeats
 from accelcal.io.runs import runs_of
 from accelcal.io.sheets import one_table, require_same_columns, with_temperature_of_sheet
 from accelcal.io.text import Source, SourceText, read_texts
+from accelcal.io.units_row import with_units_below
 from accelcal.io.wording import listed, were
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING
-from accelcal.io.columns import UNITS_BELOW, headings_with_units, places_of
+from accelcal.io.columns import places_of
 from accelcal.io.declarations import declared_number
 from accelcal.io.layout import Declared, Layout, declare, split_headings, split_line
 from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.text import refuse_document
+from accelcal.io.units_row import UNITS_BELOW, headings_with_units
 from accelcal.io.vocabulary import (
     KEYS,
     Heading,
