@@ -90,6 +90,10 @@ ERRORS = {
         "1: no column for output among 'temperature, position, stroke';"
         " add a column output, or Y1, Y2, ... for the strokes",
     ),
+    "serial of no column": (
+        "# serials: A7, C3\nT,J,k,A7,B2\n20,1,1,1.3,1.3\n",
+        "2: no column 'C3', which serials has; list the serials as the headings have them",
+    ),
     "column twice": (
         "T,Temp,position,stroke,output\n20,20,1,1,1\n",
         "1: columns 'T' and 'Temp' mean the same; keep one and rename the other",

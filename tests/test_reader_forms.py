@@ -251,6 +251,93 @@ def test_columns_that_are_no_table_across(headings, said):
         read(f"{headings}\n{row}\n")
 
 
+SIDE_BY_SIDE = "temperature,position,stroke,time,{},{},supply [V]\n"
+SIDE_BY_SIDE += "20,1,1,0,1.35,1.36,28\n20,3,1,60,0.001,,28\n20,5,1,120,-1.35,-1.36,28\n"
+
+
+def test_the_example_of_accelerometers_side_by_side_has_the_readings_of_the_others():
+    folder = GUIDE.parents[1] / "examples" / "forms"
+    across, below = (
+        read_tables(folder / f"{name}.csv") for name in ("serials_across", "several_units")
+    )
+    names = ("serial", "unit", "apparatus", "reference_temperature")
+    arrays = ("temperature", "position", "stroke", "output")
+    for one, other in zip(across, below, strict=True):
+        assert [getattr(one, name) for name in names] == [getattr(other, name) for name in names]
+        for name in arrays:
+            assert np.array_equal(getattr(one, name), getattr(other, name))
+
+
+@pytest.mark.parametrize(
+    ("headings", "listed"),
+    [
+        (("A7", "B-2"), "# serials: A7, B-2\n"),
+        (("A7 [mA]", "B-2 [mA]"), "# serials: A7; B-2\n"),
+        (("A7_mA", "B-2 / mA"), "# Seriennummern: A7,B-2\n"),
+        (("S/N A7", "SN B-2"), ""),
+        (("serial A7 [mA]", "output S/N B-2 [mA]"), ""),
+        (("serial no. A7", "serial number: B-2"), ""),
+    ],
+)
+def test_a_column_an_accelerometer(headings, listed):
+    one, other = read_tables(io.StringIO(listed + SIDE_BY_SIDE.format(*headings)))
+    assert (one.serial, other.serial) == ("A7", "B-2")
+    assert one.output.tolist() == [1.35, 0.001, -1.35]
+    assert one.time.tolist() == [0.0, 60.0, 120.0]
+    assert other.output.tolist() == [1.36, -1.36]
+    assert other.position.tolist() == [1, 5]
+    assert one.unit == other.unit == ("mA" if "mA" in headings[0] else None)
+    missing = f"1 missing reading was left out (line {3 + bool(listed)})"
+    assert (missing in one.notes, missing in other.notes) == (False, True)
+    assert any("'supply [V]' is not known" in note for note in one.notes)
+
+
+def test_numbers_may_be_serials_where_they_are_listed():
+    text = SIDE_BY_SIDE.format("1", "2")
+    found = read_tables(io.StringIO(text), overrides={"serials": "1,2"})
+    assert [record.serial for record in found] == ["1", "2"]
+    assert [record.stroke.tolist() for record in found] == [[1, 1, 1], [1, 1]]
+
+
+def test_the_list_of_a_caller_wins_and_leaves_others_aside():
+    text = "# serials: A7, B-2\n" + SIDE_BY_SIDE.format("A7", "B-2")
+    (only,) = read_tables(io.StringIO(text), overrides={"serials": "B-2"})
+    assert only.serial == "B-2"
+    assert any("'A7' is not known" in note for note in only.notes)
+
+
+def test_a_list_of_serials_beside_a_column_of_them_is_metadata():
+    text = "# serials: A7, B-2\nserial,temperature,position,stroke,output\n"
+    record = read(text + "A7,20,1,1,1.35\nA7,20,5,1,-1.35\n")
+    assert (record.serial, record.metadata["serials"]) == ("A7", "A7, B-2")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("# serials: A7\nT,J,k,A7,A7 [mA]", ":2: columns 'A7' and 'A7 [mA]' mean the same"),
+        ("T,J,k,SN 7,output", ":1: columns 'output' and 'SN 7' in one table; use serial and"),
+        ("T,J,k,SN 7,serial", ":1: columns 'serial' and 'SN 7' in one table"),
+        ("T,J,k,SN 7,Y2", ":1: columns 'Y2' and 'SN 7' in one table"),
+        ("T,J,k,SN 7,SN 07", ":1: serial '07' is '7' in another row"),
+        ("T,J,k,SN 7 [mA],SN 8 [V]", ":1: units 'mA' and 'V' in one table"),
+        ("T,k,time,SN 7,SN 8", ":1: no column for position or angle"),
+        ("# serial: X\nT,J,k,SN 7,SN 8", ":2: serial '7, 8' in the table, but 'X' declared"),
+        ("T,J,k,A7 [mA],B2", "or a line '# serials: A7, B2' if these are accelerometers"),
+        ("T,J,k,serial port 2,B2", "no column for output"),
+    ],
+)
+def test_columns_that_are_no_accelerometers_side_by_side(text, said):
+    with pytest.raises(TableError, match=re.escape(said)):
+        read_tables(io.StringIO(f"{text}\n20,1,1,1.35,1.36\n20,5,1,-1.35,-1.36\n"))
+
+
+def test_an_accelerometer_without_a_reading_is_told():
+    text = "T,J,k,SN 7,SN 8\n20,1,1,1.35,\n20,5,1,-1.35,\n"
+    with pytest.raises(TableError, match=r":2: serial '8' has no output that is not missing"):
+        read_tables(io.StringIO(text))
+
+
 def test_a_temperature_above_the_headings_is_no_heading():
     record = read("temperature; 20 degC\nposition;stroke;output\n1;1;1,35\n2;1;0,95\n")
     assert record.temperature.tolist() == [20.0, 20.0]

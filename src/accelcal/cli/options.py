@@ -304,6 +304,11 @@ calibration_options = together(
     click.option("--unit", metavar="UNIT", help="Unit of the output, such as mA."),
     count_option("--positions", "N", "Positions in a turn."),
     click.option(
+        "--serials",
+        metavar="TEXT,...",
+        help="Headings of the columns of several accelerometers that are read side by side.",
+    ),
+    click.option(
         "--coefficients",
         default="K0,K1,K2,K3,M,M_ip",
         show_default=True,

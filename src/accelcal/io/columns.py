@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from accelcal.io.vocabulary import (
     Heading,
     has_unit,
     is_unit_of,
+    split_unit,
 )
 
 Engine = Callable[[Layout, Sequence[int], int], Columns]
@@ -31,6 +32,7 @@ _OPTIONAL = (
     "unit",
 )
 _OF_ONE_READING = ("time", "std", "count")
+_OF_ONE_SERIAL = ("std",)  # time and count are those of all accelerometers that a row reads
 
 
 class Table(NamedTuple):
@@ -43,8 +45,8 @@ class Table(NamedTuple):
     outputs : tuple of Column
         Columns of readings, one in a long table.
     across : Column or None
-        What those of a wide table stand for, a cell each: their stroke, position, angle or
-        temperature; None for a long table.
+        What those of a wide table stand for, a cell each: their stroke, position, angle,
+        temperature or serial; None for a long table.
     date : str or None
         Date that stands in every row.
     decimal : str
@@ -84,16 +86,17 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     TableError
         If a column is missing, there twice or in the wrong unit, or a row has the wrong length.
     """
-    roles, across, numbered = _roles(layout)
-    wide = bool(across)
+    roles, across, outputs = _roles(layout)
+    wide, own = bool(across), _of_one_reading(across)
+    roles = {name: i for name, i in roles.items() if name not in own}
     _require(layout, roles, across)
     key = [roles[name] for name in ("temperature", "position", "angle", "stroke") if name in roles]
-    measured = list(numbered.values()) if wide else [roles["output"]]
+    measured = list(outputs.values()) if wide else [roles["output"]]
     needed = max(key if wide else key + measured) + 1
     columns = engine(layout, sorted({*roles.values(), *measured}), needed)
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
     named = {name: columns[i] for name, i in roles.items() if name not in empty}
-    date = _take_date(named, wide=wide)
+    date = _take_date(named, timed="time" not in own)
     aside = _aside(layout, columns) | _dates_aside(named, date)
     decimal = columns[measured[0]].decimal
     by_columns = {*named, *filter(None, [across])}.difference(["date"])
@@ -102,7 +105,7 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
         columns=_constants(layout, decimal, across)
         | {n: c for n, c in named.items() if n != "output"},
         outputs=tuple(columns[i] for i in measured),
-        across=_across(layout, across, numbered) if wide else None,
+        across=_across(layout, across, outputs) if wide else None,
         date=date,
         decimal=decimal,
         aside=(*aside, *empty),
@@ -146,11 +149,18 @@ def places_of(
     return found
 
 
-def _take_date(named: dict[str, Column], *, wide: bool) -> str | None:
+def _of_one_reading(across: str) -> tuple[str, ...]:
+    """What a row cannot hold once for all of its outputs."""
+    if not across:
+        return ()
+    return _OF_ONE_SERIAL if across == "serial" else _OF_ONE_READING
+
+
+def _take_date(named: dict[str, Column], *, timed: bool) -> str | None:
     """The one date; dates that have a time of day serve as times, where no column has these."""
     if "date" not in named:
         return None
-    timed = not wide and "time" not in named and has_times_of_day(named["date"])
+    timed = timed and "time" not in named and has_times_of_day(named["date"])
     date = one_date(named["date"], timed=timed)
     if timed:
         named["time"] = named.pop("date")
@@ -180,25 +190,25 @@ def _notes(
             yield f"header line {name} was set aside: the table has such a column"
 
 
-def _roles(layout: Layout) -> tuple[dict[str, int], str, dict[float, int]]:
+def _roles(layout: Layout) -> tuple[dict[str, int], str, dict[float | str, int]]:
     """Index of the heading of each role; what outputs side by side stand for, and theirs."""
     roles: dict[str, int] = {}
-    numbered: dict[float, int] = {}
+    outputs: dict[float | str, int] = {}
     kinds: dict[str, int] = {}
     for index, heading in enumerate(layout.headings):
-        if heading.role and heading.number is not None:
-            _claim(numbered, heading.number, index, layout)
+        if heading.role and heading.of is not None:
+            _claim(outputs, heading.of, index, layout)
             kinds.setdefault(ACROSS[heading.role], index)
         elif heading.role:
             _claim(roles, heading.role, index, layout)
             _check_unit(layout, heading)
     if not kinds:
-        return roles, "", numbered
+        return roles, "", outputs
     across = _kind_across(layout, roles, kinds)
-    if 0 in numbered and across in ("stroke", "position"):
-        name = shown(layout.headings[numbered[0]].text)
+    if 0 in outputs and across in ("stroke", "position"):
+        name = shown(layout.headings[outputs[0]].text)
         raise layout.refuse(f"column {name} is {across} 0", f"{across}s count from 1")
-    return {name: i for name, i in roles.items() if name not in _OF_ONE_READING}, across, numbered
+    return roles, across, outputs
 
 
 def _kind_across(layout: Layout, roles: Mapping[str, int], kinds: Mapping[str, int]) -> str:
@@ -220,9 +230,9 @@ def _kind_across(layout: Layout, roles: Mapping[str, int], kinds: Mapping[str, i
     return across
 
 
-def _across(layout: Layout, name: str, numbered: Mapping[float, int]) -> Column:
-    """Column of what the headings of the outputs count."""
-    cells = [f"{number:.12g}" for number in numbered]
+def _across(layout: Layout, name: str, outputs: Iterable[float | str]) -> Column:
+    """Column of what the headings of the outputs tell."""
+    cells = [of if isinstance(of, str) else f"{of:.12g}" for of in outputs]
     lines = np.full(len(cells), layout.headings_line)
     return Column(name, name, None, cells, lines, layout.source)
 
@@ -251,15 +261,26 @@ def _require(layout: Layout, roles: Mapping[str, int], across: str) -> None:
     given = {*roles, across}
     wanted = [("temperature", "temperature", "a column temperature or a line '# temperature: 20'")]
     if not {"position", "angle"} & given:
-        beside = ", or a column stroke if these numbers are positions" if across else ""
+        numbered = across == "stroke"
+        beside = ", or a column stroke if these numbers are positions" if numbered else ""
         wanted += [("position", "position or angle", f"a column position or angle{beside}")]
     wanted += [("stroke", "stroke", "a column stroke or a line '# stroke: 1'")]
     if not across:
-        wanted += [("output", "output", "a column output, or Y1, Y2, ... for the strokes")]
+        wanted += [("output", "output", _remedy_of_outputs(layout))]
     for name, what, remedy in wanted:
         if name not in given and (name in ("position", "output") or name not in layout.declared):
             problem = f"no column for {what} among {_headings(layout)}"
             raise layout.refuse(problem, f"add {remedy}")
+
+
+def _remedy_of_outputs(layout: Layout) -> str:
+    """What to add where no column has outputs; unknown ones may be those of accelerometers."""
+    remedy = "a column output, or Y1, Y2, ... for the strokes"
+    unknown = [split_unit(own.text)[0] for own in layout.headings if own.text and not own.role]
+    if not unknown:
+        return remedy
+    names = ", ".join(unknown[:3]) + ", ..." * (len(unknown) > 3)
+    return f"{remedy}, or a line {shown(f'# serials: {names}')} if these are accelerometers"
 
 
 def _headings(layout: Layout) -> str:

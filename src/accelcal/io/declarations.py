@@ -21,7 +21,7 @@ from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
 from accelcal.units import canonical_unit, output_unit
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))
-OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial")
+OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial", "serials")
 """What a caller may declare instead of the header."""
 
 _NUMBER = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
@@ -92,7 +92,7 @@ def declarations(
         metadata={
             key: repr(values[key]) if key == "delta0" else text.value
             for key, text in declared.items()
-            if key == "delta0" or key not in KEYS
+            if key in ("delta0", "serials") or key not in KEYS
         },
     )
 
@@ -116,7 +116,7 @@ def declared_by_caller(overrides: Any) -> Mapping[str, Any]:
         If it is something else, or the serial or unit is no text.
     """
     given = mapping_of(overrides, "overrides", "{'serial': 'AL-15'}")
-    check_text(serial=given.get("serial"), unit=given.get("unit"))
+    check_text(**{name: given.get(name) for name in ("serial", "unit", "serials")})
     return given
 
 

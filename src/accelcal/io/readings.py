@@ -143,6 +143,8 @@ def read_readings(table: Table, positions: int) -> Readings:
     _refuse_markers(table.outputs, outputs)
     _require_any(present, first)
     serial, serials = _labels(table.columns, "serial")
+    missing_row, missing_output = np.nonzero(~present)
+    missing_serial = _at(serial, missing_row)
     kept: Mask = np.any(present, axis=1)
     columns = {name: column.take(kept) for name, column in table.columns.items()}
     by_row, run_labels = _by_row(columns, int(kept.sum()))
@@ -155,11 +157,13 @@ def read_readings(table: Table, positions: int) -> Readings:
     if across:
         of_columns = _where({across.role: across}, positions)
         values |= {name: array[output] for name, array in of_columns.items()}
+    if across and across.role == "serial":
+        own, serials = labels(across)
+        values["serial"], missing_serial = own[output], own[missing_output]
     stroke_notes: tuple[str, ...] = ()
     if "direction" in columns:
         directions = Directions.of(columns["direction"])
         values["stroke"], stroke_notes = directions.strokes(values["stroke"], row)
-    missing_row = np.nonzero(~present)[0]
     return Readings(
         **values,
         source=first.source,
@@ -167,7 +171,7 @@ def read_readings(table: Table, positions: int) -> Readings:
         run_labels=run_labels,
         serials=serials,
         missing=first.lines[missing_row],
-        missing_serial=_at(serial, missing_row),
+        missing_serial=missing_serial,
         stroke_notes=stroke_notes,
     )
 

@@ -19,6 +19,7 @@ from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
+from accelcal.io.channels import with_channels
 from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
 from accelcal.io.declarations import Declarations, declarations, declared_by_caller
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
@@ -97,7 +98,8 @@ def read_tables(
         A table in one of the forms of the guide; ``"-"`` reads standard input.
     overrides : mapping of str to object, optional
         Declarations that win over the header: fields of `Apparatus`, `reference_temperature`,
-        `positions`, `unit`, `serial`. None leaves the header's.
+        `positions`, `unit`, `serial`, or `serials`, a text with the headings of the columns of
+        several accelerometers, separated by commas. None leaves the header's.
 
     Returns
     -------
@@ -236,7 +238,7 @@ def _layout(text: SourceText) -> Layout:
 
 
 def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> Survey:
-    found = None
+    found, layout = None, with_channels(layout, str(overrides.get("serials") or ""))
     if is_bulk(layout):
         with suppress(BulkEngineGivesUp, TableError):  # the light engine has the last word
             found = _read_by(columns_by_pandas, text, layout, overrides)

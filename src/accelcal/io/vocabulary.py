@@ -54,6 +54,7 @@ KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "delta0": ("delta0",),
         "date": COLUMNS["date"],
         "runs": ("runs",),
+        "serials": ("serials", "seriennummern"),
         "temperature": COLUMNS["temperature"],
         "stroke": COLUMNS["stroke"],
         "run": COLUMNS["run"],
@@ -121,6 +122,11 @@ _STROKES = (
     re.compile(r"y_?\{?j,?([0-9]{1,6})\}?(?:\^\{?t\}?)?"),  # Y_JK^T, as the paper has it
 )
 _POSITIONS = re.compile(r"(?:j|p|pos|position|stellung|lage)_?([0-9]{1,6})")
+_SERIAL = re.compile(  # and a label with a digit, which a serial port does not have
+    r"(?:(?:output|y)[ _])?(?:s/?n|serial(?:[ _](?:no|nr|number))?)(?:[ _.:#]+|(?=[0-9]))"
+    r"([^\s,;]*[0-9][^\s,;]*)",
+    re.IGNORECASE,
+)
 _MEASURED = re.compile(r"(T *= *)?([-\u2212]?[0-9]+(?:[.,][0-9]+)?) *(.*)")
 _COUNTED = re.compile(r"(.+)_(?:no|nr|number|#)")
 
@@ -131,9 +137,10 @@ ACROSS: Mapping[str, str] = MappingProxyType(
         "positions": "position",
         "angles": "angle",
         "temperatures": "temperature",
+        "serials": "serial",
     }
 )
-"""Role of the columns of outputs of a wide table -> the column that their numbers stand for."""
+"""Role of the columns of outputs of a wide table -> the column that their headings stand for."""
 
 
 class Heading(NamedTuple):
@@ -147,14 +154,14 @@ class Heading(NamedTuple):
         One of `COLUMNS`, one of `ACROSS` for an output of a wide table, None if unknown.
     unit : str or None
         Unit given in the heading, as written.
-    number : float or None
-        Stroke, position, angle [deg] or temperature [degC] of an output of a wide table.
+    of : float, str or None
+        Stroke, position, angle [deg], temperature [degC] or serial of an output of a wide table.
     """
 
     text: str
     role: str | None
     unit: str | None = None
-    number: float | None = None
+    of: float | str | None = None
 
 
 def read_heading(text: str) -> Heading:
@@ -166,6 +173,8 @@ def read_heading(text: str) -> Heading:
     (('output', 'mA'), 'temperature', 'time')
     >>> read_heading("Y3")[3], read_heading("45 deg")[1:], read_heading("position (deg)").role
     (3, ('angles', None, 45.0), 'angle')
+    >>> read_heading("S/N A-0123 [mA]")[1:]
+    ('serials', 'mA', 'A-0123')
     """
     text = " ".join(text.split())
     if len(text) > LONGEST:
@@ -173,13 +182,12 @@ def read_heading(text: str) -> Heading:
     bracket = _BRACKET.fullmatch(text)
     name, unit = (bracket[1], bracket[2] or None) if bracket else (text, None)
     known = _known(text, name, unit)
-    if known.role is None and not bracket:
-        suffix = _SUFFIX.fullmatch(text)
-        if suffix:
-            name, unit = suffix[1] or suffix[3], suffix[2] or suffix[4]
-            known = _known(text, name, unit)
-            if known.role is None or not is_unit_of(known.role, unit):
-                return Heading(text, None)
+    suffix = None if bracket else _SUFFIX.fullmatch(text)
+    if suffix and known.role in (None, "serials"):
+        name, unit = suffix[1] or suffix[3], suffix[2] or suffix[4]
+        before = _known(text, name, unit)
+        if before.role and is_unit_of(before.role, unit):
+            return before
     return known
 
 
@@ -332,6 +340,8 @@ def _known(text: str, name: str, unit: str | None) -> Heading:
     for role, forms in (("strokes", _STROKES), ("positions", (_POSITIONS,))):
         if found := next(filter(None, (form.fullmatch(folded) for form in forms)), None):
             return Heading(text, role, unit, int(found[1]))
+    if found := _SERIAL.fullmatch(name):
+        return Heading(text, "serials", unit, found[1])
     return _measured(text, name, unit)
 
 

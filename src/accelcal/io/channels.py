@@ -1,0 +1,73 @@
+"""Columns of outputs that have the names of accelerometers, as the file or caller lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from accelcal.arguments.kinds import shown
+from accelcal.io.layout import Layout, split_line
+from accelcal.io.vocabulary import Heading
+from accelcal.units import is_output_unit
+
+_BEFORE_UNIT = " _/,[("
+
+
+def with_channels(layout: Layout, given: str = "") -> Layout:
+    r"""Take columns for the outputs of accelerometers, where a list of serials names them.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+    given : str, optional
+        Serials that the caller lists, which win over the header line ``# serials``.
+
+    Returns
+    -------
+    Layout
+        The table with these headings understood; the same where nothing lists serials, or a column
+        of outputs or serials does without.
+
+    Raises
+    ------
+    TableError
+        If a serial is the heading of no column.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout import read_layout
+    >>> from accelcal.io.text import SourceText
+    >>> text = "T,J,k,A7 [mA],B2\n20,1,1,1.35,1.31"
+    >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
+    >>> [heading[2:] for heading in with_channels(layout, "A7, B2").headings[3:]]
+    [('mA', 'A7'), (None, 'B2')]
+    """
+    header = layout.declared.get("serials")
+    names = _listed(given or (header.value if header else ""))
+    others = {heading.role for heading in layout.headings} & {"output", "serial"}
+    if not names or others:
+        return layout
+    headings = tuple(_named(heading, names) for heading in layout.headings)
+    for name in names:
+        if name not in {heading.of for heading in headings}:
+            problem = f"no column {shown(name)}, which serials has"
+            raise layout.refuse(problem, "list the serials as the headings have them")
+    return layout._replace(headings=headings)
+
+
+def _listed(text: str) -> list[str]:
+    """Take a list of serials apart."""
+    mark = next((mark for mark in ";,\t" if mark in text), ",")
+    return [name for name in split_line(text, mark) if name]
+
+
+def _named(heading: Heading, names: Sequence[str]) -> Heading:
+    """Meaning of a heading that may be one of some names, with a unit behind it."""
+    for name in names:
+        behind = heading.text.removeprefix(name) if heading.text.startswith(name) else None
+        if behind is None or behind[:1] not in ("", *_BEFORE_UNIT):
+            continue
+        unit = behind.strip(f"{_BEFORE_UNIT}])")
+        if not unit or is_output_unit(unit):
+            return Heading(heading.text, "serials", unit or None, name)
+    return heading
