@@ -59,7 +59,8 @@ def test_p_values_of_noise_are_uniform():
     look = compared(record, 20.0)
     family = with_rates(family_of(look, searched_among()))
     rng = np.random.default_rng(7)
-    draws = [look._replace(seen=rng.standard_normal(look.space.size)) for _ in range(400)]
+    noise = look.space.left_of(rng.standard_normal((len(record), 400)))
+    draws = [look._replace(seen=one) for one in noise.T]
     p = [judge(family._replace(comparison=draw)).p_value for draw in draws]
     for level in (0.02, 0.1):
         assert abs(np.mean(np.array(p) < level) - level) < 4.0 * np.sqrt(level / 400)

@@ -156,7 +156,8 @@ def test_the_smallest_size_is_found_nine_times_in_ten(name):
     unit = found.directions[:, list(found.owner).index(place)]
     length = found.length[list(found.owner).index(place)]
     rng = np.random.default_rng(3)
-    seen = unit * length * sizes()[name].value + rng.standard_normal((300, comparison.space.size))
+    noise = comparison.space.left_of(rng.standard_normal((len(comparison.record), 300)))
+    seen = unit * length * sizes()[name].value + noise.T
     others = [family._replace(comparison=comparison._replace(seen=one)) for one in seen]
     p = np.array([judge(other).effects[place] for other in others]) * family.tests
     low, high = stats.binom.ppf([0.001, 0.999], 300, 0.9) / 300

@@ -82,4 +82,4 @@ def action(discovery: Discovery, record: TumbleRecord, effect: str | None = None
 def _left(comparison: Comparison, taken: Array) -> Array:
     """What the base model leaves of the readings when something was taken from them [g]."""
     model = replace(comparison.model, reading=comparison.model.reading - taken)
-    return model.residual(solve(model, comparison.space.whitener))
+    return model.residual(solve(model, comparison.space.whiten))

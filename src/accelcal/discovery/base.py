@@ -12,7 +12,7 @@ linear within either bracket, so the model is two matrices.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -157,17 +157,17 @@ def without_shifts(model: BaseModel, sides: Collection[str] | None = None) -> Ba
     )
 
 
-def solve(model: BaseModel, whitener: Array | None = None) -> Array:
+def solve(model: BaseModel, whiten: Callable[[Array], Array] | None = None) -> Array:
     """Fit the parameters, shape (p + q,), by Gauss-Newton steps of generalised least squares.
 
-    The whitener, shape (n, n), makes the errors of the readings independent and alike. Of
-    parameters that the readings do not determine, it is the smallest set.
+    What whitens readings or columns, shape (n,) or (n, k), makes the errors of the readings
+    independent and alike. Of parameters that the readings do not determine, it is the smallest set.
     """
     parameters = np.zeros(len(model.names))
     for _ in range(_STEPS):
         jacobian, residual = model.jacobian(parameters), model.residual(parameters)
-        if whitener is not None:
-            jacobian, residual = whitener @ jacobian, whitener @ residual
+        if whiten is not None:
+            jacobian, residual = whiten(jacobian), whiten(residual)
         norms = lengths(jacobian)
         norms[norms == 0.0] = 1.0
         step = np.linalg.lstsq(jacobian / norms, residual, rcond=_RANK)[0] / norms

@@ -35,7 +35,7 @@ class Candidates(NamedTuple):
     ----------
     instances : tuple of Instance
         N instances, those of one effect together.
-    directions : ndarray, shape (m, N)
+    directions : ndarray, shape (n, N)
         Their unit vectors.
     length : ndarray, shape (N,)
         Length of an instance of size 1, in standard deviations of the noise.
@@ -78,20 +78,20 @@ def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candid
     for effect in effects:
         instances = list(instances_of(effect, c))
         columns = np.stack([column_of(item, c) for item in instances], axis=1)
-        shown = space.see(columns)
+        whitened = space.whiten(columns)
+        shown = space.left_of(whitened)
         length = lengths(shown)
-        visible = np.flatnonzero(length > VISIBLE * lengths(space.whitener @ columns))
+        visible = np.flatnonzero(length > VISIBLE * lengths(whitened))
         if visible.size:
             unit = shown[:, visible] / length[visible]
             seen.append((effect, [instances[i] for i in visible], unit, length[visible]))
         else:
             hidden.append(effect)
     sizes = [len(own) for _, own, _, _ in seen]
-    empty = np.empty((space.size, 0))
     kept = tuple(itertools.chain.from_iterable(own for _, own, _, _ in seen))
     return Candidates(
         instances=kept,
-        directions=np.hstack([empty, *(unit for _, _, unit, _ in seen)]),
+        directions=np.hstack([space.nothing(), *(unit for _, _, unit, _ in seen)]),
         length=np.concatenate([np.empty(0), *(length for _, _, _, length in seen)]),
         owner=np.repeat(np.arange(len(seen)), sizes),
         one_sided=np.array([item.one_sided for item in kept], dtype=bool),

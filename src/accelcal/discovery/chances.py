@@ -60,7 +60,7 @@ def chances(
     ----------
     space : Space
         The space.
-    seen : ndarray, shape (m,)
+    seen : ndarray, shape (n,)
         Coordinates of the readings.
     blocks : sequence of Block
         The factors, each orthogonal to those before it.

@@ -247,7 +247,7 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
         told = structure(c, seen.record.run_labels, block.factor, shape)
     factor, dof = _head_as_counted(seen)
     known = Uncertain(
-        root=np.asarray(np.linalg.inv(space.whitener)),
+        root=space.unwhitened(np.eye(len(space.whitener))),
         sigma=seen.noise.sigma,
         dof=seen.dof,
         errors=seen.errors,

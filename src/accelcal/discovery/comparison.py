@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ from accelcal.discovery.columns import saturated
 from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise, refuse_too_many
-from accelcal.discovery.space import Space, space_of, whitener_of
+from accelcal.discovery.space import Space, root_of, space_of, whitener_of
 from accelcal.record import TumbleRecord
 
 _RHOS = 6
@@ -34,14 +35,15 @@ class Comparison(NamedTuple):
     noise : ReadingNoise
         Noise of the readings.
     space : Space
-        The m dimensions that the model leaves.
-    seen : ndarray, shape (m,)
+        What the model leaves.
+    seen : ndarray, shape (n,)
         Coordinates of the readings in it.
     spread : ndarray, shape (n, n)
         Covariance of the errors of the readings, in units of the variance of their noise.
-    roots : tuple of ndarray, shape (m, n)
-        Maps of independent numbers to coordinates of noise alone: one, or, where the correlation of
-        neighbours is estimated, one for each of several values that it may have.
+    roots : tuple of ndarray, shape (n, q)
+        Maps of independent numbers to errors of the readings [g], where the correlation of
+        neighbours is estimated: one for each of several values that it may have. None where the
+        errors are known to be those that the space makes independent.
     """
 
     record: TumbleRecord
@@ -54,7 +56,7 @@ class Comparison(NamedTuple):
     roots: tuple[Array, ...]
 
     def directions(self, *instances: Instance) -> Array:
-        """Unit vectors of effects in the space, shape (m, h)."""
+        """Unit vectors of effects in the space, shape (n, h)."""
         c = self.model.conditions
         seen = [self.space.see(column_of(item, c)) for item in instances]
         return np.stack([each / float(np.sqrt(each @ each)) for each in seen], axis=1)
@@ -108,11 +110,11 @@ def compared(
     if not memory:
         noise = noise._replace(rho=0.0)
     spread = _spread(record, model, noise)
-    space_whitener = whitener_of(spread, noise.sigma)
-    parameters = solve(model, space_whitener)
-    space = space_of(space_whitener, model.jacobian(parameters), repeating)
+    whitener = whitener_of(spread, noise.sigma)
+    parameters = solve(model, partial(np.matmul, whitener))
+    space = space_of(whitener, model.jacobian(parameters), repeating)
     seen = space.see(model.residual(parameters))
-    roots = _roots(record, model, noise, space)
+    roots = _roots(record, model, noise)
     return Comparison(record, model, parameters, noise, space, seen, spread, roots)
 
 
@@ -126,13 +128,11 @@ def _step(record: TumbleRecord, model: BaseModel) -> float:
     return (record.apparatus.resolution or 0.0) / abs(model.nominal)
 
 
-def _roots(
-    record: TumbleRecord, model: BaseModel, noise: ReadingNoise, space: Space
-) -> tuple[Array, ...]:
+def _roots(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> tuple[Array, ...]:
     if not noise.rho:
-        return (space.rotation.T,)
+        return ()
     uncertainty = float(np.sqrt((1.0 - noise.rho**2) / noise.dof))
     normal = NormalDist(noise.rho, uncertainty)
     rhos = np.clip([normal.inv_cdf((k + 0.5) / _RHOS) for k in range(_RHOS)], -0.9, 0.95)
-    lowers = [np.linalg.cholesky(_spread(record, model, noise._replace(rho=rho))) for rho in rhos]
-    return tuple(noise.sigma * space.see(np.asarray(lower)) for lower in lowers)
+    spreads = (_spread(record, model, noise._replace(rho=rho)) for rho in rhos.tolist())
+    return tuple(root_of(spread, noise.sigma) for spread in spreads)

@@ -116,7 +116,8 @@ def correction(
 
 def _is_visible(comparison: Comparison, item: Instance) -> bool:
     column = column_of(item, comparison.model.conditions)
-    seen, whole = comparison.space.see(column), comparison.space.whitener @ column
+    whole = comparison.space.whiten(column)
+    seen = comparison.space.left_of(whole)
     return bool(np.sqrt(seen @ seen) > VISIBLE * np.sqrt(whole @ whole))
 
 

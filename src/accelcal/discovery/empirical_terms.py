@@ -25,7 +25,7 @@ def empirical_explanation(family: Family) -> Explanation | None:
     c = comparison.model.conditions
     angles = grouped(head_positions(c.angle))[0]
     terms: list[Effect] = []
-    columns, p_values = np.empty((space.size, 0)), []
+    columns, p_values = space.nothing(), []
     for _ in FACTORS:
         judged = judge(family, orthonormal(columns) if terms else None)
         p, factor = min(

@@ -11,7 +11,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
 from accelcal.discovery.instance import Instance, own_columns
-from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
+from accelcal.discovery.spans import first_largest, lengths, orthonormal, squares_in, without
 
 _ROUNDS = 3
 
@@ -32,7 +32,7 @@ class Explanation(NamedTuple):
     ----------
     instances : tuple of Instance
         The effects with their nonlinear parameters.
-    directions : ndarray, shape (m, h)
+    directions : ndarray, shape (n, h)
         Their unit vectors.
     squares : float
         Sum of squares that they take up.
@@ -84,7 +84,7 @@ def _best_place(family: Family, effect: int, others: list[int]) -> int:
     length = lengths(columns)
     size = np.where(length > NEW, columns.T @ family.comparison.seen / np.maximum(length, NEW), 0.0)
     size = np.where(found.one_sided[own], np.maximum(size, 0.0), size)
-    return int(own[np.argmax(size**2)])
+    return int(own[first_largest(size**2)])
 
 
 def explanation(family: Family, places: Sequence[int], alpha: float) -> Explanation:

@@ -25,7 +25,7 @@ class Block(NamedTuple):
     ----------
     factor : str
         Its name.
-    basis : ndarray, shape (m, k)
+    basis : ndarray, shape (n, k)
         Orthonormal basis in the space.
     """
 
@@ -39,7 +39,7 @@ def blocks(space: Space, c: Conditions, first: str = "position") -> tuple[Block,
     Each is orthogonal to those before it.
     """
     found: list[Block] = []
-    taken = np.empty((space.size, 0))
+    taken = space.nothing()
     for factor, columns in sorted(_columns(c), key=lambda item: item[0] != first):
         seen = space.see(columns)
         whole, shown = (lengths(each).max(initial=0.0) for each in (columns, seen))

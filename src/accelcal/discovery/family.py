@@ -87,7 +87,7 @@ class _Left(NamedTuple):
 
     Attributes
     ----------
-    seen : ndarray, shape (m, k)
+    seen : ndarray, shape (n, k)
         The coordinates.
     shown : ndarray, shape (b, k)
         Their systematic part.
@@ -116,8 +116,7 @@ def family_of(comparison: Comparison, effects: Sequence[Effect]) -> Family:
 
 def with_rates(family: Family, seed: int = 0) -> Family:
     """Find the tries and tests of a family from noise that is simulated."""
-    roots, tails = family.comparison.roots, family.comparison.noise.tails
-    noise = drawn(roots, tails, np.random.default_rng(seed), DRAWS)
+    noise = drawn(family.comparison, np.random.default_rng(seed), DRAWS)
     effects, factors = _p_values(family, noise, None)
     tries = np.array([_multiplicity(p) for p in effects])
     honest = effects * tries[:, None]
@@ -125,17 +124,22 @@ def with_rates(family: Family, seed: int = 0) -> Family:
     return family._replace(tries=tries, tests=_multiplicity(smallest))
 
 
-def drawn(roots: tuple[Array, ...], tails: float, rng: np.random.Generator, draws: int) -> Array:
-    """Draw coordinates of noise alone, shape (m, draws or nearly).
+def drawn(comparison: Comparison, rng: np.random.Generator, draws: int) -> Array:
+    """Draw coordinates of noise alone, shape (n, draws or nearly); the roots are all as likely."""
+    space, roots, tails = comparison.space, comparison.roots, comparison.noise.tails
+    if not roots:
+        return space.left_of(independent(tails, rng, (comparison.seen.size, draws)))
+    each = draws // len(roots)
+    return np.hstack(
+        [space.see(root @ independent(tails, rng, (root.shape[1], each))) for root in roots]
+    )
 
-    The roots, shape (m, n) each and all as likely, map independent numbers to coordinates; `tails`
-    are the degrees of freedom of the Student distribution of these numbers, infinite if normal.
-    """
-    shape = (roots[0].shape[1], draws // len(roots))
+
+def independent(tails: float, rng: np.random.Generator, shape: tuple[int, int]) -> Array:
+    """Draw independent numbers of variance 1, of a Student distribution with `tails`."""
     if np.isinf(tails):
-        return np.hstack([root @ rng.standard_normal(shape) for root in roots])
-    scale = np.sqrt((tails - 2.0) / tails)
-    return np.hstack([root @ (scale * rng.standard_t(tails, shape)) for root in roots])
+        return rng.standard_normal(shape)
+    return np.asarray(np.sqrt((tails - 2.0) / tails) * rng.standard_t(tails, shape))
 
 
 def _multiplicity(p: Array) -> float:
@@ -147,7 +151,7 @@ def _multiplicity(p: Array) -> float:
 def judge(family: Family, taken: Array | None = None) -> Judgement:
     """Test the whole family on the readings.
 
-    Taken, shape (m, h), is an orthonormal basis of what has been explained already.
+    Taken, shape (n, h), is an orthonormal basis of what has been explained already.
     """
     effects, factors = _p_values(family, family.comparison.seen[:, None], taken)
     honest = np.minimum(effects[:, 0] * family.tries, 1.0)

@@ -11,7 +11,7 @@ from accelcal.discovery.columns import cells, cycle
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.solution import Solution, solution
-from accelcal.discovery.spans import lengths
+from accelcal.discovery.spans import lengths, without
 from accelcal.numerics.grouping import grouped
 from accelcal.results.findings import Gap
 
@@ -44,10 +44,16 @@ def held_out_rms(
         np.column_stack([jacobian, *(column_of(item, c) for item in effects)]) for effects in sets
     ]
     residual = comparison.model.residual(comparison.parameters)
+    models = [own / np.where(lengths(own) > 0.0, lengths(own), 1.0) for own in models]
+    white = [comparison.space.whiten(np.column_stack([own, residual])) for own in models]
     squares, readings = np.zeros(len(sets)), 0
     for out in _folds(comparison, np.random.default_rng(seed)):
-        lower = np.asarray(np.linalg.cholesky(comparison.spread[np.ix_(~out, ~out)]))
-        missed = [_missed(lower, columns, residual, out) for columns in models]
+        # to give a reading an unknown of its own is to leave it out
+        own, _ = np.linalg.qr(comparison.space.whitener[:, out])
+        missed = [
+            _missed(without(whitened, own), columns[out], residual[out])
+            for columns, whitened in zip(models, white, strict=True)
+        ]
         squares += [float(part @ part) for part in missed]
         readings += int(out.sum())
     return [float(np.sqrt(total / readings)) if readings else None for total in squares]
@@ -67,13 +73,10 @@ def _folds(comparison: Comparison, rng: np.random.Generator) -> Iterator[Mask]:
             yield turn == fold
 
 
-def _missed(lower: Array, columns: Array, residual: Array, out: Mask) -> Array:
-    """Reading minus prediction of those left out [g]; `lower` whitens the others."""
-    from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
+def _missed(others: Array, columns: Array, residual: Array) -> Array:
+    """Reading minus prediction of those left out [g], with the columns of these.
 
-    norms = lengths(columns)
-    norms[norms == 0.0] = 1.0
-    others = np.column_stack([columns[~out] / norms, residual[~out]])
-    whitened = solve_triangular(lower, others, lower=True, check_finite=False)
-    solved = np.linalg.lstsq(whitened[:, :-1], whitened[:, -1], rcond=1e-9)[0]
-    return np.asarray(residual[out] - (columns[out] / norms) @ solved)
+    The others are whitened columns, shape (n, p), and the readings beside them.
+    """
+    solved = np.linalg.lstsq(others[:, :-1], others[:, -1], rcond=1e-9)[0]
+    return np.asarray(residual - columns @ solved)

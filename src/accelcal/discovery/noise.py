@@ -16,9 +16,11 @@ from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.columns import dummies, head_columns
 from accelcal.discovery.declared_noise import in_units_of
-from accelcal.discovery.spans import orthonormal
+from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
+from accelcal.numerics.lag_sums import sums_by_lag
+from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import ErrorSource
 
@@ -116,16 +118,15 @@ def reading_noise(
             f" to discover an effect takes {FEWEST_REPLICATES} or more: measure two or more cycles"
             " of a forward and a back stroke in each run"
         )
-    order = c.order
-    projector = np.eye(residual.size) - basis[order] @ basis[order].T
-    error = projector @ in_units_of(relative, residual)[order]
-    rho, variance = _autocorrelation(error, projector, c.run[order])
+    basis = basis[c.order]
+    error = without(in_units_of(relative, residual)[c.order], basis)
+    rho, variance = _autocorrelation(error, basis, c.run[c.order])
     if not np.sqrt(variance) > max(_LEAST_NOISE, _OF_STEP * step):
         raise InputError(
             "replicates are alike to the last digit, so that nothing tells the noise of the"
             " readings; read more digits, or simulate some noise"
         )
-    tails = _tails(_excess_kurtosis(error, projector, variance))
+    tails = _tails(_excess_kurtosis(error, basis, variance))
     return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails, relative)
 
 
@@ -133,37 +134,44 @@ def _tails(excess: float) -> float:
     return next((dof for least, dof in _TAILS if excess > least), np.inf)
 
 
-def _excess_kurtosis(error: Array, projector: Array, variance: float) -> float:
+def _excess_kurtosis(error: Array, basis: Array, variance: float) -> float:
     """Excess kurtosis of the noise, of which the pure error is a mixture."""
+    projector = np.eye(error.size) - basis @ basis.T
     fourth = float((error**4).sum() - 3.0 * ((np.diagonal(projector) * variance) ** 2).sum())
-    return fourth / (float((projector**4).sum()) * variance**2)
+    return fourth / (float(((projector**2) ** 2).sum()) * variance**2)
 
 
-def _autocorrelation(error: Array, projector: Array, run: Ints) -> tuple[float, float]:
-    """Correlation of neighbours and the variance, both with their expectations matched."""
+def _autocorrelation(error: Array, basis: Array, run: Ints) -> tuple[float, float]:
+    """Correlation of neighbours and the variance, both with their expectations matched.
+
+    The pure error is what the basis B leaves, P y with P = I - B B'. With D, by which e' D e sums
+    the products of neighbours, the expectations are traces of P D P and of P.
+    """
     neighbours = np.where(run[1:] == run[:-1], 1.0, 0.0)
-    shifted = np.zeros_like(projector)  # D P, where e' D e sums products of neighbours
-    shifted[:-1] += 0.5 * neighbours[:, None] * projector[1:]
-    shifted[1:] += 0.5 * neighbours[:, None] * projector[:-1]
-    of_products = _lag_sums(projector @ shifted, run)
-    of_squares = _lag_sums(projector, run)
+    shifted = np.zeros_like(basis)  # D B
+    shifted[:-1] += 0.5 * neighbours[:, None] * basis[1:]
+    shifted[1:] += 0.5 * neighbours[:, None] * basis[:-1]
+    of_products = _lag_sums(basis @ (basis.T @ shifted) - 2.0 * shifted, basis, run)
+    of_products[1] += neighbours.sum()
+    of_squares = -_lag_sums(basis, basis, run)
+    of_squares[0] += run.size
     powers = _RHOS[:, None] ** np.arange(of_squares.size)
     observed = float((neighbours * error[1:] * error[:-1]).sum() / (error @ error or np.inf))
     expected = (powers @ of_products) / (powers @ of_squares)
     best = int(np.argmin(np.abs(expected - observed)))
-    if abs(_RHOS[best]) < 2.0 / np.sqrt(projector.trace()):
+    if abs(_RHOS[best]) < 2.0 / np.sqrt(of_squares[0]):
         best = int(np.argmin(np.abs(_RHOS)))
     rho = float(np.round(_RHOS[best], 6))
     return rho, float(error @ error / (powers[best] @ of_squares))
 
 
-def _lag_sums(matrix: Array, run: Ints) -> Array:
-    """Sums of a symmetric matrix along its diagonals, within runs: trace with rho^lag."""
-    sums = [float(np.trace(matrix))]
-    for lag in range(1, min(_LAGS, run.size)):
-        same = run[lag:] == run[:-lag]
-        sums.append(float((np.diagonal(matrix, lag)[same] + np.diagonal(matrix, -lag)[same]).sum()))
-    return np.array(sums)
+def _lag_sums(first: Array, second: Array, run: Ints) -> Array:
+    """Sums of ``first @ second.T`` along its diagonals, within runs: trace with rho^lag."""
+    found = np.zeros(_LAGS)
+    for each in distinct(run).tolist():
+        sums = sums_by_lag(first[run == each], second[run == each])[:_LAGS]
+        found[: sums.size] += sums
+    return found
 
 
 def sources(
@@ -203,8 +211,11 @@ def covariance(c: Conditions, noise: ReadingNoise, declared: Apparatus, step: fl
 
 def memory(c: Conditions, rho: float, relative: Array | None = None) -> Array:
     """Covariance of readings of an AR(1) process in each run, of such relative noise, (n, n)."""
-    apart = np.abs(c.number[:, None] - c.number)
-    correlation = np.where(c.run[:, None] == c.run, rho**apart, 0.0)
+    powers = rho ** np.arange(c.number.size)
+    correlation = np.zeros((c.number.size, c.number.size))
+    for run in distinct(c.run).tolist():
+        own = np.flatnonzero(c.run == run)
+        correlation[own[:, None], own] = powers[np.abs(c.number[own, None] - c.number[own])]
     return correlation if relative is None else correlation * np.outer(relative, relative)
 
 

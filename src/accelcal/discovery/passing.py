@@ -8,7 +8,6 @@ correlation that suits it best.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.columns import coefficient_columns, dummies, saturated
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.family import NEW, drawn
+from accelcal.discovery.family import NEW, independent
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.noise import memory
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
@@ -103,8 +102,12 @@ def passing(
     gains, alone = _gains(noises, error[:, None])
     root = left.T @ np.linalg.cholesky(memory(c, _RHOS[int(alone[0])], relative))
     tails = min(comparison.noise.tails, _TAILS)
-    draw = partial(drawn, (root,), tails, np.random.default_rng(seed))
-    p_values, beyond = _chances(noises, gains[:, 0], draw)
+    rng = np.random.default_rng(seed)
+    p_values, beyond = _chances(
+        noises,
+        gains[:, 0],
+        lambda draws: root @ independent(tails, rng, (root.shape[1], draws)),
+    )
     if p_values.min() >= alpha:
         return None
     best = int(np.argmax(np.where(p_values < alpha, beyond, -np.inf)))

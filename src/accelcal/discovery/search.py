@@ -76,9 +76,9 @@ def _larger(family: Family, beam: list[frozenset[int]], alpha: float) -> list[Ex
     fitted.sort(key=lambda item: -item[1])
     kept = fitted if beam == [frozenset()] else fitted[:_TRIED]
     found = [explanation(family, places, alpha) for places, _ in kept]
-    return sorted(found, key=_rank)
+    return sorted(found, key=lambda one: (*_rank(one), sorted(_indices(family, one))))
 
 
-def _rank(found: Explanation) -> tuple[float, float, list[str]]:
-    """The better fit first; of equal ones, which rounding would order, what noise makes rarer."""
-    return -float(f"{found.squares:.9g}"), max(found.p_values), sorted(found.ids)
+def _rank(found: Explanation) -> tuple[float, float]:
+    """The better fit first, then what noise makes rarer; rounding alone orders nothing."""
+    return -float(f"{found.squares:.9g}"), float(f"{max(found.p_values):.6g}")

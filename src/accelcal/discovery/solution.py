@@ -63,9 +63,9 @@ def solution(comparison: Comparison, instances: Sequence[Instance] = ()) -> Solu
     model = comparison.model
     if columns:
         model = model.extended(np.stack(columns, axis=1), tuple(i.effect.id for i in instances))
-    parameters = solve(model, comparison.space.whitener)
+    parameters = solve(model, comparison.space.whiten)
     residual = model.residual(parameters)
-    chi2 = float(((comparison.space.whitener @ residual) ** 2).sum())
+    chi2 = float((comparison.space.whiten(residual) ** 2).sum())
     return Solution(model, parameters, residual, chi2, comparison.space.size - len(instances))
 
 
@@ -147,7 +147,7 @@ def changes(comparison: Comparison, before: Solution, after: Solution) -> tuple[
 
 
 def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
-    jacobian = comparison.space.whitener @ fit.model.jacobian(fit.parameters)
+    jacobian = comparison.space.whiten(fit.model.jacobian(fit.parameters))
     norms = _norms(jacobian)
     inverse = np.linalg.pinv(jacobian / norms, rcond=1e-9)
     smallest = _with_small_shifts(comparison.model, jacobian, fit.parameters)

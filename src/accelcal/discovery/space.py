@@ -12,42 +12,64 @@ from accelcal.errors import InputError
 
 
 class Space(NamedTuple):
-    """The m dimensions of n readings that the base model leaves.
+    """What the base model leaves of n readings.
+
+    The coordinates of readings are the n whitened ones without the part that the base model takes.
+    They fill n - p dimensions.
 
     Attributes
     ----------
     whitener : ndarray, shape (n, n)
-        Map of readings [g] to readings whose errors are independent, with variance 1.
-    rotation : ndarray, shape (n, m)
-        Orthonormal basis of what the base model leaves of whitened readings.
-    systematic : ndarray, shape (m, b)
+        Lower triangle, map of readings [g] to readings whose errors are independent, with
+        variance 1.
+    taken : ndarray, shape (n, p)
+        Orthonormal basis of what the base model takes of whitened readings.
+    systematic : ndarray, shape (n, b)
         Orthonormal basis of all that repeats in replicates; what is left is pure error.
     """
 
     whitener: Array
-    rotation: Array
+    taken: Array
     systematic: Array
 
     @property
     def size(self) -> int:
-        """Dimensions m."""
-        return int(self.systematic.shape[0])
+        """Dimensions n - p."""
+        return int(self.taken.shape[0] - self.taken.shape[1])
 
     @property
     def dof(self) -> int:
         """Degrees of freedom of the pure error."""
         return self.size - int(self.systematic.shape[1])
 
+    def nothing(self) -> Array:
+        """No coordinates, shape (n, 0), to which others can be joined."""
+        return np.empty((self.taken.shape[0], 0))
+
+    def whiten(self, columns: Array) -> Array:
+        """Readings or columns [g] with independent errors, shape (n,) or (n, k)."""
+        return np.asarray(self.whitener @ columns)
+
+    def left_of(self, whitened: Array) -> Array:
+        """Coordinates of whitened readings or columns, shape (n,) or (n, k)."""
+        return without(whitened, self.taken)
+
     def see(self, columns: Array) -> Array:
-        """Coordinates of readings or columns [g], shape (m,) or (m, k)."""
-        return np.asarray(self.rotation.T @ (self.whitener @ columns))
+        """Coordinates of readings or columns [g], shape (n,) or (n, k)."""
+        return self.left_of(self.whiten(columns))
+
+    def unwhitened(self, whitened: Array) -> Array:
+        """Readings or columns [g] of whitened ones, shape (n,) or (n, k)."""
+        from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
+
+        return np.asarray(solve_triangular(self.whitener, whitened, lower=True))
 
     def variance(self, seen: Array) -> float:
-        """Variance of the noise by the pure error of coordinates, shape (m,)."""
+        """Variance of the noise by the pure error of coordinates, shape (n,)."""
         return float(self.pure_error(seen)) / self.dof
 
     def pure_error(self, seen: Array) -> Array:
-        """Sum of squares of the pure error of coordinates, shape (m,) or (m, k)."""
+        """Sum of squares of the pure error of coordinates, shape (n,) or (n, k)."""
         # not as a difference of squares: a disagreement may be a million times the noise
         return np.asarray((without(seen, self.systematic) ** 2).sum(axis=0))
 
@@ -55,24 +77,32 @@ class Space(NamedTuple):
 def whitener_of(covariance: Array, sigma: float) -> Array:
     """Matrix that makes errors of a covariance independent, with variance 1, shape (n, n) [1/g].
 
-    It is the inverse of the Cholesky factor of the covariance, which is in units of ``sigma ** 2``,
-    over sigma [g].
+    It is the inverse of `root_of` the covariance.
+    """
+    from scipy.linalg import solve_triangular
+
+    lower = root_of(covariance, sigma)
+    return np.asarray(solve_triangular(lower, np.eye(lower.shape[0]), lower=True))
+
+
+def root_of(covariance: Array, sigma: float) -> Array:
+    """Matrix that makes errors of a covariance of independent ones, shape (n, n) [g].
+
+    It is sigma [g] times the Cholesky factor of the covariance, which is in units of
+    ``sigma ** 2``.
 
     Raises
     ------
     InputError
         If the covariance is not positive definite in double precision.
     """
-    from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
-
     try:
-        lower = np.linalg.cholesky(covariance)
+        return np.asarray(sigma * np.linalg.cholesky(covariance))
     except np.linalg.LinAlgError:
         raise InputError(
             f"the declared errors are too large beside a noise of the readings of {sigma:.3g} g;"
             " declare them smaller, or read more digits"
         ) from None
-    return np.asarray(solve_triangular(lower, np.eye(lower.shape[0]), lower=True)) / sigma
 
 
 def space_of(whitener: Array, base: Array, repeating: Array) -> Space:
@@ -87,7 +117,6 @@ def space_of(whitener: Array, base: Array, repeating: Array) -> Space:
     repeating : ndarray, shape (n, k)
         Columns that take up all that repeats, of whatever rank.
     """
-    taken = orthonormal(whitener @ base)
-    full, _ = np.linalg.qr(taken, mode="complete")
-    rotation = full[:, taken.shape[1] :]
-    return Space(whitener, rotation, orthonormal(rotation.T @ (whitener @ repeating)))
+    taken, _ = np.linalg.qr(orthonormal(whitener @ base))  # to the last digit
+    found = Space(whitener, taken, np.empty((len(whitener), 0)))
+    return found._replace(systematic=orthonormal(found.see(repeating)))

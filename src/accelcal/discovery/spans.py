@@ -31,3 +31,11 @@ def without(columns: Array, taken: Array) -> Array:
 def squares_in(basis: Array, seen: Array) -> float:
     """Sum of squares of the part of a vector that an orthonormal basis spans."""
     return float(((basis.T @ seen) ** 2).sum())
+
+
+def first_largest(values: Array, rounding: float = 1e-9) -> int:
+    """Index of the largest of some values above zero; of those alike but for rounding, the first.
+
+    The largest alone would depend on the processor.
+    """
+    return int(np.argmax(values >= (1.0 - rounding) * values.max()))

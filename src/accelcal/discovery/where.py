@@ -10,7 +10,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.columns import cycle
 from accelcal.discovery.factors import Block
 from accelcal.discovery.space import Space
-from accelcal.discovery.spans import orthonormal, squares_in, without
+from accelcal.discovery.spans import first_largest, orthonormal, squares_in, without
 from accelcal.effects.conditions import Conditions
 from accelcal.results.findings import Share
 
@@ -44,17 +44,15 @@ def _holm(p: Sequence[float]) -> list[float]:
 def pattern(space: Space, seen: Array, block: Block, taken: Array | None = None) -> Array:
     """Part of the readings that a factor has, beside what has been explained [g], shape (n,).
 
-    Taken, shape (m, h), is an orthonormal basis of that.
+    Taken, shape (n, h), is an orthonormal basis of that.
     """
     basis = block.basis if taken is None else orthonormal(without(block.basis, taken))
-    whitened = space.rotation @ (basis @ (basis.T @ seen))
-    return np.asarray(np.linalg.solve(space.whitener, whitened))
+    return space.unwhitened(basis @ (basis.T @ seen))
 
 
 def structure(c: Conditions, runs: Sequence[str], factor: str, shape: Array) -> str:
     """Describe the pattern of a factor, shape (n,) [g]: what it follows, its harmonic and size."""
-    # Of readings that are equally far off, the first is named: argmax alone would follow rounding.
-    largest = int(np.argmax(np.abs(shape) > (1.0 - 1e-6) * np.abs(shape).max()))
+    largest = first_largest(np.abs(shape), 1e-6)
     size = float(np.sqrt(np.mean(shape**2)))
     sense = "forward" if c.rotation[largest] > 0 else "back"
     return (

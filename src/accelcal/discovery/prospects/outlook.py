@@ -18,7 +18,7 @@ from accelcal.discovery.base import BaseModel, base_model, solve, without_shifts
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.noise import ReadingNoise, covariance
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
-from accelcal.discovery.space import whitener_of
+from accelcal.discovery.space import root_of
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.geometry import head_positions
@@ -39,8 +39,9 @@ class Outlook(NamedTuple):
         Time that it takes; None where the record tells no times.
     conditions : Conditions
         Of the readings of record and block.
-    whiteners : tuple of ndarray
-        Of the readings of the record and of those of the block, without the head [1/g].
+    roots : tuple of ndarray
+        Lower triangles, which make the errors of the readings of the record, and those of the
+        block, of independent ones, without the head [g].
     taken : ndarray, shape (n, p)
         Columns of the base model, and of the head [g].
     heads : int
@@ -51,19 +52,24 @@ class Outlook(NamedTuple):
     readings: int
     hours: float | None
     conditions: Conditions
-    whiteners: tuple[Array, Array]
+    roots: tuple[Array, Array]
     taken: Array
     heads: int
 
     def beside(self, others: Array, columns: Array) -> Left:
         """What base model, head and others, shape (n, h), leave of columns, shape (n, k) [g]."""
+        from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
+
         every = np.hstack([self.taken, others, columns])
         before, last = every.shape[0] - self.readings, self.taken.shape[1]
         prior = np.zeros((self.heads, every.shape[1]))
         prior[:, last - self.heads : last] = np.eye(self.heads)
-        old = np.vstack([self.whiteners[0] @ every[:before], prior])
-        new = self.whiteners[1] @ every[before:]
-        return Left(_triangle(old), _triangle(new), last + others.shape[1])
+        old, new = (
+            solve_triangular(root, rows, lower=True)
+            for root, rows in zip(self.roots, (every[:before], every[before:]), strict=True)
+        )
+        whole = np.vstack([old, prior])
+        return Left(_triangle(whole), _triangle(new), last + others.shape[1])
 
 
 def _triangle(columns: Array) -> Array:
@@ -113,17 +119,13 @@ def _outlook(
     if noise.relative is not None:
         noise = noise._replace(relative=np.append(noise.relative, np.ones(len(whole) - n)))
     spread = covariance(c, noise, replace(declared, head_uncertainty=None))
-    whiteners = (
-        whitener_of(spread[:n, :n], noise.sigma),
-        whitener_of(spread[n:, n:], noise.sigma),
-    )
     head = _head(c, declared)
     return Outlook(
         block=block,
         readings=len(whole) - n,
         hours=_hours(whole, n),
         conditions=c,
-        whiteners=whiteners,
+        roots=(root_of(spread[:n, :n], noise.sigma), root_of(spread[n:, n:], noise.sigma)),
         taken=np.hstack([model.jacobian(solve(model)), head]),
         heads=head.shape[1],
     )
@@ -156,6 +158,6 @@ def _foreseen(
     ideal = own.nominal * conditions_of(whole, reference, delta0).input
     first = base_model(replace(whole, output=np.where(old, whole.output, ideal)), reference, delta0)
     first = without_shifts(first, {name.partition(" ")[2] for name in own.names})
-    gain, inside = first.split(solve(first, np.diag(old.astype(float))))
+    gain, inside = first.split(solve(first, lambda columns: columns[old]))
     whole = replace(whole, output=np.where(old, whole.output, first.nominal * gain * inside))
     return whole, base_model(whole, reference, delta0)

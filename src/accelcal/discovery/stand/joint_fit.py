@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -63,7 +64,7 @@ def _own_part(unit: Unit) -> Array:
     """Orthonormal basis of the effects that a unit has alone, in its space."""
     c, space = unit.comparison.model.conditions, unit.comparison.space
     columns = [space.see(column_of(item, c))[:, None] for item in amplitudes(unit.own)]
-    return orthonormal(np.hstack([np.empty((space.size, 0)), *columns]))
+    return orthonormal(np.hstack([space.nothing(), *columns]))
 
 
 def known(units: Sequence[Unit], shared: Sequence[Instance], head: float, size: int) -> Knowledge:
@@ -130,17 +131,16 @@ def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison
     spread = np.asarray(old.spread + uncertain @ uncertain.T / sigma**2)
     whitener = whitener_of(spread, sigma)
     model = replace(old.model, reading=old.model.reading - columns @ told.value)
-    parameters = solve(model, whitener)
+    parameters = solve(model, partial(np.matmul, whitener))
     space = space_of(whitener, model.jacobian(parameters), saturated(c, old.record.mounting))
-    back = np.asarray(np.linalg.solve(old.space.whitener, old.space.rotation))
-    of_told = space.see(uncertain)
+    roots = old.roots or (old.space.unwhitened(np.eye(c.angle.size)),)
     return old._replace(
         model=model,
         parameters=parameters,
         space=space,
         seen=space.see(model.residual(parameters)),
         spread=spread,
-        roots=tuple(np.hstack([space.see(back) @ root, of_told]) for root in old.roots),
+        roots=tuple(np.hstack([root, uncertain]) for root in roots),
     )
 
 

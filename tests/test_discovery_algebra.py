@@ -1,0 +1,102 @@
+"""What discovery works out without large matrices, beside the same with them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import cho_factor, cho_solve
+
+import accelcal
+from accelcal.discovery.columns import saturated
+from accelcal.discovery.comparison import compared
+from accelcal.discovery.gaps import _folds, held_out_rms
+from accelcal.discovery.instance import column_of, instance_of
+from accelcal.discovery.noise import _RHOS, _autocorrelation, memory, reading_noise
+from accelcal.discovery.spans import first_largest, orthonormal
+
+
+def with_memory(rho, **options):
+    """A record whose noise is a process of first order in each run, larger than all else."""
+    record = accelcal.simulate(plan=accelcal.TumblePlan(**options), seed=5)
+    draws = np.random.default_rng(2).normal(0.0, 3e-5, len(record))
+    noise = np.zeros(len(record))
+    for i, run in enumerate(record.run):
+        noise[i] = draws[i] + (rho * noise[i - 1] if i and record.run[i - 1] == run else 0.0)
+    return replace(record, output=record.output + noise)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.6])
+@pytest.mark.parametrize("ids", [(), ("backlash",), ("backlash", "fourth-order")])
+def test_readings_left_out_are_predicted_as_by_a_fit_without_them(rho, ids):
+    look = compared(with_memory(rho, strokes=4), 20.0)
+    assert (look.noise.rho > 0.3) == (rho > 0.3)
+    c, model = look.model.conditions, look.model
+    effects = [instance_of(accelcal.effect(name).of(1e-5)) for name in ids]
+    columns = [model.jacobian(look.parameters), *(column_of(item, c) for item in effects)]
+    columns, residual = np.column_stack(columns), model.residual(look.parameters)
+    missed = []
+    for out in _folds(look, np.random.default_rng(0)):
+        factor = cho_factor(look.spread[np.ix_(~out, ~out)])
+        normal = columns[~out].T @ cho_solve(factor, columns[~out])
+        solved = np.linalg.solve(normal, columns[~out].T @ cho_solve(factor, residual[~out]))
+        missed.append(residual[out] - columns[out] @ solved)
+    expected = np.sqrt(np.mean(np.concatenate(missed) ** 2))
+    assert len(missed) == 2
+    assert held_out_rms(look, [effects])[0] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("rho", [-0.4, 0.0, 0.7])
+def test_memory_is_a_power_of_the_distance_within_a_run(rho):
+    record = accelcal.simulate(plan=accelcal.TumblePlan(strokes=4), seed=1)
+    c = compared(record, 20.0).model.conditions
+    order = np.random.default_rng(1).permutation(len(record))
+    c = replace(c, run=c.run[order], number=c.number[order])
+    relative = np.linspace(1.0, 2.0, len(record))
+    found = memory(c, rho, relative)
+    for i in range(0, len(record), 7):
+        for j in range(len(record)):
+            apart = abs(int(c.number[i]) - int(c.number[j]))
+            expected = rho**apart if c.run[i] == c.run[j] else 0.0
+            assert found[i, j] == pytest.approx(expected * relative[i] * relative[j])
+
+
+def test_correlation_is_that_of_the_pure_error():
+    """The lag-1 sum of the pure error has its expectation, a trace of dense matrices here."""
+    record = with_memory(0.6, strokes=8)
+    c = compared(record, 20.0).model.conditions
+    basis = orthonormal(saturated(c, record.mounting))[c.order]
+    run = c.run[c.order]
+    left = np.eye(run.size) - basis @ basis.T
+    error = left @ record.output[c.order]
+    rho, variance = _autocorrelation(error, basis, run)
+    near = np.diag(0.5 * (run[1:] == run[:-1]), 1)
+    near = near + near.T
+
+    def expected(rho):
+        process = memory(replace(c, run=run, number=np.arange(run.size)), rho)
+        process *= np.abs(np.subtract.outer(range(run.size), range(run.size))) < 40
+        return np.trace(left @ near @ left @ process) / np.trace(left @ process)
+
+    observed = error @ near @ error / (error @ error)
+    step = _RHOS[1] - _RHOS[0]
+    assert abs(expected(rho) - observed) <= abs(expected(rho + step) - observed)
+    assert abs(expected(rho) - observed) <= abs(expected(rho - step) - observed)
+    process = memory(replace(c, run=run, number=np.arange(run.size)), rho)
+    assert variance == pytest.approx(error @ error / np.trace(left @ process), rel=1e-4)
+    assert reading_noise(c, record.output, saturated(c, record.mounting), 0.0).rho == rho
+
+
+def test_effects_that_readings_cannot_tell_apart_come_in_the_order_of_the_catalogue():
+    """Rounding, which depends on the processor, does not choose the name."""
+    for seed in range(4):
+        for name, size in (("fourth-order", 9e-5), ("scale-factor-asymmetry", 1.2e-4)):
+            record = accelcal.simulate(effects=[accelcal.effect(name).of(size)], seed=seed)
+            found = accelcal.discover(record).effects
+            assert [one.id for one in found] == ["scale-factor-asymmetry"]
+            assert "fourth-order" in found[0].indistinguishable
+
+
+def test_the_first_of_what_is_alike_but_for_rounding():
+    assert first_largest(np.array([1.0, 2.0, 2.0 + 1e-12, 1.5])) == 1
+    assert first_largest(np.array([1.0, 2.0, 2.0 + 1e-6, 1.5])) == 2
+    assert first_largest(np.zeros(3)) == 0
