@@ -37,6 +37,8 @@ class Candidates(NamedTuple):
         N instances, those of one effect together.
     directions : ndarray, shape (n, N)
         Their unit vectors.
+    systematic : ndarray, shape (b, N)
+        Their parts that repeat in replicates.
     length : ndarray, shape (N,)
         Length of an instance of size 1, in standard deviations of the noise.
     owner : ndarray of int, shape (N,)
@@ -51,11 +53,16 @@ class Candidates(NamedTuple):
 
     instances: tuple[Instance, ...]
     directions: Array
+    systematic: Array
     length: Array
     owner: Places
     one_sided: Mask
     effects: tuple[Effect, ...]
     hidden: tuple[Effect, ...]
+
+    def of(self, effect: int) -> slice:
+        """Places of the instances of an effect."""
+        return slice(*np.searchsorted(self.owner, [effect, effect + 1]).tolist())
 
 
 def searched_among(effects: Iterable[Effect] | None = None) -> tuple[Effect, ...]:
@@ -89,9 +96,11 @@ def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candid
             hidden.append(effect)
     sizes = [len(own) for _, own, _, _ in seen]
     kept = tuple(itertools.chain.from_iterable(own for _, own, _, _ in seen))
+    directions = np.hstack([space.nothing(), *(unit for _, _, unit, _ in seen)])
     return Candidates(
         instances=kept,
-        directions=np.hstack([space.nothing(), *(unit for _, _, unit, _ in seen)]),
+        directions=directions,
+        systematic=space.systematic.T @ directions,
         length=np.concatenate([np.empty(0), *(length for _, _, _, length in seen)]),
         owner=np.repeat(np.arange(len(seen)), sizes),
         one_sided=np.array([item.one_sided for item in kept], dtype=bool),

@@ -11,7 +11,14 @@ from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
 from accelcal.discovery.instance import Instance, own_columns
-from accelcal.discovery.spans import first_largest, lengths, orthonormal, squares_in, without
+from accelcal.discovery.spans import (
+    first_largest,
+    length_without,
+    lengths,
+    orthonormal,
+    squares_in,
+    without,
+)
 
 _ROUNDS = 3
 
@@ -78,13 +85,13 @@ def best_instances(family: Family, effects: Sequence[int]) -> tuple[list[int], f
 
 def _best_place(family: Family, effect: int, others: list[int]) -> int:
     found = family.candidates
-    own = np.flatnonzero(found.owner == effect)
-    taken = orthonormal(found.directions[:, others])
-    columns = without(found.directions[:, own], taken)
-    length = lengths(columns)
-    size = np.where(length > NEW, columns.T @ family.comparison.seen / np.maximum(length, NEW), 0.0)
+    own = found.of(effect)
+    taken, units = orthonormal(found.directions[:, others]), found.directions[:, own]
+    length = length_without(taken.T @ units)
+    seen = units.T @ without(family.comparison.seen, taken)
+    size = np.where(length > NEW, seen / np.maximum(length, NEW), 0.0)
     size = np.where(found.one_sided[own], np.maximum(size, 0.0), size)
-    return int(own[first_largest(size**2)])
+    return int(own.start + first_largest(size**2))
 
 
 def explanation(family: Family, places: Sequence[int], alpha: float) -> Explanation:

@@ -19,7 +19,7 @@ from accelcal.discovery.candidates import Candidates, candidates
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.factors import Block, blocks
 from accelcal.discovery.space import Space
-from accelcal.discovery.spans import lengths, orthonormal, without
+from accelcal.discovery.spans import length_without, lengths, orthonormal, without
 from accelcal.effects.effect import Effect
 
 DRAWS = 4000
@@ -210,14 +210,16 @@ def _left(space: Space, seen: Array, taken: Array | None) -> _Left:
 def _ratios(family: Family, taken: Array | None) -> Callable[[_Left], Array]:
     """F of each of N instances against the pure error that is left beside it, shape (N, k)."""
     space, found = family.space, family.candidates
-    columns = found.directions if taken is None else without(found.directions, taken)
-    length = lengths(columns)
-    columns = columns * np.where(length > NEW, 1.0 / np.maximum(length, NEW), 0.0)
-    systematic = space.systematic.T @ columns
+    scale, systematic = np.ones(found.owner.size), found.systematic
+    if taken is not None:
+        part = taken.T @ found.directions
+        length = length_without(part)
+        scale = np.where(length > NEW, 1.0 / np.maximum(length, NEW), 0.0)
+        systematic = (systematic - (space.systematic.T @ taken) @ part) * scale
     pure_part = 1.0 - (systematic**2).sum(axis=0)
 
     def of(left: _Left) -> Array:
-        projection = columns.T @ left.seen
+        projection = scale[:, None] * (found.directions.T @ left.seen)
         in_pure_error = projection - systematic.T @ left.shown
         size = np.where(found.one_sided[:, None], np.maximum(projection, 0.0), projection)
         beside = left.pure - 2.0 * size * in_pure_error + size**2 * pure_part[:, None]

@@ -28,6 +28,14 @@ def without(columns: Array, taken: Array) -> Array:
     return np.asarray(columns - taken @ (taken.T @ columns))
 
 
+def length_without(part: Array) -> Array:
+    """Length that is left of unit vectors without a part of them, shape (k,).
+
+    The part, shape (h, k), is that in an orthonormal basis.
+    """
+    return np.asarray(np.sqrt(np.maximum(1.0 - (part**2).sum(axis=0), 0.0)))
+
+
 def squares_in(basis: Array, seen: Array) -> float:
     """Sum of squares of the part of a vector that an orthonormal basis spans."""
     return float(((basis.T @ seen) ** 2).sum())
