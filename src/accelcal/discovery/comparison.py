@@ -14,7 +14,7 @@ from accelcal.discovery.columns import saturated
 from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise, refuse_too_many
-from accelcal.discovery.space import Space, root_of, space_of, whitener_of
+from accelcal.discovery.space import Space, root_of, space_of, whitened, whitener_of
 from accelcal.record import TumbleRecord
 
 _RHOS = 6
@@ -111,7 +111,7 @@ def compared(
         noise = noise._replace(rho=0.0)
     spread = _spread(record, model, noise)
     whitener = whitener_of(spread, noise.sigma)
-    parameters = solve(model, partial(np.matmul, whitener))
+    parameters = solve(model, partial(whitened, whitener))
     space = space_of(whitener, model.jacobian(parameters), repeating)
     seen = space.see(model.residual(parameters))
     roots = _roots(record, model, noise)

@@ -81,4 +81,4 @@ def _larger(family: Family, beam: list[frozenset[int]], alpha: float) -> list[Ex
 
 def _rank(found: Explanation) -> tuple[float, float]:
     """The better fit first, then what noise makes rarer; rounding alone orders nothing."""
-    return -float(f"{found.squares:.9g}"), float(f"{max(found.p_values):.6g}")
+    return -float(f"{found.squares:.6g}"), float(f"{max(found.p_values):.6g}")

@@ -24,7 +24,7 @@ from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.solution import changes, solution
-from accelcal.discovery.space import space_of, whitener_of
+from accelcal.discovery.space import space_of, whitened, whitener_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.numerics.covariance_root import covariance_root
@@ -131,7 +131,7 @@ def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison
     spread = np.asarray(old.spread + uncertain @ uncertain.T / sigma**2)
     whitener = whitener_of(spread, sigma)
     model = replace(old.model, reading=old.model.reading - columns @ told.value)
-    parameters = solve(model, partial(np.matmul, whitener))
+    parameters = solve(model, partial(whitened, whitener))
     space = space_of(whitener, model.jacobian(parameters), saturated(c, old.record.mounting))
     roots = old.roots or (old.space.unwhitened(np.eye(c.angle.size)),)
     return old._replace(
