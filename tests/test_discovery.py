@@ -1,6 +1,7 @@
 """Discovery: nothing where there is nothing, the right name where there is one, honest aliases."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -812,3 +813,15 @@ def test_a_run_in_another_unit_is_said():
     output = np.where(record.run == 1, 1000.0 * record.output, record.output)
     assert accelcal.discover(replace(record, output=output)).notes[0].startswith(said)
     assert not any("another unit" in note for note in accelcal.discover(record).notes)
+
+
+def test_a_change_that_rounding_makes_is_none():
+    """Where the shifts of the runs are free, K1 and K0 have no uncertainty to tell the digits."""
+    record = accelcal.simulate(seed=2, declare=False, effects=[effect("backlash").of(3e-5)])
+    rows = [
+        re.split(r"\s{2,}", line.strip()) for line in str(accelcal.discover(record)).split("\n")
+    ]
+    changes = {row[0]: row[1:] for row in rows}
+    assert changes["K1"] == ["0", "ppm"]
+    assert changes["K0"][2:] == ["0", "ug"]
+    assert changes["M"][-1] == "urad"

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 NOT_SURE = "not sure"
 
+_ROUNDING = 1e-10
+"""Change of a coefficient over K1 that the arithmetic of a fit may make [g/g^n, or per degC]."""
+
 
 def discovery_text(found: Discovery) -> str:
     """Tell a discovery in lines of at most 100 characters."""
@@ -156,8 +159,10 @@ def _changes(found: Discovery) -> Iterator[str]:
 def change_row(item: Change) -> tuple[str, str, str, str, str]:
     """Tell a coefficient: symbol, before, after, change, unit."""
     scale, unit = in_small_unit(item.after.unit)
-    before, after = ((q.value or 0.0) * scale for q in (item.before, item.after))
-    shown = [_digits(value, item, scale) for value in (before, after, after - before)]
+    before, after = (q.value or 0.0 for q in (item.before, item.after))
+    change = after - before
+    change = change if abs(change) > _ROUNDING else 0.0
+    shown = [_digits(value * scale, item, scale) for value in (before, after, change)]
     if item.coefficient == "K1":  # relative to the fit that the search started from
         shown[:2] = ["", ""]
     return (item.coefficient, shown[0], shown[1], shown[2], unit)
