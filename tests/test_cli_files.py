@@ -118,6 +118,8 @@ def test_no_file_has_a_name_that_promises_another_form(run, command, said):
         ("history nothing.csv --plot x", ".png, .svg, .pdf"),
         ("budget nothing.json --plot png", ".png, .svg, .pdf"),
         ("design --optimal D --plot x.jpeg", ".png, .svg, .pdf"),
+        ("head nothing.csv --plot x.jpg", ".png, .svg, .pdf"),
+        ("triad nothing.csv --plot x.jpg", ".png, .svg, .pdf"),
     ],
 )
 def test_a_name_that_tells_no_form_is_refused_before_the_work(run, command, ends):

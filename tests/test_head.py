@@ -424,3 +424,22 @@ def test_a_search_refuses_several_clampings_in_a_line(tmp_path, capsys):
     assert err.count("\n") == 1
     assert "two.csv: clampings at 0 and 90 deg" in err
     assert not accelcal.discover(alone).effects
+
+
+def test_the_picture_has_each_error_with_its_interval(tables, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    picture = tmp_path / "head.svg"
+    assert run(capsys, "head", *tables, "--plot", picture)[0] == 0
+    assert picture.read_text("utf-8").startswith("<?xml")
+    found = accelcal.calibrate_head([accelcal.simulate(seed=1)])
+    ax = found.plot.errors()
+    points, _, (bars,) = ax.containers[0]
+    assert np.allclose(points.get_xdata(), found.angles_deg)
+    factor = np.ptp(points.get_ydata()) / np.ptp(found.errors)
+    assert factor == pytest.approx(1e6)
+    half = [q.expanded_uncertainty for q in found.quantities()]
+    drawn = [np.ptp(segment[:, 1]) / 2.0 for segment in bars.get_segments()]
+    assert np.allclose(drawn, factor * np.array(half))
+    assert "rad]" in ax.get_ylabel()
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels == ["before any reading, 95 %", "error, 95 %"]

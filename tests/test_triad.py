@@ -553,3 +553,41 @@ def test_gravity_of_another_unit_is_refused_with_its_line(written, told):
     with pytest.raises(accelcal.TableError) as caught:
         read_triad(io.StringIO(text))
     assert told in str(caught.value)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_the_picture_has_each_residual(known):
+    pytest.importorskip("matplotlib")
+    record = read_triad(EXAMPLE)
+    record = record if known else TriadRecord(record.output)
+    found = accelcal.calibrate_triad(record)
+    ax = found.plot.residuals(record)
+    shown = [line.get_ydata() for line in ax.lines[1:]]
+    assert [len(own) for own in shown] == [24] * (3 if known else 1)
+    assert "g]" in ax.get_ylabel()
+    factor = 1e6
+    if known:
+        assert len(ax.get_legend().get_texts()) == 3
+        model = found.bias + record.up @ found.sensitivity.T
+        left = (record.output - model) / np.linalg.norm(found.sensitivity, axis=1)
+        assert np.allclose(shown, factor * left.T)
+    else:
+        assert ax.get_legend() is None
+        length = np.linalg.norm(found.accelerations(record.output), axis=1)
+        assert np.allclose(shown[0], factor * (length - 1.0))
+
+
+def test_the_command_draws_the_residuals(tmp_path):
+    pytest.importorskip("matplotlib")
+    picture = tmp_path / "residuals.png"
+    assert main(["triad", str(EXAMPLE), "--plot", str(picture)]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_another_record_is_not_drawn():
+    pytest.importorskip("matplotlib")
+    record = read_triad(EXAMPLE)
+    found = accelcal.calibrate_triad(record)
+    for other in (TriadRecord(record.output), TriadRecord(record.output[:9], record.up[:9])):
+        with pytest.raises(accelcal.InputError, match="give the record that was calibrated"):
+            found.plot.residuals(other)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import Rows, deliver_result
 from accelcal.cli.options import (
@@ -15,6 +16,7 @@ from accelcal.cli.options import (
     format_option,
     number_option,
     output_option,
+    picture_option,
 )
 
 if TYPE_CHECKING:
@@ -30,12 +32,14 @@ if TYPE_CHECKING:
     "Standard uncertainty of one head position before the test [rad, or g].",
 )
 @fixture_angle_option
+@picture_option("the errors of the positions (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def head(
     data: Sequence[str],
     path: str | None,
     head_uncertainty: float | None,
     delta0: float | None,
+    picture: str | None,
     form: str,
 ) -> None:
     """Calibrate the dividing head from the units tested on it.
@@ -57,6 +61,7 @@ def head(
     declared = {"head_uncertainty": head_uncertainty}
     records = [record for source in data for record in read_tables(source, overrides=declared)]
     found = calibrate_head(records, delta0=delta0)
+    deliver_picture(lambda: found.plot.errors(), picture)
     deliver_result(found, path, form, _certificate(found))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
@@ -11,6 +12,7 @@ from accelcal.cli.options import (
     format_option,
     local_gravity_option,
     output_option,
+    picture_option,
 )
 
 
@@ -27,6 +29,7 @@ from accelcal.cli.options import (
 @local_gravity_option
 @click.option("--unit", metavar="UNIT", help="Unit of the outputs, such as V.")
 @click.option("--serial", metavar="NAME", help="Serial number of the triad.")
+@picture_option("the residuals by attitude (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def triad(
     data: str,
@@ -35,6 +38,7 @@ def triad(
     local_gravity: float | None,
     unit: str | None,
     serial: str | None,
+    picture: str | None,
     form: str,
 ) -> None:
     """Calibrate three accelerometers in one block.
@@ -47,7 +51,7 @@ def triad(
     \b
     Examples:
       accelcal triad examples/triad.csv
-      accelcal triad attitudes.csv --g 9.8106 -o triad.json
+      accelcal triad attitudes.csv --g 9.8106 -o triad.json --plot residuals.png
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.io.triad import read_triad
     from accelcal.triad.calibrate import calibrate_triad
@@ -61,4 +65,5 @@ def triad(
         found = calibrate_triad(record, frame=frame)
     except InputError as error:
         raise error.at(record.source) from None
+    deliver_picture(lambda: found.plot.residuals(record), picture)
     deliver_result(found, path, form)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +32,9 @@ from accelcal.results.findings import Change
 from accelcal.results.mapping import document_of, freeze, members
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
+
+if TYPE_CHECKING:
+    from accelcal.plot.head import HeadPlot
 
 __all__ = ["SCHEMA", "HeadCalibration", "HeadHarmonic", "UnitOnHead"]
 
@@ -173,6 +176,13 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
     def uncertainty(self) -> float:
         """Root mean square of the standard uncertainties of the positions [rad]."""
         return float(np.sqrt(np.mean(np.diagonal(self.covariance))))
+
+    @property
+    def plot(self) -> HeadPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.head import HeadPlot
+
+        return HeadPlot(self)
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Errors with their uncertainties, position by position."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,9 @@ from accelcal.results.covariance import CorrelatedByName, Rows
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
+
+if TYPE_CHECKING:
+    from accelcal.plot.triad import TriadPlot
 
 __all__ = ["SCHEMA", "TriadCalibration"]
 
@@ -135,6 +138,13 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         if values.shape[-1:] != (3,):
             raise InputError(f"outputs of shape {values.shape}; the last axis holds x, y, z")
         return np.asarray((values - self.bias) @ np.linalg.inv(self.sensitivity).T)
+
+    @property
+    def plot(self) -> TriadPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.triad import TriadPlot
+
+        return TriadPlot(self)
 
     def __str__(self) -> str:
         from accelcal.report.triad import triad_text

@@ -1,0 +1,74 @@
+"""Pictures of a head, as ``head.plot``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from accelcal.numerics.probability import NORMAL_FACTOR
+from accelcal.plot.pictures import Pictures
+from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.report.numbers import readable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from accelcal.results.head_calibration import HeadCalibration
+
+__all__ = ["HeadPlot"]
+
+
+@dataclass(frozen=True, slots=True)
+class HeadPlot(Pictures):
+    """Pictures of a head.
+
+    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
+    returns the axes. `accelcal.plot.style.theme` chooses dark colours.
+
+    Attributes
+    ----------
+    head : HeadCalibration
+        The head.
+    """
+
+    head: HeadCalibration
+
+    @styled
+    def errors(self, ax: Axes | None = None) -> Axes:
+        """Draw the error of each position with its 95 % interval.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Errors, true minus nominal, by the graduation. A band shows what was declared of a
+            position before any reading.
+        """
+        head, colours = self.head, palette()
+        half = np.array([each.expanded_uncertainty for each in head.quantities()], dtype=float)
+        factor, unit = readable("rad", head.errors, half)
+        ax = canvas(ax, (6.4, 3.8))
+        if head.declared_uncertainty is not None:
+            band = factor * NORMAL_FACTOR * head.declared_uncertainty
+            name = "before any reading, 95 %"
+            ax.axhspan(-band, band, color=colours.series[1], alpha=0.15, lw=0, label=name)
+        ax.axhline(0.0, color=colours.muted, lw=0.8)
+        ax.errorbar(
+            head.angles_deg,
+            factor * np.array(head.errors),
+            factor * half,
+            marker="o",
+            ls="",
+            color=colours.series[0],
+            label="error, 95 %",
+        )
+        ax.set(xlabel="graduation of the head [deg]", ylabel=f"true minus nominal [{unit}]")
+        ax.set_xticks(np.arange(0.0, 361.0, 45.0))
+        entitled(ax, f"Errors of {len(head.errors)} positions")
+        return ax
