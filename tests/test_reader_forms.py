@@ -292,6 +292,14 @@ def test_a_column_an_accelerometer(headings, listed):
     assert any("'supply [V]' is not known" in note for note in one.notes)
 
 
+def test_other_columns_of_an_accelerometer_are_none():
+    headings = "T,J,k,SN_1,SN_1_std,SN_2,SN_2_temp,SN 2 n"
+    rows = "20,1,1,1.35,1e-6,1.36,21,9\n20,5,1,-1.35,1e-6,-1.36,21,9\n"
+    found = read_tables(io.StringIO(f"{headings}\n{rows}"))
+    assert [record.serial for record in found] == ["1", "2"]
+    assert sum("was set aside" in note for note in found[0].notes) == 3
+
+
 def test_numbers_may_be_serials_where_they_are_listed():
     text = SIDE_BY_SIDE.format("1", "2")
     found = read_tables(io.StringIO(text), overrides={"serials": "1,2"})

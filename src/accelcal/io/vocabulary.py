@@ -340,7 +340,8 @@ def _known(text: str, name: str, unit: str | None) -> Heading:
     for role, forms in (("strokes", _STROKES), ("positions", (_POSITIONS,))):
         if found := next(filter(None, (form.fullmatch(folded) for form in forms)), None):
             return Heading(text, role, unit, int(found[1]))
-    if found := _SERIAL.fullmatch(name):
+    found = _SERIAL.fullmatch(name)
+    if found and found[1].rpartition("_")[2].casefold() not in _ROLES:  # as sn_1_std has it
         return Heading(text, "serials", unit, found[1])
     return _measured(text, name, unit)
 
