@@ -172,8 +172,12 @@ ERRORS = {
     # the cells
     "text": (OK + "20,7,1,over\n", f"5: output 'over' is not a number; {NUMBER}"),
     "an angle in words": (
-        "temperature,angle,stroke,output\n20,45\xb0 30',1,1\n",
-        '2: angle "45\xb0 30\'" is not a number; write head angles in degrees, as 22.5',
+        "temperature,angle,stroke,output\n20,a half turn,1,1\n",
+        "2: angle 'a half turn' is not a number; write head angles in degrees, as 22.5 or 22°30'",
+    ),
+    "an angle of 60 minutes": (
+        "temperature,angle,stroke,output\n20,22°60',1,1\n",
+        '2: angle "22°60\'" has 60 minutes or seconds or more; minutes and seconds are below 60',
     ),
     "a temperature in words": (
         OK + "warm,7,1,1.3\n",

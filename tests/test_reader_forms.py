@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import accelcal
+from accelcal.arguments.kinds import shown
 from accelcal.errors import InputError, TableError
 from accelcal.io.cells import Column
 from accelcal.io.description import describe, summary
@@ -344,6 +345,42 @@ def test_an_accelerometer_without_a_reading_is_told():
     text = "T,J,k,SN 7,SN 8\n20,1,1,1.35,\n20,5,1,-1.35,\n"
     with pytest.raises(TableError, match=r":2: serial '8' has no output that is not missing"):
         read_tables(io.StringIO(text))
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        ("0", "22°30'", "67°29'59.4\""),
+        ("0°", "22°30\u2032", "67°29\u203259.4\u2033"),
+        ("0°00'00\"", "22° 30' 00\"", "67° 29' 59.4''"),
+        ("0:00", "22:30", "67:29:59.4"),
+        ("-0:00:00", "22°30", "67°29'59,4\""),
+    ],
+)
+def test_angles_in_minutes_and_seconds(cells):
+    rows = "".join(f"20;{cell};1;{y}\n" for cell, y in zip(cells, "123", strict=True))
+    record = read("T;angle;k;Y\n" + rows)
+    assert record.angle.tolist() == pytest.approx([0.0, 22.5, 67.49983333333333], abs=1e-9)
+
+
+def test_angles_in_minutes_with_decimal_commas_and_clampings():
+    rows = "20,5;-0°30';90°;1;1,35\n20,5;135°07,5';90°;1;-0,95\n"
+    record = read("T;angle;clamping;k;Y\n" + rows)
+    assert record.angle.tolist() == [-0.5, 135.125]
+    assert record.clamping.tolist() == [90.0, 90.0]
+
+
+@pytest.mark.parametrize("cell", ["22°60'", "22:10:60", "22°30'75\""])
+def test_minutes_are_below_60(cell):
+    said = re.escape(f"angle {shown(cell)} has 60 minutes or seconds or more; minutes and seconds")
+    with pytest.raises(TableError, match=rf":3: {said}"):
+        read(f"T;angle;k;Y\n20;0°;1;1\n20;{cell};1;0.9\n")
+
+
+@pytest.mark.parametrize("cell", ["22°30'15\"7", "22 30 15", "22:30:15:7", "22°30 s"])
+def test_what_is_no_angle_is_told(cell):
+    with pytest.raises(TableError, match=r":3: angle .* (is not a number|after cells)"):
+        read(f"T;angle;k;Y\n20;0;1;1\n20;{cell};1;0.9\n")
 
 
 def test_a_temperature_above_the_headings_is_no_heading():

@@ -26,7 +26,7 @@ _REMEDIES = {
     **dict.fromkeys(("position", "stroke", "clamping"), "write a number"),
     "temperature": "write a number, or 'unknown' where it is not known",
     "time": "write seconds, a clock time as 14:30:00, or both as 2024-05-31T14:30:00",
-    "angle": "write head angles in degrees, as 22.5",
+    "angle": "write head angles in degrees, as 22.5 or 22\u00b030'",
 }
 """Column -> what its cells should be, where one is no number."""
 

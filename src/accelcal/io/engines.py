@@ -16,6 +16,7 @@ import numpy as np
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.layout import Layout, split_line
+from accelcal.io.sexagesimal import in_degrees
 from accelcal.io.vocabulary import ACROSS
 from accelcal.plural import counted
 
@@ -26,6 +27,8 @@ NUMERIC = frozenset(
     {"temperature", "position", "angle", "clamping", "stroke", "output", "std", "count"}
 )
 """Roles of columns that hold numbers, with the strokes of a wide table."""
+
+_ANGLES = ("angle", "clamping")
 
 BULK_CHARACTERS = 2_000_000
 """Characters of the rows from which on pandas reads them."""
@@ -253,11 +256,9 @@ def _column(layout: Layout, index: int, cells: Any, lines: Any, decimal: str) ->
         source=layout.source,
         decimal=decimal,
     )
-    return (
-        column
-        if isinstance(cells, np.ndarray) or not _is_numeric(layout, index)
-        else column.without_unit()
-    )
+    if isinstance(cells, np.ndarray) or not _is_numeric(layout, index):
+        return column
+    return (in_degrees(column) if heading.role in _ANGLES else column).without_unit()
 
 
 def exact_numbers() -> dict[str, str]:

@@ -1,0 +1,71 @@
+"""Angles in degrees, minutes and seconds, as a dividing head is read."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from accelcal.io.cells import Column
+
+_SIGN, _NUMBER = r"([+\-\u2212]?)", r"([0-9]+(?:[.,][0-9]+)?)"
+_MARKED = re.compile(
+    rf"{_SIGN}([0-9]+) ?\u00b0"
+    rf"(?: ?{_NUMBER} ?['\u2032\u2019]?)?"
+    rf"(?: ?{_NUMBER} ?(?:[\"\u2033\u201d]|''|\u2032\u2032)?)?"
+)
+_COLONS = re.compile(rf"{_SIGN}([0-9]+):{_NUMBER}(?::{_NUMBER})?")
+
+
+def in_degrees(column: Column) -> Column:
+    """Turn cells such as ``45°30'`` or ``45:30:15`` into decimal degrees.
+
+    Parameters
+    ----------
+    column : Column
+        A column of angles.
+
+    Returns
+    -------
+    Column
+        The same where no cell has minutes.
+
+    Raises
+    ------
+    TableError
+        At the first cell with 60 minutes or seconds or more.
+
+    Examples
+    --------
+    >>> cells = ["0°", "22°30'", "-0:00:36"]
+    >>> in_degrees(Column("angle", "angle", None, cells, np.arange(3), "a.csv")).cells
+    ['0', '22.5', '-0.01']
+    """
+    if isinstance(column.cells, np.ndarray) or not any(map(_has_minutes, column.cells)):
+        return column
+    cells = [_decimal(column, index) for index in range(len(column.cells))]
+    return column._replace(cells=cells)
+
+
+def _has_minutes(cell: str) -> bool:
+    found = _parts(cell)
+    return bool(found and found[3])
+
+
+def _parts(cell: str) -> re.Match[str] | None:
+    return _MARKED.fullmatch(cell) or _COLONS.fullmatch(cell)
+
+
+def _decimal(column: Column, index: int) -> str:
+    """Cell in decimal degrees; as it is where it is no such angle."""
+    cell = str(column.cells[index])
+    found = _parts(cell)
+    if found is None:
+        return cell
+    parts = ((part or "0").replace(",", ".") for part in found.groups()[1:])
+    degrees, minutes, seconds = map(float, parts)
+    if max(minutes, seconds) >= 60.0:
+        remedy = "minutes and seconds are below 60"
+        raise column.refuse(index, "{} has 60 minutes or seconds or more", remedy)
+    size = f"{degrees + minutes / 60.0 + seconds / 3600.0:.12g}"
+    return found[1].replace("\u2212", "-") + size.replace(".", column.decimal)
