@@ -13,6 +13,7 @@ import numpy as np
 from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
+from accelcal.io.signs import with_hyphen
 from accelcal.io.vocabulary import UNITS_OF, has_unit, is_unit_of
 from accelcal.units import canonical_unit
 
@@ -243,7 +244,7 @@ def _float(cell: str, decimal: str, other: str) -> float:
         return math.nan
     if other in cell or "_" in cell:
         raise ValueError(cell)
-    return float(cell.replace(decimal, ".").replace("\u2212", "-"))
+    return float(with_hyphen(cell.replace(decimal, ".")))
 
 
 def _not_a_number(column: Column, index: int) -> TableError:

@@ -17,6 +17,7 @@ from accelcal.errors import InputError, located
 from accelcal.geometry import checked_fixture_angle, checked_positions
 from accelcal.io.layout import Declared, Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
+from accelcal.io.signs import with_hyphen
 from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
 from accelcal.units import canonical_unit, output_unit
 
@@ -188,7 +189,7 @@ def declared_number(
     TableError
         If it is no number, in another unit, or out of its range.
     """
-    match = _NUMBER.fullmatch(declared.value.replace("\u2212", "-"))
+    match = _NUMBER.fullmatch(with_hyphen(declared.value))
     if match and match[2]:
         _check_unit(key, declared, match[2], output_unit)
     try:

@@ -15,9 +15,9 @@ from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.columns import Table
 from accelcal.io.places import MAXIMUM_ANGLE, places_of_rows
+from accelcal.io.signs import mounting_written
 from accelcal.io.strokes import Directions, strokes_of_rows
 from accelcal.io.times import DAY, in_seconds, times
-from accelcal.io.vocabulary import mounting_written
 from accelcal.io.wording import all_outputs, listed
 from accelcal.numerics.grouping import group_after_group
 from accelcal.numerics.sorting import distinct

@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from accelcal.io.cells import Column
+from accelcal.io.signs import with_hyphen
 
 _SIGN, _NUMBER = r"([+\-\u2212]?)", r"([0-9]+(?:[.,][0-9]+)?)"
 _MARKED = re.compile(
@@ -68,4 +69,4 @@ def _decimal(column: Column, index: int) -> str:
         remedy = "minutes and seconds are below 60"
         raise column.refuse(index, "{} has 60 minutes or seconds or more", remedy)
     size = f"{degrees + minutes / 60.0 + seconds / 3600.0:.12g}"
-    return found[1].replace("\u2212", "-") + size.replace(".", column.decimal)
+    return with_hyphen(found[1]) + size.replace(".", column.decimal)

@@ -9,6 +9,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.layout import Declared, Layout
+from accelcal.io.signs import with_hyphen
 from accelcal.io.vocabulary import KEYS, read_heading
 
 _NUMBER = r"([+\-\u2212]?\d+(?:[.,]\d+)?)"
@@ -51,7 +52,7 @@ def _temperature(sheet: str) -> str | None:
     found = list(_TEMPERATURE.finditer(sheet))
     if len(found) != 1 or _RANGE.search(sheet[: found[0].start(1)]):
         return None
-    return found[0][1].replace(",", ".").replace("\u2212", "-")
+    return with_hyphen(found[0][1].replace(",", "."))
 
 
 def require_same_columns(sheets: Sequence[Layout]) -> None:

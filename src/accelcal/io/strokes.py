@@ -8,6 +8,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.cells import Column, labels, whole_numbers
+from accelcal.io.signs import with_hyphen
 
 _FORWARD = frozenset(
     {"forward", "forwards", "fwd", "fw", "f", "+", "+1", "1"}
@@ -49,7 +50,7 @@ class Directions(NamedTuple):
     def of(cls, column: Column) -> Directions:
         """Read a column of directions."""
         label, names = labels(column)
-        words = [name.casefold().replace("\N{MINUS SIGN}", "-") for name in names]
+        words = [with_hyphen(name.casefold()) for name in names]
         return cls(column, label, np.array([_sign(word) for word in words]))
 
     def strokes(self, number: Ints, row: Ints) -> tuple[Ints, tuple[str, ...]]:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
+from accelcal.io.signs import with_hyphen
 from accelcal.units import is_output_unit
 
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -353,7 +354,7 @@ def _measured(text: str, name: str, unit: str | None) -> Heading:
     is_temperature = has_unit("temperature", own) or bool(found and found[1] and not own)
     if not found or not (is_temperature or (has_unit("angle", own) and not found[1])):
         return Heading(text, None)
-    number = float(found[2].replace(",", ".").replace("\u2212", "-"))
+    number = float(with_hyphen(found[2].replace(",", ".")))
     return Heading(text, "temperatures" if is_temperature else "angles", unit, number)
 
 
@@ -383,15 +384,3 @@ def _temperature_or_time(name: str, unit: str | None) -> str:
 
 def _folded(name: str) -> str:
     return re.sub(r"[\s\-./]+", "_", name.strip()).strip("_").casefold()
-
-
-def mounting_written(name: str) -> str:
-    """Tell which of `accelcal.geometry.MOUNTINGS` a name in a table means, if it is one.
-
-    Examples
-    --------
-    >>> mounting_written("O"), mounting_written("P-")
-    ('o+', 'p-')
-    """
-    name = name.casefold().replace("\u2212", "-")
-    return name + "+" if name in ("o", "p") else name

@@ -19,7 +19,7 @@ from accelcal.io.ordinary.parts import Stretches, met_before
 from accelcal.io.places import MAXIMUM_ANGLE
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.runs import LEVEL_GAP
-from accelcal.io.vocabulary import mounting_written
+from accelcal.io.signs import mounting_written
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 
