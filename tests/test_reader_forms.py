@@ -321,6 +321,12 @@ def test_a_list_of_serials_beside_a_column_of_them_is_metadata():
     assert (record.serial, record.metadata["serials"]) == ("A7", "A7, B-2")
 
 
+def test_a_list_of_serials_above_a_column_for_each_stroke_is_metadata():
+    record = read("# serials: A7, B-2\nT,J,Y1,Y2\n20,1,1.35,1.35\n20,5,-1.35,-1.35\n")
+    assert record.stroke.tolist() == [1, 2, 1, 2]
+    assert record.metadata["serials"] == "A7, B-2"
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from accelcal.arguments.kinds import shown
 from accelcal.io.layout import Layout, split_line
-from accelcal.io.vocabulary import Heading
+from accelcal.io.vocabulary import ACROSS, Heading
 from accelcal.units import is_output_unit
 
 _BEFORE_UNIT = " _/,[("
@@ -25,8 +25,8 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
     Returns
     -------
     Layout
-        The table with these headings understood; the same where nothing lists serials, or a column
-        of outputs or serials does without.
+        The table with these headings understood; the same where nothing lists serials, or other
+        columns hold outputs or serials.
 
     Raises
     ------
@@ -44,10 +44,10 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
     """
     header = layout.declared.get("serials")
     names = _listed(given or (header.value if header else ""))
-    others = {heading.role for heading in layout.headings} & {"output", "serial"}
-    if not names or others:
-        return layout
     headings = tuple(_named(heading, names) for heading in layout.headings)
+    others = {heading.role for heading in headings if heading.of not in names}
+    if not names or others & {"output", "serial", *ACROSS}:
+        return layout
     for name in names:
         if name not in {heading.of for heading in headings}:
             problem = f"no column {shown(name)}, which serials has"
