@@ -376,6 +376,23 @@ def test_angles_in_minutes_with_decimal_commas_and_clampings():
     assert record.clamping.tolist() == [90.0, 90.0]
 
 
+@pytest.mark.parametrize(
+    ("cell", "angle"),
+    [
+        ('45°30"', 45.0 + 30.0 / 3600.0),
+        ("45°30''", 45.0 + 30.0 / 3600.0),
+        ("45°30\u2033", 45.0 + 30.0 / 3600.0),
+        ("45°3'0\"", 45.05),
+        ("45°30 15", 45.0 + 30.0 / 60.0 + 15.0 / 3600.0),
+        ("45°12.5", 45.0 + 12.5 / 60.0),
+    ],
+)
+def test_seconds_alone_are_no_minutes(cell, angle):
+    for first in ("0°", "0°00'"):
+        record = read(f"T;angle;k;Y\n20;{first};1;1\n20;{cell};1;0.9\n")
+        assert record.angle.tolist() == pytest.approx([0.0, angle], abs=1e-9)
+
+
 @pytest.mark.parametrize("cell", ["22°60'", "22:10:60", "22°30'75\""])
 def test_minutes_are_below_60(cell):
     said = re.escape(f"angle {shown(cell)} has 60 minutes or seconds or more; minutes and seconds")

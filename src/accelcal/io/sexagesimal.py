@@ -10,9 +10,9 @@ from accelcal.io.cells import Column
 from accelcal.io.signs import with_hyphen
 
 _SIGN, _NUMBER = r"([+\-\u2212]?)", r"([0-9]+(?:[.,][0-9]+)?)"
-_MARKED = re.compile(
+_MARKED = re.compile(  # minutes have their mark, a blank behind them or nothing more
     rf"{_SIGN}([0-9]+) ?\u00b0"
-    rf"(?: ?{_NUMBER} ?['\u2032\u2019]?)?"
+    rf"(?: ?{_NUMBER}(?: ?['\u2032\u2019]| (?=[0-9])|$))?"
     rf"(?: ?{_NUMBER} ?(?:[\"\u2033\u201d]|''|\u2032\u2032)?)?"
 )
 _COLONS = re.compile(rf"{_SIGN}([0-9]+):{_NUMBER}(?::{_NUMBER})?")
@@ -29,7 +29,7 @@ def in_degrees(column: Column) -> Column:
     Returns
     -------
     Column
-        The same where no cell has minutes.
+        The same where no cell has minutes or seconds.
 
     Raises
     ------
@@ -42,15 +42,16 @@ def in_degrees(column: Column) -> Column:
     >>> in_degrees(Column("angle", "angle", None, cells, np.arange(3), "a.csv")).cells
     ['0', '22.5', '-0.01']
     """
-    if isinstance(column.cells, np.ndarray) or not any(map(_has_minutes, column.cells)):
+    if isinstance(column.cells, np.ndarray) or not any(map(_is_divided, column.cells)):
         return column
     cells = [_decimal(column, index) for index in range(len(column.cells))]
     return column._replace(cells=cells)
 
 
-def _has_minutes(cell: str) -> bool:
+def _is_divided(cell: str) -> bool:
+    """Whether a cell has minutes or seconds."""
     found = _parts(cell)
-    return bool(found and found[3])
+    return found is not None and any(found.groups()[2:])
 
 
 def _parts(cell: str) -> re.Match[str] | None:
