@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +74,49 @@ def test_units_below_the_headings(run):
     assert code == 2
     assert "outputs in V, but the calibration is for mA" in err
     assert run("output,temperature\nmA,degC\n")[2].count("no samples") == 1
+
+
+SIDE_BY_SIDE = "time,temperature,S/N AL-15 [mA],S/N B2 [mA]\n0,20,1.35471,1.2\n1,20,0.0,1.2\n"
+
+
+def test_outputs_of_accelerometers_side_by_side(run, folder, calibration):
+    code, rows, err = run(SIDE_BY_SIDE)
+    assert code == 0
+    assert "note: outputs of 'B2' are set aside" in err
+    alone = run(HEAD + "time,temperature,output\n0,20,1.35471\n1,20,0.0\n")[1]
+    assert rows == alone
+    listed = SIDE_BY_SIDE.replace("S/N ", "").replace(" [mA]", "")
+    assert run("# unit: mA\n# serials: B2, AL-15\n" + listed)[1] == alone
+    assert run(listed)[0] == 2
+    nameless = folder / "nameless.json"
+    replace(calibration, serial=None).to_json(nameless)
+    assert run(SIDE_BY_SIDE, "--serial", "AL-15", cal="nameless.json")[1] == alone
+    assert run(SIDE_BY_SIDE, "--serial", "B2", cal="nameless.json")[1] != alone
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        (SIDE_BY_SIDE, ["--serial", "B2"], "serial B2 is asked for, but it holds"),
+        (SIDE_BY_SIDE.replace("AL-15", "C3"), [], ":1: outputs of C3, B2, none of AL-15; choose"),
+        (SIDE_BY_SIDE.replace("B2", "AL-15"), [], ":1: two columns of one serial"),
+        (SIDE_BY_SIDE.replace("15 [mA]", "15 [V]"), [], "outputs in V, but the calibration is"),
+        ("# unit: V\n" + SIDE_BY_SIDE, [], ":2: units mA and V for one output"),
+        ("# serials: AL-15, C3\ntime,AL-15\n0,1.2\n", [], ":2: no column 'C3', which serials has"),
+    ],
+)
+def test_an_accelerometer_that_does_not_stand_there(run, text, options, message):
+    code, rows, err = run(text, *options)
+    assert (code, rows) == (2, None)
+    assert message in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_a_nameless_calibration_needs_to_be_told_which_accelerometer(run, folder, calibration):
+    replace(calibration, serial=None).to_json(folder / "nameless.json")
+    code, _, err = run(SIDE_BY_SIDE, cal="nameless.json")
+    assert code == 2
+    assert ":1: outputs of AL-15, B2; choose one" in err
 
 
 def rows_of(text):

@@ -96,7 +96,9 @@ def apply(
     file = read_calibrations(calibration)
     with open_samples(data) as samples:
         serial = serial or samples.headings.serial
-        found = compensation(file.choose(serial, mounting), run, same_launch=same_launch)
+        chosen = file.choose(serial, mounting)
+        samples.choose(serial or chosen.serial)
+        found = compensation(chosen, run, same_launch=same_launch)
         about = f"{file.name}, SHA-256 {file.sha256}"
         stream = AccelerationStream(found, samples, StreamOptions(**options), about)
         for note in stream.notes:

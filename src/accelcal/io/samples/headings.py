@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING
+from accelcal.io.channels import with_channels
 from accelcal.io.columns import places_of
 from accelcal.io.declarations import declared_number
 from accelcal.io.layout import Declared, Layout, declare, split_headings, split_line
@@ -26,8 +28,7 @@ from accelcal.io.vocabulary import (
 __all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
 
 _OTHER_AXES = ("a_p", "a_o")
-ROLES = ("output", "temperature", "time", *_OTHER_AXES)
-"""What a column may hold."""
+_USED = ("output", "temperature", "time", *_OTHER_AXES, "serial")
 
 _LOCAL_G = ("g", "g_local")
 _TWO_UNITS = "units {} and {} for one output; name one unit"
@@ -43,14 +44,8 @@ class SampleHeadings:
 
     Attributes
     ----------
-    source : str
-        Name of the file.
-    declared : mapping of str to Declared
-        Header lines by canonical key.
-    cells : tuple of Heading
-        One entry a column; a role None where it is not used.
-    separator : str or None
-        Separator of the columns; None for runs of blanks.
+    layout : Layout
+        Header lines and headings, without rows.
     columns : mapping of str to int
         Index of the column of each role.
     units : mapping of str to str
@@ -63,15 +58,27 @@ class SampleHeadings:
         What is to be told of how they were read.
     """
 
-    source: str
-    declared: Mapping[str, Declared]
-    cells: tuple[Heading, ...]
-    separator: str | None
+    layout: Layout
     columns: Mapping[str, int]
     units: Mapping[str, str]
     line: int
     row: str = ""
     notes: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """Name of the file."""
+        return self.layout.source
+
+    @property
+    def cells(self) -> tuple[Heading, ...]:
+        """One entry a column; a role None where it is not used."""
+        return self.layout.headings
+
+    @property
+    def separator(self) -> str | None:
+        """Separator of the columns; None for runs of blanks."""
+        return self.layout.separator
 
     @property
     def numeric(self) -> dict[str, int]:
@@ -81,15 +88,47 @@ class SampleHeadings:
     @property
     def serial(self) -> str | None:
         """Serial number that a header line declares."""
-        return self.declared["serial"].value if "serial" in self.declared else None
+        written = self.layout.declared.get("serial")
+        return written.value if written else None
 
     @property
     def temperature(self) -> float | None:
         """Temperature that a header line declares for all samples [degC]."""
-        written = self.declared.get("temperature")
+        written = self.layout.declared.get("temperature")
         if written is None or written.value.removesuffix("degC").strip().casefold() in MISSING:
             return None
         return declared_number("temperature", written, ".")
+
+    def of_accelerometer(self, serial: str | None) -> SampleHeadings:
+        """Take the outputs of one accelerometer, where those of several stand side by side.
+
+        Parameters
+        ----------
+        serial : str or None
+            Its serial number.
+
+        Returns
+        -------
+        SampleHeadings
+            With the column of its outputs; the same where there is one column of outputs.
+
+        Raises
+        ------
+        TableError
+            If there is no column of this serial, or its unit contradicts a header line.
+        """
+        if "output" in self.columns:
+            return self
+        channels = _channels(self.layout)
+        if serial not in channels:
+            missing = "" if serial is None else f", none of {serial}"
+            problem = f"outputs of {', '.join(channels)}{missing}"
+            raise self.layout.refuse(problem, "choose one of these by its serial")
+        columns = {**self.columns, "output": channels.pop(serial)}
+        others = shown(", ".join(channels))
+        told = (f"outputs of {others} are set aside",) if channels else ()
+        units = _units(self.layout, columns)
+        return replace(self, columns=columns, units=units, notes=(*self.notes, *told))
 
 
 def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHeadings:
@@ -131,19 +170,26 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
     braces = bare.startswith(("{", "["))
     below = [readline() for _ in range(_JSON_LINES)] if braces else []
     refuse_document("".join([bare, *below]), source)
-    above = "output" not in _roles(bare) and "output" in _roles(commented)
+    above = not _has_outputs(bare) and _has_outputs(commented)
     headings, separator = split_headings(commented if above else bare, _heading)
     place, row = (line, row) if above else (line + 1, readline())
-    below_them = _with_units_below(headings, row, separator)
-    layout = Layout(source, declared, below_them or headings, line, separator, [], (), ())
-    columns = places_of(layout, ("output",), _REMEDY)
+    notes: tuple[str, ...] = ()
+    if told := _with_units_below(headings, row, separator):
+        headings, place, row, notes = told, place + 1, "", (UNITS_BELOW.format(place),)
+    layout = with_channels(Layout(source, declared, headings, line, separator, [], (), ()))
+    columns = places_of(layout, () if _channels(layout) else ("output",), _REMEDY, _USED)
     if "serial" in columns:
         raise layout.refuse("a column serial", "give the samples of one accelerometer a file")
-    units = _units(layout)
-    told = layout.source, declared, layout.headings, separator, columns, units
-    if below_them is None:
-        return SampleHeadings(*told, place, row)
-    return SampleHeadings(*told, place + 1, notes=(UNITS_BELOW.format(place),))
+    return SampleHeadings(layout, columns, _units(layout, columns), place, row, notes)
+
+
+def _channels(layout: Layout) -> dict[str, int]:
+    """Index of the column of outputs of each accelerometer, where they stand side by side."""
+    named = [(str(own.of), i) for i, own in enumerate(layout.headings) if own.role == "serials"]
+    channels = dict(named)
+    if len(channels) < len(named):
+        raise layout.refuse("two columns of one serial", "keep one and rename the other")
+    return channels
 
 
 def _with_units_below(
@@ -162,19 +208,22 @@ def _with_units_below(
     return tuple(_heading(each.text + unit) for each, unit in zip(told, units, strict=True))
 
 
-def _roles(line: str) -> set[str | None]:
-    return {heading.role for heading in split_headings(line, _heading)[0]} if line else set()
+def _has_outputs(line: str) -> bool:
+    headings = split_headings(line, _heading)[0] if line else ()
+    return any(heading.role in ("output", "serials") for heading in headings)
 
 
 def _heading(text: str) -> Heading:
     name, unit = split_unit(text.strip())
     known = read_heading(text)
     role = name.casefold() if name.casefold() in _OTHER_AXES else known.role
-    return Heading(text, role if role in (*ROLES, "serial") else None, known.unit or unit or None)
+    used = role if role in (*_USED, "serials") else None
+    return Heading(text, used, known.unit or unit or None, known.of if used == "serials" else None)
 
 
-def _units(layout: Layout) -> dict[str, str]:
-    units = {each.role: each.unit for each in layout.headings if each.role and each.unit}
+def _units(layout: Layout, columns: Mapping[str, int]) -> dict[str, str]:
+    named = {role: layout.headings[index].unit for role, index in columns.items()}
+    units = {role: unit for role, unit in named.items() if unit}
     for role, unit in units.items():
         if remedy := _unit_to_give(role, unit):
             raise layout.refuse(f"{role} in {unit}", f"give it in {remedy}")

@@ -94,6 +94,10 @@ class SampleReader:
         """Name of the file, ``"<stdin>"`` for standard input."""
         return self.headings.source
 
+    def choose(self, serial: str | None) -> None:
+        """Take the outputs of one accelerometer, see `SampleHeadings.of_accelerometer`."""
+        self.headings = self.headings.of_accelerometer(serial)
+
     def position(self) -> int:
         """Bytes that were read of the file; 0 where it is no file."""
         return 0 if self.size is None else self._raw.tell()
