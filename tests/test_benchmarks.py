@@ -41,6 +41,13 @@ def test_apply_coverage():
     assert len(re.findall(r"^\| all declared.*(?:\| [\d.]+ \([\d.]+\) ){4}\|$", printed, re.M)) == 1
 
 
+def test_apply_triad_coverage():
+    printed = run("apply_triad_coverage.py", "--smoke")
+    shares = re.findall(r"^\| 8 known \| [\d :]+ \| 0 \| ([\d.]+) \| [\d.]+ \|$", printed, re.M)
+    assert len(shares) == 2
+    assert all(float(share) > 75.0 for share in shares)
+
+
 def test_damaged_files():
     printed = run("damaged_files.py", "--smoke", "--jobs", "1")
     *_, refused, told, harmless, wrong, fault = printed.split("**all**")[1].replace("|", "").split()

@@ -101,7 +101,7 @@ def test_outputs_of_accelerometers_side_by_side(run, folder, calibration):
         (SIDE_BY_SIDE.replace("AL-15", "C3"), [], ":1: outputs of C3, B2, none of AL-15; choose"),
         (SIDE_BY_SIDE.replace("B2", "AL-15"), [], ":1: two columns of one serial"),
         (SIDE_BY_SIDE.replace("15 [mA]", "15 [V]"), [], "outputs in V, but the calibration is"),
-        ("# unit: V\n" + SIDE_BY_SIDE, [], ":2: units mA and V for one output"),
+        ("# unit: V\n" + SIDE_BY_SIDE, [], ":2: units mA and V for the outputs"),
         ("# serials: AL-15, C3\ntime,AL-15\n0,1.2\n", [], ":2: no column 'C3', which serials has"),
     ],
 )
@@ -311,7 +311,7 @@ def test_no_unit_is_said(run):
 def test_two_units_are_refused(run):
     code, _, err = run("# unit: mA\noutput [V],temperature\n1,20\n")
     assert code == 2
-    assert "data.csv:2: units V and mA for one output" in err
+    assert "data.csv:2: units V and mA for the outputs" in err
 
 
 def test_two_units_in_header_lines_are_refused(run):

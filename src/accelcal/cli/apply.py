@@ -23,7 +23,10 @@ from accelcal.cli.options import (
 from accelcal.errors import AccelcalWarning
 
 if TYPE_CHECKING:
+    from accelcal.io.documents.calibrations import CalibrationFile, TriadFile
+    from accelcal.io.samples.options import StreamOptions
     from accelcal.io.samples.reader import SampleReader
+    from accelcal.io.samples.stream import Instrument
 
 
 @click.command(cls=Command)
@@ -65,16 +68,7 @@ if TYPE_CHECKING:
     help="Do not include the shift from launch to launch in the uncertainty.",
 )
 @effects_option
-def apply(
-    calibration: str,
-    data: str,
-    path: str | None,
-    serial: str | None,
-    run: str | None,
-    mounting: str | None,
-    same_launch: bool,
-    **options: Any,
-) -> None:
+def apply(calibration: str, data: str, path: str | None, **options: Any) -> None:
     """Turn the outputs in DATA into accelerations, using CAL.json.
 
     DATA is CSV of any length, or a sheet of a workbook, with a column output and, if available,
@@ -83,32 +77,50 @@ def apply(
     inside the calibrated ranges. The uncertainty includes the shift to a new launch, if the
     calibration has it. "-" reads standard input; without -o the result goes to standard output.
 
+    With the calibration of a triad, DATA has the columns x, y and z, and the result has three
+    accelerations for each sample.
+
     \b
     Examples:
       accelcal apply calibration.json flight.csv -o accelerations.csv
+      accelcal apply triad.json imu.csv -o accelerations.csv
       accelcal apply calibration.json flight.csv.gz --in m/s^2 -o accelerations.csv.gz
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
-    from accelcal.compensate.choice import compensation
-    from accelcal.io.documents.calibrations import read_calibrations
-    from accelcal.io.samples.accelerations import AccelerationStream, StreamOptions
+    from accelcal.io.documents.calibrations import TriadFile, read_calibrations_or_triad
+    from accelcal.io.samples.forms import ONE_ACCELEROMETER, TRIAD
+    from accelcal.io.samples.options import StreamOptions
     from accelcal.io.samples.reader import open_samples
+    from accelcal.io.samples.stream import AccelerationStream
 
-    file = read_calibrations(calibration)
-    with open_samples(data) as samples:
-        serial = serial or samples.headings.serial
-        chosen = file.choose(serial, mounting)
-        samples.choose(serial or chosen.serial)
-        found = compensation(chosen, run, same_launch=same_launch)
+    file, how = read_calibrations_or_triad(calibration), StreamOptions(**options)
+    with open_samples(data, TRIAD if isinstance(file, TriadFile) else ONE_ACCELEROMETER) as samples:
+        instrument = _instrument(file, samples, how)
         about = f"{file.name}, SHA-256 {file.sha256}"
-        stream = AccelerationStream(found, samples, StreamOptions(**options), about)
+        stream = AccelerationStream(instrument, samples, how.unit, about)
         for note in stream.notes:
             remark(f"note: {note}")
-        _warn(found.assumptions)
+        _warn(instrument.assumptions)
         with _destination(path) as target, _progress(samples) as show:
             for rows in stream.rows():
                 target.write(rows)
                 show()
     _warn(stream.remarks())
+
+
+def _instrument(
+    file: CalibrationFile | TriadFile, samples: SampleReader, options: StreamOptions
+) -> Instrument:
+    """Choose whose samples these are, by the serial number."""
+    from accelcal.io.documents.calibrations import TriadFile
+    from accelcal.io.samples.accelerometer import Accelerometer
+    from accelcal.io.samples.triad import Triad
+
+    serial = options.serial or samples.headings.serial
+    if isinstance(file, TriadFile):
+        return Triad(file.choose(serial), samples.headings, options)
+    calibration = file.choose(serial, options.mounting)
+    samples.choose(serial or calibration.serial)
+    return Accelerometer(calibration, samples.headings, options)
 
 
 def _warn(texts: Iterable[str]) -> None:

@@ -16,16 +16,18 @@ from accelcal.compensate.coefficients import CALIBRATE_THERE, Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.compensate.propagation import Part, interval_of_parts, linear_sum, propagated
+from accelcal.compensate.triad import apply_triad, assumptions_of_triad, refuse_for_triad
 from accelcal.effects.static import Samples
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.plural import counted
 from accelcal.results.calibration import Calibration
+from accelcal.results.triad import TriadCalibration
 
 __all__ = ["apply", "compensate"]
 
 
 def apply(
-    calibration: Calibration,
+    calibration: Calibration | TriadCalibration,
     output: ArrayLike,
     temperature: ArrayLike | None = None,
     a_p: ArrayLike | None = None,
@@ -37,14 +39,16 @@ def apply(
     output_uncertainty: float = 0.0,
     temperature_uncertainty: float = 0.0,
 ) -> MeasuredAcceleration:
-    """Turn outputs of a calibrated accelerometer into accelerations.
+    """Turn outputs of a calibrated accelerometer, or of a triad, into accelerations.
 
     Parameters
     ----------
-    calibration : Calibration
-        The calibration.
+    calibration : Calibration or TriadCalibration
+        The calibration. That of a triad has no temperatures, cross axes and runs, so these are
+        refused with it.
     output : array_like
-        Outputs Y [output unit of the calibration].
+        Outputs Y; of a triad those of the channels x, y, z along the last axis
+        [output unit of the calibration].
     temperature : array_like, optional
         Temperatures, or one for all samples; needed with temperature laws [degC].
     a_p, a_o : array_like, optional
@@ -64,13 +68,15 @@ def apply(
     Returns
     -------
     MeasuredAcceleration
-        Accelerations along the input axis, in the shape of the arguments broadcast.
+        Accelerations along the input axis, in the shape of the arguments broadcast; of a triad
+        along the axes of its frame.
 
     Raises
     ------
     InputError
         If a temperature is needed or outside the calibrated range, a cross axis was not
-        calibrated, the calibration is not usable, or Series of pandas have different indices.
+        calibrated, the calibration is not usable, Series of pandas have different indices, or an
+        argument is none of a triad.
 
     Warns
     -----
@@ -82,7 +88,8 @@ def apply(
     Equation (1) in its product form is solved by Newton's method:
     Y = K1(T) [k0(T) + a_i + k2 a_i^2 + k3 a_i^3 + delta(T) a_p + delta_ip a_i a_p].
     Effects of the calibration that depend on acceleration and temperature alone (`Effect.static`)
-    are in the brackets too, and the uncertainty of their sizes in that of the acceleration.
+    are in the brackets too, and the uncertainty of their sizes in that of the acceleration. Of a
+    triad see `accelcal.compensate.triad.apply_triad`.
 
     Examples
     --------
@@ -95,6 +102,19 @@ def apply(
     True
     """
     check_flag(extrapolate=extrapolate, same_launch=same_launch)
+    if isinstance(calibration, TriadCalibration):
+        refuse_for_triad(
+            temperature=temperature,
+            a_p=a_p,
+            a_o=a_o,
+            run=run,
+            extrapolate=extrapolate or None,
+            temperature_uncertainty=temperature_uncertainty or None,
+        )
+        for assumption in assumptions_of_triad(calibration, same_launch=same_launch):
+            warnings.warn(assumption, AccelcalWarning, stacklevel=2)
+        of_triad = apply_triad(calibration, output, output_uncertainty=output_uncertainty)
+        return of_triad.by_index_of(output)
     check_side_by_side(output=output, temperature=temperature, a_p=a_p, a_o=a_o)
     found = compensation(calibration, run, same_launch=same_launch)
     for assumption in found.assumptions:

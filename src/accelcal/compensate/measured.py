@@ -17,14 +17,29 @@ if TYPE_CHECKING:
 __all__ = ["MeasuredAcceleration"]
 
 
+def columns_of(axes: str) -> tuple[str, ...]:
+    """Name the columns of accelerations and uncertainties.
+
+    Examples
+    --------
+    >>> columns_of("")
+    ('acceleration', 'standard_uncertainty', 'expanded_uncertainty')
+    >>> columns_of("xyz")[:3]
+    ('acceleration_x', 'acceleration_y', 'acceleration_z')
+    """
+    sizes = ("acceleration", "standard_uncertainty", "expanded_uncertainty")
+    return tuple(f"{size}_{axis}" if axis else size for size in sizes for axis in axes or [""])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredAcceleration(EqualByContents):
-    """Acceleration along the input axis, sample by sample.
+    """Acceleration along the input axis, sample by sample; of a triad along its three axes.
 
     Attributes
     ----------
     value : ndarray
-        Acceleration a_i, NaN where the output or temperature is missing or has no solution [g].
+        Acceleration a_i, NaN where the output or temperature is missing or has no solution; of a
+        triad its last axis holds x, y, z [g].
     standard_uncertainty : ndarray
         Its standard uncertainty, NaN where unknown [g].
     expanded_uncertainty : ndarray
@@ -33,9 +48,11 @@ class MeasuredAcceleration(EqualByContents):
         Whether the temperature lies in the calibrated range.
     within_accelerations : ndarray of bool
         Whether the acceleration lies in the range of the test, +-1 g for a whole turn; beyond it
-        the nonlinearity is extrapolated.
+        the nonlinearity is extrapolated. Of a triad: whether its length does.
     index : pandas.Index or None
         Index of the Series that were given; None where there was none.
+    axes : str
+        ``"xyz"`` of a triad, empty otherwise.
 
     Examples
     --------
@@ -54,6 +71,7 @@ class MeasuredAcceleration(EqualByContents):
     within_temperatures: Mask
     within_accelerations: Mask
     index: Any = None
+    axes: str = ""
 
     @property
     def inside(self) -> Mask:
@@ -71,15 +89,16 @@ class MeasuredAcceleration(EqualByContents):
         """
         import pandas as pd
 
-        columns = {
-            "acceleration": self.value,
-            "standard_uncertainty": self.standard_uncertainty,
-            "expanded_uncertainty": self.expanded_uncertainty,
-            "inside": self.inside,
-        }
-        frame = pd.DataFrame({name: np.ravel(found) for name, found in columns.items()})
-        frame.attrs["units"] = dict.fromkeys(list(columns)[:3], "g")
+        sizes = dict(zip(columns_of(self.axes), self.sizes(), strict=True))
+        frame = pd.DataFrame({**sizes, "inside": np.ravel(self.inside)})
+        frame.attrs["units"] = dict.fromkeys(sizes, "g")
         return frame if self.index is None else frame.set_index(self.index)
+
+    def sizes(self) -> list[Array]:
+        """Give the columns of `columns_of`, one value a sample each [g]."""
+        told = (self.value, self.standard_uncertainty, self.expanded_uncertainty)
+        width = len(self.axes) or 1
+        return [column for each in told for column in each.reshape(-1, width).T]
 
     def by_index_of(self, *given: Any) -> MeasuredAcceleration:
         """Take the index of the first Series among some arguments that has a row for each sample.
@@ -95,13 +114,13 @@ class MeasuredAcceleration(EqualByContents):
             The same samples.
         """
         of_series = (each.index for each in given if hasattr(each, "reset_index"))
-        fitting = (index for index in of_series if self.value.shape == (len(index),))
+        fitting = (index for index in of_series if self.inside.shape == (len(index),))
         return replace(self, index=next(fitting, None))
 
     def __repr__(self) -> str:
         outside = int(np.sum(~self.inside))
         more = f", {outside} outside the calibrated ranges" if outside else ""
-        return f"<MeasuredAcceleration: {counted(self.value.size, 'sample')}{more}>"
+        return f"<MeasuredAcceleration: {counted(self.inside.size, 'sample')}{more}>"
 
     def _repr_html_(self) -> str:
         return str(self.to_frame().to_html(max_rows=20))

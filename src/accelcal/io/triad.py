@@ -15,10 +15,11 @@ from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_text
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
-from accelcal.triad.record import AXES, TriadRecord, up_of_turn
+from accelcal.results.triad import AXES
+from accelcal.triad.record import TriadRecord, up_of_turn
 from accelcal.units import is_output_unit
 
-__all__ = ["read_triad"]
+__all__ = ["read_triad", "triad_heading"]
 
 _OUTPUT = re.compile(r"(?:(?:output|out|mean|acc|accel|a|y)_?)?([xyz])(?:_(.+))?", re.IGNORECASE)
 _UP = re.compile(r"up_?([xyz])(?:_g)?", re.IGNORECASE)
@@ -66,7 +67,7 @@ def read_triad(
     >>> accelcal.read_triad(io.StringIO("ax_V,ay_V,az_V\n0.1,0.0,1.0\n0.1,1.0,0.0\n")).unit
     'V'
     """
-    table = small_table(read_text(source), _heading, tuple(AXES), _REMEDY)
+    table = small_table(read_text(source), triad_heading, tuple(AXES), _REMEDY)
     given, named = unit_and_serial(overrides), table.layout.declared.get("serial")
     channels = [table.columns[axis] for axis in AXES]
     written = units_written(table.layout, channels)
@@ -88,7 +89,14 @@ def read_triad(
     )
 
 
-def _heading(text: str) -> Heading:
+def triad_heading(text: str) -> Heading:
+    """Understand a column heading of a triad.
+
+    Examples
+    --------
+    >>> triad_heading("acc_x [mA]")[1:3], triad_heading("up_z")[1], triad_heading("T").role
+    (('x', 'mA'), 'up_z', None)
+    """
     name, unit = split_unit(text.strip())
     folded = name.strip().casefold()
     if folded in ("shaft", "angle"):

@@ -13,7 +13,8 @@ from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvas, entitled, palette, styled
 from accelcal.report.numbers import readable
-from accelcal.triad.record import AXES, TriadRecord
+from accelcal.results.triad import AXES
+from accelcal.triad.record import TriadRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,9 +22,12 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.triad import TriadPlot
 
-__all__ = ["SCHEMA", "TriadCalibration"]
+__all__ = ["AXES", "SCHEMA", "TriadCalibration"]
 
 SCHEMA = "accelcal/triad/1"
+
+AXES = "xyz"
+"""Names of the channels, and of the axes of the frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,12 +111,12 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
     @property
     def bias(self) -> Array:
         """Output at zero acceleration, shape (3,) [output unit]."""
-        return np.array([self.parameters[f"b_{i}"].value for i in "xyz"], dtype=np.float64)
+        return np.array([self.parameters[f"b_{i}"].value for i in AXES], dtype=np.float64)
 
     @property
     def sensitivity(self) -> Array:
         """Matrix S, shape (3, 3) [output unit per local g]."""
-        values = [self.parameters[f"S_{i}{j}"].value for i in "xyz" for j in "xyz"]
+        values = [self.parameters[f"S_{i}{j}"].value for i in AXES for j in AXES]
         return np.array(values, dtype=np.float64).reshape(3, 3)
 
     def accelerations(self, output: ArrayLike) -> Array:
@@ -133,11 +136,17 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         ------
         InputError
             If they are no numbers, or the last axis does not hold three.
+
+        See Also
+        --------
+        accelcal.apply : Gives their uncertainty too.
         """
         values = number_array(output, "output")
         if values.shape[-1:] != (3,):
             raise InputError(f"outputs of shape {values.shape}; the last axis holds x, y, z")
-        return np.asarray((values - self.bias) @ np.linalg.inv(self.sensitivity).T)
+        inverse = np.linalg.inv(self.sensitivity)
+        # unlike a matrix product, each sample is worked out alike however many there are
+        return np.asarray(np.einsum("...j,ij->...i", values - self.bias, inverse))
 
     @property
     def plot(self) -> TriadPlot:

@@ -9,6 +9,7 @@ from accelcal.errors import InputError
 from accelcal.plural import counted
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration, known_temperatures
+from accelcal.results.triad import TriadCalibration
 
 
 def refuse_misprinted(calibration: Calibration) -> None:
@@ -61,14 +62,16 @@ def refuse_without_uncertainty(calibration: Calibration) -> None:
         )
 
 
-def gates_that_warn(calibration: Calibration, tables: Sequence[TableCalibration]) -> list[str]:
+def gates_that_warn(
+    calibration: Calibration | TriadCalibration, tables: Sequence[TableCalibration] = ()
+) -> list[str]:
     """Say which gates warn of the test, to who uses its numbers without its report.
 
     Parameters
     ----------
-    calibration : Calibration
+    calibration : Calibration or TriadCalibration
         The calibration.
-    tables : sequence of TableCalibration
+    tables : sequence of TableCalibration, optional
         Those of its tables that are used.
 
     Returns

@@ -9,7 +9,8 @@ import numpy as np
 from accelcal.errors import DesignError
 from accelcal.numerics.probability import f_survival, student_quantile
 from accelcal.results.quantity import Gate
-from accelcal.triad.record import AXES, TriadRecord
+from accelcal.results.triad import AXES
+from accelcal.triad.record import TriadRecord
 from accelcal.triad.solution import Solution
 from accelcal.triad.unknown import from_unknown_attitudes
 

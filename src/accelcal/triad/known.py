@@ -6,7 +6,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import DesignError, InputError
-from accelcal.triad.record import AXES
+from accelcal.results.triad import AXES
 from accelcal.triad.solution import Design, Solution, design_of
 
 _FEWEST = 4

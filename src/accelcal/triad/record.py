@@ -14,10 +14,9 @@ from accelcal.arrays import Array, Ints
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.results.mapping import freeze
+from accelcal.results.triad import AXES
 
-__all__ = ["AXES", "TriadRecord", "one_an_attitude", "up_of_turn"]
-
-AXES = "xyz"
+__all__ = ["TriadRecord", "one_an_attitude", "up_of_turn"]
 
 _LARGEST = 1e30
 _UNIT_LENGTH = 1e-3

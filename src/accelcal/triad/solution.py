@@ -8,7 +8,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import DesignError
-from accelcal.triad.record import AXES
+from accelcal.results.triad import AXES
 from accelcal.triad.scatter import Scatter
 
 NAMES = (*(f"b_{i}" for i in AXES), *(f"S_{i}{j}" for i in AXES for j in AXES))

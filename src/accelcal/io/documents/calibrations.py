@@ -8,7 +8,34 @@ from typing import NamedTuple
 from accelcal.io.documents.of_serial import one_of_serial
 from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
-from accelcal.results.result import all_from_json
+from accelcal.results.checked import read_as
+from accelcal.results.json_text import parse_json
+from accelcal.results.result import all_from_json, parts_of
+from accelcal.results.triad import TriadCalibration
+
+_WRITERS = "accelcal fit or accelcal triad"
+
+
+class TriadFile(NamedTuple):
+    """A file with the calibration of a triad.
+
+    Attributes
+    ----------
+    name : str
+        Name of the file.
+    sha256 : str
+        SHA-256 of its bytes, in hexadecimal.
+    triad : TriadCalibration
+        What it holds.
+    """
+
+    name: str
+    sha256: str
+    triad: TriadCalibration
+
+    def choose(self, serial: str | None = None) -> TriadCalibration:
+        """Take it, unless it is of another serial number."""
+        return one_of_serial([self.triad], serial, self.name, "calibration")
 
 
 class CalibrationFile(NamedTuple):
@@ -75,3 +102,36 @@ def read_calibrations(source: str) -> CalibrationFile:
     of_text = partial(all_from_json, Calibration)
     read, calibrations = read_document(source, "calibration", of_text)
     return CalibrationFile(read.name, read.sha256 or "", calibrations)
+
+
+def read_calibrations_or_triad(source: str) -> CalibrationFile | TriadFile:
+    """Read a file of calibrations, of accelerometers or of a triad.
+
+    Parameters
+    ----------
+    source : str
+        Path of a JSON file; ``"-"`` reads standard input.
+
+    Returns
+    -------
+    CalibrationFile or TriadFile
+        What it holds.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read.
+    DocumentError
+        If it is none of these files.
+    """
+    read, found = read_document(source, "calibration", _of_either)
+    if isinstance(found, TriadCalibration):
+        return TriadFile(read.name, read.sha256 or "", found)
+    return CalibrationFile(read.name, read.sha256 or "", found)
+
+
+def _of_either(text: str) -> TriadCalibration | tuple[Calibration, ...]:
+    document = parse_json(text, writer=_WRITERS)
+    if isinstance(document, dict) and document.get("schema") == TriadCalibration.SCHEMA:
+        return TriadCalibration.from_document(document)
+    return read_as(partial(parts_of, Calibration), document, Calibration._WRITER)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from accelcal.arguments.kinds import shown
@@ -13,6 +13,7 @@ from accelcal.io.columns import places_of
 from accelcal.io.declarations import declared_number
 from accelcal.io.layout import Declared, Layout, declare, split_headings, split_line
 from accelcal.io.output_unit import Written, unit_of_outputs, units_written
+from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, TRIAD, StreamForm
 from accelcal.io.text import refuse_document
 from accelcal.io.units_row import UNITS_BELOW, headings_with_units
 from accelcal.io.vocabulary import (
@@ -21,21 +22,15 @@ from accelcal.io.vocabulary import (
     declarations_in,
     has_unit,
     header_line,
-    read_heading,
-    split_unit,
 )
 
 __all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
 
-_OTHER_AXES = ("a_p", "a_o")
-_USED = ("output", "temperature", "time", *_OTHER_AXES, "serial")
-
 _LOCAL_G = ("g", "g_local")
-_TWO_UNITS = "units {} and {} for one output; name one unit"
+_TWO_UNITS = "units {} and {} for the outputs; name one unit"
+_AROUND = ' \t\r\n"'
 _JSON_LINES = 5
 """Lines in which a document says what it is."""
-
-_REMEDY = "name the columns in the first row: output, and temperature where it is known"
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +59,11 @@ class SampleHeadings:
     line: int
     row: str = ""
     notes: tuple[str, ...] = ()
+
+    @property
+    def output_unit(self) -> str | None:
+        """Unit of the outputs, None where nothing tells it."""
+        return self.units.get("output")
 
     @property
     def source(self) -> str:
@@ -117,9 +117,9 @@ class SampleHeadings:
         TableError
             If there is no column of this serial, or its unit contradicts a header line.
         """
-        if "output" in self.columns:
-            return self
         channels = _channels(self.layout)
+        if "output" in self.columns or not channels:
+            return self
         if serial not in channels:
             missing = "" if serial is None else f", none of {serial}"
             problem = f"outputs of {', '.join(channels)}{missing}"
@@ -127,11 +127,13 @@ class SampleHeadings:
         columns = {**self.columns, "output": channels.pop(serial)}
         others = shown(", ".join(channels))
         told = (f"outputs of {others} are set aside",) if channels else ()
-        units = _units(self.layout, columns)
+        units = _units(self.layout, columns, ["output"])
         return replace(self, columns=columns, units=units, notes=(*self.notes, *told))
 
 
-def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHeadings:
+def read_sample_headings(
+    readline: Callable[[], str], source: str, form: StreamForm = ONE_ACCELEROMETER
+) -> SampleHeadings:
     """Read a stream up to its first sample.
 
     Parameters
@@ -140,6 +142,8 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
         Gives the next line, an empty text at the end.
     source : str
         Name of the file, for messages.
+    form : StreamForm, optional
+        What its columns are; those of one accelerometer by default.
 
     Returns
     -------
@@ -149,14 +153,40 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
     Raises
     ------
     TableError
-        If there is no column ``output``, or headings or header lines contradict each other.
+        If there is no column of outputs, or headings or header lines contradict each other.
     """
+    declared, commented, row, line = _down_to_headings(readline, source, form)
+    bare = row.strip(_AROUND)
+    braces = bare.startswith(("{", "["))
+    below = [readline() for _ in range(_JSON_LINES)] if braces else []
+    refuse_document("".join([bare, *below]), source)
+    above = not _has_outputs(bare, form) and _has_outputs(commented, form)
+    headings, separator = split_headings(commented if above else bare, form.recognise)
+    place, row = (line, row) if above else (line + 1, readline())
+    notes: tuple[str, ...] = ()
+    if told := _with_units_below(headings, row, separator, form):
+        headings, place, row, notes = told, place + 1, "", (UNITS_BELOW.format(place),)
+    layout = Layout(source, declared, headings, line, separator, [], (), ())
+    if form is ONE_ACCELEROMETER:
+        layout = with_channels(layout)
+        _refuse_triad(layout)
+    columns = places_of(layout, () if _channels(layout) else form.outputs, form.remedy, form.roles)
+    if "serial" in columns:
+        raise layout.refuse("a column serial", "give the samples of one accelerometer a file")
+    units = _units(layout, columns, form.outputs)
+    return SampleHeadings(layout, columns, units, place, row, (*notes, *_unused(layout)))
+
+
+def _down_to_headings(
+    readline: Callable[[], str], source: str, form: StreamForm
+) -> tuple[dict[str, Declared], str, str, int]:
+    """Header lines, the last comment, and the first row with its line."""
     declared: dict[str, Declared] = {}
     commented = ""
     line = 0
     while row := readline():
         line += 1
-        bare = row.strip(' \t\r\n"')
+        bare = row.strip(_AROUND)
         if bare.startswith("#"):
             commented = bare.lstrip("# ")
             for part in declarations_in(commented.rstrip(' \t,;"')):
@@ -164,23 +194,21 @@ def read_sample_headings(readline: Callable[[], str], source: str) -> SampleHead
                 if key in KEYS and value:
                     declare(declared, key, Declared(value, line, source))
         elif bare.strip(",;") and not bare.casefold().startswith("sep="):  # as Excel has it
-            break
-    else:
-        raise TableError("no samples", _REMEDY, source=source)
-    braces = bare.startswith(("{", "["))
-    below = [readline() for _ in range(_JSON_LINES)] if braces else []
-    refuse_document("".join([bare, *below]), source)
-    above = not _has_outputs(bare) and _has_outputs(commented)
-    headings, separator = split_headings(commented if above else bare, _heading)
-    place, row = (line, row) if above else (line + 1, readline())
-    notes: tuple[str, ...] = ()
-    if told := _with_units_below(headings, row, separator):
-        headings, place, row, notes = told, place + 1, "", (UNITS_BELOW.format(place),)
-    layout = with_channels(Layout(source, declared, headings, line, separator, [], (), ()))
-    columns = places_of(layout, () if _channels(layout) else ("output",), _REMEDY, _USED)
-    if "serial" in columns:
-        raise layout.refuse("a column serial", "give the samples of one accelerometer a file")
-    return SampleHeadings(layout, columns, _units(layout, columns), place, row, notes)
+            return declared, commented, row, line
+    raise TableError("no samples", form.remedy, source=source)
+
+
+def _refuse_triad(layout: Layout) -> None:
+    """Refuse x, y and z, of which y would pass for the output Y."""
+    axes = {TRIAD.recognise(own.text).role: own.role for own in layout.headings}
+    if axes.get("y") == "output" and {"x", "z"} <= set(axes):
+        remedy = "name the column of this accelerometer output, or give the calibration of a triad"
+        raise layout.refuse("columns x, y and z of a triad", remedy)
+
+
+def _unused(layout: Layout) -> list[str]:
+    names = [own.text for own in layout.headings if own.text and own.role is None]
+    return [f"columns not used: {shown(', '.join(names))}"] if names else []
 
 
 def _channels(layout: Layout) -> dict[str, int]:
@@ -193,41 +221,35 @@ def _channels(layout: Layout) -> dict[str, int]:
 
 
 def _with_units_below(
-    headings: tuple[Heading, ...], row: str, separator: str | None
+    headings: tuple[Heading, ...], row: str, separator: str | None, form: StreamForm
 ) -> tuple[Heading, ...] | None:
     """Headings with the units of the row below; None where it holds samples."""
     cells = split_line(row.rstrip("\r\n"), separator)
     pairs = list(zip(headings, cells, strict=False))
-    own = [each.role in _OTHER_AXES and not _unit_to_give(each.role, cell) for each, cell in pairs]
+    own = [each.role in ACROSS_AXES and not _unit_to_give(each.role, cell) for each, cell in pairs]
     others = ["" if is_own else cell for is_own, cell in zip(own, cells, strict=False)]
-    told = headings_with_units(headings, others + cells[len(others) :])
+    general = [h._replace(role="output") if h.role in form.outputs else h for h in headings]
+    told = headings_with_units(general, others + cells[len(others) :])
     if told is None:
         return None
     units = [f" [{cell}]" if is_own else "" for is_own, cell in zip(own, cells, strict=False)]
     units += [""] * (len(told) - len(units))
-    return tuple(_heading(each.text + unit) for each, unit in zip(told, units, strict=True))
+    return tuple(form.recognise(each.text + unit) for each, unit in zip(told, units, strict=True))
 
 
-def _has_outputs(line: str) -> bool:
-    headings = split_headings(line, _heading)[0] if line else ()
-    return any(heading.role in ("output", "serials") for heading in headings)
+def _has_outputs(line: str, form: StreamForm) -> bool:
+    headings = split_headings(line, form.recognise)[0] if line else ()
+    return any(heading.role in (*form.outputs, "serials") for heading in headings)
 
 
-def _heading(text: str) -> Heading:
-    name, unit = split_unit(text.strip())
-    known = read_heading(text)
-    role = name.casefold() if name.casefold() in _OTHER_AXES else known.role
-    used = role if role in (*_USED, "serials") else None
-    return Heading(text, used, known.unit or unit or None, known.of if used == "serials" else None)
-
-
-def _units(layout: Layout, columns: Mapping[str, int]) -> dict[str, str]:
+def _units(layout: Layout, columns: Mapping[str, int], outputs: Sequence[str]) -> dict[str, str]:
+    """Unit of each role; that of the outputs by the role ``output``."""
     named = {role: layout.headings[index].unit for role, index in columns.items()}
     units = {role: unit for role, unit in named.items() if unit}
     for role, unit in units.items():
         if remedy := _unit_to_give(role, unit):
             raise layout.refuse(f"{role} in {unit}", f"give it in {remedy}")
-    own = [units["output"]] if "output" in units else []
+    own = [units.pop(role) for role in outputs if role in units]
     own += [written.unit for written in units_written(layout, ())]
     written = [Written(unit, layout.headings_line) for unit in own]
     found = unit_of_outputs(written, None, layout.source, _TWO_UNITS).name
@@ -238,7 +260,7 @@ def _unit_to_give(role: str, unit: str) -> str:
     """Unit that a column has to have; empty where its own will do."""
     if role == "temperature":
         return "" if has_unit("temperature", unit) else "degC"
-    if role in _OTHER_AXES:
+    if role in ACROSS_AXES:
         return "" if unit in _LOCAL_G or in_metres(unit) else "g or m/s^2"
     return ""
 

@@ -3,7 +3,8 @@
 A sheet of a workbook is read whole, as the text of its cells.
 
 Above the samples stand header lines ``# key: value`` and one line of column headings: ``output``,
-and as far as there are any ``temperature``, ``time``, ``a_p`` and ``a_o``.
+and as far as there are any ``temperature``, ``time``, ``a_p`` and ``a_o``; of a triad ``x``, ``y``,
+``z`` and ``time``.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.engines import decimal_mark, pandas_options
 from accelcal.io.layout import split_line
+from accelcal.io.samples.forms import ONE_ACCELEROMETER, StreamForm
 from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
 from accelcal.io.text import (
     PARQUET,
@@ -209,7 +211,7 @@ class SampleReader:
 
 
 @contextmanager
-def open_samples(source: str) -> Iterator[SampleReader]:
+def open_samples(source: str, form: StreamForm = ONE_ACCELEROMETER) -> Iterator[SampleReader]:
     r"""Open a stream of samples and read its headings.
 
     Parameters
@@ -217,6 +219,8 @@ def open_samples(source: str) -> Iterator[SampleReader]:
     source : str
         Path of a CSV file, plain or gzip, or of a workbook, with the name of a sheet behind ``#``
         where it has several; ``"-"`` is standard input.
+    form : StreamForm, optional
+        What its columns are; those of one accelerometer by default.
 
     Yields
     ------
@@ -246,11 +250,13 @@ def open_samples(source: str) -> Iterator[SampleReader]:
         start = _guarded(stream.peek, 1, name)
         refuse_foreign(start, name, (PARQUET, "a Parquet file"))
         if start.startswith(tuple(mark for mark, _ in WORKBOOKS)):
-            yield _of_workbook(_guarded(stream.read, -1, name), name, raw)
+            yield _of_workbook(_guarded(stream.read, -1, name), name, raw, form)
             return
         encoding = _encoding(start)
         text = io.TextIOWrapper(stream, encoding, errors="replace")
-        headings = read_sample_headings(lambda: _guarded(text.readline, _LONGEST_LINE, name), name)
+        headings = read_sample_headings(
+            lambda: _guarded(text.readline, _LONGEST_LINE, name), name, form
+        )
         size = os.fstat(raw.fileno()).st_size if source != "-" and raw.seekable() else None
         yield SampleReader(headings, size, text, raw)
         text.detach()  # standard input stays open
@@ -259,11 +265,11 @@ def open_samples(source: str) -> Iterator[SampleReader]:
             raw.close()
 
 
-def _of_workbook(content: bytes, name: str, raw: IO[bytes]) -> SampleReader:
+def _of_workbook(content: bytes, name: str, raw: IO[bytes], form: StreamForm) -> SampleReader:
     sheet = read_text(named_bytes(content, name))
     text = io.StringIO(sheet.text)
     return SampleReader(
-        read_sample_headings(text.readline, sheet.name), None, text, raw, sheet.notes
+        read_sample_headings(text.readline, sheet.name, form), None, text, raw, sheet.notes
     )
 
 

@@ -1,0 +1,140 @@
+"""From the outputs of a triad to accelerations along its axes, with their uncertainties."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from accelcal.arguments.numbers import check_number, number_array
+from accelcal.arrays import Array
+from accelcal.compensate.coefficients import ACCELERATION_MARGIN
+from accelcal.compensate.measured import MeasuredAcceleration
+from accelcal.compensate.propagation import Part, interval_of_parts
+from accelcal.errors import InputError
+from accelcal.results.triad import AXES, TriadCalibration
+from accelcal.results.usable import gates_that_warn
+
+__all__ = ["apply_triad", "assumptions_of_triad", "refuse_for_triad"]
+
+_NOISE_UNKNOWN = (
+    "the attitudes of the calibration left nothing to tell its noise: the uncertainty of the"
+    " accelerations is unknown"
+)
+_ONE_STATE = (
+    "the calibration knows one launch and one temperature: what shifts from launch to launch or"
+    " with temperature is not in the uncertainty"
+)
+_REASON = "its calibration has one run at one temperature"
+
+
+def refuse_for_triad(**given: Any) -> None:
+    """Refuse what only the calibration of one accelerometer knows.
+
+    Parameters
+    ----------
+    **given : object
+        Arguments by name; None where not given.
+
+    Raises
+    ------
+    InputError
+        If one is given.
+
+    Examples
+    --------
+    >>> refuse_for_triad(run="2")
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: run=... is given for a triad; leave it out: its calibration has one
+    run at one temperature
+    """
+    for name, value in given.items():
+        if value is not None:
+            raise InputError(f"{name}=... is given for a triad; leave it out: {_REASON}")
+
+
+def assumptions_of_triad(triad: TriadCalibration, *, same_launch: bool = False) -> tuple[str, ...]:
+    """List what a user of a triad's calibration has to be warned of."""
+    unknown = [] if triad.covariance_names else [_NOISE_UNKNOWN]
+    return (*gates_that_warn(triad), *unknown, *([] if same_launch else [_ONE_STATE]))
+
+
+def apply_triad(
+    triad: TriadCalibration, output: ArrayLike, *, output_uncertainty: float = 0.0
+) -> MeasuredAcceleration:
+    """Turn outputs of a triad into accelerations along the axes of its frame.
+
+    Parameters
+    ----------
+    triad : TriadCalibration
+        The calibration.
+    output : array_like, shape (..., 3)
+        Outputs of the channels x, y, z [output unit of the calibration].
+    output_uncertainty : float, default 0
+        Standard uncertainty of an output, its noise included [output unit].
+
+    Returns
+    -------
+    MeasuredAcceleration
+        Accelerations and uncertainties, shape (..., 3).
+
+    Raises
+    ------
+    InputError
+        If the outputs are no numbers or not three a sample.
+
+    Notes
+    -----
+    a = T (y - b) with T the inverse of S, so a parameter of channel i acts by
+    da/db_i = -T_i and da/dS_ij = -T_i a_j, T_i being column i of T. With the covariance of all
+    parameters the variance of each component is a quadratic form in (1, a). The degrees of freedom
+    are the fewest of the parameters'.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import accelcal
+    >>> up = np.vstack([np.eye(3), -np.eye(3)])
+    >>> noise = 1e-4 * np.random.default_rng(1).normal(size=up.shape)
+    >>> triad = accelcal.calibrate_triad(0.01 + 2.0 * up + noise, up)
+    >>> apply_triad(triad, [2.01, 0.01, 0.01]).value.round(3).tolist()
+    [1.0, -0.0, 0.0]
+    """
+    check_number(0.0, output_uncertainty=output_uncertainty)
+    value = triad.accelerations(number_array(output, "output"))
+    inverse = np.asarray(np.linalg.inv(triad.sensitivity), dtype=np.float64)
+    noise = np.full_like(value, output_uncertainty**2) * np.sum(inverse**2, axis=1)
+    told = interval_of_parts([_of_parameters(triad, inverse, value), Part(noise, math.inf)])
+    known = np.isfinite(value).all(axis=-1, keepdims=True)
+    length = np.linalg.norm(value, axis=-1)
+    return MeasuredAcceleration(
+        value=value,
+        standard_uncertainty=np.where(known, told.standard, np.nan),
+        expanded_uncertainty=np.where(known, told.expanded, np.nan),
+        within_temperatures=np.isfinite(length),
+        within_accelerations=length <= 1.0 + ACCELERATION_MARGIN,
+        axes=AXES,
+    )
+
+
+def _of_parameters(triad: TriadCalibration, inverse: Array, value: Array) -> Part:
+    """Variance of each component from the parameters [g^2]."""
+    with_bias = np.concatenate([np.ones_like(value[..., :1]), value], axis=-1)
+    channels = _by_channel(triad)
+    forms = np.einsum("mi,mj,iajb->mab", inverse, inverse, channels)
+    variance = np.einsum("...a,mab,...b->...m", with_bias, forms, with_bias)
+    dof = [q.dof for q in triad.parameters.values() if q.standard_uncertainty and q.dof]
+    return Part(np.maximum(variance, 0.0), float(min(dof, default=math.inf)))
+
+
+def _by_channel(triad: TriadCalibration) -> Array:
+    """Covariance of (b_i, S_ix, S_iy, S_iz) with those of j, shape (3, 4, 3, 4)."""
+    names = [f"{what}_{i}{j}" for i in AXES for what, j in (("b", ""), *(("S", j) for j in AXES))]
+    if not triad.covariance_names:
+        return np.full((3, 4, 3, 4), np.nan)
+    whole, own = np.zeros((12, 12)), [names.index(name) for name in triad.covariance_names]
+    whole[np.ix_(own, own)] = triad.covariance
+    return whole.reshape(3, 4, 3, 4)

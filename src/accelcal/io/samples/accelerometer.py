@@ -1,0 +1,152 @@
+"""Samples of one calibrated accelerometer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.compensate.apply import compensate
+from accelcal.compensate.choice import compensation
+from accelcal.compensate.coefficients import CALIBRATE_THERE
+from accelcal.compensate.measured import MeasuredAcceleration
+from accelcal.errors import InputError, TableError
+from accelcal.io.samples.headings import SampleHeadings, in_metres
+from accelcal.io.samples.options import StreamOptions, acceleration_scale, output_factor
+from accelcal.io.samples.reader import SampleBlock
+from accelcal.results.calibration import Calibration
+
+__all__ = ["Accelerometer"]
+
+_WIDEST = 2.0
+"""Accelerations across beyond it were hardly meant in g [g]."""
+
+_FAR = "there the nonlinearity is extrapolated"
+_WIDE = (
+    f"have more than {_WIDEST:g} g across the input axis, more than any test on Earth: write its"
+    " unit, as in a_p [m/s^2], if it is not g"
+)
+
+
+class Accelerometer:
+    """A calibrated accelerometer, see `accelcal.io.samples.stream.Instrument`.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    headings : SampleHeadings
+        What stands above the samples.
+    options : StreamOptions
+        How they are compensated.
+
+    Raises
+    ------
+    InputError
+        If the calibration is not usable, the units do not agree, or the temperature or local
+        gravity is needed and not given.
+    """
+
+    axes = ""
+
+    def __init__(
+        self, calibration: Calibration, headings: SampleHeadings, options: StreamOptions
+    ) -> None:
+        found = compensation(calibration, options.run, same_launch=options.same_launch)
+        self.assumptions = found.assumptions
+        self._found = found
+        self._headings = headings
+        self._options = options
+        self.serial = found.serial
+        gravity = options.gravity or found.local_gravity
+        self.scale = acceleration_scale(options, gravity)
+        self.notes: list[str] = []
+        self._temperature = self._constant_temperature()
+        factor, notes = output_factor(options.output_unit, headings, found.output_unit)
+        self.notes += notes
+        self._factors = {"output": factor, **self._cross_factors(gravity)}
+
+    # -- before the first sample -------------------------------------------------------------------
+
+    def _cross_factors(self, gravity: float | None) -> dict[str, float]:
+        factors = {}
+        for axis in self._found.axes:
+            if axis.name not in self._headings.columns:
+                effect = f"{axis.delta.at_T0 * 1e3:.3g} mg for each g"
+                self.notes.append(f"no column {axis.name}: it is taken as 0, an error of {effect}")
+                continue
+            factors[axis.name] = 1.0
+            if in_metres(self._headings.units.get(axis.name, "g")):
+                if not gravity:
+                    raise InputError(
+                        f"{axis.name} is in m/s^2; give the gravity of the place of calibration"
+                        " by gravity=..."
+                    )
+                factors[axis.name] = 1.0 / gravity
+        for name in {"a_p", "a_o"} & set(self._headings.columns) - set(factors):
+            self.notes.append(f"column {name} is set aside: the calibration does not know its part")
+        return factors
+
+    def _constant_temperature(self) -> float | None:
+        """Temperature of all samples; None where a column tells it, or nobody does."""
+        given = self._options.temperature
+        if "temperature" in self._headings.columns:
+            if given is not None:
+                self.notes.append(f"column temperature is set aside for {given:g} degC")
+            return given
+        given = self._headings.temperature if given is None else given
+        if given is not None:
+            return given
+        if self._found.several_levels:
+            raise InputError(
+                f"{self._headings.source}: no column temperature, but the calibration depends on"
+                " it; give temperature=..."
+            )
+        if self._found.temperatures is not None:
+            level = self._found.temperatures[0]
+            self.notes.append(f"no temperature is given; the calibration holds at {level:g} degC")
+        return None
+
+    # -- the samples -------------------------------------------------------------------------------
+
+    def used(self, block: SampleBlock) -> Mapping[str, Array]:
+        """Take outputs, accelerations across and temperatures."""
+        used = {name: block.values[name] * factor for name, factor in self._factors.items()}
+        if self._temperature is None and "temperature" in block.values:
+            used["temperature"] = block.values["temperature"]
+        return used
+
+    def measured(self, block: SampleBlock, used: Mapping[str, Array]) -> MeasuredAcceleration:
+        """Turn them into accelerations; refuse temperatures outside the calibrated range."""
+        warmth = self._temperature
+        found = compensate(
+            self._found,
+            used["output"],
+            used.get("temperature") if warmth is None else warmth,
+            used.get("a_p"),
+            used.get("a_o"),
+            output_uncertainty=self._options.output_uncertainty,
+            temperature_uncertainty=self._options.temperature_uncertainty,
+        )
+        outside = ~found.within_temperatures & np.isfinite(found.value)
+        if outside.any() and not self._options.extrapolate:
+            at = int(np.argmax(outside))
+            problem = self._found.outside_temperatures(
+                float(used["temperature"][at]) if warmth is None else warmth
+            )
+            line, source = int(block.lines[at]), self._headings.source
+            raise TableError(problem, CALIBRATE_THERE, source=source, line=line)
+        return found
+
+    def outside(self, used: Mapping[str, Array], found: MeasuredAcceleration) -> Mapping[str, int]:
+        """Count the samples outside the calibrated temperatures and tested accelerations."""
+        low, high = self._found.accelerations
+        across = [np.abs(used[axis]) for axis in ("a_p", "a_o") if axis in used]
+        solved = np.isfinite(found.value)
+        told = {
+            "are outside the calibrated temperatures": ~found.within_temperatures,
+            f"are outside the tested {low:g} to {high:g} g: {_FAR}": ~found.within_accelerations,
+            _WIDE: np.max(across, axis=0) > _WIDEST if across else ~solved,
+        }
+        return {what: int(np.sum(solved & is_so)) for what, is_so in told.items()}

@@ -1,0 +1,227 @@
+"""The calibration of a triad applied: accelerations along three axes, with their uncertainty."""
+
+import csv
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.errors import AccelcalWarning, InputError
+
+BIAS = np.array([0.01, -0.02, 0.03])
+SENSITIVITY = np.array([[1.3, 0.002, -0.001], [0.003, 1.25, 0.002], [-0.002, 0.001, 1.35]])
+AXES = "xyz"
+
+
+def directions(rng, n):
+    up = rng.normal(size=(n, 3))
+    return up / np.linalg.norm(up, axis=1)[:, None]
+
+
+def outputs(up):
+    return BIAS + up @ SENSITIVITY.T
+
+
+def calibrated(seed=1, attitudes=12, noise=(1e-5, 1e-5, 1e-5), **fields):
+    rng = np.random.default_rng(seed)
+    up = directions(rng, attitudes)
+    found = accelcal.calibrate_triad(outputs(up) + noise * rng.normal(size=up.shape), up)
+    return replace(found, output_unit="mA", local_gravity=9.81, serial="B7", **fields)
+
+
+def applied(triad, output, **options):
+    return accelcal.apply(triad, output, same_launch=True, **options)
+
+
+def test_accelerations_are_those_of_the_calibration():
+    triad, up = calibrated(), directions(np.random.default_rng(2), 50)
+    found = applied(triad, outputs(up))
+    assert np.array_equal(found.value, triad.accelerations(outputs(up)))
+    assert found.value == pytest.approx(up, abs=5e-5)
+    assert found.inside.all()
+    assert repr(found) == "<MeasuredAcceleration: 50 samples>"
+
+
+def test_uncertainty_is_the_covariance_carried_through_derivatives():
+    triad = calibrated()
+    output = outputs(np.array([[0.3, -0.5, 2.0]]))
+    names = triad.covariance_names
+    rows = []
+    for name in names:
+        step = 1e-7
+        ends = [
+            replace(
+                triad,
+                parameters={
+                    **triad.parameters,
+                    name: replace(
+                        triad.parameters[name], value=triad.parameters[name].value + sign * step
+                    ),
+                },
+            ).accelerations(output)[0]
+            for sign in (1, -1)
+        ]
+        rows.append((ends[0] - ends[1]) / (2 * step))
+    jacobian = np.array(rows).T
+    expected = np.sqrt(np.diag(jacobian @ triad.covariance @ jacobian.T))
+    found = applied(triad, output)
+    assert found.standard_uncertainty[0] == pytest.approx(expected, rel=1e-6)
+    factor = found.expanded_uncertainty / found.standard_uncertainty
+    assert factor == pytest.approx(np.full((1, 3), 2.306), abs=1e-3)  # Student, 8 dof
+    assert not found.inside.any()
+
+
+def test_the_uncertainty_of_an_output_is_added():
+    triad, output = calibrated(), outputs(np.eye(3))
+    plain, noisy = applied(triad, output), applied(triad, output, output_uncertainty=1e-3)
+    added = noisy.standard_uncertainty**2 - plain.standard_uncertainty**2
+    inverse = np.linalg.inv(triad.sensitivity)
+    assert added == pytest.approx(np.tile(1e-6 * np.sum(inverse**2, axis=1), (3, 1)), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("attitudes", "known", "least"), [(8, True, 0.93), (12, False, 0.95), (24, True, 0.93)]
+)
+def test_intervals_hold_the_acceleration(attitudes, known, least):
+    lower = np.tril(SENSITIVITY)  # which is S in the frame of unknown attitudes
+    rng = np.random.default_rng(attitudes)
+    points = directions(rng, 20)
+    held = []
+    for _ in range(150):
+        up = directions(rng, attitudes)
+        output = BIAS + up @ lower.T + 1e-4 * np.array([1.0, 3.0, 5.0]) * rng.normal(size=up.shape)
+        triad = accelcal.calibrate_triad(output, up if known else None)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccelcalWarning)  # a gate in a few of them
+            found = applied(triad, BIAS + points @ lower.T)
+        held.append(np.abs(found.value - points) <= found.expanded_uncertainty)
+    assert least <= np.mean(held) <= 0.997
+
+
+def test_a_frame_of_outputs_keeps_its_index():
+    triad, up = calibrated(), directions(np.random.default_rng(3), 4)
+    frame = pd.DataFrame(outputs(up), columns=list(AXES), index=[0.0, 0.1, 0.2, 0.3])
+    frame.loc[0.2, "y"] = np.nan
+    table = applied(triad, frame).to_frame()
+    assert table.index.tolist() == frame.index.tolist()
+    assert table.columns[:3].tolist() == [f"acceleration_{axis}" for axis in AXES]
+    assert table.iloc[2, :9].isna().all()
+    assert table["inside"].tolist() == [True, True, False, True]
+    assert set(table.attrs["units"].values()) == {"g"}
+
+
+def test_what_is_of_one_accelerometer_is_refused():
+    triad, output = calibrated(), outputs(np.eye(3))
+    for name, value in {"temperature": 20.0, "a_p": 0.0, "run": "1", "extrapolate": True}.items():
+        with pytest.raises(InputError, match=f"^{name}=... is given for a triad; leave it out"):
+            applied(triad, output, **{name: value})
+    with pytest.raises(InputError, match="the last axis holds x, y, z"):
+        applied(triad, output[:, :2])
+
+
+def test_what_the_calibration_does_not_know_is_told():
+    triad = calibrated()
+    with pytest.warns(AccelcalWarning, match="one launch and one temperature"):
+        accelcal.apply(triad, outputs(np.eye(3)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        applied(triad, outputs(np.eye(3)))
+    up = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0]])
+    bare = accelcal.calibrate_triad(outputs(up), up)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        found = applied(bare, outputs(np.eye(3)))
+    assert [str(each.message)[:40] for each in told] == [
+        "checks of the calibration warn, attitude",
+        "the attitudes of the calibration left no",
+    ]
+    assert found.value == pytest.approx(np.eye(3), abs=1e-9)
+    assert np.isnan(found.standard_uncertainty).all()
+    assert np.isnan(found.expanded_uncertainty).all()
+
+
+# -- the command -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    calibrated().to_json("triad.json")
+
+    def run_on(text, *options):
+        (tmp_path / "data.csv").write_text(text, "utf-8")
+        code = main(["apply", "triad.json", "data.csv", "-o", "out.csv", *options])
+        out = tmp_path / "out.csv"
+        lines = out.read_text("utf-8").splitlines() if out.exists() else []
+        rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+        return code, rows, capsys.readouterr().err
+
+    return run_on
+
+
+STREAM = "time,T,ax_mA,ay_mA,az_mA\n0.0,20,1.31,-0.017,0.028\n0.1,20,0.0,2.48,0.03\n"
+
+
+def test_a_stream_gets_the_values_of_the_library(run):
+    code, rows, err = run(STREAM, "--same-launch", "--output-uncertainty", "1e-4")
+    output = [[1.31, -0.017, 0.028], [0.0, 2.48, 0.03]]
+    found = applied(calibrated(), output, output_uncertainty=1e-4)
+    expected = found.to_frame()
+    assert code == 0
+    assert [row["time"] for row in rows] == ["0.0", "0.1"]
+    for name in expected.columns:
+        digits = 1e-14 if name.startswith("acc") else 5e-3
+        told = [float(row[name]) for row in rows]
+        assert told == pytest.approx(expected[name].astype(float).tolist(), rel=digits)
+    assert [row["inside"] for row in rows] == ["1", "0"]
+    assert "note: columns not used: 'T'" in err
+    assert "warning: 1 of 2 samples are longer than the tested 1 g" in err
+
+
+def test_units_and_headings_of_a_stream(run):
+    plain = run(STREAM, "--same-launch")[1]
+    below = "Zeit;x;y;z\ns;uA;uA;uA\n0,0;1310;-17;28\n0,1;0;2480;30\n"
+    code, rows, err = run(below, "--same-launch")
+    assert code == 0
+    assert "outputs in uA are converted to mA" in err
+    for one, other in zip(plain, rows, strict=True):
+        assert float(one["acceleration_x"]) == pytest.approx(float(other["acceleration_x"]))
+    metres = run(STREAM, "--same-launch", "--in", "m/s^2")[1]
+    assert float(metres[0]["acceleration_x"]) == pytest.approx(
+        9.81 * float(plain[0]["acceleration_x"])
+    )
+    assert run("# unit: mA\nx,y,z\n1.31,-0.017,0.028\n", "--same-launch")[1][0] == {
+        name: cell for name, cell in plain[0].items() if name != "time"
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("time,x,y\n0,1,1\n", (), "data.csv:1: no column z among"),
+        (STREAM.replace("ay_mA", "ay_V"), (), "data.csv:1: units mA and V for the outputs"),
+        (STREAM.replace("mA", "V"), (), "outputs in V, but the calibration is for mA"),
+        ("# serial: C9\n" + STREAM, (), "serial C9 is asked for, but it holds the calibration of"),
+        (STREAM, ("--run", "1"), "is given for a triad; leave it out"),
+        (STREAM, ("--temperature", "20"), "is given for a triad; leave it out"),
+        (STREAM.replace("2.48", "2.4x"), (), "data.csv:3: "),
+    ],
+)
+def test_a_stream_that_does_not_fit_is_refused_in_a_line(run, text, options, message):
+    code, rows, err = run(text, "--same-launch", *options)
+    assert (code, rows) == (2, [])
+    errors = [line for line in err.splitlines() if not line.startswith("note: ")]
+    assert len(errors) == 1
+    assert message in errors[0]
+
+
+def test_an_axis_of_a_triad_does_not_pass_for_the_output_of_one_accelerometer(run, tmp_path):
+    """The column y was taken for the output Y, and x and z left aside without a word."""
+    accelcal.fit(accelcal.simulate(seed=1)).to_json(tmp_path / "triad.json")
+    code, _, err = run("x,y,z,temperature\n1.3,0.1,0.2,20\n")
+    assert code == 2
+    assert "data.csv:1: columns x, y and z of a triad; name the column of this" in err
