@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 import accelcal
 from accelcal.cli.main import main
 from accelcal.compensate.choice import compensation
-from accelcal.export.c_header import c_prefix, to_c_header
+from accelcal.export.c_header import to_c_header
+from accelcal.export.c_text import c_prefix
 from accelcal.export.content import export_content
 from accelcal.export.write import to_csv, to_yaml
 

@@ -111,14 +111,14 @@ def _instrument(
     file: CalibrationFile | TriadFile, samples: SampleReader, options: StreamOptions
 ) -> Instrument:
     """Choose whose samples these are, by the serial number."""
-    from accelcal.io.documents.calibrations import TriadFile
     from accelcal.io.samples.accelerometer import Accelerometer
     from accelcal.io.samples.triad import Triad
+    from accelcal.results.triad import TriadCalibration
 
     serial = options.serial or samples.headings.serial
-    if isinstance(file, TriadFile):
-        return Triad(file.choose(serial), samples.headings, options)
     calibration = file.choose(serial, options.mounting)
+    if isinstance(calibration, TriadCalibration):
+        return Triad(calibration, samples.headings, options)
     samples.choose(serial or calibration.serial)
     return Accelerometer(calibration, samples.headings, options)
 

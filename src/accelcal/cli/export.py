@@ -29,7 +29,7 @@ def export(
     run: str | None,
     mounting: str | None,
 ) -> None:
-    """Export the calibration CAL.json as a C header, YAML or CSV.
+    """Export the calibration CAL.json, or that of a triad, as a C header, YAML or CSV.
 
     The export has the coefficients with units and uncertainties, their covariance, the sign
     convention, the calibrated ranges and the origin of the calibration. The C header (C99) has a
@@ -39,11 +39,12 @@ def export(
     Examples:
       accelcal export calibration.json -o accelerometer.h
       accelcal export calibration.json --format yaml
+      accelcal export triad.json -o triad.h
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.export.write import export_text, form_of
-    from accelcal.io.documents.calibrations import read_calibrations
+    from accelcal.io.documents.calibrations import read_calibrations_or_triad
 
     form = form or form_of(path or "standard output")
-    file = read_calibrations(calibration)
+    file = read_calibrations_or_triad(calibration)
     chosen = file.choose(serial, mounting)
     deliver(export_text(chosen, form, file.sha256, run), path)

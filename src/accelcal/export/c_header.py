@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
-import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -15,31 +12,10 @@ from accelcal.compensate.coefficients import (
     Law,
 )
 from accelcal.compensate.inversion import CLOSE, FARTHEST, MOST_STEPS
+from accelcal.export.c_text import c_comment, c_covariance, c_number, c_prefix, filled, harmless
 from accelcal.export.content import covariance_rows
 
-__all__ = ["c_prefix", "to_c_header"]
-
-
-def c_prefix(serial: str | None) -> str:
-    """Prefix of all names in the header of an accelerometer.
-
-    Parameters
-    ----------
-    serial : str or None
-        Serial number.
-
-    Returns
-    -------
-    str
-        A C identifier.
-
-    Examples
-    --------
-    >>> c_prefix("AL-15"), c_prefix(None)
-    ('accelcal_AL_15', 'accelcal')
-    """
-    name = re.sub(r"[^0-9A-Za-z]+", "_", serial or "").strip("_")
-    return f"accelcal_{name}" if name else "accelcal"
+__all__ = ["to_c_header"]
 
 
 def to_c_header(content: Mapping[str, Any], found: Compensation) -> str:
@@ -61,54 +37,32 @@ def to_c_header(content: Mapping[str, Any], found: Compensation) -> str:
     prefix = c_prefix(found.serial)
     axes = found.axes
     parts = {
-        "@COMMENT@": "\n".join(f" * {line}".rstrip() for line in _comment(content)),
+        "@COMMENT@": c_comment(content, _notes(content)),
         "@GUARD@": f"{prefix.upper()}_H",
         "@DATA@": "\n".join(_data(found, prefix)),
-        "@COVARIANCE@": "\n".join(_covariance(found)),
-        "@UNIT@": _harmless(found.output_unit or "output unit"),
+        "@COVARIANCE@": c_covariance(covariance_rows(found), "; those of K1 are relative"),
+        "@UNIT@": harmless(found.output_unit or "output unit"),
         "@ARGUMENTS@": "".join(f", double {axis.name}" for axis in axes),
         "@LAWS@": "\n".join(_laws_in_c(found, prefix)),
         "@TILT@": " + ".join(f"{axis.delta_symbol} * {axis.name}" for axis in axes),
         "@COUPLING@": " + ".join(f"@P@_{axis.coupling_symbol} * {axis.name}" for axis in axes),
         "@ACROSS@": "".join(f" || !(fabs({axis.name}) <= @FARTHEST@)" for axis in axes),
         "@WARM@": _WARM if found.temperatures else "    (void)temperature; /* not known */",
-        "@FARTHEST@": _number(FARTHEST),
-        "@CLOSE@": _number(CLOSE),
+        "@FARTHEST@": c_number(FARTHEST),
+        "@CLOSE@": c_number(CLOSE),
         "@STEPS@": str(MOST_STEPS),
         "@P@": prefix,
     }
-    text = _TEMPLATE
-    for mark, part in parts.items():
-        text = text.replace(mark, part)
-    return text
+    return filled(_TEMPLATE, parts)
 
 
-def _comment(content: Mapping[str, Any]) -> Iterator[str]:
-    """Everything that is known, in lines that cannot end the comment."""
-    from textwrap import wrap
-
-    for key, value in content.items():
-        if key not in ("coefficients", "covariance", "new_launch") and value not in (None, []):
-            text = value if isinstance(value, str) else json.dumps(value)
-            yield from wrap(_harmless(f"{key}: {text}"), 96, subsequent_indent="    ")
-    yield ""
-    yield "symbol, value, standard and expanded (95 %) uncertainty, unit, meaning (null: not known)"
-    for row in content["coefficients"]:
-        cells = ("null" if item is None else str(item) for item in row.values())
-        yield _harmless("  " + ", ".join(cells))
-    yield ""
+def _notes(content: Mapping[str, Any]) -> Iterator[str]:
+    yield content["covariance"]["note"]
     launch = content["new_launch"]
     sizes = ", ".join(
         f"{key} {value}" for key, value in launch.items() if key != "note" and value is not None
     )
-    for text in (content["covariance"]["note"], f"{launch['note']} {sizes}"):
-        yield from wrap(_harmless(text), 96, subsequent_indent="    ")
-
-
-def _harmless(text: str) -> str:
-    """Text that neither ends nor opens a comment, nor holds a trigraph or control character."""
-    plain = "".join(c if c.isprintable() else " " for c in text).replace("\\", "/")
-    return plain.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
+    yield f"{launch['note']} {sizes}"
 
 
 def _data(found: Compensation, prefix: str) -> Iterator[str]:
@@ -128,23 +82,7 @@ def _data(found: Compensation, prefix: str) -> Iterator[str]:
     values["lowest_acceleration"] = found.accelerations[0] - ACCELERATION_MARGIN
     values["highest_acceleration"] = found.accelerations[1] + ACCELERATION_MARGIN
     for name, value in values.items():
-        yield f"static const double {prefix}_{name} = {_number(value)};"
-
-
-def _covariance(found: Compensation) -> Iterator[str]:
-    """Covariance in a function: a table that nobody uses would make the compiler complain."""
-    rows = covariance_rows(found)
-    size = len(rows)
-    yield "/*"
-    yield " * Covariance of the errors numbered below; those of K1 are relative; NAN: unknown."
-    yield from (f" * {number}: {symbol}" for number, (symbol, _) in enumerate(rows))
-    yield " */"
-    yield "static inline double @P@_covariance(int row, int column)"
-    yield "{"
-    yield f"    static const double covariance[{size}][{size}] = {{"
-    yield ",\n".join("        {" + ", ".join(map(_number, row)) + "}" for _, row in rows) + "};"
-    yield "    return covariance[row][column];"
-    yield "}"
+        yield f"static const double {prefix}_{name} = {c_number(value)};"
 
 
 def _laws(found: Compensation) -> list[tuple[str, Law]]:
@@ -163,13 +101,6 @@ def _laws_in_c(found: Compensation, prefix: str) -> Iterator[str]:
         change = f"(rise > 0.0 ? {name}_slope_above : {name}_slope_below) * rise"
         law = f"{name} * (1.0 + {change})" if symbol == "K1" else f"{name} + {change}"
         yield f"    const double {symbol} = {law if found.several_levels else name};"
-
-
-def _number(value: float) -> str:
-    if math.isnan(value):
-        return "NAN"
-    text = f"{value:.17g}"
-    return text if set(text) & set(".e") else text + ".0"
 
 
 _WARM = """\

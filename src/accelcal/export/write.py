@@ -13,11 +13,14 @@ from accelcal.arguments.endings import ending_of
 from accelcal.arguments.options import check_choice
 from accelcal.atomic import write_text
 from accelcal.compensate.choice import compensation
+from accelcal.compensate.triad import refuse_for_triad
 from accelcal.errors import AccelcalWarning
 from accelcal.export.c_header import to_c_header
 from accelcal.export.content import export_content
+from accelcal.export.triad import triad_content, triad_header
 from accelcal.io.csv_text import csv_text
 from accelcal.results.calibration import Calibration
+from accelcal.results.triad import TriadCalibration
 
 __all__ = ["FORMS", "export_text", "form_of", "to_csv", "to_yaml", "write_export"]
 
@@ -111,7 +114,7 @@ _FORM_OF_ENDING = {".h": "c", ".hpp": "c", ".yaml": "yaml", ".yml": "yaml", ".cs
 
 
 def write_export(
-    calibration: Calibration,
+    calibration: Calibration | TriadCalibration,
     path: str | os.PathLike[str],
     *,
     form: str | None = None,
@@ -121,7 +124,7 @@ def write_export(
 
     Parameters
     ----------
-    calibration : Calibration
+    calibration : Calibration or TriadCalibration
         The calibration.
     path : path
         File to write, whole or not at all.
@@ -133,8 +136,8 @@ def write_export(
     Raises
     ------
     InputError
-        If the form is another, the calibration does not say which coefficients to use, or it has
-        effects without which they do not give the acceleration.
+        If the form is another, the calibration does not say which coefficients to use, it has
+        effects without which they do not give the acceleration, or a run of a triad is given.
 
     Warns
     -----
@@ -155,13 +158,16 @@ def write_export(
 
 
 def export_text(
-    calibration: Calibration, form: str, sha256: str | None = None, run: str | int | None = None
+    calibration: Calibration | TriadCalibration,
+    form: str,
+    sha256: str | None = None,
+    run: str | int | None = None,
 ) -> str:
     """Write an export in one of `FORMS`, and warn of what is assumed.
 
     Parameters
     ----------
-    calibration : Calibration
+    calibration : Calibration or TriadCalibration
         The calibration.
     form : {"c", "yaml", "csv"}
         The form.
@@ -181,12 +187,18 @@ def export_text(
         As by `write_export`.
     """
     check_choice(FORMS, form=form)
-    content = export_content(calibration, sha256, run)
+    if isinstance(calibration, TriadCalibration):
+        refuse_for_triad(run=run)
+        content = triad_content(calibration, sha256)
+    else:
+        content = export_content(calibration, sha256, run)
     for assumption in content["assumptions"]:
         warnings.warn(assumption, AccelcalWarning, stacklevel=4)
-    if form == "c":
-        return to_c_header(content, compensation(calibration, run, effects=False))
-    return to_yaml(content) if form == "yaml" else to_csv(content)
+    if form != "c":
+        return to_yaml(content) if form == "yaml" else to_csv(content)
+    if isinstance(calibration, TriadCalibration):
+        return triad_header(content, calibration)
+    return to_c_header(content, compensation(calibration, run, effects=False))
 
 
 def form_of(path: str | os.PathLike[str]) -> str:

@@ -7,13 +7,8 @@ from collections.abc import Iterator, Mapping
 from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Quantity
-from accelcal.results.triad import TriadCalibration
+from accelcal.results.triad import FRAMES, TriadCalibration
 
-_FRAMES = {
-    "block": "axes of the block, by the attitudes as given",
-    "x": "axis x along the sensitive axis of channel x, that of y in the plane xy",
-    "z": "axis z along the sensitive axis of channel z, that of y in the plane yz",
-}
 _HEADING = ("", "", "value", "std. unc.", "+- 95 %", "unit")
 
 
@@ -29,7 +24,7 @@ def _head(found: TriadCalibration) -> Iterator[str]:
         f"{found.attitudes} attitudes, {found.dof} degrees of freedom;"
         f" residual of {what} {1e3 * found.residual_rms:.3g} mg rms"
     )
-    yield f"frame: {_FRAMES.get(found.frame, found.frame)}"
+    yield f"frame: {FRAMES.get(found.frame, found.frame)}"
 
 
 def _table(found: TriadCalibration) -> Iterator[str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from os import PathLike
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -22,12 +24,21 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.triad import TriadPlot
 
-__all__ = ["AXES", "SCHEMA", "TriadCalibration"]
+__all__ = ["AXES", "FRAMES", "SCHEMA", "TriadCalibration"]
 
 SCHEMA = "accelcal/triad/1"
 
 AXES = "xyz"
 """Names of the channels, and of the axes of the frame."""
+
+FRAMES: Mapping[str, str] = MappingProxyType(
+    {
+        "block": "axes of the block, by the attitudes as given",
+        "x": "axis x along the sensitive axis of channel x, that of y in the plane xy",
+        "z": "axis z along the sensitive axis of channel z, that of y in the plane yz",
+    }
+)
+"""Each frame in words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +165,30 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         from accelcal.plot.triad import TriadPlot
 
         return TriadPlot(self)
+
+    def export(self, path: str | PathLike[str], *, form: str | None = None) -> None:
+        """Write the calibration for navigation code, as a C header, YAML or CSV.
+
+        Parameters
+        ----------
+        path : path
+            File to write, whole or not at all.
+        form : {"c", "yaml", "csv"}, optional
+            The form; by default that of the file's extension: .h, .hpp, .yaml, .yml or .csv.
+
+        Raises
+        ------
+        InputError
+            If the form is another.
+
+        Warns
+        -----
+        AccelcalWarning
+            About what the calibration does not know.
+        """
+        from accelcal.export.write import write_export
+
+        write_export(self, path, form=form)
 
     def __str__(self) -> str:
         from accelcal.report.triad import triad_text

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import NamedTuple
 
+from accelcal.compensate.triad import refuse_for_triad
 from accelcal.io.documents.of_serial import one_of_serial
 from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
@@ -33,8 +34,9 @@ class TriadFile(NamedTuple):
     sha256: str
     triad: TriadCalibration
 
-    def choose(self, serial: str | None = None) -> TriadCalibration:
-        """Take it, unless it is of another serial number."""
+    def choose(self, serial: str | None = None, mounting: str | None = None) -> TriadCalibration:
+        """Take it, unless it is of another serial number, or a mounting is asked for."""
+        refuse_for_triad(mounting=mounting)
         return one_of_serial([self.triad], serial, self.name, "calibration")
 
 

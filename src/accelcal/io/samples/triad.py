@@ -48,7 +48,6 @@ class Triad:
             temperature_uncertainty=options.temperature_uncertainty or None,
             extrapolate=options.extrapolate or None,
             run=options.run,
-            mounting=options.mounting,
         )
         self._found = found
         self.assumptions = assumptions_of_triad(found, same_launch=options.same_launch)
