@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import TableError
+from accelcal.io import parquet as parquet_module
 from accelcal.io.samples import reader as samples_module
 from accelcal.io.samples.reader import open_samples
 
@@ -74,6 +76,70 @@ def test_units_below_the_headings(run):
     assert code == 2
     assert "outputs in V, but the calibration is for mA" in err
     assert run("output,temperature\nmA,degC\n")[2].count("no samples") == 1
+
+
+def parquet(frame, folder):
+    pytest.importorskip("pyarrow")
+    frame.to_parquet(folder / "data.parquet")
+    return (folder / "data.parquet").read_bytes()
+
+
+FLIGHT = {"time": ["0.0", "0.1, later", None], "T": [20.0, 21.0, 22.0], "Y [mA]": [1.3, 0.1, None]}
+
+
+@pytest.mark.parametrize("way", ["plain", "gzip", "standard input", "parts"])
+def test_a_stream_may_be_parquet(run, folder, monkeypatch, way):
+    content = parquet(pd.DataFrame(FLIGHT), folder)
+    plain = run('time,T,Y [mA]\n0.0,20,1.3\n"0.1, later",21,0.1\n,22,\n')[1]
+    if way == "parts":
+        monkeypatch.setattr(parquet_module, "_ROWS", 2)
+    if way == "standard input":
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(Unseekable(content)))
+        assert main(["apply", "cal.json", "-", "-o", "piped.csv"]) == 0
+        assert rows_of(Path("piped.csv").read_text("utf-8")) == plain
+    else:
+        assert run(gzip.compress(content) if way == "gzip" else content)[:2] == (0, plain)
+
+
+class Unseekable(io.BytesIO):
+    def seekable(self):
+        return False
+
+
+def test_a_parquet_stream_that_cannot_be_used(run, folder, monkeypatch):
+    content = parquet(pd.DataFrame(FLIGHT), folder)
+    code, _, err = run(content[:-20])
+    assert (code, err.count("\n")) == (2, 1)
+    assert err.startswith("data.csv: no Parquet file")
+    assert (
+        "data.csv:1: no column output among 'a, b'"
+        in run(parquet(pd.DataFrame({"a": [1], "b": [2]}), folder))[2]
+    )
+    several = parquet(pd.DataFrame({"output": [[1.0, 2.0]], "T": [20.0]}), folder)
+    assert "data.csv: column 'output' holds list" in run(several)[2]
+    assert "column headings but no samples" in run(parquet(pd.DataFrame(FLIGHT)[:0], folder))[2]
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert "Parquet needs pyarrow" in run(content)[2]
+
+
+BELOW_EACH_OTHER = (
+    "time,serial,temperature,output\n0,AL-15,20,1.35471\n0,B2,20,1.2\n1,AL-15,20,0.0\n1,,20,1.1\n"
+)
+
+
+@pytest.mark.parametrize("block", [samples_module.BLOCK, 8], ids=["light", "bulk"])
+def test_samples_of_accelerometers_below_each_other(run, folder, calibration, monkeypatch, block):
+    alone = run(HEAD + "time,temperature,output\n0,20,1.35471\n1,20,0.0\n")[1]
+    monkeypatch.setattr(samples_module, "BLOCK", block)
+    code, rows, err = run("# unit: mA\n" + BELOW_EACH_OTHER)
+    assert (code, rows) == (0, alone)
+    assert "warning: 2 samples of other serials, 'B2, ', are set aside" in err
+    replace(calibration, serial=None).to_json(folder / "nameless.json")
+    code, _, err = run(BELOW_EACH_OTHER, cal="nameless.json")
+    assert code == 2
+    assert err.startswith("data.csv:1: a column serial; choose one by its serial")
+    code, rows, _ = run(BELOW_EACH_OTHER, "--serial", "B2", cal="nameless.json")
+    assert (code, [row["time"] for row in rows]) == (0, ["0"])
 
 
 SIDE_BY_SIDE = "time,temperature,S/N AL-15 [mA],S/N B2 [mA]\n0,20,1.35471,1.2\n1,20,0.0,1.2\n"
@@ -430,7 +496,10 @@ BAD = {
     "no output": ("time,temperature\n0,20\n", "data.csv:1: no column output among"),
     "no headings": ("1.25,20\n1.25,20\n", "data.csv:1: no column output among '1.25, 20'"),
     "twice": ("output,Y,temperature\n1,1,20\n", "data.csv:1: columns 'output' and 'Y' mean"),
-    "serials": ("serial,output,temperature\nA,1,20\n", "data.csv:1: a column serial"),
+    "serials": (
+        "serial,output,temperature\nA,1,20\n",
+        "data.csv: no sample of serial AL-15, but of A",
+    ),
     "kelvin": ("output,temperature [K]\n1,293\n", "data.csv:1: temperature in K; give it in degC"),
     "text": ("output,temperature\n1,20\n1.2x,20\n", "data.csv:3: output '1.2x' is not a number"),
     "infinite": ("output,temperature\n1,20\ninf,20\n", "data.csv:3: output 'inf' is infinite"),

@@ -71,11 +71,12 @@ if TYPE_CHECKING:
 def apply(calibration: str, data: str, path: str | None, **options: Any) -> None:
     """Turn the outputs in DATA into accelerations, using CAL.json.
 
-    DATA is CSV of any length, or a sheet of a workbook, with a column output and, if available,
-    temperature, time, a_p and a_o. The result has for each sample the acceleration along the input
-    axis, its standard and expanded uncertainty (95 %), and a flag that says whether the sample is
-    inside the calibrated ranges. The uncertainty includes the shift to a new launch, if the
-    calibration has it. "-" reads standard input; without -o the result goes to standard output.
+    DATA is CSV or Parquet of any length, or a sheet of a workbook, with a column output and, if
+    available, temperature, time, a_p and a_o. The result has for each sample the acceleration
+    along the input axis, its standard and expanded uncertainty (95 %), and a flag that says
+    whether the sample is inside the calibrated ranges. The uncertainty includes the shift to a
+    new launch, if the calibration has it. "-" reads standard input; without -o the result goes
+    to standard output.
 
     With the calibration of a triad, DATA has the columns x, y and z, and the result has three
     accelerations for each sample.
@@ -117,9 +118,9 @@ def _instrument(
 
     serial = options.serial or samples.headings.serial
     calibration = file.choose(serial, options.mounting)
+    samples.choose(serial or calibration.serial)
     if isinstance(calibration, TriadCalibration):
         return Triad(calibration, samples.headings, options)
-    samples.choose(serial or calibration.serial)
     return Accelerometer(calibration, samples.headings, options)
 
 

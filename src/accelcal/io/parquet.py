@@ -14,6 +14,8 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, not_installed
 from accelcal.io.csv_text import csv_text
 
+_ROWS = 50_000  # that are turned into text together
+
 
 def is_parquet(path: str) -> bool:
     """Tell whether a file is a Parquet file, by its name."""
@@ -125,6 +127,62 @@ def as_csv(table: Any, name: str, above: int = 0) -> bytes:
         raise TableError(problem, remedy, source=name) from None
 
 
+class CsvOfParquet(io.RawIOBase):
+    r"""The rows of a Parquet file as a stream of CSV, in bounded memory.
+
+    Parameters
+    ----------
+    source : binary file object
+        The file, which can be sought in.
+    name : str
+        Its name, for messages.
+
+    Raises
+    ------
+    InputError, TableError
+        As of `read_all` and `as_csv`; of rows further down while it is read.
+
+    Examples
+    --------
+    >>> import pyarrow as pa, pyarrow.parquet as pq
+    >>> file = io.BytesIO()
+    >>> pq.write_table(pa.table({"output": [1.25, None]}), file)
+    >>> CsvOfParquet(file, "a.parquet").read()
+    b'output\n1.25\n\n'
+    """
+
+    def __init__(self, source: IO[bytes], name: str) -> None:
+        super().__init__()
+        self._parts = self._texts(_open(source, name=name), name)
+        self._rest = memoryview(b"")
+
+    @staticmethod
+    def _texts(file: Any, name: str) -> Iterator[bytes]:
+        import pyarrow as pa
+
+        yield as_csv(file.schema_arrow.empty_table(), name)
+        above = 0
+        for batch in file.iter_batches(_ROWS, use_threads=False):
+            text = as_csv(pa.Table.from_batches([batch]), name, above)
+            yield text[text.index(b"\n") + 1 :]  # without the headings
+            above += len(batch)
+
+    def readable(self) -> bool:
+        """Tell that it can be read."""
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        """Fill a buffer as far as the rest of a part goes."""
+        while not self._rest:
+            part = next(self._parts, None)
+            if part is None:
+                return 0
+            self._rest = memoryview(part)
+        size = min(len(buffer), len(self._rest))
+        buffer[:size], self._rest = self._rest[:size], self._rest[size:]
+        return size
+
+
 def _refuse_line_breaks(table: Any, name: str, above: int) -> None:
     """Refuse cells of several lines, as a row of the text would end in their midst."""
     from pyarrow import binary, types
@@ -200,7 +258,9 @@ def row_ranges(path: str, size: int, serial: int) -> Iterator[tuple[int, int]]:
         yield start, at
 
 
-def _open(source: str | IO[bytes], *, with_dictionaries: bool = False) -> Any:
+def _open(
+    source: str | IO[bytes], *, with_dictionaries: bool = False, name: str | None = None
+) -> Any:
     try:
         import pyarrow as pa
         import pyarrow.parquet as pq
@@ -213,7 +273,7 @@ def _open(source: str | IO[bytes], *, with_dictionaries: bool = False) -> Any:
         return pq.ParquetFile(source, metadata=file.metadata, read_dictionary=_texts(file))
     except pa.ArrowInvalid as error:
         told = " ".join(str(error).split())
-        name = source if isinstance(source, str) else source.name
+        name = name or (source if isinstance(source, str) else source.name)
         problem = f"no Parquet file ({told})"
         raise TableError(problem, "give one, or CSV", source=name) from None
 

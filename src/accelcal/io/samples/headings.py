@@ -83,7 +83,8 @@ class SampleHeadings:
     @property
     def numeric(self) -> dict[str, int]:
         """Index of the columns that hold numbers."""
-        return {role: index for role, index in self.columns.items() if role != "time"}
+        texts = ("time", "serial")
+        return {role: index for role, index in self.columns.items() if role not in texts}
 
     @property
     def serial(self) -> str | None:
@@ -99,7 +100,7 @@ class SampleHeadings:
             return None
         return declared_number("temperature", written, ".")
 
-    def of_accelerometer(self, serial: str | None) -> SampleHeadings:
+    def of_serial(self, serial: str | None) -> SampleHeadings:
         """Take the outputs of one accelerometer, where those of several stand side by side.
 
         Parameters
@@ -115,8 +116,11 @@ class SampleHeadings:
         Raises
         ------
         TableError
-            If there is no column of this serial, or its unit contradicts a header line.
+            If there is no column of this serial, its unit contradicts a header line, or there is a
+            column of serials and none is given.
         """
+        if "serial" in self.columns and serial is None:
+            raise self.layout.refuse("a column serial", "choose one by its serial")
         channels = _channels(self.layout)
         if "output" in self.columns or not channels:
             return self
@@ -171,8 +175,6 @@ def read_sample_headings(
         layout = with_channels(layout)
         _refuse_triad(layout)
     columns = places_of(layout, () if _channels(layout) else form.outputs, form.remedy, form.roles)
-    if "serial" in columns:
-        raise layout.refuse("a column serial", "give the samples of one accelerometer a file")
     units = _units(layout, columns, form.outputs)
     return SampleHeadings(layout, columns, units, place, row, (*notes, *_unused(layout)))
 

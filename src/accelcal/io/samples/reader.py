@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import io
 import os
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import compress
 from typing import IO, Any, cast
 
 import numpy as np
@@ -23,6 +25,7 @@ from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.engines import decimal_mark, pandas_options
 from accelcal.io.layout import split_line
+from accelcal.io.parquet import CsvOfParquet
 from accelcal.io.samples.forms import ONE_ACCELEROMETER, StreamForm
 from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
 from accelcal.io.text import (
@@ -58,11 +61,23 @@ class SampleBlock:
         Times as written; None without such a column.
     lines : ndarray of int
         Line of each sample.
+    serials : sequence of str or None
+        Serial numbers as written; None without such a column.
     """
 
     values: Mapping[str, Array]
     time: Sequence[str] | None
     lines: Ints
+    serials: Sequence[str] | None = None
+
+    def of_serial(self, serial: str | None) -> SampleBlock:
+        """Keep the samples of one serial number; all of them without such a column."""
+        if self.serials is None or all(cell == serial for cell in self.serials):
+            return self
+        kept = np.array([cell == serial for cell in self.serials])
+        values = {role: column[kept] for role, column in self.values.items()}
+        time = None if self.time is None else list(compress(self.time, kept))
+        return SampleBlock(values, time, self.lines[kept], list(compress(self.serials, kept)))
 
 
 @dataclass(slots=True, eq=False)
@@ -77,6 +92,8 @@ class SampleReader:
         Bytes of the file; None where it is no file.
     notes : tuple of str
         What is to be told of how it was read.
+    others : Counter of str
+        Number of samples of other serial numbers, which were left out so far.
     """
 
     headings: SampleHeadings
@@ -84,6 +101,8 @@ class SampleReader:
     _text: io.TextIOBase
     _raw: IO[bytes]
     notes: tuple[str, ...] = ()
+    others: Counter[str] = field(default_factory=Counter)
+    _serial: str | None = field(init=False, default=None)
     _line: int = field(init=False)
     _carry: str = field(init=False)
     _decimal: str = field(default=".", init=False)
@@ -97,8 +116,20 @@ class SampleReader:
         return self.headings.source
 
     def choose(self, serial: str | None) -> None:
-        """Take the outputs of one accelerometer, see `SampleHeadings.of_accelerometer`."""
-        self.headings = self.headings.of_accelerometer(serial)
+        """Take the samples of one serial number.
+
+        Parameters
+        ----------
+        serial : str or None
+            The serial number; None where the stream has to be of one.
+
+        Raises
+        ------
+        TableError
+            If the stream is of several, and none or one that it has not is chosen.
+        """
+        self.headings = self.headings.of_serial(serial)
+        self._serial = serial
 
     def position(self) -> int:
         """Bytes that were read of the file; 0 where it is no file."""
@@ -123,11 +154,17 @@ class SampleReader:
             if bulk is None:
                 bulk = len(text) >= BLOCK // 2
                 self._decimal = self._decimal_mark(text)
-            block = (self._by_pandas(text) if bulk else None) or self._by_split(text)
+            whole = (self._by_pandas(text) if bulk else None) or self._by_split(text)
             self._line += text.count("\n")
+            block = whole.of_serial(self._serial)
+            if block is not whole:
+                self.others.update(cell for cell in whole.serials or () if cell != self._serial)
             samples += block.lines.size
             if block.lines.size:
                 yield block
+        if not samples and self.others:
+            problem = f"no sample of serial {self._serial}, but of {', '.join(self.others)}"
+            raise TableError(problem, "choose one of these by its serial", source=self.source)
         if not samples:
             problem, remedy = "column headings but no samples", "write a row for each sample"
             raise TableError(problem, remedy, source=self.source)
@@ -173,9 +210,10 @@ class SampleReader:
         values = {role: frame[i].to_numpy() for role, i in self.headings.numeric.items()}
         if len(frame) != rows or any(np.isinf(column).any() for column in values.values()):
             return None
-        at = self.headings.columns.get("time")
-        time = None if at is None else frame[at].str.strip().tolist()
-        return SampleBlock(values, time, self._line + np.arange(rows))
+        time, serials = (
+            frame[at].str.strip().tolist() if at is not None else None for at in self._texts()
+        )
+        return SampleBlock(values, time, self._line + np.arange(rows), serials)
 
     def _by_split(self, text: str) -> SampleBlock:
         blank = ' \t"' + (self.headings.separator or "")
@@ -189,9 +227,14 @@ class SampleReader:
             role: numbers(self._column(role, [row[i] for row in rows], where))
             for role, i in self.headings.numeric.items()
         }
-        at = self.headings.columns.get("time")
-        time = None if at is None else [row[at] for row in rows]
-        return SampleBlock(values, time, where)
+        time, serials = (
+            [row[at] for row in rows] if at is not None else None for at in self._texts()
+        )
+        return SampleBlock(values, time, where, serials)
+
+    def _texts(self) -> tuple[int | None, int | None]:
+        """Index of the columns of texts: times and serial numbers."""
+        return self.headings.columns.get("time"), self.headings.columns.get("serial")
 
     def _cells(self, row: str, line: int) -> list[str]:
         cells, width = split_line(row, self.headings.separator), len(self.headings.cells)
@@ -217,8 +260,8 @@ def open_samples(source: str, form: StreamForm = ONE_ACCELEROMETER) -> Iterator[
     Parameters
     ----------
     source : str
-        Path of a CSV file, plain or gzip, or of a workbook, with the name of a sheet behind ``#``
-        where it has several; ``"-"`` is standard input.
+        Path of a CSV file, plain or gzip, of a Parquet file, or of a workbook, with the name of a
+        sheet behind ``#`` where it has several; ``"-"`` is standard input.
     form : StreamForm, optional
         What its columns are; those of one accelerometer by default.
 
@@ -248,16 +291,21 @@ def open_samples(source: str, form: StreamForm = ONE_ACCELEROMETER) -> Iterator[
     try:
         stream = _unpacked(raw)
         start = _guarded(stream.peek, 1, name)
-        refuse_foreign(start, name, (PARQUET, "a Parquet file"))
+        refuse_foreign(start, name)
         if start.startswith(tuple(mark for mark, _ in WORKBOOKS)):
             yield _of_workbook(_guarded(stream.read, -1, name), name, raw, form)
             return
+        of_parquet = start.startswith(PARQUET)
+        if of_parquet:
+            stream = _of_parquet(stream, raw, name)
+            start = stream.peek(1)
         encoding = _encoding(start)
         text = io.TextIOWrapper(stream, encoding, errors="replace")
         headings = read_sample_headings(
             lambda: _guarded(text.readline, _LONGEST_LINE, name), name, form
         )
-        size = os.fstat(raw.fileno()).st_size if source != "-" and raw.seekable() else None
+        is_file = source != "-" and raw.seekable() and not of_parquet
+        size = os.fstat(raw.fileno()).st_size if is_file else None
         yield SampleReader(headings, size, text, raw)
         text.detach()  # standard input stays open
     finally:
@@ -271,6 +319,12 @@ def _of_workbook(content: bytes, name: str, raw: IO[bytes], form: StreamForm) ->
     return SampleReader(
         read_sample_headings(text.readline, sheet.name, form), None, text, raw, sheet.notes
     )
+
+
+def _of_parquet(stream: io.BufferedReader, raw: IO[bytes], name: str) -> io.BufferedReader:
+    """Rows of a Parquet file as CSV; what cannot be sought in, as standard input, is read whole."""
+    file = stream if raw.seekable() else io.BytesIO(_guarded(stream.read, -1, name))
+    return io.BufferedReader(CsvOfParquet(file, name), 1 << 16)
 
 
 def _opened(path: str) -> IO[bytes]:

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array
 from accelcal.compensate.measured import MeasuredAcceleration, columns_of
 from accelcal.escapes import ESCAPED
@@ -141,8 +142,12 @@ class AccelerationStream:
 
     def remarks(self) -> list[str]:
         """Say how many samples were left without a value or lie outside the calibrated ranges."""
-        return [
+        told = [
             f"{count} of {self._count} samples {_ALWAYS.get(what, what)}"
             for what, count in self._left.items()
             if count
         ]
+        others = self._samples.others
+        names = shown(", ".join(others))
+        of_others = f"{others.total()} samples of other serials, {names}, are set aside"
+        return [of_others, *told] if others else told
