@@ -170,6 +170,10 @@ ERRORS = {
         " keep one table in a file, or tell several apart by a column serial or run",
     ),
     # the cells
+    "text below a position": (
+        "T,stroke,1,2,3,5\n20,1,1.3,0.9,zero,-1.3\n",
+        f"2: column 3 'zero' is not a number; {NUMBER}",
+    ),
     "text": (OK + "20,7,1,over\n", f"5: output 'over' is not a number; {NUMBER}"),
     "an angle in words": (
         "temperature,angle,stroke,output\n20,a half turn,1,1\n",

@@ -104,7 +104,9 @@ class Column(NamedTuple):
     def refuse(self, index: int, problem: str, remedy: str) -> TableError:
         """Error about one cell; ``{}`` in the problem stands for the column and the cell."""
         cell = self.cells[index]
-        what = f"{self.heading} {shown(str(cell))}" if cell != "" else self.heading
+        # beside a cell, a heading that is a number would read as one
+        name = f"column {self.heading}" if self.heading[:1].isdigit() else self.heading
+        what = f"{name} {shown(str(cell))}" if cell != "" else name
         line = int(self.lines[index])
         return TableError(problem.format(what), remedy, source=self.source, line=line)
 
