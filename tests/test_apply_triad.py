@@ -116,7 +116,7 @@ def test_a_frame_of_outputs_keeps_its_index():
 
 def test_what_is_of_one_accelerometer_is_refused():
     triad, output = calibrated(), outputs(np.eye(3))
-    for name, value in {"temperature": 20.0, "a_p": 0.0, "run": "1", "extrapolate": True}.items():
+    for name, value in {"temperature": 20.0, "a_p": 0.0, "run": "1"}.items():
         with pytest.raises(InputError, match=f"^{name}=... is given for a triad; leave it out"):
             applied(triad, output, **{name: value})
     with pytest.raises(InputError, match="the last axis holds x, y, z"):
@@ -125,7 +125,7 @@ def test_what_is_of_one_accelerometer_is_refused():
 
 def test_what_the_calibration_does_not_know_is_told():
     triad = calibrated()
-    with pytest.warns(AccelcalWarning, match="one launch and one temperature"):
+    with pytest.warns(AccelcalWarning, match="one launch and no temperature"):
         accelcal.apply(triad, outputs(np.eye(3)))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -144,15 +144,34 @@ def test_what_the_calibration_does_not_know_is_told():
     assert np.isnan(found.expanded_uncertainty).all()
 
 
+def test_a_calibration_with_a_temperature_holds_there_alone():
+    triad, output = calibrated(temperature=20.0), outputs(np.eye(3))
+    found = applied(triad, output, temperature=[19.5, 20.0, np.nan])
+    assert found.inside.tolist() == [True, True, False]
+    assert np.array_equal(found.value[:2], triad.accelerations(output)[:2])
+    assert np.isnan(found.value[2]).all()
+    with pytest.raises(
+        InputError, match=r"temperature 60 degC is more than 1 degC outside .*; cal"
+    ):
+        applied(triad, output, temperature=[20.0, 60.0, 20.0], extrapolate=False)
+    with pytest.warns(AccelcalWarning, match="for 20 degC only, in 1 sample$"):
+        found = applied(triad, output, temperature=[20.0, 60.0, 20.0], extrapolate=True)
+    assert found.inside.tolist() == [True, False, True]
+    with pytest.raises(InputError, match="temperature has shape"):
+        applied(triad, output, temperature=[20.0, 20.0])
+    with pytest.warns(AccelcalWarning, match="the calibration knows one launch: what shifts"):
+        accelcal.apply(triad, output, temperature=20.0)
+
+
 # -- the command -----------------------------------------------------------------------------------
 
 
 @pytest.fixture
 def run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    calibrated().to_json("triad.json")
 
-    def run_on(text, *options):
+    def run_on(text, *options, triad=None):
+        (triad or calibrated()).to_json("triad.json")
         (tmp_path / "data.csv").write_text(text, "utf-8")
         code = main(["apply", "triad.json", "data.csv", "-o", "out.csv", *options])
         out = tmp_path / "out.csv"
@@ -178,7 +197,7 @@ def test_a_stream_gets_the_values_of_the_library(run):
         told = [float(row[name]) for row in rows]
         assert told == pytest.approx(expected[name].astype(float).tolist(), rel=digits)
     assert [row["inside"] for row in rows] == ["1", "0"]
-    assert "note: columns not used: 'T'" in err
+    assert "note: column temperature is set aside: that of the calibration is unknown" in err
     assert "warning: 1 of 2 samples are longer than the tested 1 g" in err
 
 
@@ -219,9 +238,28 @@ def test_a_stream_that_does_not_fit_is_refused_in_a_line(run, text, options, mes
     assert message in errors[0]
 
 
-def test_an_axis_of_a_triad_does_not_pass_for_the_output_of_one_accelerometer(run, tmp_path):
+def test_temperatures_of_a_stream(run):
+    triad = calibrated(temperature=20.4)
+    code, rows, err = run(STREAM, "--same-launch", triad=triad)
+    assert (code, len(rows)) == (0, 2)
+    assert "temperature" not in err
+    hot = STREAM.replace("0.1,20,", "0.1,65,")
+    code, rows, err = run(hot, "--same-launch", triad=triad)
+    assert code == 2
+    assert err.startswith("data.csv:3: temperature 65 degC is more than 1 degC outside")
+    code, rows, err = run(hot, "--same-launch", "--extrapolate", triad=triad)
+    assert (code, [row["inside"] for row in rows]) == (0, ["1", "0"])
+    assert "warning: 1 of 2 samples are outside the calibrated temperatures" in err
+    code, _, err = run(STREAM, "--temperature", "80", triad=triad)
+    assert (code, "80 degC is more than 1 degC outside" in err) == (2, True)
+    without = STREAM.replace("T,", "other,")
+    assert "the calibration holds at 20.4 degC" in run(without, triad=triad)[2]
+    assert run("# temperature: 20\n" + without, triad=triad)[2].count("temperature") == 0
+
+
+def test_an_axis_of_a_triad_does_not_pass_for_the_output_of_one_accelerometer(run):
     """The column y was taken for the output Y, and x and z left aside without a word."""
-    accelcal.fit(accelcal.simulate(seed=1)).to_json(tmp_path / "triad.json")
-    code, _, err = run("x,y,z,temperature\n1.3,0.1,0.2,20\n")
+    found = accelcal.fit(accelcal.simulate(seed=1))
+    code, _, err = run("x,y,z,temperature\n1.3,0.1,0.2,20\n", triad=found)
     assert code == 2
     assert "data.csv:1: columns x, y and z of a triad; name the column of this" in err

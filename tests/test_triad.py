@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -591,3 +592,61 @@ def test_another_record_is_not_drawn():
     for other in (TriadRecord(record.output), TriadRecord(record.output[:9], record.up[:9])):
         with pytest.raises(accelcal.InputError, match="give the record that was calibrated"):
             found.plot.residuals(other)
+
+
+# -- temperatures ----------------------------------------------------------------------------------
+
+UPS = [*np.eye(3).tolist(), *(-np.eye(3)).tolist()]
+SIX = "T,up_x,up_y,up_z,x,y,z\n" + "".join(
+    "{}," + ",".join(f"{cell:.4f}" for cell in [*up, *(1.3 * np.add(up, 0.01))]) + "\n"
+    for up in UPS
+)
+
+
+def of_temperatures(*temperatures, above=""):
+    return read_triad(io.StringIO(above + SIX.format(*temperatures)))
+
+
+def test_a_triad_knows_its_temperature():
+    record = of_temperatures(20, 20.1, 20.2, 20.1, 20.2, 20)
+    found = accelcal.calibrate_triad(record)
+    assert found.temperature == pytest.approx(20.1)
+    assert "mg rms; 20.10 degC\n" in str(found)
+    assert found.gates[-1].verdict == "pass"
+    assert accelcal.TriadCalibration.from_json(found.to_json()) == found
+    document = json.loads(found.to_json())
+    assert document.pop("temperature_degC") == found.temperature
+    assert accelcal.TriadCalibration.from_document(document).temperature is None
+    drifting = accelcal.calibrate_triad(of_temperatures(20, 20.5, 21, 21.5, 22, 22.5))
+    (gate,) = (gate for gate in drifting.gates if gate.name == "temperature")
+    assert (gate.verdict, gate.finding[:15]) == ("warn", "20 to 22.5 degC")
+    twice = np.vstack([record.output, record.output]), np.vstack([record.up, record.up])
+    both = accelcal.TriadRecord(*twice, temperature=[20.0] * 6 + [22.0] * 5 + [np.nan])
+    assert accelcal.calibrate_triad(both).temperature == pytest.approx((5 * 21.0 + 20.0) / 6)
+
+
+def test_a_temperature_may_stand_above_the_table_or_be_unknown():
+    rows = SIX.replace("T,", "").replace("{},", "")
+    found = [
+        accelcal.calibrate_triad(read_triad(io.StringIO(above + rows))).temperature
+        for above in ("# temperature: 21.5 degC\n", "", "# temperature: unknown\n")
+    ]
+    assert found == [21.5, None, None]
+    assert accelcal.calibrate_triad(of_temperatures(*["unknown"] * 6)).temperature is None
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (SIX.format(20, 20, 20, 60, 60, 60), "temperatures from 20 to 60 degC in one calibration"),
+        (SIX.format(20, 20, 20, "", 20, 20), ":5: T is empty; write it in every row, 'unknown'"),
+        (SIX.format(*[293] * 6), ":2: T '293' is no temperature of a test"),
+        (SIX.format(*[293] * 6).replace("T,", "T [K],"), ":1: temperature in K; give it in degC"),
+        ("# temperature: 300 K\n" + SIX.replace("T,", "").replace("{},", ""), ":1: "),
+    ],
+)
+def test_temperatures_that_cannot_be_used(text, message):
+    with pytest.raises(accelcal.InputError, match=re.escape(message)):
+        read_triad(io.StringIO(text))
+    with pytest.raises(accelcal.InputError, match="temperature has shape"):
+        accelcal.TriadRecord(np.eye(3), temperature=[20.0])

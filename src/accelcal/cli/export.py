@@ -29,9 +29,9 @@ def export(
     run: str | None,
     mounting: str | None,
 ) -> None:
-    """Export the calibration CAL.json, or that of a triad, as a C header, YAML or CSV.
+    """Export the calibration CAL.json as a C header, YAML or CSV.
 
-    The export has the coefficients with units and uncertainties, their covariance, the sign
+    CAL.json may be of a triad. The export has the coefficients with units and uncertainties, their covariance, the sign
     convention, the calibrated ranges and the origin of the calibration. The C header (C99) has a
     function that turns an output into an acceleration, as "accelcal apply" does.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,10 +13,11 @@ from accelcal.arguments.numbers import check_number, check_side_by_side, number_
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.coefficients import CALIBRATE_THERE, Compensation
+from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.compensate.propagation import Part, interval_of_parts, linear_sum, propagated
+from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures
 from accelcal.compensate.triad import apply_triad, assumptions_of_triad, refuse_for_triad
 from accelcal.effects.static import Samples
 from accelcal.errors import AccelcalWarning, InputError
@@ -44,13 +46,13 @@ def apply(
     Parameters
     ----------
     calibration : Calibration or TriadCalibration
-        The calibration. That of a triad has no temperatures, cross axes and runs, so these are
-        refused with it.
+        The calibration. That of a triad has no cross axes and runs, so these are refused with it.
     output : array_like
         Outputs Y; of a triad those of the channels x, y, z along the last axis
         [output unit of the calibration].
     temperature : array_like, optional
-        Temperatures, or one for all samples; needed with temperature laws [degC].
+        Temperatures, or one for all samples; needed with temperature laws, and refused with a
+        triad whose own is not known [degC].
     a_p, a_o : array_like, optional
         Acceleration along the pendulous and the output axis, 0 by default [g].
     run : str or int, optional
@@ -103,40 +105,40 @@ def apply(
     """
     check_flag(extrapolate=extrapolate, same_launch=same_launch)
     if isinstance(calibration, TriadCalibration):
-        refuse_for_triad(
-            temperature=temperature,
-            a_p=a_p,
-            a_o=a_o,
-            run=run,
-            extrapolate=extrapolate or None,
-            temperature_uncertainty=temperature_uncertainty or None,
+        heat = temperature_uncertainty or None
+        refuse_for_triad(a_p=a_p, a_o=a_o, run=run, temperature_uncertainty=heat)
+        _warn(assumptions_of_triad(calibration, same_launch=same_launch))
+        calibrated = calibration.temperatures
+        measured = apply_triad(
+            calibration, output, temperature, output_uncertainty=output_uncertainty
         )
-        for assumption in assumptions_of_triad(calibration, same_launch=same_launch):
-            warnings.warn(assumption, AccelcalWarning, stacklevel=2)
-        of_triad = apply_triad(calibration, output, output_uncertainty=output_uncertainty)
-        return of_triad.by_index_of(output)
-    check_side_by_side(output=output, temperature=temperature, a_p=a_p, a_o=a_o)
-    found = compensation(calibration, run, same_launch=same_launch)
-    for assumption in found.assumptions:
-        warnings.warn(assumption, AccelcalWarning, stacklevel=2)
-    measured = compensate(
-        found,
-        output,
-        temperature,
-        a_p,
-        a_o,
-        output_uncertainty=output_uncertainty,
-        temperature_uncertainty=temperature_uncertainty,
-    )
-    outside = ~measured.within_temperatures & np.isfinite(measured.value)
+    else:
+        check_side_by_side(output=output, temperature=temperature, a_p=a_p, a_o=a_o)
+        found = compensation(calibration, run, same_launch=same_launch)
+        _warn(found.assumptions)
+        calibrated = found.temperatures
+        measured = compensate(
+            found,
+            output,
+            temperature,
+            a_p,
+            a_o,
+            output_uncertainty=output_uncertainty,
+            temperature_uncertainty=temperature_uncertainty,
+        )
+    outside = measured.outside_temperatures
     if outside.any():
         example = np.broadcast_to(np.asarray(temperature, dtype=np.float64), outside.shape)
-        problem = found.outside_temperatures(float(example[outside].flat[0]))
+        problem = outside_temperatures(calibrated, float(example[outside].flat[0]))
         if not extrapolate:
             raise InputError(f"{problem}; {CALIBRATE_THERE}")
-        where = counted(int(outside.sum()), "sample")
-        warnings.warn(f"{problem}, in {where}", AccelcalWarning, stacklevel=2)
+        _warn([f"{problem}, in {counted(int(outside.sum()), 'sample')}"])
     return measured.by_index_of(output, temperature, a_p, a_o)
+
+
+def _warn(texts: Iterable[str]) -> None:
+    for text in texts:
+        warnings.warn(text, AccelcalWarning, stacklevel=3)
 
 
 def compensate(

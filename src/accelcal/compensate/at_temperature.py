@@ -13,8 +13,9 @@ from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.coefficients import CALIBRATE_THERE, PARAMETERS, SLOPES, Compensation
+from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
 from accelcal.compensate.propagation import interval_of_parts, propagated
+from accelcal.compensate.ranges import CALIBRATE_THERE
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.model import ERROR_UNITS, LAWS
 from accelcal.results.calibration import Calibration

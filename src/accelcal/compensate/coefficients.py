@@ -9,16 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask
+from accelcal.compensate.ranges import (
+    outside_temperatures,
+    within_accelerations,
+    within_temperatures,
+)
 from accelcal.effects.static import StaticEffects
 from accelcal.model import LAWS
 from accelcal.results.covariance import Rows
 
 __all__ = [
-    "ACCELERATION_MARGIN",
-    "CALIBRATE_THERE",
     "PARAMETERS",
     "SLOPES",
-    "TEMPERATURE_MARGIN",
     "Compensation",
     "CrossAxis",
     "Launch",
@@ -32,15 +34,6 @@ PARAMETERS = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 
 SLOPES = tuple(f"{name}_slope_{side}" for side in ("above", "below") for name in LAWS)
 """Their slopes, behind them in the covariance; those of K1 are relative."""
-
-TEMPERATURE_MARGIN = 1.0
-"""A calibration is good this far outside the temperatures of its tables [degC]."""
-
-CALIBRATE_THERE = "calibrate there, or accept it by extrapolate=True"
-"""Remedy for a temperature outside the calibrated range."""
-
-ACCELERATION_MARGIN = 0.01
-"""A calibration is good this far outside the accelerations of its positions [g]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,31 +247,13 @@ class Compensation(KnownErrors):
         return (self.cross,) if self.other is None else (self.cross, self.other)
 
     def within_temperatures(self, temperature: ArrayLike) -> Mask:
-        """Tell which temperatures lie in the calibrated range, `TEMPERATURE_MARGIN` included."""
-        if self.temperatures is None:
-            return np.ones(np.shape(temperature), dtype=bool)
-        low, high = self.temperatures
-        given = np.asarray(temperature, dtype=np.float64)
-        return np.asarray(
-            (low - TEMPERATURE_MARGIN <= given) & (given <= high + TEMPERATURE_MARGIN)
-        )
+        """Tell which temperatures lie in the calibrated range."""
+        return within_temperatures(self.temperatures, temperature)
 
     def outside_temperatures(self, temperature: float) -> str:
-        """Say that a temperature is outside the calibrated range, which must be known.
-
-        The remedy is `CALIBRATE_THERE`.
-        """
-        assert self.temperatures is not None
-        low, high = self.temperatures
-        levels = f"{low:g} to {high:g} degC" if low < high else f"{low:g} degC only"
-        return (
-            f"temperature {temperature:g} degC is more than {TEMPERATURE_MARGIN:g} degC outside the"
-            f" calibration, which is for {levels}"
-        )
+        """Say that a temperature is outside the calibrated range, which must be known."""
+        return outside_temperatures(self.temperatures, temperature)
 
     def within_accelerations(self, acceleration: ArrayLike) -> Mask:
-        """Tell which accelerations lie in the tested range, `ACCELERATION_MARGIN` included."""
-        low, high = self.accelerations
-        given = np.asarray(acceleration, dtype=np.float64)
-        inside = (low - ACCELERATION_MARGIN <= given) & (given <= high + ACCELERATION_MARGIN)
-        return np.asarray(inside)
+        """Tell which accelerations lie in the tested range."""
+        return within_accelerations(self.accelerations, acceleration)

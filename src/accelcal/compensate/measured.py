@@ -78,6 +78,12 @@ class MeasuredAcceleration(EqualByContents):
         """Whether a sample lies in the calibrated ranges."""
         return self.within_temperatures & self.within_accelerations
 
+    @property
+    def outside_temperatures(self) -> Mask:
+        """Whether a sample has an acceleration, but another temperature than the calibration."""
+        known = np.isfinite(self.value)
+        return ~self.within_temperatures & (known.all(axis=-1) if self.axes else known)
+
     def to_frame(self) -> pd.DataFrame:
         """Tabulate the samples.
 

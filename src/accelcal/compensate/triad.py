@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import check_number, number_array
 from accelcal.arrays import Array
-from accelcal.compensate.coefficients import ACCELERATION_MARGIN
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.compensate.propagation import Part, interval_of_parts
+from accelcal.compensate.ranges import within_accelerations, within_temperatures
 from accelcal.errors import InputError
 from accelcal.results.triad import AXES, TriadCalibration
 from accelcal.results.usable import gates_that_warn
@@ -23,11 +23,14 @@ _NOISE_UNKNOWN = (
     "the attitudes of the calibration left nothing to tell its noise: the uncertainty of the"
     " accelerations is unknown"
 )
-_ONE_STATE = (
-    "the calibration knows one launch and one temperature: what shifts from launch to launch or"
-    " with temperature is not in the uncertainty"
+_ONE_LAUNCH = (
+    "the calibration knows one launch: what shifts from launch to launch is not in the uncertainty"
 )
-_REASON = "its calibration has one run at one temperature"
+_ONE_STATE = (
+    "the calibration knows one launch and no temperature: what shifts from launch to launch or with"
+    " temperature is not in the uncertainty"
+)
+_REASON = "its calibration has one run, which does not tell it"
 
 
 def refuse_for_triad(**given: Any) -> None:
@@ -49,7 +52,7 @@ def refuse_for_triad(**given: Any) -> None:
     Traceback (most recent call last):
     ...
     accelcal.errors.InputError: run=... is given for a triad; leave it out: its calibration has one
-    run at one temperature
+    run, which does not tell it
     """
     for name, value in given.items():
         if value is not None:
@@ -59,11 +62,16 @@ def refuse_for_triad(**given: Any) -> None:
 def assumptions_of_triad(triad: TriadCalibration, *, same_launch: bool = False) -> tuple[str, ...]:
     """List what a user of a triad's calibration has to be warned of."""
     unknown = [] if triad.covariance_names else [_NOISE_UNKNOWN]
-    return (*gates_that_warn(triad), *unknown, *([] if same_launch else [_ONE_STATE]))
+    state = _ONE_STATE if triad.temperature is None else _ONE_LAUNCH
+    return (*gates_that_warn(triad), *unknown, *([] if same_launch else [state]))
 
 
 def apply_triad(
-    triad: TriadCalibration, output: ArrayLike, *, output_uncertainty: float = 0.0
+    triad: TriadCalibration,
+    output: ArrayLike,
+    temperature: ArrayLike | None = None,
+    *,
+    output_uncertainty: float = 0.0,
 ) -> MeasuredAcceleration:
     """Turn outputs of a triad into accelerations along the axes of its frame.
 
@@ -73,6 +81,9 @@ def apply_triad(
         The calibration.
     output : array_like, shape (..., 3)
         Outputs of the channels x, y, z [output unit of the calibration].
+    temperature : array_like, optional
+        Temperatures of the samples, or one for all, which tell where the calibration is good; one
+        that is missing leaves the sample without acceleration [degC].
     output_uncertainty : float, default 0
         Standard uncertainty of an output, its noise included [output unit].
 
@@ -84,7 +95,8 @@ def apply_triad(
     Raises
     ------
     InputError
-        If the outputs are no numbers or not three a sample.
+        If the outputs are no numbers or not three a sample, or temperatures are given and that of
+        the calibration is not known.
 
     Notes
     -----
@@ -105,19 +117,41 @@ def apply_triad(
     """
     check_number(0.0, output_uncertainty=output_uncertainty)
     value = triad.accelerations(number_array(output, "output"))
+    warmth = _temperatures(triad, temperature, value.shape[:-1])
+    if warmth is not None:
+        value = np.where(np.isnan(warmth)[..., None], np.nan, value)
     inverse = np.asarray(np.linalg.inv(triad.sensitivity), dtype=np.float64)
     noise = np.full_like(value, output_uncertainty**2) * np.sum(inverse**2, axis=1)
     told = interval_of_parts([_of_parameters(triad, inverse, value), Part(noise, math.inf)])
     known = np.isfinite(value).all(axis=-1, keepdims=True)
     length = np.linalg.norm(value, axis=-1)
+    calibrated = None if warmth is None else triad.temperatures
     return MeasuredAcceleration(
         value=value,
         standard_uncertainty=np.where(known, told.standard, np.nan),
         expanded_uncertainty=np.where(known, told.expanded, np.nan),
-        within_temperatures=np.isfinite(length),
-        within_accelerations=length <= 1.0 + ACCELERATION_MARGIN,
+        within_temperatures=within_temperatures(calibrated, length if warmth is None else warmth),
+        within_accelerations=within_accelerations((0.0, 1.0), length),
         axes=AXES,
     )
+
+
+def _temperatures(
+    triad: TriadCalibration, temperature: ArrayLike | None, shape: tuple[int, ...]
+) -> Array | None:
+    """Temperature of each sample, None where it is not given."""
+    if triad.temperature is None:
+        refuse_for_triad(temperature=temperature)
+    if temperature is None:
+        return None
+    given = number_array(temperature, "temperature")
+    try:
+        return np.broadcast_to(given, shape)
+    except ValueError:
+        raise InputError(
+            f"temperature has shape {given.shape}, the samples {shape}; give one for each, or one"
+            " for all"
+        ) from None
 
 
 def _of_parameters(triad: TriadCalibration, inverse: Array, value: Array) -> Part:

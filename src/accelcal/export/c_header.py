@@ -6,12 +6,11 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from accelcal.compensate.coefficients import (
-    ACCELERATION_MARGIN,
-    TEMPERATURE_MARGIN,
     Compensation,
     Law,
 )
 from accelcal.compensate.inversion import CLOSE, FARTHEST, MOST_STEPS
+from accelcal.compensate.ranges import ACCELERATION_MARGIN, TEMPERATURE_MARGIN
 from accelcal.export.c_text import c_comment, c_covariance, c_number, c_prefix, filled, harmless
 from accelcal.export.content import covariance_rows
 

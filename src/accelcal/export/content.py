@@ -10,11 +10,11 @@ import numpy as np
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import (
     PARAMETERS,
-    TEMPERATURE_MARGIN,
     Compensation,
     Law,
     Slope,
 )
+from accelcal.compensate.ranges import TEMPERATURE_MARGIN
 from accelcal.effects.left_in_use import static_in_use
 from accelcal.errors import InputError
 from accelcal.model import law_units

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from accelcal.compensate.coefficients import ACCELERATION_MARGIN
+from accelcal.compensate.ranges import ACCELERATION_MARGIN
 from accelcal.compensate.triad import assumptions_of_triad
 from accelcal.export.c_text import (
     c_comment,
@@ -65,8 +65,9 @@ def triad_content(triad: TriadCalibration, sha256: str | None = None) -> dict[st
         "model": "y = b + S a, so a = S^-1 (y - b)",
         "frame": FRAMES.get(triad.frame, triad.frame),
         "validity": {
+            "temperature_degC": triad.temperature,
             "length_g": 1.0,
-            "note": "Beyond 1 g the outputs are taken as linear; one temperature, one launch.",
+            "note": "Beyond 1 g the outputs are taken as linear.",
         },
         "assumptions": list(assumptions_of_triad(triad)),
         "coefficients": _coefficients(triad),

@@ -247,7 +247,7 @@ def _where(columns: Mapping[str, Column], positions: int) -> dict[str, NDArray[A
     """Fields of `Readings` that tell where a reading was taken, as far as columns hold them."""
     found: dict[str, NDArray[Any]] = {}
     if "temperature" in columns:
-        found["temperature"] = _temperature(columns["temperature"])
+        found["temperature"] = temperatures_of(columns["temperature"])
     if "position" in columns or "angle" in columns:
         found["position"], found["angle"] = places_of_rows(columns, positions)
     if "stroke" in columns:
@@ -303,7 +303,8 @@ def _labels(columns: Mapping[str, Column], name: str) -> tuple[Ints | None, tupl
     return labels(columns[name]) if name in columns else (None, ())
 
 
-def _temperature(column: Column) -> Array:
+def temperatures_of(column: Column) -> Array:
+    """Temperatures of a column, NaN where they are not known [degC]."""
     values = numbers(column)
     blank = np.isnan(values)
     if not isinstance(column.cells, np.ndarray):

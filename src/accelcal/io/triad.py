@@ -9,12 +9,13 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import TableError, located
-from accelcal.io.cells import Column, complete_numbers
+from accelcal.io.cells import MISSING, Column, complete_numbers
 from accelcal.io.declarations import declared_number, unit_and_serial
 from accelcal.io.output_unit import unit_of_outputs, units_written
+from accelcal.io.readings import temperatures_of
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_text
-from accelcal.io.vocabulary import Heading, has_unit, split_unit
+from accelcal.io.vocabulary import Heading, has_unit, read_heading, split_unit
 from accelcal.results.triad import AXES
 from accelcal.triad.record import TriadRecord, up_of_turn
 from accelcal.units import is_output_unit
@@ -79,6 +80,7 @@ def read_triad(
             up=_up(table),
             line=channels[0].lines,
             attitude=_attitude(table),
+            temperature=_temperature(table),
             unit=unit.name,
             local_gravity=_gravity(table) if local_gravity is None else local_gravity,
             serial=given.get("serial") or (named.value or None if named else None),
@@ -95,7 +97,7 @@ def triad_heading(text: str) -> Heading:
     Examples
     --------
     >>> triad_heading("acc_x [mA]")[1:3], triad_heading("up_z")[1], triad_heading("T").role
-    (('x', 'mA'), 'up_z', None)
+    (('x', 'mA'), 'up_z', 'temperature')
     """
     name, unit = split_unit(text.strip())
     folded = name.strip().casefold()
@@ -109,7 +111,8 @@ def triad_heading(text: str) -> Heading:
     output = _OUTPUT.fullmatch(name.strip())
     if output and (output[2] is None or is_output_unit(output[2])):
         return Heading(text, output[1].casefold(), unit or output[2])
-    return Heading(text, None)
+    known = read_heading(text)
+    return known if known.role == "temperature" else Heading(text, None)
 
 
 def _up(table: SmallTable) -> Array | None:
@@ -118,11 +121,24 @@ def _up(table: SmallTable) -> Array | None:
         return np.column_stack([complete_numbers(table.columns[f"up_{axis}"]) for axis in AXES])
     if {"shaft", "angle"} <= there:
         return _turned(table.columns["shaft"], table.columns["angle"])
-    half = sorted(there - set(AXES))
+    half = sorted(there - {*AXES, "temperature"})
     if half:
         problem = f"column {' and '.join(half)} alone, which tells no attitude"
         raise table.layout.refuse(problem, _REMEDY)
     return None
+
+
+def _temperature(table: SmallTable) -> Array | None:
+    """Temperature of each attitude, by a column or the header line."""
+    column, written = table.columns.get("temperature"), table.layout.declared.get("temperature")
+    if column is not None:
+        if column.unit and not has_unit("temperature", column.unit):
+            raise table.layout.refuse(f"temperature in {column.unit}", "give it in degC")
+        return temperatures_of(column)
+    if written is None or written.value.casefold() in MISSING:
+        return None
+    value = declared_number("temperature", written, table.columns["x"].decimal)
+    return np.full(len(table.columns["x"].lines), value)
 
 
 def _attitude(table: SmallTable) -> tuple[str, ...] | None:

@@ -22,9 +22,13 @@ def _head(found: TriadCalibration) -> Iterator[str]:
     what = "|a| - 1" if found.frame != "block" else "the channels"
     yield (
         f"{found.attitudes} attitudes, {found.dof} degrees of freedom;"
-        f" residual of {what} {1e3 * found.residual_rms:.3g} mg rms"
+        f" residual of {what} {1e3 * found.residual_rms:.3g} mg rms{_temperature(found)}"
     )
     yield f"frame: {FRAMES.get(found.frame, found.frame)}"
+
+
+def _temperature(found: TriadCalibration) -> str:
+    return "" if found.temperature is None else f"; {found.temperature:.2f} degC"
 
 
 def _table(found: TriadCalibration) -> Iterator[str]:

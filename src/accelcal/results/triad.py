@@ -15,7 +15,7 @@ from accelcal.arguments.numbers import number_array
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
-from accelcal.results.checked import checked, size_or_none
+from accelcal.results.checked import checked, number, or_none, size_or_none
 from accelcal.results.covariance import CorrelatedByName, Rows
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Gate, Quantity
@@ -73,6 +73,8 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         known [g].
     gates : tuple of Gate
         Checks with their findings.
+    temperature : float or None
+        Mean temperature of the attitudes [degC].
     local_gravity : float or None
         Local gravity [m/s^2].
     output_unit, serial : str or None
@@ -109,6 +111,7 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
     dof: int
     residual_rms: float
     gates: tuple[Gate, ...]
+    temperature: float | None = None
     local_gravity: float | None = None
     output_unit: str | None = None
     serial: str | None = None
@@ -118,6 +121,11 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
 
     def __post_init__(self) -> None:
         freeze(self)
+
+    @property
+    def temperatures(self) -> tuple[float, float] | None:
+        """The lowest and the highest for which it is good, None where nothing tells it [degC]."""
+        return None if self.temperature is None else (self.temperature, self.temperature)
 
     @property
     def bias(self) -> Array:
@@ -212,6 +220,7 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
             "software": self.software,
             "acceleration_unit": "g_local",
             "g_local_m_s2": self.local_gravity,
+            "temperature_degC": self.temperature,
             **members(self, "attitudes frame dof residual_rms output_unit serial source"),
             **members(self, "parameters scale_factors misalignments axis_angles"),
             "covariance": self._covariance_document(),
@@ -221,5 +230,6 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
     @classmethod
     def _read(cls, document: Mapping[str, Any]) -> TriadCalibration:
         gravity = checked(document, "g_local_m_s2", size_or_none)
-        covariance = cls._covariance_fields(document)
-        return cls._of_fields(document, local_gravity=gravity, **covariance)
+        read: dict[str, Any] = cls._covariance_fields(document)
+        read["temperature"] = checked(document, "temperature_degC", or_none(number), None)
+        return cls._of_fields(document, local_gravity=gravity, **read)

@@ -109,6 +109,7 @@ def _calibrated(given: TriadRecord, frame: str) -> TriadCalibration:
         dof=found.dof,
         residual_rms=found.rms,
         gates=gates_of(record, found, frame),
+        temperature=_mean(record.temperature),
         local_gravity=record.local_gravity,
         output_unit=record.unit,
         serial=record.serial,
@@ -116,6 +117,13 @@ def _calibrated(given: TriadRecord, frame: str) -> TriadCalibration:
         notes=record.notes,
         software=SOFTWARE,
     )
+
+
+def _mean(temperature: Array | None) -> float | None:
+    """Mean of the known temperatures."""
+    if temperature is None or np.isnan(temperature).all():
+        return None
+    return float(np.nanmean(temperature))
 
 
 def _parameters(theta: Array) -> Mapping[str, Array]:

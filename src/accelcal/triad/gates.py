@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from accelcal.errors import DesignError
+from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.numerics.probability import f_survival, student_quantile
 from accelcal.results.quantity import Gate
 from accelcal.results.triad import AXES
@@ -36,12 +37,27 @@ def gates_of(record: TriadRecord, found: Solution, frame: str) -> tuple[Gate, ..
     Returns
     -------
     tuple of Gate
-        Number of attitudes, their spread, the largest residual, and the sensitive axes: where
-        they point, or whether their misalignments show.
+        Number of attitudes, their spread, the largest residual, the sensitive axes: where they
+        point, or whether their misalignments show; and the temperatures, where they are known.
     """
     gates = [_number(record, found), _spread(found), _outlier(record, found)]
     axes = _misalignment(record, found, frame) if record.up is None else [_axes(found)]
-    return (*gates, *axes)
+    return (*gates, *axes, *_temperature(record))
+
+
+def _temperature(record: TriadRecord) -> Iterator[Gate]:
+    """Tell whether the attitudes were taken at one temperature."""
+    given = record.temperature
+    known = given[~np.isnan(given)] if given is not None else np.zeros(0)
+    if not known.size:
+        return
+    low, high = float(known.min()), float(known.max())
+    told = f"{low:g} degC" if low == high else f"{low:g} to {high:g} degC"
+    if high - low <= SAME_LEVEL:
+        yield Gate("temperature", "pass", told)
+        return
+    advice = "what moves with temperature is in the residuals, and in the parameters"
+    yield Gate("temperature", "warn", f"{told}: {advice}")
 
 
 def _number(record: TriadRecord, found: Solution) -> Gate:

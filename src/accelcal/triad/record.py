@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,10 @@ from accelcal.errors import InputError
 from accelcal.results.mapping import freeze
 from accelcal.results.triad import AXES
 
-__all__ = ["TriadRecord", "one_an_attitude", "up_of_turn"]
+__all__ = ["SPREAD", "TriadRecord", "one_an_attitude", "up_of_turn"]
+
+SPREAD = 5.0
+"""Temperatures further apart were not meant as one: they would pass for errors [degC]."""
 
 _LARGEST = 1e30
 _UNIT_LENGTH = 1e-3
@@ -42,6 +46,8 @@ class TriadRecord(EqualByContents):
     attitude : tuple of str or None
         Name of the attitude of each row, in place of its direction up: rows of one attitude have
         its error in common, and two attitudes may have one direction.
+    temperature : ndarray of float, shape (n,), or None
+        Temperature in each attitude, NaN where it is not known [degC].
     unit : str or None
         Output unit.
     local_gravity : float or None
@@ -57,7 +63,8 @@ class TriadRecord(EqualByContents):
     ------
     InputError
         If the arrays have other shapes, hold a value that is not finite, a direction is not of
-        length 1, or the gravity is not that of a place on Earth.
+        length 1, temperatures are more than `SPREAD` apart, or the gravity is not that of a place
+        on Earth.
 
     Examples
     --------
@@ -70,6 +77,7 @@ class TriadRecord(EqualByContents):
     up: Array | None = None
     line: Ints | None = None
     attitude: tuple[str, ...] | None = None
+    temperature: Array | None = None
     unit: str | None = None
     local_gravity: float | None = None
     serial: str | None = None
@@ -86,24 +94,16 @@ class TriadRecord(EqualByContents):
         for name in ("output", "up"):
             if name == "output" or self.up is not None:
                 object.__setattr__(self, name, _rows(getattr(self, name), name))
+        if self.temperature is not None:
+            own = _temperatures(self.temperature, len(self.output))
+            object.__setattr__(self, "temperature", own)
         freeze(self)
         if self.attitude is not None and len(self.attitude) != len(self.output):
             raise InputError(
                 f"{len(self.attitude)} names of {len(self.output)} attitudes; give one for each"
             )
-        if self.up is None:
-            return
-        if self.up.shape != self.output.shape:
-            raise InputError(
-                f"{len(self.up)} directions for {len(self.output)} attitudes; give one for each"
-            )
-        length = np.linalg.norm(self.up, axis=1)
-        if (np.abs(length - 1.0) > _UNIT_LENGTH).any():
-            wrong = int(np.argmax(np.abs(length - 1.0)))
-            raise InputError(
-                f"the direction of attitude {wrong + 1} has length {length[wrong]:.6g}; give the"
-                " acceleration in local g, of length 1"
-            )
+        if self.up is not None:
+            _check_directions(self.up, len(self.output))
 
     def __repr__(self) -> str:
         known = "not known" if self.up is None else "known"
@@ -150,8 +150,44 @@ def one_an_attitude(record: TriadRecord) -> TriadRecord:
         up=record.up[first],
         line=None if record.line is None else record.line[first],
         attitude=None,
+        temperature=_averaged(record.temperature, rows.values()),
         notes=(*record.notes, note),
     )
+
+
+def _check_directions(up: Array, size: int) -> None:
+    if len(up) != size:
+        raise InputError(f"{len(up)} directions for {size} attitudes; give one for each")
+    length = np.linalg.norm(up, axis=1)
+    if (np.abs(length - 1.0) > _UNIT_LENGTH).any():
+        wrong = int(np.argmax(np.abs(length - 1.0)))
+        raise InputError(
+            f"the direction of attitude {wrong + 1} has length {length[wrong]:.6g}; give the"
+            " acceleration in local g, of length 1"
+        )
+
+
+def _averaged(temperature: Array | None, rows: Iterable[list[int]]) -> Array | None:
+    """Mean of the known temperatures of each attitude."""
+    if temperature is None:
+        return None
+    known = [temperature[own][~np.isnan(temperature[own])] for own in rows]
+    return np.array([own.mean() if own.size else np.nan for own in known])
+
+
+def _temperatures(values: ArrayLike, size: int) -> Array:
+    found = number_array(values, "temperature").copy()
+    if found.shape != (size,):
+        raise InputError(
+            f"temperature has shape {found.shape}; give one for each of {size} attitudes"
+        )
+    known = found[~np.isnan(found)]
+    if known.size and np.ptp(known) > SPREAD:
+        raise InputError(
+            f"temperatures from {known.min():g} to {known.max():g} degC in one calibration of a"
+            " triad; give each temperature a table of its own"
+        )
+    return found
 
 
 def _rows(values: ArrayLike, name: str) -> Array:

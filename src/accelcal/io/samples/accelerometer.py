@@ -9,12 +9,12 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.compensate.apply import compensate
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.coefficients import CALIBRATE_THERE
 from accelcal.compensate.measured import MeasuredAcceleration
-from accelcal.errors import InputError, TableError
+from accelcal.errors import InputError
 from accelcal.io.samples.headings import SampleHeadings, in_metres
 from accelcal.io.samples.options import StreamOptions, acceleration_scale, output_factor
 from accelcal.io.samples.reader import SampleBlock
+from accelcal.io.samples.temperatures import OTHER_TEMPERATURES, SampleTemperatures
 from accelcal.results.calibration import Calibration
 
 __all__ = ["Accelerometer"]
@@ -62,7 +62,10 @@ class Accelerometer:
         gravity = options.gravity or found.local_gravity
         self.scale = acceleration_scale(options, gravity)
         self.notes: list[str] = []
-        self._temperature = self._constant_temperature()
+        self._temperatures = SampleTemperatures(
+            headings, options.temperature, found.temperatures, extrapolate=options.extrapolate
+        )
+        self.notes += self._temperatures.notes
         factor, notes = output_factor(options.output_unit, headings, found.output_unit)
         self.notes += notes
         self._factors = {"output": factor, **self._cross_factors(gravity)}
@@ -88,55 +91,26 @@ class Accelerometer:
             self.notes.append(f"column {name} is set aside: the calibration does not know its part")
         return factors
 
-    def _constant_temperature(self) -> float | None:
-        """Temperature of all samples; None where a column tells it, or nobody does."""
-        given = self._options.temperature
-        if "temperature" in self._headings.columns:
-            if given is not None:
-                self.notes.append(f"column temperature is set aside for {given:g} degC")
-            return given
-        given = self._headings.temperature if given is None else given
-        if given is not None:
-            return given
-        if self._found.several_levels:
-            raise InputError(
-                f"{self._headings.source}: no column temperature, but the calibration depends on"
-                " it; give temperature=..."
-            )
-        if self._found.temperatures is not None:
-            level = self._found.temperatures[0]
-            self.notes.append(f"no temperature is given; the calibration holds at {level:g} degC")
-        return None
-
     # -- the samples -------------------------------------------------------------------------------
 
     def used(self, block: SampleBlock) -> Mapping[str, Array]:
         """Take outputs, accelerations across and temperatures."""
         used = {name: block.values[name] * factor for name, factor in self._factors.items()}
-        if self._temperature is None and "temperature" in block.values:
-            used["temperature"] = block.values["temperature"]
-        return used
+        warmth = self._temperatures.of_column(block)
+        return used if warmth is None else {**used, "temperature": warmth}
 
     def measured(self, block: SampleBlock, used: Mapping[str, Array]) -> MeasuredAcceleration:
         """Turn them into accelerations; refuse temperatures outside the calibrated range."""
-        warmth = self._temperature
         found = compensate(
             self._found,
             used["output"],
-            used.get("temperature") if warmth is None else warmth,
+            self._temperatures.of(block),
             used.get("a_p"),
             used.get("a_o"),
             output_uncertainty=self._options.output_uncertainty,
             temperature_uncertainty=self._options.temperature_uncertainty,
         )
-        outside = ~found.within_temperatures & np.isfinite(found.value)
-        if outside.any() and not self._options.extrapolate:
-            at = int(np.argmax(outside))
-            problem = self._found.outside_temperatures(
-                float(used["temperature"][at]) if warmth is None else warmth
-            )
-            line, source = int(block.lines[at]), self._headings.source
-            raise TableError(problem, CALIBRATE_THERE, source=source, line=line)
+        self._temperatures.refuse_others(block, found)
         return found
 
     def outside(self, used: Mapping[str, Array], found: MeasuredAcceleration) -> Mapping[str, int]:
@@ -145,7 +119,7 @@ class Accelerometer:
         across = [np.abs(used[axis]) for axis in ("a_p", "a_o") if axis in used]
         solved = np.isfinite(found.value)
         told = {
-            "are outside the calibrated temperatures": ~found.within_temperatures,
+            OTHER_TEMPERATURES: ~found.within_temperatures,
             f"are outside the tested {low:g} to {high:g} g: {_FAR}": ~found.within_accelerations,
             _WIDE: np.max(across, axis=0) > _WIDEST if across else ~solved,
         }

@@ -48,7 +48,7 @@ def _of_accelerometer(text: str) -> Heading:
 
 def _of_triad(text: str) -> Heading:
     own, known = triad_heading(text), read_heading(text)
-    if own.role in TRIAD.outputs:
+    if own.role in (*TRIAD.outputs, "temperature"):
         return own
     return known if known.role in ("time", "serial") else Heading(text, None)
 

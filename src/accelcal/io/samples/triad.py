@@ -12,6 +12,7 @@ from accelcal.compensate.triad import apply_triad, assumptions_of_triad, refuse_
 from accelcal.io.samples.headings import SampleHeadings
 from accelcal.io.samples.options import StreamOptions, acceleration_scale, output_factor
 from accelcal.io.samples.reader import SampleBlock
+from accelcal.io.samples.temperatures import OTHER_TEMPERATURES, SampleTemperatures
 from accelcal.results.triad import AXES, TriadCalibration
 
 __all__ = ["Triad"]
@@ -35,7 +36,7 @@ class Triad:
     ------
     InputError
         If the units do not agree, the local gravity is needed and not given, or an option is none
-        of a triad.
+        of this triad.
     """
 
     axes = AXES
@@ -43,28 +44,43 @@ class Triad:
     def __init__(
         self, found: TriadCalibration, headings: SampleHeadings, options: StreamOptions
     ) -> None:
-        refuse_for_triad(
-            temperature=options.temperature,
-            temperature_uncertainty=options.temperature_uncertainty or None,
-            extrapolate=options.extrapolate or None,
-            run=options.run,
-        )
+        heat = options.temperature_uncertainty or None
+        refuse_for_triad(temperature_uncertainty=heat, run=options.run)
+        if found.temperature is None:
+            refuse_for_triad(temperature=options.temperature)
         self._found = found
         self.assumptions = assumptions_of_triad(found, same_launch=options.same_launch)
         self._noise = options.output_uncertainty
         self.serial = found.serial
         self.scale = acceleration_scale(options, options.gravity or found.local_gravity)
         self._factor, self.notes = output_factor(options.output_unit, headings, found.output_unit)
+        self._temperatures = SampleTemperatures(
+            headings, options.temperature, found.temperatures, extrapolate=options.extrapolate
+        )
+        self.notes += self._temperatures.notes
+        if found.temperature is None and "temperature" in headings.columns:
+            self.notes.append("column temperature is set aside: that of the calibration is unknown")
 
     def used(self, block: SampleBlock) -> Mapping[str, Array]:
-        """Take the outputs of the channels."""
-        return {axis: block.values[axis] * self._factor for axis in AXES}
+        """Take the outputs of the channels, and temperatures where they count."""
+        used = {axis: block.values[axis] * self._factor for axis in AXES}
+        warmth = self._temperatures.of_column(block)
+        if self._found.temperature is None or warmth is None:
+            return used
+        return {**used, "temperature": warmth}
 
-    def measured(self, block: SampleBlock, used: Mapping[str, Array]) -> MeasuredAcceleration:  # noqa: ARG002
-        """Turn them into accelerations."""
-        output = np.stack([used[axis] for axis in AXES], axis=-1)
-        return apply_triad(self._found, output, output_uncertainty=self._noise)
+    def measured(self, block: SampleBlock, used: Mapping[str, Array]) -> MeasuredAcceleration:
+        """Turn them into accelerations; refuse temperatures other than that of the calibration."""
+        found = apply_triad(
+            self._found,
+            np.stack([used[axis] for axis in AXES], axis=-1),
+            None if self._found.temperature is None else self._temperatures.of(block),
+            output_uncertainty=self._noise,
+        )
+        self._temperatures.refuse_others(block, found)
+        return found
 
     def outside(self, used: Mapping[str, Array], found: MeasuredAcceleration) -> Mapping[str, int]:  # noqa: ARG002
-        """Count the samples beyond the tested length."""
-        return {_FAR: int(np.sum(found.within_temperatures & ~found.within_accelerations))}
+        """Count the samples outside the calibrated temperature and beyond the tested length."""
+        far = np.isfinite(found.value).all(axis=1) & ~found.within_accelerations
+        return {OTHER_TEMPERATURES: int(found.outside_temperatures.sum()), _FAR: int(far.sum())}

@@ -1,0 +1,95 @@
+"""Temperatures of the samples of a stream, and whether the calibration is good there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.compensate.measured import MeasuredAcceleration
+from accelcal.compensate.ranges import CALIBRATE_THERE, Range, outside_temperatures
+from accelcal.errors import InputError, TableError
+from accelcal.io.samples.headings import SampleHeadings
+from accelcal.io.samples.reader import SampleBlock
+
+__all__ = ["OTHER_TEMPERATURES", "SampleTemperatures"]
+
+OTHER_TEMPERATURES = "are outside the calibrated temperatures"
+"""What is said of samples outside the range that were accepted."""
+
+
+class SampleTemperatures:
+    """Temperatures of samples: one for all, or those of a column.
+
+    Parameters
+    ----------
+    headings : SampleHeadings
+        What stands above the samples.
+    given : float or None
+        Temperature of all samples, which wins over the column and the header line [degC].
+    calibrated : tuple of float or None
+        Range of the calibration, None where it is not known [degC].
+    extrapolate : bool
+        Whether temperatures outside this range are accepted.
+
+    Attributes
+    ----------
+    notes : list of str
+        What was understood.
+
+    Raises
+    ------
+    InputError
+        If the calibration depends on temperature and nothing tells it.
+    """
+
+    def __init__(
+        self,
+        headings: SampleHeadings,
+        given: float | None,
+        calibrated: Range | None,
+        *,
+        extrapolate: bool,
+    ) -> None:
+        self._source = headings.source
+        self._calibrated = calibrated
+        self._extrapolate = extrapolate
+        self.notes: list[str] = []
+        in_column = "temperature" in headings.columns
+        if in_column and given is not None:
+            self.notes.append(f"column temperature is set aside for {given:g} degC")
+        self._of_all = headings.temperature if given is None and not in_column else given
+        if calibrated is None or in_column or self._of_all is not None:
+            return
+        if calibrated[0] < calibrated[1]:
+            raise InputError(
+                f"{headings.source}: no column temperature, but the calibration depends on it; give"
+                " temperature=..."
+            )
+        self.notes.append(
+            f"no temperature is given; the calibration holds at {calibrated[0]:g} degC"
+        )
+
+    def of_column(self, block: SampleBlock) -> Array | None:
+        """Those of the column, None where one temperature holds for all or none is known."""
+        return block.values.get("temperature") if self._of_all is None else None
+
+    def of(self, block: SampleBlock) -> Array | float | None:
+        """Those of the column, or that of all samples [degC]."""
+        return self.of_column(block) if self._of_all is None else self._of_all
+
+    def refuse_others(self, block: SampleBlock, found: MeasuredAcceleration) -> None:
+        """Refuse the first sample outside the calibrated range, unless these are accepted.
+
+        Raises
+        ------
+        TableError
+            At its line.
+        """
+        outside = found.outside_temperatures
+        if self._extrapolate or not outside.any():
+            return
+        at = int(np.argmax(outside))
+        each = np.broadcast_to(np.asarray(self.of(block), dtype=np.float64), outside.shape)
+        problem = outside_temperatures(self._calibrated, float(each[at]))
+        line = int(block.lines[at])
+        raise TableError(problem, CALIBRATE_THERE, source=self._source, line=line)
