@@ -7,6 +7,7 @@ import json
 import math
 import pickle
 import random
+import re
 from functools import partial
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import pytest
 
 import accelcal
 from accelcal import Calibration, DesignError, DocumentError, InputError
+from accelcal.geometry import MOUNTINGS
 from accelcal.model import coefficient_unit
 from accelcal.results.calibration import SCHEMA
 from accelcal.results.discovery import Discovery
@@ -302,6 +304,17 @@ def unrepeated(positions, **apparatus):
     record = accelcal.simulate(plan=plan, seed=4)
     undeclared = {"head_uncertainty": None} | apparatus
     return " ".join(accelcal.fit(record.with_apparatus(**undeclared)).warnings)
+
+
+@pytest.mark.parametrize("mounting", MOUNTINGS)
+@pytest.mark.parametrize(("angle", "told"), [(0.02, "delta0 is"), (0.12, "shifted by")])
+def test_a_fixture_angle_is_told_with_its_sign(mounting, angle, told):
+    """On the sides o- and p- it was told with the wrong one, and K1 got worse by following it."""
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=(mounting,), delta0=angle)
+    said = " ".join(str(accelcal.fit(accelcal.simulate(plan=plan, seed=1), delta0=0.0)).split())
+    found = float(re.search(rf"{told} (\S+)", said)[1])
+    found = found if told == "delta0 is" else math.radians(found)
+    assert found == pytest.approx(angle, abs=2e-3)  # with the misalignment of the unit in it
 
 
 def test_a_large_fixture_angle_is_said_with_what_it_takes_off_the_scale_factor():

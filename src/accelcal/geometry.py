@@ -41,10 +41,22 @@ __all__ = [
     "head_positions",
     "is_mounting",
     "position_angles",
+    "side_of",
     "turn_angles",
 ]
 
 MOUNTINGS = ("o+", "o-", "p+", "p-")
+
+
+def side_of(mounting: str) -> float:
+    """Sign of the side of a mounting: a fixture angle takes as much off M/K1, times this sign.
+
+    Examples
+    --------
+    >>> side_of("o+"), side_of("p-")
+    (1.0, -1.0)
+    """
+    return -1.0 if mounting.endswith("-") else 1.0
 
 
 class Acceleration(NamedTuple):

@@ -12,6 +12,7 @@ from accelcal.calibrate.table_weaknesses import of_table
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.turns import LARGEST_RATIOS
+from accelcal.geometry import side_of
 from accelcal.model import COEFFICIENTS
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, first_of, of_each
@@ -182,7 +183,7 @@ def _of_misalignment(fitted: Fitted) -> Iterator[Sentence]:
         )
     else:
         yield Sentence(True, f"{effective} the reversed mounting would separate them")
-    yield _of_large_turn(fitted.estimate, delta0)
+    yield _of_large_turn(fitted, delta0)
     yield Sentence(
         True,
         "if the positions of all strokes were counted in the wrong direction, no residual shows it;"
@@ -190,19 +191,23 @@ def _of_misalignment(fitted: Fitted) -> Iterator[Sentence]:
     )
 
 
-def _of_large_turn(estimate: JointEstimate, delta0: float) -> Sentence:
+def _of_large_turn(fitted: Fitted, delta0: float) -> Sentence:
     """Say what a large fixture angle, such as another zero of the head, takes off K1 unseen."""
-    tilt, k1 = (np.stack(estimate.coefficients, axis=-1)[..., i, :] for i in (_M, _K1))
-    turn = tilt / k1
-    largest = np.take_along_axis(turn, np.abs(turn).argmax(axis=-1)[..., None], axis=-1)[..., 0]
+    coefficients = fitted.estimate.coefficients
+    tilt, k1 = (np.stack(coefficients, axis=-1)[..., i, :] for i in (_M, _K1))
+    ratios = tilt / k1
+    at = np.abs(ratios).argmax(axis=-1)
+    largest = np.take_along_axis(ratios, at[..., None], axis=-1)[..., 0]
+    turn = np.array([side_of(table.mounting) for table in fitted.tables])[at] * largest
     lost = largest**2 / 2.0
     return Sentence(
         (lost > _LOST_SCALE_FACTOR) & (np.abs(largest) < LARGEST_RATIOS["M"]),
-        lambda turn, lost: (
-            f"M/K1 is {1e3 * turn:.3g} mrad: if all of it is the fixture angle or the zero of the"
-            f" head, K1 is {1e6 * lost:.0f} ppm too small, and delta0 is {delta0 - turn:.3g} rad"
+        lambda largest, turn, lost: (
+            f"M/K1 is {1e3 * largest:.3g} mrad: if all of it is the fixture angle or the zero of"
+            f" the head, K1 is {1e6 * lost:.0f} ppm too small, and delta0 is"
+            f" {delta0 - turn:.3g} rad"
         ),
-        [largest, lost],
+        [largest, turn, lost],
     )
 
 

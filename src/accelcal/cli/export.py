@@ -31,9 +31,10 @@ def export(
 ) -> None:
     """Export the calibration CAL.json as a C header, YAML or CSV.
 
-    CAL.json may be of a triad. The export has the coefficients with units and uncertainties, their covariance, the sign
-    convention, the calibrated ranges and the origin of the calibration. The C header (C99) has a
-    function that turns an output into an acceleration, as "accelcal apply" does.
+    CAL.json may be of a triad. The export has the coefficients with units and uncertainties,
+    their covariance, the sign convention, the calibrated ranges and the origin of the
+    calibration. The C header (C99) has a function that turns an output into an acceleration, as
+    "accelcal apply" does.
 
     \b
     Examples:

@@ -14,7 +14,7 @@ from accelcal.gates.replicate_plan import rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.turns import LARGEST_RATIOS, LARGEST_RESIDUAL, other_positions
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
-from accelcal.geometry import head_positions
+from accelcal.geometry import head_positions, side_of
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, SCALE_FACTOR, coefficient_unit
 from accelcal.numerics.grouping import grouped, products_of_groups
 
@@ -65,7 +65,8 @@ def proportions(stack: TableStack) -> GateStack:
         if turned[index]:
             found.append(f"K1 = {scale_factor[index]:.6g} {coefficient_unit('K1', unit)}")
         if other is None:
-            found += _reason(ratios, float(rms[index]), alone=len(found) == 1)
+            side = side_of(stack.table.mounting)
+            found += _reason(ratios, float(rms[index]), side, alone=len(found) == 1)
         return ", ".join(found if other is None else [*found, other[1]])
 
     return gate_stack("proportions", bad, said)
@@ -90,12 +91,12 @@ def _out_of_proportion(ratios: dict[str, float]) -> list[str]:
     ]
 
 
-def _reason(ratios: dict[str, float], rms: float, *, alone: bool) -> list[str]:
+def _reason(ratios: dict[str, float], rms: float, side: float, *, alone: bool) -> list[str]:
     """Say what may be the reason; `alone` if one coefficient is out of proportion."""
     if rms / LARGEST_RESIDUAL > 1.0:
         return [f"the readings are {acceleration(rms)} (rms) away from the model"]
     if abs(ratios["M"]) / LARGEST_RATIOS["M"] > 1.0:
-        turn = np.degrees(np.arctan2(-ratios["M"], 1.0))
+        turn = np.degrees(np.arctan2(-side * ratios["M"], 1.0))
         return [f"as if all positions were shifted by {turn:.1f} deg"]
     if alone and abs(ratios["K0"]) / LARGEST_RATIOS["K0"] > 1.0:
         return ["subtract what the output is at 0 g by design, a carrier or mid-range"]
