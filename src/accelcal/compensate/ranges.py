@@ -7,11 +7,10 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Mask
 
-__all__ = ["ACCELERATION_MARGIN", "CALIBRATE_THERE", "TEMPERATURE_MARGIN", "Range"]
+__all__ = ["ACCELERATION_MARGIN", "CALIBRATE_THERE", "TEMPERATURE_MARGIN"]
 __all__ += ["outside_temperatures", "within_accelerations", "within_temperatures"]
 
-Range = tuple[float, float]
-"""The lowest and the highest that were calibrated."""
+Range = tuple[float, float]  # the lowest and the highest that were calibrated
 
 TEMPERATURE_MARGIN = 1.0
 """A calibration is good this far outside the temperatures of its tables [degC]."""
