@@ -36,7 +36,7 @@ from statistics import median
 import numpy as np
 
 from accelcal import accelerations, design_matrix, estimate_tables
-from accelcal.geometry import turn_angles
+from accelcal.head_angles import turn_angles
 
 ANGLES = np.concatenate([turn_angles(8), turn_angles(8)[::-1]] * 3)
 DESIGN = design_matrix(accelerations(ANGLES))

@@ -79,6 +79,14 @@ REGIMES = (
     Regime("head 2e-5 estimated, 12 positions", Stand(head=HEAD), positions=12),
     Regime("head 6.7e-6 estimated", Stand(head=6.7e-6)),
     Regime("head 5e-6 estimated, as large as the noise", Stand(head=5e-6)),
+    *(
+        Regime(
+            f"angles as an encoder reads them, head 2e-5 {known}",
+            Stand(head=HEAD, stops=1e-3),
+            declared,
+        )
+        for known, declared in (("declared", {"head_uncertainty": HEAD}), ("estimated", {}))
+    ),
     Regime("one stroke, 8 positions, head 2e-5", Stand(head=HEAD), strokes=1),
     *(
         Regime(f"one stroke, {positions} positions, {text}", stand, positions=positions, strokes=1)

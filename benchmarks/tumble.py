@@ -55,6 +55,7 @@ class Stand:
     launch_sf: float = 0.0
     step: float = 0.0
     temperature: float = 0.0  # of a run, degC
+    stops: float = 0.0  # how far beside its position the head stops, as its encoder tells [deg]
     wrong: float = 0.0  # share of the readings that are off by up to 30 standard deviations
 
 
@@ -91,7 +92,10 @@ def readings(
             for j in walk:
                 noise *= stand.neighbours
                 noise += math.sqrt(1.0 - stand.neighbours**2) * rng.standard_normal()
-                angle = j * step + head[j % positions]
+                read = j * step
+                if stand.stops:
+                    read += math.radians(stand.stops) * rng.standard_normal()
+                angle = read + head[j % positions]
                 a_i, a_p = math.cos(angle), side * math.sin(angle)
                 output = (
                     bias
@@ -106,7 +110,8 @@ def readings(
                     output += k["K1"] * stand.reading * rng.uniform(-30.0, 30.0)
                 if stand.step:
                     output = stand.step * round(output / stand.step)
-                row = (run, temperature, 360.0 * j / positions, stroke, output)
+                told = math.degrees(read) if stand.stops else 360.0 * j / positions
+                row = (run, temperature, told, stroke, output)
                 for name, value in zip(columns, row, strict=True):
                     columns[name].append(value)
     return columns

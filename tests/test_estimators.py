@@ -17,7 +17,8 @@ from accelcal.errors import DesignError, InputError
 from accelcal.estimate.estimability import estimability
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import prepare
-from accelcal.geometry import MOUNTINGS, head_positions
+from accelcal.geometry import MOUNTINGS
+from accelcal.head_angles import head_positions
 from accelcal.printed import CLOSED_FORMS, documented_bias
 
 DECLARED = {

@@ -20,7 +20,8 @@ from accelcal.gates.replicate_plan import ReplicatePlan
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import SIGNIFICANT, VERDICTS
-from accelcal.geometry import accelerations, position_angles
+from accelcal.geometry import accelerations
+from accelcal.head_angles import position_angles
 from accelcal.model import output
 from accelcal.numerics.decimal_steps import common_steps, decimal_steps
 

@@ -14,7 +14,8 @@ from accelcal.gates.replicate_plan import ReplicatePlan
 from accelcal.gates.spread import spread_of
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
-from accelcal.geometry import accelerations, position_angles
+from accelcal.geometry import accelerations
+from accelcal.head_angles import position_angles
 from accelcal.model import output
 from accelcal.numerics.decimal_steps import decimal_steps
 

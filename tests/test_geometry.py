@@ -10,14 +10,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from accelcal.errors import InputError
-from accelcal.geometry import (
-    MOUNTINGS,
-    accelerations,
-    angular_distance,
-    head_positions,
-    position_angles,
-    turn_angles,
-)
+from accelcal.geometry import MOUNTINGS, accelerations
+from accelcal.head_angles import angular_distance, head_positions, position_angles, turn_angles
 
 ANGLES = st.floats(-3600, 3600, allow_subnormal=False)
 FIXTURE = st.floats(-0.1, 0.1, allow_subnormal=False)

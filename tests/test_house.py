@@ -50,7 +50,7 @@ FLOORS = (
     {"reference"},
     {"record", "results", "specification", "accelerometer"},
     {"model"},
-    {"geometry", "apparatus"},
+    {"geometry", "head_angles", "apparatus"},
     {"units", "numerics", "atomic", "sentences", "arguments", "dates"},
     {"errors", "version", "logs", "equality", "plural", "arrays"},
     {"escapes"},

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from accelcal.errors import InputError
-from accelcal.geometry import MOUNTINGS, Acceleration, accelerations, turn_angles
+from accelcal.geometry import MOUNTINGS, Acceleration, accelerations
+from accelcal.head_angles import turn_angles
 from accelcal.model import (
     COEFFICIENTS,
     POWERS,

@@ -10,7 +10,8 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
 from accelcal.errors import InputError
-from accelcal.geometry import accelerations, turn_angles
+from accelcal.geometry import accelerations
+from accelcal.head_angles import turn_angles
 from accelcal.model import COEFFICIENTS, POWERS, design_matrix
 from accelcal.printed import (
     CLOSED_FORMS,

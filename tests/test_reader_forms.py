@@ -897,7 +897,7 @@ def test_describe_tells_what_was_understood():
     assert lines["form"] == "long, separator comma, decimal point"
     assert lines["set aside"] == "'remark'"
     assert lines["serial"] == "A7"
-    assert lines["run -40"] == "16 readings, -40 degC, mounting o+, 8 positions, strokes 1 to 2"
+    assert lines["run -40"] == "16 readings, -40 degC, mounting o+, 7 positions, strokes 1 to 2"
     assert lines["positions missing"] == "4 of 9"
     assert lines["local_gravity"] == "9.8106 m/s^2"
 

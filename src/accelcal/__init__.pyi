@@ -38,7 +38,7 @@ from .estimate.stacked_tables import TableEstimates as TableEstimates
 from .estimate.stacked_tables import estimate_tables as estimate_tables
 from .geometry import Acceleration as Acceleration
 from .geometry import accelerations as accelerations
-from .geometry import position_angles as position_angles
+from .head_angles import position_angles as position_angles
 from .io.arrays import read_arrays as read_arrays
 from .io.documents.discoveries import read_discovery as read_discovery
 from .io.head import read_head as read_head

@@ -36,13 +36,9 @@ __all__ = [
     "MOUNTINGS",
     "Acceleration",
     "accelerations",
-    "angular_distance",
     "checked_fixture_angle",
-    "head_positions",
     "is_mounting",
-    "position_angles",
     "side_of",
-    "turn_angles",
 ]
 
 MOUNTINGS = ("o+", "o-", "p+", "p-")
@@ -120,147 +116,6 @@ def checked_fixture_angle(delta0: float) -> float:
             f" {math.radians(delta0):.6g} rad"
         )
     return delta0
-
-
-def checked_positions(positions: int) -> int:
-    """Check the number of positions in a full turn.
-
-    Parameters
-    ----------
-    positions : int
-        The number.
-
-    Returns
-    -------
-    int
-        The same.
-
-    Raises
-    ------
-    InputError
-        If it is no whole number, or below 1.
-
-    Examples
-    --------
-    >>> checked_positions(8)
-    8
-    """
-    check_number(positions=positions)
-    if positions < 1 or positions % 1:
-        raise InputError(
-            f"{positions} positions in a turn; a turn has at least 1 position, a whole number"
-        )
-    return int(positions)
-
-
-def position_angles(position: ArrayLike, positions: int = 8) -> Array:
-    """Head angle of the numbered positions of an equally spaced test.
-
-    Parameters
-    ----------
-    position : array_like of int
-        Position numbers J, counted from 1; J = `positions` + 1 is the return to J = 1.
-    positions : int, default 8
-        Number of positions in a full turn.
-
-    Returns
-    -------
-    ndarray of float
-        Head angle (J - 1) * 360 / `positions` [deg].
-
-    Raises
-    ------
-    InputError
-        If a number lies outside 1 .. `positions` + 1, or `positions` is below 1.
-
-    References
-    ----------
-    Figure 2 of the paper: th_J = (J - 1) * 45 deg.
-
-    Examples
-    --------
-    >>> import accelcal
-    >>> accelcal.position_angles([1, 2, 9]).tolist()
-    [0.0, 45.0, 360.0]
-    """
-    checked_positions(positions)
-    given = number_array(position, "position")
-    number = np.floor(given)
-    outside = ~((number >= 1) & (number <= positions + 1) & (number == given))
-    if outside.any():
-        raise InputError(
-            f"position {given[outside].flat[0]:g} is outside the turn; with {positions} positions"
-            f" J is a whole number from 1 to {positions + 1:g}"
-        )
-    return np.asarray((number - 1.0) * 360.0 / positions)
-
-
-def turn_angles(positions: int = 8) -> Array:
-    """Head angles of one whole turn, the return to the start included [deg].
-
-    Parameters
-    ----------
-    positions : int, default 8
-        Number of positions in a full turn.
-
-    Returns
-    -------
-    ndarray of float, shape (positions + 1,)
-        0 .. 360 deg.
-
-    Raises
-    ------
-    InputError
-        If `positions` is below 1.
-
-    Examples
-    --------
-    >>> turn_angles(4).tolist()
-    [0.0, 90.0, 180.0, 270.0, 360.0]
-    """
-    return position_angles(np.arange(1, positions + 2), positions)
-
-
-def head_positions(angle: Array) -> Array:
-    """Head position of an angle: 0 and 360 deg are the same place on the head.
-
-    Parameters
-    ----------
-    angle : ndarray
-        Head angles [deg].
-
-    Returns
-    -------
-    ndarray
-        Angle within one turn, rounded to a micro-degree [deg].
-
-    Examples
-    --------
-    >>> head_positions(np.array([0.1, 360.1, -90.0])).tolist()
-    [0.1, 0.1, 270.0]
-    """
-    return np.asarray(np.mod(np.round(np.mod(angle, 360.0), 6), 360.0))
-
-
-def angular_distance(angle: Array, other: Array | float) -> Array:
-    """Distance of two angles by the shorter way round the turn.
-
-    Parameters
-    ----------
-    angle, other : ndarray or float
-        Angles [deg].
-
-    Returns
-    -------
-    ndarray
-        From 0 to 180 deg.
-
-    Examples
-    --------
-    >>> angular_distance(np.array([1.0, 90.0, 270.0]), 360.0).tolist()
-    [1.0, 90.0, 90.0]
-    """
-    return np.asarray(np.abs(np.mod(angle - other + 180.0, 360.0) - 180.0))
 
 
 def is_mounting(name: NDArray[Any]) -> Mask:

@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.errors import InputError
-from accelcal.geometry import accelerations, turn_angles
+from accelcal.geometry import accelerations
+from accelcal.head_angles import turn_angles
 from accelcal.model import COEFFICIENTS, design_matrix
 
 __all__ = [

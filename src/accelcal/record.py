@@ -22,7 +22,8 @@ from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arrays import Array, Ints, Mask, kept
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
-from accelcal.geometry import MOUNTINGS, head_positions, is_mounting
+from accelcal.geometry import MOUNTINGS, is_mounting
+from accelcal.head_angles import head_positions, nominal_angles
 from accelcal.numerics.sorting import distinct
 from accelcal.plural import counted
 
@@ -160,8 +161,7 @@ class TumbleRecord(EqualByContents):
             object.__setattr__(self, name, kept(array))
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
-        values = {name: getattr(self, name) for name in _DTYPES}
-        return {name: value for name, value in values.items() if value is not None}
+        return {name: own for name in _DTYPES if (own := getattr(self, name)) is not None}
 
     def _check_kinds(self) -> None:
         for name, (kinds, rule) in _KINDS.items():
@@ -222,6 +222,11 @@ class TumbleRecord(EqualByContents):
         return self.angle if self.clamping is None else self.angle + self.clamping
 
     @property
+    def head_angles(self) -> Array:
+        """Positions of the test, each once, at their nominal angles within one turn [deg]."""
+        return distinct(head_positions(nominal_angles(self.angle)))
+
+    @property
     def mean_temperature(self) -> float:
         """Mean of the known temperatures; NaN where none is known [degC]."""
         known = self.temperature[np.isfinite(self.temperature)]
@@ -232,9 +237,8 @@ class TumbleRecord(EqualByContents):
 
     def __repr__(self) -> str:
         name = f"serial {self.serial!r}" if self.serial else repr(self.source)
-        runs, stops = distinct(self.run).size, distinct(head_positions(self.angle)).size
-        size = f"{len(self)} readings, {counted(runs, 'run')}, {stops} positions"
-        return f"<TumbleRecord {name}: {size}>"
+        size = f"{len(self)} readings, {counted(distinct(self.run).size, 'run')}"
+        return f"<TumbleRecord {name}: {size}, {self.head_angles.size} positions>"
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook import record_html
@@ -320,11 +324,10 @@ class TumbleRecord(EqualByContents):
         dict
             Keys sha256, metadata, declared, notes and options.
         """
-        declared = asdict(self.apparatus).items()
         return {
             "sha256": self.sha256,
             "metadata": dict(self.metadata),
-            "declared": {name: value for name, value in declared if value is not None},
+            "declared": {k: v for k, v in asdict(self.apparatus).items() if v is not None},
             "notes": list(self.notes),
             "options": dict(options),
         }

@@ -26,7 +26,8 @@ from accelcal.arrays import Array, Ints, Numbers
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.errors import InputError
-from accelcal.geometry import accelerations, checked_fixture_angle, head_positions, turn_angles
+from accelcal.geometry import accelerations, checked_fixture_angle
+from accelcal.head_angles import head_positions, turn_angles
 from accelcal.record import TumbleRecord
 
 __all__ = ["AL15", "NOISE_FREE", "Accelerometer", "BilinearLaw", "NoiseComponents"]

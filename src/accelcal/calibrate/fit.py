@@ -9,6 +9,7 @@ from accelcal.arguments.kinds import expect, several
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
+from accelcal.estimate.at_positions import at_positions
 from accelcal.estimate.linear import METHODS
 from accelcal.logs import tell
 from accelcal.model import COEFFICIENTS
@@ -110,4 +111,4 @@ def fit(
     options.check()
     options.warn(stacklevel=2)
     tell("fitting %r: %d tables by %s", record.source, sum(1 for _ in record.table_masks()), method)
-    return calibration_stack(OnePlan.of([record]), options).one(0)
+    return calibration_stack(OnePlan.of([at_positions(record, delta0)]), options).one(0)

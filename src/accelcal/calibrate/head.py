@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from accelcal.calibrate.plan import OnePlan
-from accelcal.estimate.linear import linear_estimator
+from accelcal.estimate.at_positions import as_read_there
 from accelcal.estimate.tables import PreparedTable
-from accelcal.geometry import accelerations
-from accelcal.model import design_matrix
 from accelcal.record import naming
 
 if TYPE_CHECKING:
@@ -48,19 +46,15 @@ def at_true_angles(
 
     Notes
     -----
-    The coefficients that make the difference are those of a fit without the head; as they are wrong
-    by some e at most, what is left is of the order of e^2, 1e-9 g where e is 3e-5 rad.
+    The coefficients that make the difference are those of the readings that it makes.
     """
     first = plan.records[0]
     whole = np.empty((len(plan.records), len(first)))
     for table, mask, readings in zip(tables, plan.masks, plan.outputs, strict=True):
         with naming(first):
             error, _ = head.at(table.head)
-        mounting = table.mounting
         true = table.record.angle + np.rad2deg(error)
-        change = design_matrix(accelerations(true, delta0, mounting), mounting) - table.design
-        k = linear_estimator(table).coefficients(readings)
-        whole[:, mask] = readings - k @ change.T
+        whole[:, mask] = as_read_there(table, readings, true, delta0)
     apparatus = replace(first.apparatus, head_uncertainty=head.uncertainty)
     records = [
         replace(record, output=output, apparatus=apparatus)

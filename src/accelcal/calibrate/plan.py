@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask, Places
+from accelcal.estimate.at_positions import at_positions
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import is_usable
 from accelcal.record import TumbleRecord
@@ -166,6 +167,7 @@ def plans_of(records: Sequence[TumbleRecord], delta0: float | None) -> list[tupl
     that share a level, and those that were reached by heating, are a part of the plan.
     """
     found = []
+    records = list(_at_positions(records, delta0))
     for places in _grouped(_plan_keys(records, delta0)):
         whole = OnePlan.of([records[i] for i in places])
         keys = zip(whole.can_be_stacked().tolist(), _level_keys(whole.levels), places, strict=True)
@@ -175,6 +177,19 @@ def plans_of(records: Sequence[TumbleRecord], delta0: float | None) -> list[tupl
                 part = whole if len(rows) == len(places) else whole.of_records(rows)
                 found.append((np.array(places)[rows], part))
     return found
+
+
+def _at_positions(records: Sequence[TumbleRecord], delta0: float | None) -> Iterator[TumbleRecord]:
+    """Bring each record to the nominal angles of its positions."""
+    exact: Array | None = None
+    for record in records:
+        # Neighbours mostly have the very same angles, so that one look at them does for all.
+        if record.angle is exact and record.clamping is None:
+            yield record
+            continue
+        there = at_positions(record, delta0)
+        exact = record.angle if there is record and record.clamping is None else None
+        yield there
 
 
 def _grouped(keys: Iterable[Hashable]) -> list[list[int]]:

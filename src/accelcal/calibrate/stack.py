@@ -17,6 +17,7 @@ from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.quantities import TableQuantities, table_quantities
 from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
+from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointEstimate, estimate_stack
 from accelcal.estimate.reversal import free_of_fixture_angle
@@ -198,10 +199,15 @@ class CalibrationStack:
                 method=options.method,
                 delta0=self.delta0,
                 told_of_head=options.left_out(records),
-                moved=self.at_rest.said,
+                brought=self._said_of_readings(),
                 model=options.model,
             )
         )
+
+    def _said_of_readings(self) -> list[tuple[str, ...]]:
+        """What was done with the readings of each record before they were fitted."""
+        both = zip(self.plan.records, self.at_rest.said, strict=True)
+        return [(*said_of_positions(record), *said) for record, said in both]
 
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:

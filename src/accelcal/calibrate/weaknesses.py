@@ -76,8 +76,9 @@ class Fitted(NamedTuple):
         Fixture angle that was taken as given [rad].
     told_of_head : ndarray of bool, shape (R,)
         Whether what is known of the head came from this record too.
-    moved : sequence of tuple of str
-        What was done with each record where temperatures moved within the runs, see
+    brought : sequence of tuple of str
+        What was done with the readings of each record where angles or temperatures were not those
+        of their position or run, see `accelcal.estimate.at_positions` and
         `accelcal.temperature.felt_deviations`.
     model : Discovery or None
         Whose effects were taken out of the readings.
@@ -90,7 +91,7 @@ class Fitted(NamedTuple):
     method: str
     delta0: float
     told_of_head: Mask
-    moved: Sequence[tuple[str, ...]]
+    brought: Sequence[tuple[str, ...]]
     model: Discovery | None = None
 
 
@@ -131,7 +132,7 @@ def warnings_of(fitted: Fitted) -> Warned:
         *_of_launch(estimate),
         *_of_laws(fitted),
         *_of_temperature(fitted),
-        *_of_moving(fitted.moved),
+        *_of_readings(fitted.brought),
         *_of_effects(fitted.model),
         Sentence(
             fitted.told_of_head,
@@ -144,11 +145,11 @@ def warnings_of(fitted: Fitted) -> Warned:
     return Warned(of_each(said, records), [of_each(own, records) for own in of_tables])
 
 
-def _of_moving(moved: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
-    record = np.arange(len(moved))
-    count = np.array([len(said) for said in moved])
+def _of_readings(brought: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
+    record = np.arange(len(brought))
+    count = np.array([len(said) for said in brought])
     for place in range(int(count.max())):
-        yield Sentence(count > place, lambda i, place=place: moved[i][place], [record])
+        yield Sentence(count > place, lambda i, place=place: brought[i][place], [record])
 
 
 def _of_effects(model: Discovery | None) -> Iterator[Sentence]:

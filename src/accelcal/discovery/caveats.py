@@ -16,6 +16,7 @@ from accelcal.discovery.other_laws import Alternative, other_laws, other_places
 from accelcal.discovery.passing import SMALL_UNITS
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
+from accelcal.estimate.at_positions import said_of_positions
 from accelcal.results.discovery import IF_IT_IS
 from accelcal.results.findings import Change
 from accelcal.units import MICRO
@@ -69,6 +70,7 @@ def caveats(
     Of the explanations that pass, the best comes first. Walks could stand in place of its effects,
     or of the nearest ones where none passes.
     """
+    yield from map(Caveat, said_of_positions(comparison.record))
     yield from map(Caveat, _of_another_size(comparison))
     best = found[0].instances if found else ()
     laws, places = list(other_laws(comparison, best)), list(other_places(comparison, best))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints, Places
 from accelcal.effects.conditions import Conditions
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 from accelcal.numerics.grouping import grouped
 
 

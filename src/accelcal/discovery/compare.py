@@ -43,6 +43,7 @@ from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.discovery.suited import suited
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.errors import AccelcalWarning, InputError
+from accelcal.estimate.at_positions import said_of_positions
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord, naming
@@ -163,6 +164,7 @@ def compare(
             *filter(None, [worse]),
             *coefficient_notes(found, simulated),
             *notes(calibration, record, declared, own),
+            *said_of_positions(converted),
             *head_notes(calibration, record, declared, same, bool(errors.positions.size)),
         ),
         serial=record.serial,

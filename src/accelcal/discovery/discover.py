@@ -34,6 +34,7 @@ from accelcal.discovery.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
+from accelcal.estimate.at_positions import at_positions
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
@@ -144,7 +145,7 @@ def discover(
         seed=int(seed),
         empirical=empirical,
     )
-    return answered(record, question)
+    return answered(at_positions(record, delta0), question)
 
 
 def answered(record: TumbleRecord, question: Question) -> Discovery:

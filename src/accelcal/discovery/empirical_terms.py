@@ -10,7 +10,7 @@ from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.effects.effect import Effect
 from accelcal.effects.empirical import FACTORS, empirical
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 from accelcal.numerics.grouping import grouped
 
 _NEEDED = 0.01

@@ -12,7 +12,7 @@ from accelcal.discovery.columns import cycle, dummies, worn
 from accelcal.discovery.space import Space
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 
 _NEW = 0.5
 """Part of a unit vector's square beyond others from which on it is not rounding."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from accelcal.errors import InputError
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 

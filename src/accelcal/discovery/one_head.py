@@ -11,7 +11,7 @@ from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.discovery.calibration_errors import CalibrationErrors
 from accelcal.discovery.simulated import Simulated
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration

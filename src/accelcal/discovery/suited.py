@@ -10,6 +10,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.errors import InputError
+from accelcal.estimate.at_positions import at_positions
 from accelcal.record import TumbleRecord
 from accelcal.units import conversion_factor
 
@@ -18,7 +19,7 @@ _LARGEST = 1e6
 
 
 def suited(found: Compensation, record: TumbleRecord) -> TumbleRecord:
-    """Give a record in the unit of the calibration that it is compared with.
+    """Give a record at its positions, in the unit of the calibration that it is compared with.
 
     Where one of both names no unit, the readings are taken as they are.
 
@@ -34,7 +35,7 @@ def suited(found: Compensation, record: TumbleRecord) -> TumbleRecord:
     converted = record if found.output_unit is None else _in_unit(record, found.output_unit)
     _refuse_far_off(found, converted)
     _refuse_other_temperatures(found, converted)
-    return converted
+    return at_positions(converted)
 
 
 def _in_unit(record: TumbleRecord, unit: str) -> TumbleRecord:

@@ -12,7 +12,7 @@ from accelcal.effects.catalogue import effect
 from accelcal.effects.conditions import SAME_ANGLE, Conditions
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
-from accelcal.geometry import angular_distance
+from accelcal.head_angles import angular_distance
 from accelcal.results.findings import EMPIRICAL
 
 _AT = "at {:g} deg"

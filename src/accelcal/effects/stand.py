@@ -9,7 +9,7 @@ from accelcal.effects.conditions import SAME_ANGLE, Conditions
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError
-from accelcal.geometry import angular_distance, head_positions
+from accelcal.head_angles import angular_distance, head_positions
 
 
 def _position_error(c: Conditions, error: float, at: float) -> Array:

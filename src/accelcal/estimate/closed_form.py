@@ -12,7 +12,7 @@ from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.estimate.estimability import signed
 from accelcal.estimate.tables import PreparedTable
-from accelcal.geometry import turn_angles
+from accelcal.head_angles import turn_angles
 from accelcal.model import COEFFICIENTS
 from accelcal.printed import documented_bias, estimator_matrix
 

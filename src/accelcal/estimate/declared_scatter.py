@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Places
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 

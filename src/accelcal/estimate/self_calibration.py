@@ -19,6 +19,7 @@ import numpy as np
 from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Array
 from accelcal.errors import InputError
+from accelcal.estimate.at_positions import at_positions
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.tables import PreparedTable, prepare
@@ -119,6 +120,7 @@ def calibrate_head(
     records = each_of(records, TumbleRecord)
     refuse_twice(records)
     declared = _declared(records)
+    records = [at_positions(record, delta0) for record in records]
     tables = [_tables(record, delta0) for record in records]
     positions = distinct(np.concatenate([t.at_head[0] for own in tables for t in own]))
     units = [_unit(r, own, positions) for r, own in zip(records, tables, strict=True)]

@@ -17,7 +17,8 @@ from accelcal.errors import InputError
 from accelcal.estimate.estimability import estimability
 from accelcal.estimate.robust import pseudo_values
 from accelcal.estimate.solver import LeastSquares, Solution
-from accelcal.geometry import accelerations, head_positions
+from accelcal.geometry import accelerations
+from accelcal.head_angles import head_positions
 from accelcal.model import COEFFICIENTS, design_matrix
 
 if TYPE_CHECKING:

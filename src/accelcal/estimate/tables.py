@@ -13,7 +13,8 @@ from accelcal.errors import InputError
 from accelcal.estimate.declared_scatter import declared_scatter
 from accelcal.estimate.estimability import Estimability, estimability
 from accelcal.estimate.solver import LeastSquares
-from accelcal.geometry import Acceleration, accelerations, head_positions
+from accelcal.geometry import Acceleration, accelerations
+from accelcal.head_angles import head_positions
 from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct

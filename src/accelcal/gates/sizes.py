@@ -14,7 +14,8 @@ from accelcal.gates.replicate_plan import rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.turns import LARGEST_RATIOS, LARGEST_RESIDUAL, other_positions
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
-from accelcal.geometry import head_positions, side_of
+from accelcal.geometry import side_of
+from accelcal.head_angles import head_positions
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, SCALE_FACTOR, coefficient_unit
 from accelcal.numerics.grouping import grouped, products_of_groups
 

@@ -172,7 +172,7 @@ def _run_text(table: TumbleRecord) -> str:
     clamped = f" clamped at {facts['clamping_deg']:g} deg" if facts["clamping_deg"] else ""
     return (
         f"{facts['readings']} readings, {temperature}, mounting {facts['mounting']}{clamped},"
-        f" {len(facts['angles_deg'])} positions, {which}"
+        f" {table.head_angles.size} positions, {which}"
     )
 
 

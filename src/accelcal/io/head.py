@@ -8,7 +8,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import TableError, located
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.layout import Declared
 from accelcal.io.small_table import SmallTable, small_table

@@ -8,7 +8,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints
 from accelcal.errors import TableError
-from accelcal.geometry import angular_distance
+from accelcal.head_angles import angular_distance
 from accelcal.io.cells import Column, numbers, whole_numbers
 
 MAXIMUM_ANGLE = 36000.0

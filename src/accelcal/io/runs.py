@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions, nominal_angles
 from accelcal.io.readings import Readings
 from accelcal.io.wording import listed
 from accelcal.numerics.grouping import grouped
@@ -196,6 +196,7 @@ def _visits(readings: Readings, levels: Runs) -> tuple[Runs, Ints]:
     rows = np.arange(readings.output.size)
     if len(levels.labels) == 1:
         return levels, rows
+    readings = replace(readings, angle=nominal_angles(readings.angle))
     unknown = np.isnan(readings.temperature)
     known = np.flatnonzero(~unknown)
     by_time = _segments_in_time(readings, levels.index, known)

@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import TableError, located
+from accelcal.head_angles import nominal_angles
 from accelcal.io.cells import MISSING, Column, complete_numbers
 from accelcal.io.declarations import declared_number, unit_and_serial
 from accelcal.io.output_unit import unit_of_outputs, units_written
@@ -147,7 +148,7 @@ def _attitude(table: SmallTable) -> tuple[str, ...] | None:
     if {"up_x", "up_y", "up_z"} <= there or not {"shaft", "angle"} <= there:
         return None
     shafts = (str(cell).strip().casefold().lstrip("+") for cell in table.columns["shaft"].cells)
-    angles = complete_numbers(table.columns["angle"]) % 360.0
+    angles = nominal_angles(complete_numbers(table.columns["angle"])) % 360.0
     return tuple(f"{shaft} {angle:g}" for shaft, angle in zip(shafts, angles, strict=True))
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
-from accelcal.geometry import angular_distance
+from accelcal.head_angles import angular_distance
 from accelcal.planning.criterion import Angles, Criterion, covariances, losses
 
 _GAIN = 1e-9

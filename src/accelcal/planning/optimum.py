@@ -15,7 +15,7 @@ from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array, Ints, Numbers
 from accelcal.errors import InputError
-from accelcal.geometry import angular_distance, head_positions, turn_angles
+from accelcal.head_angles import angular_distance, head_positions, turn_angles
 from accelcal.model import COEFFICIENTS
 from accelcal.planning.compare import (
     PACE,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.arrays import Array, Ints
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 from accelcal.numerics.grouping import group_after_group, grouped
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct

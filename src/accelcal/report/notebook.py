@@ -273,6 +273,6 @@ def _table_row(part: TumbleRecord) -> tuple[str, ...]:
         "" if temperature != temperature else f"{temperature:.2f} °C",  # NaN differs from itself
         str(len(part)),
         str(len(set(part.stroke.tolist()))),
-        str(len(set(part.angle.tolist()))),
+        str(part.head_angles.size),
         f"{part.output.min():.6g} … {part.output.max():.6g}",
     )

@@ -13,7 +13,7 @@ from accelcal.arguments.numbers import number_array
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
-from accelcal.geometry import angular_distance
+from accelcal.head_angles import angular_distance
 from accelcal.numerics.covariance_root import covariance_root
 from accelcal.numerics.posterior import posterior
 from accelcal.numerics.probability import NORMAL_FACTOR

@@ -12,7 +12,6 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
 from accelcal.errors import InputError
 from accelcal.estimate.linear import METHODS
-from accelcal.geometry import head_positions
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.plural import counted
@@ -205,12 +204,12 @@ def _share(part: Acting, effect: Propagated) -> StandShare:
 def _described(readings: Readings) -> str:
     """Tell the test in words."""
     record = readings.record
-    positions = np.unique(head_positions(readings.angle)).size
     levels = ", ".join(f"{t:g}" for t in dict.fromkeys(readings.temperature.round(6).tolist()))
     mountings = ", ".join(dict.fromkeys(record.mounting.tolist()))
     return (
-        f"{len(record)} readings, {positions} positions, {counted(record.stroke.max(), 'stroke')},"
-        f" {counted(len(record.run_labels), 'run')} at {levels} degC, mounting {mountings}"
+        f"{len(record)} readings, {record.head_angles.size} positions,"
+        f" {counted(record.stroke.max(), 'stroke')}, {counted(len(record.run_labels), 'run')}"
+        f" at {levels} degC, mounting {mountings}"
     )
 
 

@@ -26,7 +26,9 @@ from accelcal.accelerometer import Accelerometer
 from accelcal.arrays import Array, Places
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import InputError
-from accelcal.geometry import accelerations, head_positions
+from accelcal.estimate.at_positions import at_positions
+from accelcal.geometry import accelerations
+from accelcal.head_angles import head_positions
 from accelcal.record import TumbleRecord
 from accelcal.units import conversion_factor
 
@@ -289,6 +291,7 @@ def readings_of(
     >>> bool(abs(found.output({}) - record.output).max() < 1e-12)
     True
     """
+    record = at_positions(record, delta0)
     plane = accelerations(record.angle, delta0)  # of "o+": the cross axis is the pendulous one
     found = Readings(
         record=record,

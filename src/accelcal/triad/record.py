@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -14,6 +15,7 @@ from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arrays import Array, Ints
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
+from accelcal.head_angles import SAME_POSITION
 from accelcal.results.mapping import freeze
 from accelcal.results.triad import AXES
 
@@ -25,9 +27,6 @@ SPREAD = 5.0
 _LARGEST = 1e30
 _UNIT_LENGTH = 1e-3
 """A direction longer or shorter than 1 by more was not meant as one."""
-
-_DIGITS = 6
-"""Of directions that are compared: what is closer than a microradian was set alike."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,7 +125,8 @@ def one_an_attitude(record: TriadRecord) -> TriadRecord:
     Notes
     -----
     The error of an attitude, which the head set once, is the same in all its rows. Counted as
-    independent, they would promise too much.
+    independent, they would promise too much. Where attitudes have no names, directions within
+    `accelcal.head_angles.SAME_POSITION` of the first of an attitude are of the same one.
 
     Examples
     --------
@@ -136,7 +136,7 @@ def one_an_attitude(record: TriadRecord) -> TriadRecord:
     """
     if record.up is None:
         return record
-    names = record.attitude or map(tuple, (np.round(record.up, _DIGITS) + 0.0).tolist())  # no -0
+    names: Iterable[object] = record.attitude or _places(record.up)
     rows: dict[object, list[int]] = {}
     for row, name in enumerate(names):
         rows.setdefault(name, []).append(row)
@@ -147,12 +147,29 @@ def one_an_attitude(record: TriadRecord) -> TriadRecord:
     return replace(
         record,
         output=np.array([record.output[own].mean(axis=0) for own in rows.values()]),
-        up=record.up[first],
+        up=np.array([_direction(record.up[own]) for own in rows.values()]),
         line=None if record.line is None else record.line[first],
         attitude=None,
         temperature=_averaged(record.temperature, rows.values()),
         notes=(*record.notes, note),
     )
+
+
+def _places(up: Array) -> list[int]:
+    """Number of the attitude of each row: that of the first direction which is so near."""
+    leaders = np.empty((0, 3))
+    found = []
+    for row in up / np.linalg.norm(up, axis=1)[:, None]:
+        near = np.linalg.norm(leaders - row, axis=1) <= math.radians(SAME_POSITION)
+        found.append(int(near.argmax()) if near.any() else len(leaders))
+        if not near.any():
+            leaders = np.vstack([leaders, row])
+    return found
+
+
+def _direction(up: Array) -> Array:
+    """Middle of directions close to each other; the first to the last digit where all are it."""
+    return np.asarray(up[0] + (up - up[0]).mean(axis=0))
 
 
 def _check_directions(up: Array, size: int) -> None:

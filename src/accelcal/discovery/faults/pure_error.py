@@ -16,7 +16,7 @@ from accelcal.arrays import Array, Mask, Places
 from accelcal.discovery.columns import cycle, dummies, saturated
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 
 TELLING = 0.05
 """Share of its own error that a reading must leave for its replicates to judge it."""

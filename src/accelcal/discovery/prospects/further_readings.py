@@ -13,7 +13,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.effects.conditions import LEVEL_CHANGE, SECONDS_PER_READING
 from accelcal.errors import InputError
-from accelcal.geometry import head_positions, turn_angles
+from accelcal.head_angles import head_positions, turn_angles
 from accelcal.numerics.sorting import distinct, median
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle

@@ -21,7 +21,7 @@ from accelcal.discovery.prospects.further_readings import Block, blank, joined, 
 from accelcal.discovery.space import root_of
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import Conditions, conditions_of
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
 

@@ -31,6 +31,7 @@ from accelcal.discovery.stand.ownership import (
 )
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
+from accelcal.estimate.at_positions import at_positions
 from accelcal.record import TumbleRecord, refuse_twice
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
@@ -129,6 +130,7 @@ def discover_stand(
     check_search(alpha, max_effects, seed)
     for record in records:
         refuse_several_clampings(record)
+    records = [at_positions(record, delta0) for record in records]
     check_one_plan(records)
     refuse_twice(records)
     question = Question(

@@ -13,7 +13,7 @@ from accelcal.discovery.stand.joint_fit import known, shared_columns
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.discovery.stand.one_value import one_value
 from accelcal.effects.found import disturbances
-from accelcal.geometry import head_positions
+from accelcal.head_angles import head_positions
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.results.discovery import Discovery

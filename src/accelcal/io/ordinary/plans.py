@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
-from accelcal.geometry import MOUNTINGS, angular_distance
+from accelcal.geometry import MOUNTINGS
+from accelcal.head_angles import angular_distance
 from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.parts import Stretches, met_before
 from accelcal.io.places import MAXIMUM_ANGLE
