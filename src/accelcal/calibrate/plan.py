@@ -11,6 +11,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.estimate.at_positions import at_positions
+from accelcal.estimate.declared_scatter import is_weighted
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import is_usable
 from accelcal.record import TumbleRecord
@@ -61,7 +62,8 @@ class OnePlan(NamedTuple):
 
     def can_be_stacked(self) -> Mask:
         """Tell which records can be calibrated with others, shape (R,), see `plans_of`."""
-        return np.asarray(np.all([is_usable(y) for y in self.outputs], axis=0))
+        usable = np.all([is_usable(y) for y in self.outputs], axis=0)
+        return np.asarray(usable & (not is_weighted(self.records[0])))
 
     def moves(self) -> bool:
         """Whether a temperature of any record moves within a run."""
@@ -159,7 +161,7 @@ def plans_of(records: Sequence[TumbleRecord], delta0: float | None) -> list[tupl
     list of tuple
         Places of the records of each plan, and their readings; those of many records in parts of
         two thousand. A record is alone where its readings are none of an accelerometer, so that it
-        harms no other.
+        harms no other, or have a say in their weights.
 
     Notes
     -----

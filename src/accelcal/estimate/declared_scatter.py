@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Places
+from accelcal.estimate.even_scatter import with_even_scatter
 from accelcal.head_angles import head_positions
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
@@ -69,8 +70,27 @@ def declared_scatter(record: TumbleRecord) -> DeclaredScatter:
 
     Notes
     -----
-    Without the numbers of samples, `std` is the standard uncertainty of the reading itself.
+    Without the numbers of samples, `std` is the standard uncertainty of the reading itself. Where
+    the strokes scatter more, and alike, the sizes are drawn together, see
+    `accelcal.estimate.even_scatter`.
     """
+    found = _of_samples(record)
+    if found.dof is None or np.ptp(found.size) == 0.0:
+        return found
+    head = head_positions(record.angle)
+    size = with_even_scatter(found.size, found.dof, record.output, head, record.stroke)
+    return found._replace(size=size)
+
+
+def is_weighted(record: TumbleRecord) -> bool:
+    """Whether declared scatters differ, so that readings have a say in their weights."""
+    return record.std is not None and bool(
+        np.ptp(record.std) > 0.0 or (record.count is not None and np.ptp(record.count) > 0.0)
+    )
+
+
+def _of_samples(record: TumbleRecord) -> DeclaredScatter:
+    """What the samples of each reading tell."""
     sure = np.zeros(len(record))
     if record.std is None or not np.all(record.std > 0):
         return DeclaredScatter(np.ones(len(record)), None, sure)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import compress
 from typing import Any, NamedTuple
 
@@ -10,13 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask
+from accelcal.estimate.pure_error import FEW, Scatter, pure_error
 from accelcal.estimate.rounding import Rounding, rounding
 from accelcal.estimate.tables import PreparedTable
-from accelcal.numerics.grouping import sums_of_groups
 from accelcal.numerics.probability import f_exceeds
-
-FEW = 3
-"""Degrees of freedom below which a scatter of its own says too little."""
 
 _SIGNIFICANT = 0.01
 
@@ -105,24 +102,6 @@ def is_noise(size: Array, step: Array, output: Array) -> Mask:
     return np.asarray(size > np.maximum(_OF_STEP * step, _ROUNDED * np.abs(output).max(axis=1)))
 
 
-class _Scatter(NamedTuple):
-    """Sums of squares in units of the declared scatter, shape (R,), with their dof."""
-
-    squares: Array
-    dof: float
-
-    @property
-    def variance(self) -> Array:
-        return self.squares / self.dof
-
-    @classmethod
-    def pooled(cls, scatters: Iterable[_Scatter]) -> _Scatter:
-        squares, dof = np.zeros(1), 0.0
-        for scatter in scatters:
-            squares, dof = squares + scatter.squares, dof + scatter.dof
-        return cls(squares, dof)
-
-
 def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[ReadingNoise]:
     """Estimate the reading noise of each table from what its replicates allow.
 
@@ -160,17 +139,17 @@ def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) ->
 
 
 def _of_all_tables(
-    tables: Sequence[PreparedTable], outputs: Sequence[Array], pure: Sequence[_Scatter]
-) -> tuple[_Scatter, str]:
+    tables: Sequence[PreparedTable], outputs: Sequence[Array], pure: Sequence[Scatter]
+) -> tuple[Scatter, str]:
     """What a table with too few replicates takes: the scatter of all, else that of residuals."""
-    pooled = _Scatter.pooled(pure)
+    pooled = Scatter.pooled(pure)
     if pooled.dof >= FEW:
         return pooled, "replicates of all tables"
-    residual = _Scatter.pooled(map(_residual_scatter, tables, outputs))
+    residual = Scatter.pooled(map(_residual_scatter, tables, outputs))
     return residual, "residuals" if residual.dof >= 1 else "none"
 
 
-def _of_readings(y: Array, scatter: _Scatter, source: str) -> ReadingNoise:
+def _of_readings(y: Array, scatter: Scatter, source: str) -> ReadingNoise:
     if source == "none":
         return ReadingNoise.of(np.full(len(y), np.nan), 0.0, "none")
     noise = np.maximum(np.sqrt(scatter.variance), _last_digit(y))
@@ -182,7 +161,7 @@ def _last_digit(y: Array) -> Array:
     return np.asarray(4.0 * np.finfo(float).eps * np.abs(y).max(axis=1))
 
 
-def _declared(own: _Scatter, declared_dof: float, last_digit: Array) -> ReadingNoise:
+def _declared(own: Scatter, declared_dof: float, last_digit: Array) -> ReadingNoise:
     """Declared scatter, unless the replicates contradict it."""
     found = ReadingNoise.of(np.ones_like(own.squares), declared_dof, "declared")
     if own.dof < FEW:
@@ -198,7 +177,7 @@ def _declared(own: _Scatter, declared_dof: float, last_digit: Array) -> ReadingN
     )
 
 
-def _shortfall(own: _Scatter, declared_dof: float, last_digit: Array) -> Array:
+def _shortfall(own: Scatter, declared_dof: float, last_digit: Array) -> Array:
     """Declared scatter over that of replicates, where it is clearly larger.
 
     Replicates that are alike to the last digit tell nothing of the noise.
@@ -209,15 +188,11 @@ def _shortfall(own: _Scatter, declared_dof: float, last_digit: Array) -> Array:
     return np.where(tells & clear, np.sqrt(ratio), np.nan)
 
 
-def _pure_error(table: PreparedTable, y: Array) -> _Scatter:
-    _, cell, members = table.at_head
-    weight = table.scatter**-2.0
-    whole = sums_of_groups(y.T, cell, members, weight)
-    means = whole / sums_of_groups(weight[:, None], cell, members)
-    apart = (y - means.T[:, cell]) / table.scatter
-    return _Scatter(np.einsum("rn,rn->r", apart, apart), float(cell.size - members.size))
+def _pure_error(table: PreparedTable, y: Array) -> Scatter:
+    _, place, members = table.at_head
+    return pure_error(y, table.scatter, place, members)
 
 
-def _residual_scatter(table: PreparedTable, y: Array) -> _Scatter:
+def _residual_scatter(table: PreparedTable, y: Array) -> Scatter:
     squares = table.least_squares.fit(y).squares
-    return _Scatter(squares, float(y.shape[1] - len(table.estimability.kept)))
+    return Scatter(squares, float(y.shape[1] - len(table.estimability.kept)))

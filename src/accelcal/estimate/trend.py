@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints
-from accelcal.estimate.noise import FEW
+from accelcal.estimate.pure_error import FEW
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask
-from accelcal.estimate.noise import FEW, ReadingNoise, is_noise
+from accelcal.estimate.noise import ReadingNoise, is_noise
+from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.grouping import sums_of_groups

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.estimate.noise import FEW
+from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.trend import Trend
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.replicate_plan import contracted, rank_and_inverse

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.estimate.noise import FEW
+from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.trend import directed
 from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan

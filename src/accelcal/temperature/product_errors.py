@@ -15,7 +15,8 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.noise import FEW, ReadingNoise, noise_of_stack
+from accelcal.estimate.noise import ReadingNoise, noise_of_stack
+from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.grouping import grouped

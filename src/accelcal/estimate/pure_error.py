@@ -1,0 +1,66 @@
+"""Pure error: the scatter of readings at one head position about their mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array, Places
+from accelcal.numerics.grouping import sums_of_groups
+
+FEW = 3
+"""Degrees of freedom below which a scatter of its own says too little."""
+
+
+class Scatter(NamedTuple):
+    """Sums of squares in units of the declared scatter, shape (R,), with their dof."""
+
+    squares: Array
+    dof: float
+
+    @property
+    def variance(self) -> Array:
+        """Mean square."""
+        return self.squares / self.dof
+
+    @classmethod
+    def pooled(cls, scatters: Iterable[Scatter]) -> Scatter:
+        """Put those of several tables together."""
+        squares, dof = np.zeros(1), 0.0
+        for scatter in scatters:
+            squares, dof = squares + scatter.squares, dof + scatter.dof
+        return cls(squares, dof)
+
+
+def pure_error(output: Array, size: Array, place: Places, members: Places) -> Scatter:
+    """Scatter of replicates about their weighted means.
+
+    Parameters
+    ----------
+    output : ndarray, shape (R, n)
+        Readings of a table in R records [output unit].
+    size : ndarray, shape (n,)
+        Declared standard uncertainty of each, or ones.
+    place : ndarray of int, shape (n,)
+        Position of each.
+    members : ndarray of int, shape (J,)
+        Readings of each position.
+
+    Returns
+    -------
+    Scatter
+        Squares over those of `size`.
+
+    Examples
+    --------
+    >>> place, members = np.array([0, 0, 1]), np.array([2, 1])
+    >>> pure_error(np.array([[1.0, 3.0, 9.0]]), np.ones(3), place, members)
+    Scatter(squares=array([2.]), dof=1.0)
+    """
+    weight = size**-2.0
+    whole = sums_of_groups(output.T, place, members, weight)
+    means = whole / sums_of_groups(weight[:, None], place, members)
+    apart = (output - means.T[:, place]) / size
+    return Scatter(np.einsum("rn,rn->r", apart, apart), float(place.size - members.size))
