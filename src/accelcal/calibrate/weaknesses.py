@@ -17,6 +17,7 @@ from accelcal.model import COEFFICIENTS
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
+from accelcal.temperature.from_tables import tables_of_one_mounting
 
 if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
@@ -337,10 +338,26 @@ def _of_laws(fitted: Fitted) -> Iterator[Sentence]:
             f"{' and '.join(unknown)} not declared: U of the laws includes no such shift from run"
             " to run, which makes their slopes less certain",
         )
+    for alone in _of_another_meaning(fitted):
+        yield Sentence(has_laws, alone)
     main, second = mountings_of_laws([table.mounting for table in fitted.tables])
     if len(_mountings(fitted.tables)) > 1:
         apart = f"; those of {second}, the other axis, stand apart" if second else ""
         yield Sentence(has_laws, f"the temperature laws are those of mounting {main}{apart}")
+
+
+def _of_another_meaning(fitted: Fitted) -> Iterator[str]:
+    """Say which runs the laws leave out, as their coefficients stand for something else."""
+    tables, meanings = fitted.tables, fitted.estimate.stands_for
+    chosen = tables_of_one_mounting(tables, fitted.estimate)
+    for index, table in enumerate(tables):
+        alike = chosen and table.mounting == tables[chosen[0]].mounting
+        if alike and index not in chosen and "K1" in fitted.estimate.names[index]:
+            own, theirs = (meanings[i].get("K1", "K1") for i in (index, chosen[0]))
+            yield (
+                f"the temperature laws leave out run {table.run_label}, whose K1 stands for {own}"
+                f" and not for {theirs}; measure the same positions at every temperature"
+            )
 
 
 def _unknown_shifts(estimate: JointEstimate) -> dict[str, str]:

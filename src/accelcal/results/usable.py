@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from accelcal.errors import InputError
 from accelcal.plural import counted
 from accelcal.results.calibration import Calibration
-from accelcal.results.table import TableCalibration, known_temperatures
+from accelcal.results.table import TableCalibration
 from accelcal.results.triad import TriadCalibration
 
 
@@ -37,12 +37,9 @@ def refuse_undetermined_laws(calibration: Calibration) -> None:
     model = calibration.temperature_model
     if model is None or model.k0.at_T0 is not None:
         return
-    levels = known_temperatures(calibration.tables)
-    found = ", ".join(f"{level:.4g}" for level in sorted(set(levels)))
     raise InputError(
-        f"the calibration has no coefficients at T0 = {calibration.T0_degC:g} degC, as its levels"
-        f" {found} degC lie on both sides of it and none at it; measure at T0, or fit with T0 at"
-        " one of the levels"
+        f"the calibration has no coefficients at T0 = {calibration.T0_degC:g} degC: its laws have a"
+        " level on each side of it and none at it; measure at T0, or fit with T0 at one of them"
     )
 
 

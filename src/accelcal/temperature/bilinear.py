@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.uncertainty import (
     Component,
     Interval,
@@ -25,6 +26,9 @@ _SAME = 1e-9  # degC, the rounding errors of a mean
 
 LEAST_RISE = 5.0
 """Levels closer to T0 than this tell no slope [degC]."""
+
+_ALL_OF_A_SLOPE = 0.5
+"""Standard uncertainty of a slope that is taken from the other side, +- all of it, over itself."""
 
 
 def measured_sides(rise: Array) -> tuple[str, ...]:
@@ -105,6 +109,35 @@ def tell_a_law(rise: Array, sides: Sequence[str]) -> Mask:
     """
     apart = np.diff(np.sort(rise, axis=1), axis=1) > _SAME
     return np.asarray(apart.sum(axis=1) >= len(sides))
+
+
+def taken_from_the_other_side(rise: Array, sides: Sequence[str]) -> Array:
+    """Temperature by which levels count as uncertain, as no slope was measured where they lie.
+
+    Levels less than `LEAST_RISE` from T0 tell no slope. If those further away are on its other side
+    only, the line goes straight on to them, though the law may break at T0. What that may do is
+    that of an error of their temperature.
+
+    Parameters
+    ----------
+    rise : ndarray
+        T - T0 of the levels [degC].
+    sides : sequence of str
+        See `measured_sides`.
+
+    Returns
+    -------
+    ndarray
+        Standard uncertainty, 0 up to `SAME_LEVEL` [degC].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> taken_from_the_other_side(np.array([-60.0, 0.2, 4.0]), ("below",)).tolist()
+    [0.0, 0.0, 2.0]
+    """
+    beyond = {"above": -rise, "below": rise}[sides[0]] if len(sides) == 1 else 0.0 * rise
+    return np.where(beyond > SAME_LEVEL, _ALL_OF_A_SLOPE * beyond, 0.0)
 
 
 def local_slopes(rise: Array, sides: Sequence[str]) -> Array:

@@ -28,6 +28,7 @@ from accelcal.temperature.bilinear import (
     measured_sides,
     misfit,
     relative_slopes,
+    taken_from_the_other_side,
     tell_a_law,
 )
 from accelcal.temperature.chance_of_misfit import chance_of_misfit, contrasts_of
@@ -206,10 +207,11 @@ def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
     rise = rise[:1] if (rise == rise[:1]).all() else rise  # one design for all records
     design, levels = bilinear_design(rise, sides), levels_of(stack)
     maps = law_maps(design, loop.paired, levels.covariance)
-    if stack.uncertainty.any() or loop.loose.size:
+    uncertain = np.hypot(stack.uncertainty, taken_from_the_other_side(stack.rise, sides))
+    if uncertain.any() or loop.loose.size:
         first = _applied(maps, levels.values)
         slopes = _applied(local_slopes(rise, sides)[:, None], first[..., :count])
-        by_heat, by_loop = slopes * stack.uncertainty[:, None], first[:, 0, count:]
+        by_heat, by_loop = slopes * uncertain[:, None], first[:, 0, count:]
         levels = levels.at_uncertain_levels(by_heat, stack.dof, loop.off_the_middle(by_loop))
         maps = law_maps(design, loop.paired, levels.covariance)
     fitted = _applied(maps, levels.values)

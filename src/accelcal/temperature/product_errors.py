@@ -21,6 +21,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.grouping import grouped
 from accelcal.temperature.apart_from_head import Block, HeadErrors
+from accelcal.temperature.bilinear import taken_from_the_other_side
 from accelcal.temperature.hysteresis import Branches, branches_of
 from accelcal.temperature.pooled_noise import pooled_noise
 from accelcal.temperature.product_model import Point, Readings
@@ -231,9 +232,10 @@ def sizes_at(fit: ProductFit, state: Solution) -> Sizes:
     noise = np.concatenate([n.factor[:, None] * table.scatter for n, table in pairs], axis=1)
     dof = np.stack([noise.dof for noise in noises], axis=1)[:, fit.readings.table]
     share = unfelt_share(state.felt, state.doubt)
-    return Sizes(
-        noise, dof, *stacked_temperature_uncertainty(fit.temperatures, fit.declared, share)
-    )
+    size, size_dof = stacked_temperature_uncertainty(fit.temperatures, fit.declared, share)
+    rise = fit.readings.rise[:, np.unique(fit.readings.table, return_index=True)[1]]
+    size = np.hypot(size, taken_from_the_other_side(rise, fit.readings.sides))
+    return Sizes(noise, dof, size, size_dof)
 
 
 def errors_at(fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> Errors:

@@ -8,12 +8,12 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.sentences import Sentence
-from accelcal.temperature.bilinear import LEAST_RISE
+from accelcal.temperature.bilinear import LEAST_RISE, taken_from_the_other_side
 from accelcal.temperature.hysteresis import Hysteresis
 
 NO_LEVEL_NEAR_T0 = (
-    "one level on each side of T0 and none at it: the laws are not determined; measure at T0, or"
-    " give T0 at a measured level"
+    "the laws have one level on each side of T0 and none at it, and are not determined; measure at"
+    " T0, or give T0 at a measured level"
 )
 _NOT_MEASURED = {
     "above": "no level more than 5 degC above T0: the slopes above are not determined",
@@ -71,6 +71,7 @@ def law_sentences(
     for side, text in _NOT_MEASURED.items():
         if side not in sides:
             yield Sentence(True, text)
+    yield from _of_other_slopes(sides, reference, temperature)
     for name, is_off in zip(_QUANTITIES, off.T, strict=True):
         yield Sentence(
             is_off,
@@ -79,6 +80,24 @@ def law_sentences(
         )
     yield from _of_loop(loop, shift_source)
     yield _of_far_reference(reference, temperature)
+
+
+def _of_other_slopes(
+    sides: Sequence[str], reference: Array, temperature: Array
+) -> Iterator[Sentence]:
+    """Say which level has the slope of the other side, and how T0 would need none."""
+    rise = temperature - reference[:, None]
+    beyond = taken_from_the_other_side(rise, sides)
+    at = np.take_along_axis(temperature, beyond.argmax(axis=1)[:, None], axis=1)[:, 0]
+    there, here = ("above", "below") if sides[0] == "below" else ("below", "above")
+    yield Sentence(
+        np.asarray(beyond.any(axis=1)),
+        lambda level, t0: (
+            f"{level:g} degC lies {there} T0 = {t0:g} degC, where no slope is measured: the one"
+            f" {here} is taken, +- all of it; give T0 at a measured level"
+        ),
+        [at, reference],
+    )
 
 
 def _of_loop(loop: Hysteresis, shift_source: str) -> Iterator[Sentence]:
