@@ -37,7 +37,12 @@ from accelcal.discovery.noise import (
     sources,
 )
 from accelcal.discovery.one_head import head_difference, is_same_head, is_turned_over
-from accelcal.discovery.repeatability import KnownNoise, known_noise, worse_than_known
+from accelcal.discovery.repeatability import (
+    KnownNoise,
+    known_noise,
+    told_with_the_head,
+    worse_than_known,
+)
 from accelcal.discovery.simulated import Simulated, simulated_readings
 from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.discovery.suited import suited
@@ -161,7 +166,7 @@ def compare(
         same_head=same,
         effects=tuple(effect.id for effect in calibration.effects),
         notes=(
-            *filter(None, [worse]),
+            *filter(None, [worse, told_with_the_head(calibration, noise)]),
             *coefficient_notes(found, simulated),
             *notes(calibration, record, declared, own),
             *said_of_positions(converted),

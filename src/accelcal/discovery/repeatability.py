@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,12 +12,17 @@ from accelcal.discovery.noise import ReadingNoise
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.probability import f_survival
 from accelcal.results.calibration import Calibration
+from accelcal.results.quantity import ErrorSource
+from accelcal.results.table import TableCalibration
 
 _WORSE = 3.0
 """Noise over that of the calibration from which it may hide a disagreement."""
 
 _CHANCE = 1e-6
 """Chance of the same noise below which it is another."""
+
+_OF_ONE_TABLE = ("replicates", "declared")
+"""What tells the noise of a table by itself; all else tells it of several tables together."""
 
 
 class KnownNoise(NamedTuple):
@@ -36,14 +43,48 @@ class KnownNoise(NamedTuple):
 def known_noise(calibration: Calibration, scale_factor: float) -> KnownNoise | None:
     """Root mean square of a reading's noise over the tables of a calibration; None without any.
 
-    The scale factor is K1 at T0 [output unit / g].
+    The scale factor is K1 at T0 [output unit / g]. Where residuals told noise and head error at
+    once, nothing tells how much of them is noise: all of them count.
     """
-    found = [s for s in calibration.error_sources if s.name == "reading" and s.value]
+    sources = [s for s in calibration.error_sources if s.name == "reading"]
+    if is_told_with_the_head(calibration):
+        sources = list(map(_all_of_the_residuals, sources, calibration.tables))
+    found = [s for s in sources if s.value]
     if not found:
         return None
     sigma = np.sqrt(np.mean([(source.value or 0.0) ** 2 for source in found]))
-    dof = sum(np.inf if source.dof is None else source.dof for source in found)
-    return KnownNoise(float(sigma) / abs(scale_factor), float(dof))
+    return KnownNoise(float(sigma) / abs(scale_factor), _degrees(found))
+
+
+def is_told_with_the_head(calibration: Calibration) -> bool:
+    """Whether residuals told noise and head error at once."""
+    by = {(source.name, source.source) for source in calibration.error_sources}
+    return {("reading", "residuals"), ("head", "estimated")} <= by
+
+
+def _all_of_the_residuals(noise: ErrorSource, table: TableCalibration) -> ErrorSource:
+    """Noise of a table as large as its residuals, where it came from them."""
+    if noise.source != "residuals":
+        return noise
+    return replace(noise, value=table.residual_rms, dof=float(table.dof))
+
+
+def _degrees(found: Sequence[ErrorSource]) -> float:
+    """Degrees of freedom of all tables; what they told together counts once."""
+    freedom = [(s.source, np.inf if s.dof is None else s.dof) for s in found]
+    own = sum(dof for source, dof in freedom if source in _OF_ONE_TABLE)
+    together = max((dof for source, dof in freedom if source not in _OF_ONE_TABLE), default=0.0)
+    return float(own + together)
+
+
+def told_with_the_head(calibration: Calibration, noise: ReadingNoise) -> str:
+    """Say that all residuals of a calibration count as noise; empty where replicates tell it."""
+    if noise.dof or not is_told_with_the_head(calibration):
+        return ""
+    return (
+        "one stroke told noise and head error of the calibration together: all of its residuals"
+        " count as noise here, and hide small disagreements; repeat the strokes"
+    )
 
 
 def worse_than_known(noise: ReadingNoise, known: KnownNoise | None) -> str:
