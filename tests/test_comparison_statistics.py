@@ -180,7 +180,7 @@ def test_noise_told_with_the_head_is_no_small_one_by_chance(positions, strokes):
         )
         found = accelcal.compare(accelcal.fit(first), second, same_head=False)
         p.append(found.p_value)
-        assert any("one stroke told noise and head error" in note for note in found.notes) or (
+        assert any("one stroke tells noise and head error" in note for note in found.notes) or (
             strokes == 2
         )
     assert sum(np.array(p) < 0.01) <= 2

@@ -40,7 +40,7 @@ from accelcal.discovery.one_head import head_difference, is_same_head, is_turned
 from accelcal.discovery.repeatability import (
     KnownNoise,
     known_noise,
-    told_with_the_head,
+    taken_from_calibration,
     worse_than_known,
 )
 from accelcal.discovery.simulated import Simulated, simulated_readings
@@ -166,7 +166,7 @@ def compare(
         same_head=same,
         effects=tuple(effect.id for effect in calibration.effects),
         notes=(
-            *filter(None, [worse, told_with_the_head(calibration, noise)]),
+            *filter(None, [worse, taken_from_calibration(calibration, noise)]),
             *coefficient_notes(found, simulated),
             *notes(calibration, record, declared, own),
             *said_of_positions(converted),

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.discovery.noise import ReadingNoise
+from accelcal.estimate.pure_error import FEW
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.probability import f_survival
 from accelcal.results.calibration import Calibration
@@ -44,11 +45,15 @@ def known_noise(calibration: Calibration, scale_factor: float) -> KnownNoise | N
     """Root mean square of a reading's noise over the tables of a calibration; None without any.
 
     The scale factor is K1 at T0 [output unit / g]. Where residuals told noise and head error at
-    once, nothing tells how much of them is noise: all of them count.
+    once, or the noise with one or two degrees of freedom, all of them count.
     """
     sources = [s for s in calibration.error_sources if s.name == "reading"]
-    if is_told_with_the_head(calibration):
-        sources = list(map(_all_of_the_residuals, sources, calibration.tables))
+    known_head = not _is_told_with_the_head(calibration)
+    pairs = zip(sources, calibration.tables, strict=True)
+    sources = [
+        noise if known_head and _is_sure(noise) else _of_residuals(noise, table)
+        for noise, table in pairs
+    ]
     found = [s for s in sources if s.value]
     if not found:
         return None
@@ -56,13 +61,17 @@ def known_noise(calibration: Calibration, scale_factor: float) -> KnownNoise | N
     return KnownNoise(float(sigma) / abs(scale_factor), _degrees(found))
 
 
-def is_told_with_the_head(calibration: Calibration) -> bool:
+def _is_told_with_the_head(calibration: Calibration) -> bool:
     """Whether residuals told noise and head error at once."""
     by = {(source.name, source.source) for source in calibration.error_sources}
     return {("reading", "residuals"), ("head", "estimated")} <= by
 
 
-def _all_of_the_residuals(noise: ErrorSource, table: TableCalibration) -> ErrorSource:
+def _is_sure(noise: ErrorSource) -> bool:
+    return noise.dof is None or noise.dof >= FEW
+
+
+def _of_residuals(noise: ErrorSource, table: TableCalibration) -> ErrorSource:
     """Noise of a table as large as its residuals, where it came from them."""
     if noise.source != "residuals":
         return noise
@@ -77,13 +86,19 @@ def _degrees(found: Sequence[ErrorSource]) -> float:
     return float(own + together)
 
 
-def told_with_the_head(calibration: Calibration, noise: ReadingNoise) -> str:
-    """Say that all residuals of a calibration count as noise; empty where replicates tell it."""
-    if noise.dof or not is_told_with_the_head(calibration):
+def taken_from_calibration(calibration: Calibration, noise: ReadingNoise) -> str:
+    """Say that the noise is not that of the record; empty where its replicates tell it."""
+    if noise.dof:
         return ""
+    all_of_it = (
+        ", all of its residuals, as one stroke tells noise and head error together"
+        if _is_told_with_the_head(calibration)
+        else ""
+    )
     return (
-        "one stroke told noise and head error of the calibration together: all of its residuals"
-        " count as noise here, and hide small disagreements; repeat the strokes"
+        "the record has too few replicates to tell its noise, which is taken from the calibration:"
+        f" {acceleration(noise.sigma)}{all_of_it}; a noisier stand counts as a disagreement, and"
+        " four strokes tell it"
     )
 
 
