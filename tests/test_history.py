@@ -385,7 +385,7 @@ def test_other_levels_can_be_chosen():
     assert found.trends[0].drift.value == pytest.approx(50.0 * UG, abs=5.0 * UG)
 
 
-@pytest.mark.parametrize(("apart", "told"), [(0.3, False), (1.5, True)])
+@pytest.mark.parametrize(("apart", "told"), [(0.03, False), (0.3, True), (1.5, True)])
 def test_temperatures_that_differ_within_a_level_are_told(apart, told):
     warm = [20.0 + apart * (n == 4) for n in range(8)]
     notes = accelcal.history(frame(8, temperature_degC=warm)).notes
@@ -643,3 +643,38 @@ def test_calibrations_of_two_places_are_told_in_one_local_g():
     moved.loc[3, "g_local_m_s2"] = np.nan
     assert accelcal.history(moved).notes[-1].endswith("; 1 table without gravity is not")
     assert accelcal.history(plain.assign(g_local_m_s2=9.8)).trends == expected.trends
+
+
+def test_a_jump_that_the_temperature_may_make_is_not_named():
+    """At 19.8 degC, then at 20.2: a scale factor of 520 ppm/degC looks like a jump of 208 ppm."""
+    warm = np.where(np.arange(10) < 5, 19.8, 20.2)
+    heated = 1.35 * (1.0 + 520e-6 * (warm - 20.0) + 1e-6 * np.sin(7.0 * np.arange(10)))
+    found = accelcal.history(frame(10, temperature_degC=warm, K1=heated))
+    assert found.trends[1].jumps == ()
+    assert any("a jump of the scale factor between 2014-01-01 and 2015" in n for n in found.notes)
+    alike = accelcal.history(frame(10, K1=heated))
+    assert len(alike.trends[1].jumps) == 1
+
+
+def test_a_larger_jump_is_named_with_an_interval_that_counts_the_temperature():
+    warm = np.where(np.arange(10) < 5, 19.95, 20.05)
+    found = accelcal.history(frame(10, jump=100.0, temperature_degC=warm))
+    (jump,) = found.trends[0].jumps
+    assert jump.size.value == pytest.approx(100.0 * UG, abs=15.0 * UG)
+    assert jump.size.expanded_uncertainty > 1.9 * 0.1 * 40.0 * UG
+    without = accelcal.history(frame(10, jump=100.0)).trends[0].jumps[0]
+    assert jump.size.expanded_uncertainty > without.size.expanded_uncertainty
+
+
+def test_a_room_that_gets_warmer_is_no_certain_drift():
+    warm = 20.0 + 0.04 * np.arange(10)
+    heated = 1.35 * (1.0 + 520e-6 * (warm - 20.0))
+    drift = accelcal.history(frame(10, temperature_degC=warm, K1=heated)).trends[1].drift
+    assert drift.value == pytest.approx(20.8e-6, rel=0.01)
+    assert abs(drift.value) < drift.expanded_uncertainty
+
+
+def test_values_closer_than_their_uncertainties_are_no_proof_of_no_scatter():
+    found = accelcal.history(frame(8, K1=1.35, K1_standard_uncertainty=1.35e-4))
+    assert found.trends[1].scatter_limits == (0.0, 0.0)
+    assert "scatter  none: the values lie closer together" in str(found)

@@ -20,7 +20,13 @@ FEWEST = 3
 """Calibrations that a drift with an interval needs."""
 
 _ONE_LEVEL = 2.0  # degC; runs closer than this are at one level
-_ALIKE = 0.5  # degC; smaller differences are those of any chamber
+_ALIKE = 0.05  # degC; smaller differences change a scale factor by 25 ppm at most
+
+BIAS_PER_DEGREE = 40e-6
+"""Size of a usual temperature slope of the bias, that of the AL-15 of the paper [g/degC]."""
+
+SCALE_FACTOR_PER_DEGREE = 500e-6
+"""The same of the scale factor [1/degC]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +49,13 @@ class Comparable:
     years: tuple[float, ...]
     temperature: float | None
     notes: tuple[str, ...]
+
+    @property
+    def rise(self) -> Array:
+        """Temperatures less the level, 0 where unknown [degC]."""
+        level = self.temperature or 0.0
+        held = [level if e.temperature is None else e.temperature for e in self.entries]
+        return np.array(held, dtype=float) - level
 
 
 def comparable(
@@ -180,8 +193,9 @@ def _said_of_level(held: Array, others: str) -> Iterator[str]:
     spread = float(np.ptp(held))
     if spread > _ALIKE:
         yield (
-            f"temperatures differ by {spread:.2g} degC, which nothing corrects for: a bias of"
-            f" 40 ug/degC changes by {40.0 * spread:.2g} ug"
+            f"temperatures differ by {spread:.2g} degC, which nothing corrects for: what usual"
+            f" slopes make of it ({1e6 * BIAS_PER_DEGREE:g} ug/degC and"
+            f" {1e6 * SCALE_FACTOR_PER_DEGREE:g} ppm/degC) counts as uncertain"
         )
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import compress
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,8 +13,13 @@ from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_text
 from accelcal.arrays import Array
 from accelcal.errors import InputError
-from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
-from accelcal.recalibrations.comparable import Comparable, comparable
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR
+from accelcal.recalibrations.comparable import (
+    BIAS_PER_DEGREE,
+    SCALE_FACTOR_PER_DEGREE,
+    Comparable,
+    comparable,
+)
 from accelcal.recalibrations.entries import Entry, day, entries_of, listed
 from accelcal.recalibrations.jumps import (
     FEWEST,
@@ -120,14 +127,15 @@ def history_of(
             f"alpha is {alpha:g}; it is a chance from {SMALLEST_CHANCE:g} to 1, such as 0.01"
         )
     chosen = comparable(entries, serial, mounting, temperature)
-    trends = tuple(_trend(each, chosen, alpha) for each in (_bias(chosen), _scale_factor(chosen)))
+    followed = (_bias(chosen), _scale_factor(chosen))
+    trends, heated = zip(*(_trend(each, chosen, alpha) for each in followed), strict=True)
     return History(
         serial=chosen.entries[0].serial,
         mounting=chosen.entries[0].mounting,
         temperature_degC=chosen.temperature,
         trends=trends,
         alpha=alpha,
-        notes=(*chosen.notes, *_few(chosen), *_warned(chosen)),
+        notes=(*chosen.notes, *heated[0], *heated[1], *_few(chosen), *_warned(chosen)),
         software=SOFTWARE,
     )
 
@@ -150,7 +158,8 @@ class _Followed(NamedTuple):
     """A quantity in n calibrations.
 
     `measured`, shape (n, 3), has its values with their standard and expanded uncertainties in the
-    columns; the values count from `reference`, and NaN stands where no interval is stated.
+    columns; the values count from `reference`, and NaN stands where no interval is stated. A usual
+    temperature slope is `per_degree`.
     """
 
     name: str
@@ -159,11 +168,32 @@ class _Followed(NamedTuple):
     measured: Array
     reference: float
     reference_unit: str
+    per_degree: float
+
+    def by_heat(self, columns: Array, rise: Array) -> Array:
+        """What temperatures that nobody corrects do to the coefficients of a line, by this slope.
+
+        All calibrations have the same slope, so that it does not average out.
+        """
+        return np.asarray(np.linalg.lstsq(columns, self.per_degree * rise, rcond=None)[0])
+
+    def searched(self, time: Array, rise: Array, alpha: float) -> tuple[Search, tuple[int, ...]]:
+        """Jumps that no temperature makes, and the places of those that one may make."""
+        values, uncertainty, _ = self.measured.T
+        search = search_jumps(time, values, uncertainty, alpha)
+        columns = line_with_steps(time, search.places)
+        sizes = np.linalg.lstsq(columns, values, rcond=None)[0][2:]
+        beyond = np.abs(sizes) > NORMAL_FACTOR * np.abs(self.by_heat(columns, rise)[2:])
+        named = search._replace(
+            places=tuple(compress(search.places, beyond)),
+            p_values=tuple(compress(search.p_values, beyond)),
+        )
+        return named, tuple(compress(search.places, ~beyond))
 
 
 def _bias(chosen: Comparable) -> _Followed:
     measured = np.array([entry.bias for entry in chosen.entries], dtype=float)
-    return _Followed("bias", "k0", "g", measured, 0.0, "g")
+    return _Followed("bias", "k0", "g", measured, 0.0, "g", BIAS_PER_DEGREE)
 
 
 def _scale_factor(chosen: Comparable) -> _Followed:
@@ -173,17 +203,18 @@ def _scale_factor(chosen: Comparable) -> _Followed:
     relative = measured / abs(reference)
     relative[:, 0] = measured[:, 0] / reference - 1.0
     unit = f"{chosen.entries[0].unit}/g"
-    return _Followed("scale factor", "K1", "1", relative, reference, unit)
+    return _Followed("scale factor", "K1", "1", relative, reference, unit, SCALE_FACTOR_PER_DEGREE)
 
 
-def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> Trend:
-    """Follow one quantity: its line, its scatter, and its jumps."""
+def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> tuple[Trend, tuple[str, ...]]:
+    """Follow one quantity: its line, its scatter, and its jumps, and say which are not named."""
     values, uncertainty, told = followed.measured.T
     expanded = np.where(np.isnan(told), NORMAL_FACTOR * uncertainty, told)
     time, unit = np.array(chosen.years), followed.unit
-    search = search_jumps(time, values, uncertainty, alpha / _QUANTITIES)
+    search, heated = followed.searched(time, chosen.rise, alpha / _QUANTITIES)
     columns = line_with_steps(time, search.places)
-    fit = fit_line(columns, values, uncertainty)
+    heat = np.abs(followed.by_heat(columns, chosen.rise))
+    fit = replace(fit_line(columns, values, uncertainty), shared=heat)
     line = columns @ fit.coefficients
     points = tuple(
         Point(day(entry.date), entry.source, Quantity(v, u, unit, wide), middle)
@@ -193,7 +224,7 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> Trend:
             strict=True,
         )
     )
-    return Trend(
+    trend = Trend(
         name=followed.name,
         symbol=followed.symbol,
         drift=_told(fit, 1, f"{unit}/year"),
@@ -205,6 +236,17 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> Trend:
         reference=followed.reference,
         reference_unit=followed.reference_unit,
     )
+    return trend, tuple(_heated(followed.name, chosen, heated))
+
+
+def _heated(name: str, chosen: Comparable, places: tuple[int, ...]) -> Iterator[str]:
+    """Say which jumps are not named, as temperatures differ there too."""
+    for place in places:
+        after, before = (day(chosen.entries[i].date) for i in (place - 1, place))
+        yield (
+            f"a jump of the {name} between {after} and {before} is not named: the temperatures"
+            " differ there, which may make it; calibrate at one temperature"
+        )
 
 
 def _jumps(search: Search, fit: Fit, chosen: Comparable, unit: str) -> tuple[Jump, ...]:
@@ -226,7 +268,6 @@ def _told(fit: Fit, place: int, unit: str, searched: int = 1) -> Quantity:
     The largest of several jumps is rather too large, and its scatter too small: its interval is
     that of a level that those of all gaps hold at once (Bonferroni).
     """
-    uncertainty = float(fit.uncertainties[place])
-    factor = student_quantile(1.0 - (1.0 - LEVEL) / searched, fit.dof)
+    standard, expanded = fit.interval(place, 1.0 - (1.0 - LEVEL) / searched)
     value = float(fit.coefficients[place])
-    return Quantity(value, uncertainty, unit, factor * uncertainty, float(fit.dof))
+    return Quantity(value, standard, unit, expanded, float(fit.dof))

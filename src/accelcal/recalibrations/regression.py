@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.numerics.probability import LEVEL, f_quantile, student_quantile
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, f_quantile, student_quantile
 
 ROUNDING = 1e-12
 """Sum of squares about the line, over the variances, below which it is rounding: the values are a
@@ -52,6 +52,8 @@ class Fit:
         Ends of its 95 % interval.
     dof : int
         n - p, of Student's quantile.
+    shared : ndarray, shape (p,)
+        Standard uncertainties of what all values have in common, beside `uncertainties`.
     """
 
     coefficients: Array
@@ -59,6 +61,13 @@ class Fit:
     scatter: float
     scatter_limits: tuple[float, float]
     dof: int
+    shared: Array
+
+    def interval(self, place: int, level: float = LEVEL) -> tuple[float, float]:
+        """Standard uncertainty of a coefficient, and half the width of its interval."""
+        own, shared = float(self.uncertainties[place]), float(self.shared[place])
+        wide = math.hypot(student_quantile(level, self.dof) * own, NORMAL_FACTOR * shared)
+        return math.hypot(own, shared), wide
 
 
 def fit_line(columns: Array, values: Array, uncertainty: Array) -> Fit:
@@ -102,7 +111,7 @@ def fit_line(columns: Array, values: Array, uncertainty: Array) -> Fit:
     found = chances @ (within + (fits.coefficients - mean) ** 2)
     least = variances[0] / student_quantile(LEVEL, dof) ** 2
     uncertainties = np.sqrt(np.maximum(found, least))
-    return Fit(mean, uncertainties, scatter, (limits[0], limits[1]), dof)
+    return Fit(mean, uncertainties, scatter, (limits[0], limits[1]), dof, 0.0 * mean)
 
 
 def proportions(variance: Array) -> Array:

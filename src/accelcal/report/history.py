@@ -42,8 +42,7 @@ def _trend(trend: Trend, alpha: float) -> Iterator[str]:
     where = "" if not trend.reference else f", from {trend.reference:.9g} {trend.reference_unit}"
     yield f"{trend.name} {trend.symbol}{where} [{unit}]"
     yield f"  drift    {_interval(trend.drift)} {unit}/year{_significance(trend.drift)}"
-    scatter = f"{_scatter(trend)} {unit}"
-    yield f"  scatter  {scatter} from one calibration to the next, beyond what is stated"
+    yield f"  scatter  {_scatter(trend, unit)}"
     for jump in trend.jumps:
         size, chance = _interval(jump.size), p_value(jump.p_value)
         yield f"  JUMP     between {jump.after} and {jump.before}: {size} {unit}, {chance}"
@@ -78,9 +77,14 @@ def _significance(quantity: Quantity) -> str:
     return ", which may be none"
 
 
-def _scatter(trend: Trend) -> str:
+def _scatter(trend: Trend, unit: str) -> str:
+    if not trend.scatter_limits[1]:
+        return (
+            "none: the values lie closer together than their uncertainties, which may share errors"
+        )
     value, low, high = (
         significant(MICRO * number, 2) if number else "0"
         for number in (trend.scatter, *trend.scatter_limits)
     )
-    return f"{value} ({low} to {high})"
+    told = f"{value} ({low} to {high}) {unit}"
+    return f"{told} from one calibration to the next, beyond what is stated"
