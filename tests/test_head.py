@@ -443,3 +443,10 @@ def test_the_picture_has_each_error_with_its_interval(tables, tmp_path, capsys):
     assert "rad]" in ax.get_ylabel()
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert labels == ["before any reading, 95 %", "error, 95 %"]
+
+
+@pytest.mark.parametrize("line", ["coverage: 2", "k: 2", "k = 2", "coverage factor: 2"])
+def test_a_coverage_factor_goes_by_several_names(line):
+    text = f"# uncertainty: 1 arcsec\n# {line}\nangle,error [arcsec]\n0,1\n90,-1\n"
+    found = accelcal.read_head(io.StringIO(text)).uncertainty
+    assert found == pytest.approx(np.deg2rad(0.5 / 3600.0))

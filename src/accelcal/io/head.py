@@ -11,7 +11,7 @@ from accelcal.errors import TableError, located
 from accelcal.head_angles import head_positions
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.layout import Declared
-from accelcal.io.small_table import SmallTable, small_table
+from accelcal.io.small_table import COVERAGE, SmallTable, small_table
 from accelcal.io.text import Source, read_document
 from accelcal.io.vocabulary import Heading, split_unit
 from accelcal.results.covariance import rows_of
@@ -56,7 +56,8 @@ def read_head(source: Source) -> HeadCalibration:
         A file of ``accelcal head``, or a certificate: a table with the columns ``angle`` [deg],
         ``error`` (true minus nominal) and ``uncertainty`` (standard), the last two in arcsec,
         arcmin, urad, mrad, rad or deg by their headings. A line ``# uncertainty: 0.5 arcsec``
-        stands for the column, and ``# coverage: 2`` says that it is expanded by that factor.
+        stands for the column, and ``# coverage: 2`` or ``# k: 2`` says that it is expanded by that
+        factor.
 
     Returns
     -------
@@ -138,7 +139,8 @@ def _factor(column: Column, default: str | None = None) -> float:
 def _uncertainty(table: SmallTable, size: int) -> Array:
     """Standard uncertainty of each position [rad]."""
     declared = table.layout.declared
-    cover = _positive("coverage", declared["coverage"]) if "coverage" in declared else 1.0
+    factors = [_positive(key, declared[key]) for key in COVERAGE if key in declared]
+    cover = factors[0] if factors else 1.0
     if "uncertainty" in table.columns:
         column = table.columns["uncertainty"]
         values = complete_numbers(column) * _factor(column)

@@ -15,7 +15,10 @@ from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import KEYS, header_line
 from accelcal.io.wording import listed
 
-_KEYS = {*KEYS, "uncertainty", "coverage"}
+COVERAGE = ("coverage", "coverage factor", "coverage_factor", "stroke")
+"""Keys of the factor by which a certificate expands uncertainties; ``k`` is read as a stroke."""
+
+_KEYS = {*KEYS, "uncertainty", *COVERAGE}
 """What a header line may declare; the last two are of a head."""
 
 

@@ -30,7 +30,10 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "mounting": ("mounting",),
         "clamping": ("clamping",),
-        "std": ("std", "sd", "sigma", "stdev", "std_dev", "écart_type", "ско"),
+        "std": (
+            *("std", "sd", "sigma", "stdev", "stddev", "std_dev", "standard_deviation"),
+            *("standardabweichung", "écart_type", "ско"),
+        ),
         "count": ("count", "n", "samples"),
         "unit": ("unit", "units", "einheit", "unité", "единица"),
     }
@@ -321,13 +324,13 @@ def header_line(text: str) -> tuple[str, str]:
 
     Examples
     --------
-    >>> header_line("T0 [degC]: 20"), header_line("Coverage: 2"), header_line("made by hand")
+    >>> header_line("T0 [degC]: 20"), header_line("Coverage = 2"), header_line("made by hand")
     (('reference_temperature', '20 degC'), ('coverage', '2'), ('', ''))
     """
-    key, _, value = text.partition(":")
+    key, *value = re.split("[:=]", text, maxsplit=1)
     name, unit = split_unit(key.strip())
     known = canonical_key(name) or name.casefold()
-    return (known, f"{value.strip()} {unit}".strip()) if ":" in text else ("", "")
+    return (known, f"{value[0].strip()} {unit}".strip()) if value else ("", "")
 
 
 def _known(text: str, name: str, unit: str | None) -> Heading:

@@ -76,7 +76,7 @@ def law_sentences(
         yield Sentence(
             is_off,
             f"the {name} does not follow its bilinear law: a curvature, another break, or an"
-            " undeclared shift from run to run; its slopes are less certain than U says",
+            " undeclared shift from run to run; its values and slopes are less certain than U says",
         )
     yield from _of_loop(loop, shift_source)
     yield _of_far_reference(reference, temperature)

@@ -30,8 +30,8 @@ _DONE = 1e-10  # relative gain, or step, that is the last
 _ROUNDING = 1e-12
 _FLATTEST = 0.05  # range of a channel over the largest range, below which it was hardly turned
 _REMEDY = (
-    "turn the block about two axes or more, so that up takes all directions in it, and give mean"
-    " outputs at rest"
+    "turn the block so that up takes all directions in it, also halfway between two of its axes,"
+    " and give mean outputs at rest"
 )
 
 
