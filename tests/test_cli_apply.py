@@ -260,7 +260,7 @@ def test_laws_that_are_not_determined_are_refused(tmp_path, capsys):
         assert main(paths) == 2
         err = capsys.readouterr().err
         assert err.count("\n") == 1
-        assert "no coefficients at T0 = 20 degC, as its levels -40, 80 degC lie on both" in err
+        assert "no coefficients at T0 = 20 degC: its laws have a level on each side of it" in err
         assert "fit with T0 at one of the levels" in err
 
 

@@ -118,8 +118,8 @@ def test_the_correlation_is_the_one_that_would_be_expected(spread):
         own = correlated(0.7, std=1e-6 * spread, n=10_000_000)
     else:
         own = correlated(0.7)
-    found = estimated(own)[1]
-    written = Written(own, spread)
+    prepared, found = estimated(own)
+    written = Written(own, prepared.scatter)
     assert written.expected(found.rho[0]) == pytest.approx(written.shown(own.output), abs=2e-4)
 
 

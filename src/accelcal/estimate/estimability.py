@@ -84,7 +84,8 @@ def estimability(
 
     Examples
     --------
-    >>> from accelcal.geometry import accelerations, turn_angles
+    >>> from accelcal.geometry import accelerations
+    >>> from accelcal.head_angles import turn_angles
     >>> from accelcal.model import design_matrix
     >>> found = estimability(design_matrix(accelerations(turn_angles(4))))
     >>> found.kept

@@ -163,7 +163,7 @@ def estimate_tables(
 
     >>> import numpy as np
     >>> import accelcal
-    >>> from accelcal.geometry import turn_angles
+    >>> from accelcal.head_angles import turn_angles
     >>> truth = accelcal.output({"K0": 0.004, "K1": 1.3}, accelcal.accelerations(turn_angles()))
     >>> y = truth + 5e-6 * np.random.default_rng(1).standard_normal((1000, 9))
     >>> y[0, 8] = np.nan

@@ -39,7 +39,8 @@ def refuse_undetermined_laws(calibration: Calibration) -> None:
         return
     raise InputError(
         f"the calibration has no coefficients at T0 = {calibration.T0_degC:g} degC: its laws have a"
-        " level on each side of it and none at it; measure at T0, or fit with T0 at one of them"
+        " level on each side of it and none at it; measure at T0, or fit with T0 at one of the"
+        " levels"
     )
 
 
