@@ -678,3 +678,15 @@ def test_values_closer_than_their_uncertainties_are_no_proof_of_no_scatter():
     found = accelcal.history(frame(8, K1=1.35, K1_standard_uncertainty=1.35e-4))
     assert found.trends[1].scatter_limits == (0.0, 0.0)
     assert "scatter  none: the values lie closer together" in str(found)
+
+
+def test_a_unit_that_wanders_is_told_of():
+    rng = np.random.default_rng(3)
+    walks = 4e-3 + UG * np.cumsum(20.0 * rng.standard_normal(30))
+    notes = accelcal.history(frame(30, k0=walks)).notes
+    assert any(note.startswith("the bias wanders: neighbouring") for note in notes)
+    told = [
+        any("wanders" in note for note in accelcal.history(frame(12, scatter=20.0, seed=s)).notes)
+        for s in range(20)
+    ]
+    assert sum(told) <= 3

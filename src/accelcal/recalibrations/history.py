@@ -29,6 +29,7 @@ from accelcal.recalibrations.jumps import (
     search_jumps,
 )
 from accelcal.recalibrations.regression import Fit, fit_line
+from accelcal.recalibrations.wandering import chance_of_neighbours
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Jump, Point, Trend
@@ -40,6 +41,9 @@ if TYPE_CHECKING:
 __all__ = ["history", "history_of"]
 
 _QUANTITIES = 2
+
+_ALIKE = 0.02
+"""Chance of neighbours as much alike by independent scatter, below which a note says it."""
 
 
 def history(
@@ -236,7 +240,18 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> tuple[Trend
         reference=followed.reference,
         reference_unit=followed.reference_unit,
     )
-    return trend, tuple(_heated(followed.name, chosen, heated))
+    sigma = np.hypot(uncertainty, fit.scatter)
+    walks = _wandering(followed.name, chance_of_neighbours(columns, values, sigma))
+    return trend, (*_heated(followed.name, chosen, heated), *walks)
+
+
+def _wandering(name: str, chance: float) -> Iterator[str]:
+    """Say that what scatters is not new at each calibration, where neighbours show it."""
+    if chance < _ALIKE:
+        yield (
+            f"the {name} wanders: neighbouring calibrations are more alike than independent scatter"
+            f" leaves them (chance {chance:.1g}); drift and jumps are less certain than U says"
+        )
 
 
 def _heated(name: str, chosen: Comparable, places: tuple[int, ...]) -> Iterator[str]:
