@@ -421,3 +421,15 @@ def test_missing_data_sheet_is_one_line(run):
     code, out, err = run("eight.csv", "--spec", "nosuch.toml")
     assert (code, out) == (2, "")
     assert "nosuch.toml" in one_line(err)
+
+
+def test_files_of_one_unit_at_several_temperatures_are_told_of(run, folder):
+    for name, degrees in (("cold", "-40"), ("warm", "60")):
+        text = table(header="# serial: AL-7\n").replace(",20,", f",{degrees},")
+        (folder / f"{name}.csv").write_text(text)
+    code, out, err = run("cold.csv", "warm.csv")
+    assert code == 0
+    assert "note: AL-7 is in 2 files, each calibrated alone; temperature laws need its" in err
+    assert out.count("Calibration of") == 2
+    for alone in (("cold.csv",), ("eight.csv", "four.csv"), ("cold.csv", "cold.csv")):
+        assert "calibrated alone" not in run(*alone)[2]

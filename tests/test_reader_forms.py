@@ -1340,3 +1340,9 @@ def test_the_strokes_as_the_paper_has_them(form):
 @pytest.mark.parametrize("heading", ["Reading No.", "output T", "run time", "position t", "T_ref"])
 def test_a_heading_of_two_meanings_has_none(heading):
     assert read_heading(heading).role is None
+
+
+def test_russian_headings_with_symbols():
+    rows = "\n".join(f"20,0;{45 * j};1;{1.35 * np.cos(np.pi * j / 4):.6f}" for j in range(9))
+    record = read("Т, °С;θ, град;k;Y, мА\n" + rows.replace(".", ",") + "\n")
+    assert (record.unit, record.temperature[0], record.angle[1]) == ("mA", 20.0, 45.0)

@@ -66,6 +66,11 @@ def fit(
         for source in data
         for record in _noted(read_tables(source, overrides=options))
     )
+    for serial, files in _apart(calibrations):
+        remark(
+            f"note: {serial} is in {files} files, each calibrated alone; temperature laws need its"
+            " runs in one table, told apart by a column run"
+        )
     if asked.specification is not None:
         calibrations = judged(calibrations, asked.specification)
     if page is not None:
@@ -79,6 +84,22 @@ def fit(
     }
     deliver_forms(forms, path, form)
     exit_where_failed(calibrations)
+
+
+def _apart(calibrations: Sequence[Calibration]) -> Iterator[tuple[str, int]]:
+    """Units without temperature laws, whose levels are in files of their own, and how many."""
+    of_unit: dict[str, list[Calibration]] = {}
+    for each in calibrations:
+        if each.serial and each.temperature_model is None:
+            of_unit.setdefault(each.serial, []).append(each)
+    from accelcal.temperature.bilinear import LEAST_RISE
+
+    for serial, own in of_unit.items():
+        files = len({each.source for each in own})
+        found = [t.temperature_degC for each in own for t in each.tables]
+        held = [level for level in found if level is not None]
+        if files > 1 and held and max(held) - min(held) > LEAST_RISE:
+            yield serial, files
 
 
 def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:

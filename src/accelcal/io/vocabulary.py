@@ -12,7 +12,7 @@ from accelcal.units import is_output_unit
 
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "temperature": ("temperature", "temp", "temperatur", "température", "температура"),
+        "temperature": ("temperature", "temp", "temperatur", "température", "температура", "т"),
         "position": ("position", "pos", "j", "stellung", "положение", "позиция"),
         "angle": ("angle", "theta", "th", "θ", "head_angle", "winkel", "угол"),
         "stroke": ("stroke", "k", "hub", "durchlauf", "durchgang", "passage", "ход", "проход"),
@@ -90,8 +90,8 @@ _CELSIUS = ("degC", "°C", "C", "deg_C", "deg C", "Celsius", "°\N{CYRILLIC CAPI
 UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "temperature": _CELSIUS,
-        "angle": ("deg", "°", "degree", "degrees"),
-        "clamping": ("deg", "°", "degree", "degrees"),
+        "angle": ("deg", "°", "degree", "degrees", "град", "град."),
+        "clamping": ("deg", "°", "degree", "degrees", "град", "град."),
         "time": tuple(TIME_UNITS),
         "local_gravity": ("m/s^2", "m/s2", "m/s²", "m/s**2"),
         "reference_temperature": _CELSIUS,
