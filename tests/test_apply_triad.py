@@ -263,3 +263,12 @@ def test_an_axis_of_a_triad_does_not_pass_for_the_output_of_one_accelerometer(ru
     code, _, err = run("x,y,z,temperature\n1.3,0.1,0.2,20\n", triad=found)
     assert code == 2
     assert "data.csv:1: columns x, y and z of a triad; name the column of this" in err
+
+
+def test_rows_of_other_order_are_refused():
+    frame = pd.DataFrame(outputs(np.eye(3)), columns=list(AXES), index=[3, 4, 5])
+    warm = pd.Series([20.0, 20.0, 20.0], index=[5, 4, 3])
+    triad = calibrated(temperature=20.0)
+    with pytest.raises(InputError, match="output and temperature are Series of different indices"):
+        applied(triad, frame, temperature=warm)
+    assert applied(triad, frame, temperature=warm[::-1]).value.shape == (3, 3)

@@ -9,7 +9,12 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accelcal.arguments.numbers import check_number, check_side_by_side, number_array
+from accelcal.arguments.numbers import (
+    check_number,
+    check_side_by_side,
+    number_array,
+    refuse_other_order,
+)
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
@@ -107,6 +112,7 @@ def apply(
     if isinstance(calibration, TriadCalibration):
         heat = temperature_uncertainty or None
         refuse_for_triad(a_p=a_p, a_o=a_o, run=run, temperature_uncertainty=heat)
+        refuse_other_order({"output": output, "temperature": temperature})
         _warn(assumptions_of_triad(calibration, same_launch=same_launch))
         calibrated = calibration.temperatures
         measured = apply_triad(

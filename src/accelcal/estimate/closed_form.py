@@ -12,6 +12,7 @@ from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.estimate.estimability import signed
 from accelcal.estimate.tables import PreparedTable
+from accelcal.geometry import side_of
 from accelcal.head_angles import turn_angles
 from accelcal.model import COEFFICIENTS
 from accelcal.printed import documented_bias, estimator_matrix
@@ -50,7 +51,7 @@ def closed_form_map(table: PreparedTable, method: str, delta0: float) -> Array:
             " delta0 = 0 only, so use least-squares"
         )
     means = _position_means(table.record.angle)
-    sign = np.array([1, 1, 1, 1, -1, -1]) if table.mounting.endswith("-") else np.ones(6)
+    sign = np.repeat([1.0, side_of(table.mounting)], [4, 2])  # of M and M_ip
     return np.asarray(estimator_matrix(method, delta0) @ means * sign[:, None])
 
 

@@ -29,6 +29,7 @@ from accelcal.estimate.uncertainty import (
     intervals,
     propagate,
 )
+from accelcal.geometry import side_of
 from accelcal.model import COEFFICIENTS
 from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.fixture_angle import FixtureAngle
@@ -237,8 +238,7 @@ def _reversals(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iter
     for axis, clamping in itertools.product("op", sorted(set(clampings))):
         sides = np.array(
             [
-                (1.0 if m[1] == "+" else -1.0)
-                * (m[0] == axis and c == clamping and tells_misalignment(estimate, i))
+                side_of(m) * (m[0] == axis and c == clamping and tells_misalignment(estimate, i))
                 for i, (m, c) in enumerate(zip(mountings, clampings, strict=True))
             ]
         )
