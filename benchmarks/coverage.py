@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 import numpy as np
-from tumble import Stand, Unit, readings
+from tumble import Stand, Unit, readings, samples
 
 import accelcal
 from accelcal.estimate.uncertainty import combined
@@ -46,6 +46,7 @@ class Regime:
     aside: str = ""
     returns: bool = True
     robust: bool = False
+    samples: str = ""  # kind of `tumble.samples`
 
 
 HEAD = 2e-5
@@ -71,6 +72,18 @@ CORRELATED = tuple(
     )
     for rho in (0.3, 0.5, 0.8, 0.9)
     for text, temperatures in (("one run", (20.0,)), ("3 temperatures", THREE))
+)
+SAMPLED = tuple(
+    Regime(
+        f"* std of samples {text} that the strokes do not bear out, {strokes} strokes",
+        Stand(),
+        NO_HEAD,
+        strokes=strokes,
+        samples=kind,
+        aside="few replicates tell how alike the scatter is",
+    )
+    for kind, text in (("angle", "larger near 0 and 180"), ("random", "differing by chance,"))
+    for strokes in (6, 2)
 )
 REGIMES = (
     Regime("noise only, head declared 0", Stand(), NO_HEAD),
@@ -235,6 +248,7 @@ REGIMES = (
         )
     ),
     *CORRELATED,
+    *SAMPLED,
     Regime(
         "* launch neither declared nor repeated",
         Stand(launch=1e-5),
@@ -257,6 +271,8 @@ def record_of(columns: dict[str, list[float]], declared: dict[str, float]) -> ac
         run_labels=tuple(str(label) for label in range(int(run.max()) + 1)),
         mounting=np.full(n, "o+"),
         position=np.zeros(n, dtype=np.int64),
+        std=np.array(columns["std"]) if "std" in columns else None,
+        count=np.array(columns["count"]) if "count" in columns else None,
         apparatus=accelcal.Apparatus(**declared),
     )
 
@@ -292,6 +308,12 @@ CHOICES = (
         (TWO_STROKES,),
     ),
     Choice(
+        "std taken at its word",
+        "accelcal.estimate.even_scatter._SIGNIFICANT",
+        0.0,
+        SAMPLED,
+    ),
+    Choice(
         "readings taken as independent",
         "accelcal.estimate.correlated_noise._SIGNIFICANT",
         np.inf,
@@ -322,6 +344,8 @@ def one_table(
     )
     if not regime.returns:
         columns = {name: values[:-1] for name, values in columns.items()}
+    if regime.samples:
+        columns |= samples(columns, unit, regime.samples, rng)
     instead = patch(choice.what, choice.value) if choice else nullcontext()
     with instead:
         calibration = accelcal.fit(
