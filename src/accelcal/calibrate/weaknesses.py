@@ -17,7 +17,7 @@ from accelcal.model import COEFFICIENTS
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
-from accelcal.temperature.from_tables import tables_of_one_mounting
+from accelcal.temperature.from_tables import LAW_COEFFICIENTS, tables_of_one_mounting
 
 if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
@@ -352,12 +352,14 @@ def _of_another_meaning(fitted: Fitted) -> Iterator[str]:
     chosen = tables_of_one_mounting(tables, fitted.estimate)
     for index, table in enumerate(tables):
         alike = chosen and table.mounting == tables[chosen[0]].mounting
-        if alike and index not in chosen and "K1" in fitted.estimate.names[index]:
-            own, theirs = (meanings[i].get("K1", "K1") for i in (index, chosen[0]))
-            yield (
-                f"the temperature laws leave out run {table.run_label}, whose K1 stands for {own}"
-                f" and not for {theirs}; measure the same positions at every temperature"
-            )
+        for name in LAW_COEFFICIENTS if alike and index not in chosen else ():
+            own, theirs = (meanings[i].get(name, name) for i in (index, chosen[0]))
+            if name in fitted.estimate.names[index] and own != theirs:
+                yield (
+                    f"the temperature laws leave out run {table.run_label}, whose {name} stands for"
+                    f" {own} and not for {theirs}; measure the same positions at every temperature"
+                )
+                break
 
 
 def _unknown_shifts(estimate: JointEstimate) -> dict[str, str]:

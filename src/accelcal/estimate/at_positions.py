@@ -58,13 +58,12 @@ def at_positions(record: TumbleRecord, delta0: float | None = None) -> TumbleRec
     nominal = nominal_angles(read)
     if nominal is read:
         return record
-    away = read - nominal
-    there = replace(record, angle=record.angle - away)
+    there = replace(record, angle=nominal - (read - record.angle))
     output = record.output.copy()
     for mask in record.table_masks():
         table = there.select(mask)
         output[mask] = _brought(table, record.angle[mask], fixture_angle(record, delta0))
-    return replace(there, output=output, notes=(*record.notes, _said(away)))
+    return replace(there, output=output, notes=(*record.notes, _said(read - nominal)))
 
 
 def _brought(record: TumbleRecord, read: Array, delta0: float) -> Array:

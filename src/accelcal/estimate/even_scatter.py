@@ -29,7 +29,6 @@ _SIGNIFICANT = 0.01
 _SHARES = np.linspace(0.0, 1.0, 21)
 """Shares of the variance that all readings may have alike."""
 
-
 _LEAST_FREE = 1e-9
 """Share of a reading that its mean leaves free; below it, nothing contradicts the reading."""
 

@@ -43,6 +43,9 @@ from accelcal.temperature.levels import (
 )
 from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
 
+LAW_COEFFICIENTS = ("K0", "K1", "M")
+"""Coefficients that follow temperature laws."""
+
 _SIGNIFICANT = 0.001  # chance below which levels off their law are told
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
 _PARTS = [f"{law} {part}" for law in LAWS for part in ("at_T0", "above", "below")]
@@ -309,7 +312,7 @@ def tables_of_one_mounting(
     found: dict[tuple[object, ...], list[int]] = {}
     for index, table in enumerate(tables):
         mounting = table.mounting
-        if {"K0", "K1", "M"} <= set(estimate.names[index]) and mounting.startswith(axis):
-            meaning = (estimate.stands_for[index].get(name) for name in ("K0", "K1", "M"))
+        if set(LAW_COEFFICIENTS) <= set(estimate.names[index]) and mounting.startswith(axis):
+            meaning = (estimate.stands_for[index].get(name) for name in LAW_COEFFICIENTS)
             found.setdefault((mounting, *meaning), []).append(index)
     return max(found.values(), key=len, default=[])
