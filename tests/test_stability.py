@@ -506,3 +506,17 @@ def test_a_short_launch_has_no_allan_deviation_but_a_text():
     result = analyse(StabilityRecord((Launch("1", np.arange(6.0), [1, 2, 1, 3, 1, 2]),)))
     assert "Stability of" in str(result)
     assert json.loads(result.to_json())["components"]["sigma_L"]["value"] is None
+
+
+def test_inputs_as_they_were_read_twice_are_one_acceleration():
+    """Steps of 1 ug whose accelerations differ by 0.2 ug going up and down: it takes both ways."""
+    rng = np.random.default_rng(5)
+    up = np.arange(0.0, 20.5) * 1e-6
+    applied = np.concatenate([up, up[::-1]]) + rng.normal(0.0, 5e-8, 42)
+    loop = np.where(np.arange(42) < 21, -1.5e-6, 1.5e-6)
+    output = np.repeat(applied + loop, 20) + rng.normal(0.0, 3e-7, 840)
+    launch = Launch("1", np.arange(840.0), output, input=np.repeat(applied, 20))
+    found = hysteresis([launch], "g")
+    assert found.lower < 3e-6 < found.upper
+    one_way = Launch("1", np.arange(420.0), output[:420], input=np.repeat(applied[:21], 20))
+    assert "from below and from above" in hysteresis([one_way], "g").finding

@@ -16,6 +16,10 @@ from accelcal.stability.record import Launch
 RESPONSE = 0.5
 """Part of a step that the output must follow (IEEE 528: threshold)."""
 
+_ONE_LEVEL = 0.5
+"""Accelerations closer than so much of the smallest step are one, as read twice."""
+
+_ONE_WAY = "not determined: no acceleration was reached from below and from above"
 _NEEDED = "not determined: it takes a column input with small steps [g], and a scale factor"
 
 
@@ -61,7 +65,7 @@ def threshold(launches: Sequence[Launch], unit: str) -> Estimate:
     lost = max((size for size, response in steps if response < RESPONSE), default=0.0)
     followed = [size for size, _ in steps if size > lost * (1.0 + 1e-9)]
     if not followed:
-        finding = "the output follows none of the larger steps: the threshold is above them"
+        finding = "the largest steps are not followed each time: the threshold is above them"
         return Estimate(None, unit, lower=_rounded(lost), finding=finding)
     value = _rounded(min(followed))
     finding = "" if lost else "every step was followed: an upper limit"
@@ -99,7 +103,10 @@ def hysteresis(launches: Sequence[Launch], unit: str) -> Estimate:
     dwells = [_dwells(launch) for launch in launches]
     pairs = [pair for own in dwells for pair in _differences(own)]
     if not pairs or unit != "g":
-        return Estimate(None, unit, finding=_NEEDED + ", going up and down")
+        several = unit == "g" and any(len(own) > 1 for own in dwells)
+        return Estimate(
+            None, unit, finding=_ONE_WAY if several else f"{_NEEDED}, going up and down"
+        )
     value = max(size for size, _ in pairs)
     every = [dwell for own in dwells for dwell in own]
     dof = sum(dwell.samples - 1 for dwell in every)
@@ -113,17 +120,31 @@ def hysteresis(launches: Sequence[Launch], unit: str) -> Estimate:
 
 def _differences(dwells: list[_Dwell]) -> Iterator[tuple[float, float]]:
     """Size of the difference at each acceleration, and its uncertainty over that of a sample."""
-    sides: dict[float, dict[bool, list[_Dwell]]] = {}
-    for before, dwell in pairwise(dwells):
-        both = sides.setdefault(_rounded(dwell.applied), {})
+    sides: dict[int, dict[bool, list[_Dwell]]] = {}
+    for (before, dwell), level in zip(pairwise(dwells), _levels(dwells), strict=True):
+        both = sides.setdefault(level, {})
         both.setdefault(dwell.applied > before.applied, []).append(dwell)
     for both in sides.values():
         if len(both) == 2:
+            middle = both[True][0].applied  # what is left of the others is their error, or 0
             down, up = (
-                float(np.mean([d.output for d in both[rising]])) for rising in (False, True)
+                float(np.mean([d.output - (d.applied - middle) for d in both[rising]]))
+                for rising in (False, True)
             )
             shares = [sum(1.0 / d.samples for d in side) / len(side) ** 2 for side in both.values()]
             yield abs(down - up), sum(shares) ** 0.5
+
+
+def _levels(dwells: list[_Dwell]) -> list[int]:
+    """Number of the acceleration of all dwells but the first, those close to each other as one."""
+    applied = np.array([dwell.applied for dwell in dwells])
+    if applied.size < 2:
+        return []
+    order = np.argsort(applied, kind="stable")
+    apart = np.diff(applied[order]) > _ONE_LEVEL * np.abs(np.diff(applied)).min()
+    number = np.empty(applied.size, dtype=np.intp)
+    number[order] = np.concatenate([[0], np.cumsum(apart)])
+    return [int(level) for level in number[1:]]
 
 
 def _dwells(launch: Launch) -> list[_Dwell]:
