@@ -122,6 +122,7 @@ def scale_factor_elsewhere(table: TableCalibration, local_gravity: float | None)
     ):
         shown = matching_digits(value, expanded, factor)
         yield f"  K1 = {shown[0]} +- {shown[1]} {unit} {per}"
+    yield f"  with g = {local_gravity!r} m/s^2 taken as exact"
 
 
 def _temperature(calibration: Calibration) -> Iterator[str]:
