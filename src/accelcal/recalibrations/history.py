@@ -191,6 +191,7 @@ class _Followed(NamedTuple):
         named = search._replace(
             places=tuple(compress(search.places, beyond)),
             p_values=tuple(compress(search.p_values, beyond)),
+            rest=search.rest if beyond.all() else None,  # the largest is one that is not named
         )
         return named, tuple(compress(search.places, ~beyond))
 
