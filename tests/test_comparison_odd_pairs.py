@@ -128,3 +128,14 @@ def test_two_places_with_their_gravity_agree():
     silent = record.with_apparatus(local_gravity=None)
     change = accelcal.compare(calibration, silent).runs[0].scale_factor.value
     assert change == pytest.approx(9.7803 / 9.8106 - 1.0, abs=3e-5)
+
+
+@pytest.mark.parametrize("silent", ["record", "calibration"])
+def test_gravity_that_only_one_declares_is_said(calibration, record, silent):
+    bare = {"record": record, "calibration": simulate(seed=1)}
+    bare[silent] = bare[silent].with_apparatus(local_gravity=None)
+    other = {"record": "calibration", "calibration": "record"}[silent]
+    bare[other] = bare[other].with_apparatus(local_gravity=9.81)
+    notes = accelcal.compare(accelcal.fit(bare["calibration"]), bare["record"]).notes
+    assert any(f"the {silent} declares no local gravity" in note for note in notes)
+    assert not any("local gravity" in n for n in accelcal.compare(calibration, record).notes)

@@ -172,8 +172,14 @@ def _units(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:
         yield f"the calibration names no unit: it is taken as that of the readings, {own}"
     elif own != other:
         yield f"readings in {own} are converted to {other}"
-    if gravity_ratio(calibration, record) != 1.0:
-        here, there = record.apparatus.local_gravity, calibration.g_local_m_s2
+    here, there = record.apparatus.local_gravity, calibration.g_local_m_s2
+    if (here is None) != (there is None):
+        silent = "record" if here is None else "calibration"
+        yield (
+            f"the {silent} declares no local gravity: both are taken as of one place; elsewhere a"
+            " difference of g looks like a change of the scale factor"
+        )
+    elif gravity_ratio(calibration, record) != 1.0:
         yield f"tested where g = {here} m/s^2, calibrated where g = {there} m/s^2, which is counted"
 
 
