@@ -73,6 +73,14 @@ CORRELATED = tuple(
     for rho in (0.3, 0.5, 0.8, 0.9)
     for text, temperatures in (("one run", (20.0,)), ("3 temperatures", THREE))
 )
+ENCODER = tuple(
+    Regime(
+        f"angles as an encoder reads them, head 2e-5 {known}",
+        Stand(head=HEAD, stops=1e-3),
+        declared,
+    )
+    for known, declared in (("declared", {"head_uncertainty": HEAD}), ("estimated", {}))
+)
 SAMPLED = tuple(
     Regime(
         f"* std of samples {text} that the strokes do not bear out, {strokes} strokes",
@@ -92,14 +100,7 @@ REGIMES = (
     Regime("head 2e-5 estimated, 12 positions", Stand(head=HEAD), positions=12),
     Regime("head 6.7e-6 estimated", Stand(head=6.7e-6)),
     Regime("head 5e-6 estimated, as large as the noise", Stand(head=5e-6)),
-    *(
-        Regime(
-            f"angles as an encoder reads them, head 2e-5 {known}",
-            Stand(head=HEAD, stops=1e-3),
-            declared,
-        )
-        for known, declared in (("declared", {"head_uncertainty": HEAD}), ("estimated", {}))
-    ),
+    *ENCODER,
     Regime("one stroke, 8 positions, head 2e-5", Stand(head=HEAD), strokes=1),
     *(
         Regime(f"one stroke, {positions} positions, {text}", stand, positions=positions, strokes=1)
@@ -306,6 +307,12 @@ CHOICES = (
         "accelcal.temperature.pooled_noise._SIGNIFICANT",
         1.1,
         (TWO_STROKES,),
+    ),
+    Choice(
+        "each angle as read a position of its own",
+        "accelcal.head_angles.SAME_POSITION",
+        0.0,
+        ENCODER,
     ),
     Choice(
         "std taken at its word",

@@ -3,6 +3,7 @@
     python benchmarks/history.py            # 400 units a line, some minutes
     python benchmarks/history.py --choices  # other intervals that were tried
     python benchmarks/history.py --alarms --units 2000  # false alarms of few calibrations alone
+    python benchmarks/history.py --wandering  # units that wander, which the drift does not know
     python benchmarks/history.py --smoke    # 60 units a line
 
 The units are drawn here, without accelcal: dates at random over ten years, stated uncertainties
@@ -41,6 +42,7 @@ class Kind(NamedTuple):
     jump: float = 0.0
     unlike: float = 1.0  # every other calibration states so many times as much
     truly: bool = False  # and errs so many times as much
+    walk: float = 0.0  # of a unit that wanders, in a root year
 
     def __str__(self) -> str:
         """Columns of the tables."""
@@ -65,6 +67,8 @@ KINDS = (
 
 JUMPS = tuple(Kind(count, 10.0, jump=size) for count in (6, 12) for size in (50.0, 100.0, 200.0))
 
+WALKS = tuple(Kind(count, 0.0, walk=walk) for walk in (0.0, 20.0) for count in (5, 8, 15, 30))
+
 HEADING = "calibrations  scatter/ug  shared   unlike"
 DRIFT = 5.0  # ug a year
 STATED = 10.0  # ug, the median standard uncertainty
@@ -80,6 +84,9 @@ def unit(kind: Kind, rng: np.random.Generator) -> pd.DataFrame:
     error = error * factor if kind.truly else error
     tails = rng.standard_t(4, kind.count) / math.sqrt(2.0) if kind.heavy else None
     error = error + kind.scatter * (rng.standard_normal(kind.count) if tails is None else tails)
+    if kind.walk:
+        steps = np.diff(days, prepend=days[0]) / 365.25
+        error = error + kind.walk * np.cumsum(np.sqrt(steps) * rng.standard_normal(kind.count))
     step = kind.jump * (np.arange(kind.count) >= kind.count // 2)
     bias = 3000.0 + DRIFT * days / 365.25 + step + error
     gain = 1.35 * (1.0 + 1e-6 * rng.normal(0.0, 10.0, kind.count))
@@ -202,6 +209,27 @@ def print_alarms(units: int) -> None:
     print(f"{'together':>41}  {share(sum(counts), units * len(counts))}")
 
 
+def print_wandering(units: int) -> None:
+    """Print what becomes of the drift and of jumps where a bias wanders, and how often it shows."""
+    print(
+        f"{units} units a line, whose bias wanders; percent whose interval of the drift holds the"
+    )
+    print("truth, in which a jump of the bias is named, and in which a note tells of wandering")
+    print("calibrations  walk/ug in a root year  drift  jump   note")
+    for number, kind in enumerate(WALKS):
+        rng = np.random.default_rng([50, number])
+        done = np.array([wandering(kind, rng) for _ in range(units)])
+        cells = "".join(f"{one:7.1f}" for one in (100.0 * done.mean(axis=0)).tolist())
+        print(f"{kind.count:12d}  {kind.walk:22g}{cells}", flush=True)
+
+
+def wandering(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
+    """One unit: whether the drift is held, a jump is named, and a note tells of wandering."""
+    found = accelcal.history(unit(kind, rng), alpha=0.01)
+    noted = any(note.startswith("the bias wanders") for note in found.notes)
+    return holds(found.trends[0].drift, DRIFT), bool(found.trends[0].jumps), noted
+
+
 def has_jump(frame: pd.DataFrame) -> bool:
     """Whether a jump of the bias or of the scale factor is named."""
     return any(trend.jumps for trend in accelcal.history(frame, alpha=0.01).trends)
@@ -228,8 +256,12 @@ def main() -> None:
     parser.add_argument("--units", type=int, default=400, help="units a line")
     parser.add_argument("--choices", action="store_true", help="intervals that were tried")
     parser.add_argument("--alarms", action="store_true", help="false alarms of few calibrations")
+    parser.add_argument("--wandering", action="store_true", help="units that wander")
     asked = parser.parse_args()
     units = 60 if asked.smoke else asked.units
+    if asked.wandering:
+        print_wandering(units)
+        return
     if asked.alarms:
         print_alarms(units)
         return

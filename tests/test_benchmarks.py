@@ -119,6 +119,16 @@ def test_history():
     assert all(float(held) >= 100.0 * 47 / 60 and float(named) <= 12.0 for held, named in lines)
 
 
+def test_history_of_units_that_wander():
+    printed = run("history.py", "--wandering", "--smoke")
+    lines = re.findall(r"^ +(\d+) +(\d+) +([\d.]+) +([\d.]+) +([\d.]+)$", printed, re.M)
+    assert len(lines) == 8
+    still = [line for line in lines if line[1] == "0"]
+    assert all(float(held) >= 100.0 * 47 / 60 for _, _, held, _, _ in still)
+    assert all(float(noted) <= 12.0 for *_, noted in still)
+    assert float(lines[-1][-1]) > 15.0  # of 30 calibrations, 39 % of 400 units
+
+
 def test_gates():
     printed = run("gates.py", "--smoke", "--jobs", "1")
     clean = re.findall(r"^    (\w[\w ]*\w) +([\d.]+)$", printed, re.MULTILINE)

@@ -88,12 +88,12 @@ def fit(
 
 def _apart(calibrations: Sequence[Calibration]) -> Iterator[tuple[str, int]]:
     """Units without temperature laws, whose levels are in files of their own, and how many."""
+    from accelcal.temperature.bilinear import LEAST_RISE
+
     of_unit: dict[str, list[Calibration]] = {}
     for each in calibrations:
         if each.serial and each.temperature_model is None:
             of_unit.setdefault(each.serial, []).append(each)
-    from accelcal.temperature.bilinear import LEAST_RISE
-
     for serial, own in of_unit.items():
         files = len({each.source for each in own})
         found = [t.temperature_degC for each in own for t in each.tables]

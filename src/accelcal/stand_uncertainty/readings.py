@@ -27,7 +27,7 @@ from accelcal.arrays import Array, Places
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
-from accelcal.geometry import accelerations
+from accelcal.geometry import accelerations, side_of
 from accelcal.head_angles import head_positions
 from accelcal.record import TumbleRecord
 from accelcal.units import conversion_factor
@@ -299,7 +299,7 @@ def readings_of(
         conditions=conditions_of(record, accelerometer.reference_temperature, delta0),
         input=plane.input,
         cross=plane.pendulous,
-        side=np.where(np.char.endswith(record.mounting, "-"), -1.0, 1.0),
+        side=np.array(list(map(side_of, record.mounting.tolist()))),
         stand=conditions,
         delta0=delta0,
         volts=_volts(accelerometer.unit, conditions.load),
