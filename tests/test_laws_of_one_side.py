@@ -1,6 +1,5 @@
-"""Levels near T0 on the side where no slope is measured, and runs that the laws leave out."""
+"""Levels near T0 on the side where no slope is measured."""
 
-import numpy as np
 import pytest
 
 import accelcal
@@ -44,23 +43,3 @@ def test_others_are_as_sure_as_before(temperatures):
 def test_at_a_measured_level_nothing_is_taken_over():
     found = laws((24.0, -40.0), T0=24.0, fitted="tables").temperature_model
     assert found.K1.at_T0.expanded_uncertainty < 2e-5
-
-
-def mixed():
-    """Eight positions at T0, four of them at the extremes."""
-    record = accelcal.simulate(noise=NOTHING, seed=1)
-    return record.select((record.temperature == 20.0) | (record.angle % 90.0 == 0.0))
-
-
-def test_runs_whose_scale_factor_stands_for_more_are_named():
-    found = accelcal.fit(mixed())
-    said = [w for w in found.warnings if w.startswith("the temperature laws leave out run ")]
-    assert len(said) == 1
-    assert "whose K1 stands for K1 and not for K1 + K3" in said[0]
-    assert "measure the same positions at every temperature" in said[0]
-    assert not any("leave out" in w for w in accelcal.fit(accelcal.simulate(seed=1)).warnings)
-
-
-def test_the_reason_why_nothing_can_be_applied_is_true():
-    with pytest.raises(accelcal.InputError, match="its laws have a level on each side of it"):
-        accelcal.apply(accelcal.fit(mixed()), np.array([1.0]), temperature=20.0)

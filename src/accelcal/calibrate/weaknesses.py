@@ -17,7 +17,7 @@ from accelcal.model import COEFFICIENTS
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
-from accelcal.temperature.from_tables import LAW_COEFFICIENTS, tables_of_one_mounting
+from accelcal.temperature.one_meaning import said_of_meanings
 
 if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
@@ -338,28 +338,12 @@ def _of_laws(fitted: Fitted) -> Iterator[Sentence]:
             f"{' and '.join(unknown)} not declared: U of the laws includes no such shift from run"
             " to run, which makes their slopes less certain",
         )
-    for alone in _of_another_meaning(fitted):
-        yield Sentence(has_laws, alone)
+    for said in said_of_meanings(fitted.tables, fitted.estimate):
+        yield Sentence(has_laws, said)
     main, second = mountings_of_laws([table.mounting for table in fitted.tables])
     if len(_mountings(fitted.tables)) > 1:
         apart = f"; those of {second}, the other axis, stand apart" if second else ""
         yield Sentence(has_laws, f"the temperature laws are those of mounting {main}{apart}")
-
-
-def _of_another_meaning(fitted: Fitted) -> Iterator[str]:
-    """Say which runs the laws leave out, as their coefficients stand for something else."""
-    tables, meanings = fitted.tables, fitted.estimate.stands_for
-    chosen = tables_of_one_mounting(tables, fitted.estimate)
-    for index, table in enumerate(tables):
-        alike = chosen and table.mounting == tables[chosen[0]].mounting
-        for name in LAW_COEFFICIENTS if alike and index not in chosen else ():
-            own, theirs = (meanings[i].get(name, name) for i in (index, chosen[0]))
-            if name in fitted.estimate.names[index] and own != theirs:
-                yield (
-                    f"the temperature laws leave out run {table.run_label}, whose {name} stands for"
-                    f" {own} and not for {theirs}; measure the same positions at every temperature"
-                )
-                break
 
 
 def _unknown_shifts(estimate: JointEstimate) -> dict[str, str]:

@@ -27,15 +27,26 @@ class Estimability(NamedTuple):
     ----------
     kept : tuple of str
         Coefficients that are estimated, in the order of `accelcal.model.COEFFICIENTS`.
-    stands_for : mapping of str to str
-        What a kept coefficient really estimates where it absorbs a lost one, as ``"K1 + K3"``.
-    absorbed_by : mapping of str to tuple of str
-        Each lost coefficient and the kept ones that absorb it; empty where it leaves no trace.
+    shares : mapping of str to mapping of str to float
+        Each lost coefficient, and the share of it that each kept one absorbs.
     """
 
     kept: tuple[str, ...]
-    stands_for: Mapping[str, str]
-    absorbed_by: Mapping[str, tuple[str, ...]]
+    shares: Mapping[str, Mapping[str, float]]
+
+    @property
+    def stands_for(self) -> Mapping[str, str]:
+        """What a kept coefficient really estimates where it absorbs a lost one: ``"K1 + K3"``."""
+        return _stands_for(self.shares)
+
+    @property
+    def absorbed_by(self) -> Mapping[str, tuple[str, ...]]:
+        """Each lost coefficient and the kept ones that absorb it; empty where it has no trace."""
+        return {
+            name: tuple(keeper for keeper in COEFFICIENTS if keeper in self.shares[name])
+            for name in COEFFICIENTS
+            if name in self.shares
+        }
 
     @property
     def columns(self) -> list[int]:
@@ -94,16 +105,8 @@ def estimability(
     'K1 + K3'
     """
     check_names(asked)
-    kept, absorbed = _sort_out(design, [name for name in _PRIORITY if name in asked])
-    found = Estimability(
-        kept=tuple(name for name in COEFFICIENTS if name in kept),
-        stands_for=_stands_for(absorbed),
-        absorbed_by={
-            name: tuple(keeper for keeper in COEFFICIENTS if keeper in absorbed[name])
-            for name in COEFFICIENTS
-            if name in absorbed
-        },
-    )
+    kept, shares = _sort_out(design, [name for name in _PRIORITY if name in asked])
+    found = Estimability(tuple(name for name in COEFFICIENTS if name in kept), shares)
     if "K1" not in kept or "K1" in found.absorbed_by.get("K0", ()):
         raise DesignError(
             "the readings do not determine the scale factor K1; a tumble test needs readings at"

@@ -20,8 +20,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
+from accelcal.estimate.adjusted import adjusted
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
+from accelcal.estimate.linearised import place_of
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import (
     Component,
@@ -194,42 +196,12 @@ def free_of_fixture_angle(
     change: Array = effective @ correction.T
     by_all: Array = correction @ jacobian
     chosen = np.flatnonzero(correction.any(axis=1)).tolist()
-    at = np.array([_place(estimate, i, "M") for i in chosen])
-    coefficients = [values.copy() for values in estimate.coefficients]
-    through = np.zeros((*change.shape[:-1], len(chosen), jacobian.shape[-1]))
+    scale_factor = np.stack([estimate.coefficients[i][..., _K1] for i in chosen], axis=-1)
+    through = scale_factor[..., None] * by_all[..., chosen, :]
     for row, i in enumerate(chosen):
-        scale_factor = coefficients[i][..., _K1]
-        coefficients[i][..., _M] += scale_factor * change[..., i]
-        through[..., row, :] = scale_factor[..., None] * by_all[..., i, :]
-        through[..., row, _place(estimate, i, "K1")] += change[..., i]
-
-    def corrected(components: Mapping[str, Component]) -> dict[str, Component]:
-        return {name: _corrected(part, at, through) for name, part in components.items()}
-
-    return estimate._replace(
-        coefficients=tuple(coefficients),
-        components=corrected(estimate.components),
-        alike=corrected(estimate.alike),
-    )
-
-
-def _corrected(part: Component, at: Places, through: Array) -> Component:
-    """Component of coefficients of which those at some places have `through` times all added.
-
-    The others stay, and few columns of `through`, shape (..., m, P), are not zero: this takes a
-    small share of the time that a matrix of all coefficients would.
-    """
-    used = np.flatnonzero(through.any(axis=tuple(range(through.ndim - 1))))
-    few, back = through[..., used], through[..., used].mT
-    more = few @ part.covariance[..., used, :]
-    covariance = part.covariance.copy()
-    covariance[..., at, :] += more
-    covariance[..., at] += more.mT
-    covariance[..., at[:, None], at] += more[..., used] @ back
-    dof = part.dof.copy()
-    fewest = np.where(few != 0.0, dof[..., None, used], np.inf).min(axis=-1)
-    dof[..., at] = np.minimum(dof[..., at], fewest)
-    return Component(covariance, dof)
+        through[..., row, place_of(estimate, i, "K1")] += change[..., i]
+    names = [(i, "M") for i in chosen]
+    return adjusted(estimate, names, scale_factor * change[..., chosen], through)
 
 
 def _reversals(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iterator[_Reversal]:
@@ -299,14 +271,10 @@ def _effective(estimate: JointEstimate, name: str = "M") -> tuple[Array, Array]:
     scale_factor, own = whole[..., _K1], whole[..., place]
     for i, names in enumerate(estimate.names):
         if name in names:
-            jacobian[..., i, _place(estimate, i, name)] = 1.0 / scale_factor[..., i]
+            jacobian[..., i, place_of(estimate, i, name)] = 1.0 / scale_factor[..., i]
             by_scale_factor = -own[..., i] / scale_factor[..., i] ** 2
-            jacobian[..., i, _place(estimate, i, "K1")] = by_scale_factor
+            jacobian[..., i, place_of(estimate, i, "K1")] = by_scale_factor
     return own / scale_factor, jacobian
-
-
-def _place(estimate: JointEstimate, table: int, name: str) -> int:
-    return int(estimate.part(table).start) + estimate.names[table].index(name)
 
 
 def _first(value: float, like: Array) -> Array:

@@ -14,7 +14,8 @@ from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS, LAWS
 from accelcal.numerics.grouping import grouped
 from accelcal.temperature.bilinear import LEAST_RISE
-from accelcal.temperature.from_tables import LawsOfRecords, tables_of_one_mounting
+from accelcal.temperature.from_tables import LawsOfRecords
+from accelcal.temperature.one_meaning import tables_of_one_mounting
 
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 

@@ -18,8 +18,9 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.plural import counted, plural
 from accelcal.temperature.at_rest import AtRest
-from accelcal.temperature.from_tables import laws_of_records, tables_of_one_mounting
+from accelcal.temperature.from_tables import laws_of_records
 from accelcal.temperature.levels import level_stack
+from accelcal.temperature.one_meaning import tables_of_one_mounting, with_one_meaning
 from accelcal.temperature.product_errors import (
     ProductFit,
     Solution,
@@ -161,12 +162,13 @@ def _fits(
     tables: Sequence[PreparedTable], estimate: JointEstimate, temperatures: RecordedTemperatures
 ) -> Iterator[tuple[list[int], Places, ProductFit, Array]]:
     """Records whose laws are known, a few at a time: tables, rows, fit, and laws to start from."""
-    chosen = tables_of_one_mounting(tables, estimate)
+    alike = with_one_meaning(tables, estimate)
+    chosen = tables_of_one_mounting(tables, alike)
     if len(chosen) < 2:
         return
     declared = tables[0].record.apparatus.temperature_uncertainty
     uncertain = stacked_temperature_uncertainty(temperatures.readings, declared)
-    laws = laws_of_records(level_stack(tables, estimate, temperatures, uncertain, chosen))
+    laws = laws_of_records(level_stack(tables, alike, temperatures, uncertain, chosen))
     known = np.all([np.isfinite(estimate.noises[i].factor) for i in chosen], axis=0)
     known &= (temperatures.span > 0.0).any(axis=1)
     K1 = laws.names.index("K1 at_T0")

@@ -14,8 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
-from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, Intervals, combined, propagate
 from accelcal.model import LAWS
 from accelcal.numerics.probability import f_survival
@@ -42,9 +40,6 @@ from accelcal.temperature.levels import (
     levels_of,
 )
 from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
-
-LAW_COEFFICIENTS = ("K0", "K1", "M")
-"""Coefficients that follow temperature laws."""
 
 _SIGNIFICANT = 0.001  # chance below which levels off their law are told
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
@@ -299,20 +294,3 @@ def _chance(levels: Levels, rows: Places, quantity: int, law: Array) -> Array:
     }
     of_rows = law if len(law) == 1 else law[rows]
     return chance_of_misfit(levels.values[rows, quantity], parts, contrasts_of(of_rows))
-
-
-def tables_of_one_mounting(
-    tables: Sequence[PreparedTable], estimate: JointEstimate, axis: str = ""
-) -> list[int]:
-    """Choose tables that mean the same by K0, K1 and M: one mounting, the same things absorbed.
-
-    Of several such sets the one with most tables; with `axis`, only of those with that axis,
-    ``"o"`` or ``"p"``, along the shaft.
-    """
-    found: dict[tuple[object, ...], list[int]] = {}
-    for index, table in enumerate(tables):
-        mounting = table.mounting
-        if set(LAW_COEFFICIENTS) <= set(estimate.names[index]) and mounting.startswith(axis):
-            meaning = (estimate.stands_for[index].get(name) for name in LAW_COEFFICIENTS)
-            found.setdefault((mounting, *meaning), []).append(index)
-    return max(found.values(), key=len, default=[])

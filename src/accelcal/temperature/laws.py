@@ -19,9 +19,9 @@ from accelcal.temperature.error_component import Slopes, stacked_temperature_com
 from accelcal.temperature.from_tables import (
     LawsOfRecords,
     laws_of_records,
-    tables_of_one_mounting,
 )
 from accelcal.temperature.levels import level_stack
+from accelcal.temperature.one_meaning import tables_of_one_mounting, with_one_meaning
 from accelcal.temperature.recorded import (
     RecordedTemperatures,
     stacked_temperature_uncertainty,
@@ -75,6 +75,7 @@ def laws_of_stack(
         The laws, with the misalignments free of the fixture angle where both sides of an axis were
         measured.
     """
+    estimate = with_one_meaning(tables, estimate)
     free = free_of_fixture_angle(tables, estimate)
     declared = tables[0].record.apparatus.temperature_uncertainty
     uncertain = stacked_temperature_uncertainty(temperatures.readings, declared, unfelt)

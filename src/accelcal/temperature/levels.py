@@ -252,14 +252,15 @@ def joint_components(
     components : dict of str to Component
         Components of k0 of all tables, then K1, then delta, then the others: 3 n + others.
     others : tuple of str
-        k2, k3 and delta_ip of the table nearest to T0, as far as they are known.
+        k2, k3 and delta_ip, each of the table nearest to T0 that tells it by itself; those that
+        none tells are not in it.
     """
     k, place = stack.coefficients[record], stack.place
-    size, nearest = len(place), int(np.abs(stack.rise[record]).argmin())
+    size, near = len(place), np.argsort(np.abs(stack.rise[record]), kind="stable")
     others = [COEFFICIENTS.index(name) for name in _WITHOUT_LAW]
-    others = [c for c in others if place[nearest, c] >= 0]
+    told = [(near[place[near, c] >= 0][0], c) for c in others if (place[:, c] >= 0).any()]
     lines = [(table, c) for c in (_K0, _K1, _M) for table in range(size)]
-    table, column = np.array(lines + [(nearest, c) for c in others]).T
+    table, column = np.array(lines + told).T
     over = np.where(column == _K1, 1.0, k[table, _K1])
     quotient = np.where(column == _K1, 0.0, k[table, column] / over)
 
@@ -274,9 +275,9 @@ def joint_components(
         covariance = of_quotients(of_quotients(whole[np.ix_(at, at)]).T)
         return Component(covariance, np.minimum(dof[at], dof[at_k1]))
 
-    names = tuple(ERROR_TERMS[COEFFICIENTS[c]] for c in others)
+    names = tuple(ERROR_TERMS[COEFFICIENTS[c]] for _, c in told)
     found = {name: of(part) for name, part in stack.components.items()}
-    return {**found, **_of_levels(levels, record, len(others))}, names
+    return {**found, **_of_levels(levels, record, len(told))}, names
 
 
 def _of_levels(levels: Levels, record: int, others: int) -> dict[str, Component]:

@@ -182,7 +182,7 @@ def product_fit(
     recorded = tuple(temperatures.readings[i][rows] for i in chosen)
     mean = temperatures.levels[np.ix_(rows, np.array(chosen))]
     loop = branches_of(mean[0], np.argsort([t.run for t in own], kind="stable"))
-    names = estimate.names[chosen[0]]
+    names = set().union(*(estimate.names[i] for i in chosen))
     common = design[:, [COEFFICIENTS.index(name) for name in _COMMON if name in names]]
     readings = Readings(
         output=np.concatenate([estimate.outputs[i][rows] for i in chosen], axis=1),

@@ -1,0 +1,211 @@
+"""Tables of one mounting in which K0, K1 and M mean the same: those that temperature laws are of.
+
+At few positions a coefficient absorbs another one, as K1 absorbs K3 at four of them. Where other
+tables of the mounting tell that one by itself, its error term takes it off again, as k2, k3 and
+delta_ip are the same at all temperatures in the paper's model.
+"""
+
+from __future__ import annotations
+
+import functools
+import operator
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from accelcal.estimate.adjusted import adjusted
+from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.linearised import Linearised
+from accelcal.estimate.tables import PreparedTable
+from accelcal.model import COEFFICIENTS, ERROR_TERMS
+from accelcal.plural import plural
+
+LAW_COEFFICIENTS = ("K0", "K1", "M")
+"""Coefficients that follow temperature laws."""
+
+
+def tables_of_one_mounting(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, axis: str = ""
+) -> list[int]:
+    """Choose tables that mean the same by K0, K1 and M: one mounting, the same things absorbed.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of one record, or of any of those of a stack.
+    estimate : JointEstimate
+        Their coefficients, as `with_one_meaning` gives them.
+    axis : str, optional
+        Only of mountings with that axis along the shaft, ``"o"`` or ``"p"``.
+
+    Returns
+    -------
+    list of int
+        Of several such sets the one with most tables.
+    """
+    found: dict[tuple[object, ...], list[int]] = {}
+    for index, table in enumerate(tables):
+        if set(LAW_COEFFICIENTS) <= set(estimate.names[index]) and table.mounting.startswith(axis):
+            found.setdefault((table.mounting, *_meaning(estimate, index)), []).append(index)
+    return max(found.values(), key=len, default=[])
+
+
+def with_one_meaning(tables: Sequence[PreparedTable], estimate: JointEstimate) -> JointEstimate:
+    """Take off K0, K1 and M what they absorb, where other tables of the mounting tell it.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of one record, or of any of those of a stack.
+    estimate : JointEstimate
+        Their coefficients.
+
+    Returns
+    -------
+    JointEstimate
+        With these coefficients and their error components changed; the same object where nothing
+        can be taken off.
+
+    Notes
+    -----
+    A table tells K1 (1 + sum s k) where K1 absorbs the shares s of other coefficients, whose error
+    terms k = K/K1 are the means over the tables that tell them by themselves; and K0 + K1 sum s k,
+    with the shares of K0, M likewise.
+    """
+    alone: dict[tuple[int, str], Linearised] = {}
+    stands_for = list(estimate.stands_for)
+    for index, tellers in _to_mend(tables, estimate):
+        own = stands_for[index]
+        absorbed = _absorbed(tables[index], estimate, tellers)
+        for name in (name for name in LAW_COEFFICIENTS if name in own):
+            alone[index, name] = _alone(estimate, index, name, absorbed)
+        stands_for[index] = {n: what for n, what in own.items() if n not in LAW_COEFFICIENTS}
+    if not alone:
+        return estimate
+    changes = [new - Linearised.of(estimate, *of) for of, new in alone.items()]
+    found = adjusted(
+        estimate,
+        list(alone),
+        np.stack([each.value for each in changes], axis=-1),
+        np.stack([each.by_all for each in changes], axis=-2),
+    )
+    return found._replace(stands_for=tuple(stands_for))
+
+
+def _alone(
+    estimate: JointEstimate, table: int, name: str, absorbed: Mapping[str, Linearised]
+) -> Linearised:
+    """A coefficient without the error terms that it and K1 absorb, each with its share."""
+    told = Linearised.of(estimate, table, "K1")
+    scale_factor = told / absorbed["K1"].plus(1.0) if "K1" in absorbed else told
+    if name == "K1":
+        return scale_factor
+    return Linearised.of(estimate, table, name) - scale_factor * absorbed[name]
+
+
+def _absorbed(
+    table: PreparedTable, estimate: JointEstimate, tellers: Mapping[str, Sequence[int]]
+) -> dict[str, Linearised]:
+    """Sums of the error terms that coefficients absorb, each with its share."""
+    found: dict[str, Linearised] = {}
+    for lost, own in tellers.items():
+        term = _mean_of([_term(estimate, i, lost) for i in own])
+        for name, share in table.estimability.shares[lost].items():
+            part = term.times(share)
+            found[name] = found[name] + part if name in found else part
+    return found
+
+
+def _term(estimate: JointEstimate, table: int, name: str) -> Linearised:
+    return Linearised.of(estimate, table, name) / Linearised.of(estimate, table, "K1")
+
+
+def _mean_of(terms: Sequence[Linearised]) -> Linearised:
+    return functools.reduce(operator.add, terms).times(1.0 / len(terms))
+
+
+def said_of_meanings(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iterator[str]:
+    """Say what the laws take off coefficients that absorb others, and which runs they leave out.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of one record, or of any of those of a stack.
+    estimate : JointEstimate
+        Their coefficients.
+
+    Yields
+    ------
+    str
+        A sentence.
+    """
+    one = with_one_meaning(tables, estimate)
+    chosen = tables_of_one_mounting(tables, one)
+    if not chosen:
+        return
+    mended = [i for i in chosen if estimate.stands_for[i] != one.stands_for[i]]
+    if mended:
+        yield _taken_off(tables, estimate, mended)
+    for index, table in enumerate(tables):
+        alike = table.mounting == tables[chosen[0]].mounting and index not in chosen
+        for name in LAW_COEFFICIENTS if alike else ():
+            own, theirs = (one.stands_for[i].get(name, name) for i in (index, chosen[0]))
+            if name in one.names[index] and own != theirs:
+                yield (
+                    f"the temperature laws leave out run {table.run_label}, whose {name} stands for"
+                    f" {own} and not for {theirs}; measure the same positions at every temperature"
+                )
+                break
+
+
+def _taken_off(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, mended: Sequence[int]
+) -> str:
+    tellers = dict(_to_mend(tables, estimate))
+    terms = [ERROR_TERMS[lost] for lost in COEFFICIENTS if any(lost in tellers[i] for i in mended)]
+    by = [table for i in mended for own in tellers[i].values() for table in own]
+    meanings = dict.fromkeys(
+        f"{name} stands for {what}" for i in mended for name, what in estimate.stands_for[i].items()
+    )
+    return (
+        f"{_runs(tables, mended)}: {', '.join(meanings)}; for the temperature laws, what"
+        f" {_runs(tables, sorted(by))} told of {' and '.join(terms)} is taken off, as the same at"
+        " all temperatures"
+    )
+
+
+def _runs(tables: Sequence[PreparedTable], places: Sequence[int]) -> str:
+    labels = dict.fromkeys(tables[i].run_label for i in places)
+    return f"{plural('run', len(labels))} {', '.join(labels)}"
+
+
+def _meaning(estimate: JointEstimate, table: int) -> list[str | None]:
+    return [estimate.stands_for[table].get(name) for name in LAW_COEFFICIENTS]
+
+
+def _to_mend(
+    tables: Sequence[PreparedTable], estimate: JointEstimate
+) -> Iterator[tuple[int, dict[str, list[int]]]]:
+    """Tables that can be mended: what is taken off, and the tables that tell each of it."""
+    for index, table in enumerate(tables):
+        own = set(estimate.stands_for[index]) & set(LAW_COEFFICIENTS)
+        if not own or not set(LAW_COEFFICIENTS) <= set(estimate.names[index]):
+            continue
+        shares = table.estimability.shares
+        lost = [name for name, by in shares.items() if own & set(by)]
+        tellers = {name: _telling(tables, estimate, table.mounting, name) for name in lost}
+        if tellers and all(tellers.values()):
+            yield index, tellers
+
+
+def _telling(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, mounting: str, name: str
+) -> list[int]:
+    """Tables of a mounting that tell a coefficient and K1, each by itself."""
+    return [
+        i
+        for i, table in enumerate(tables)
+        if table.mounting == mounting
+        and {name, "K1"} <= set(estimate.names[i])
+        and not {name, "K1"} & set(estimate.stands_for[i])
+    ]
