@@ -339,6 +339,20 @@ def test_one_stroke_that_shows_too_little_is_said():
     assert "neither declared nor visible" in simulated(head=2e-5, positions=6, strokes=1)
 
 
+def test_noise_told_together_with_the_head_has_no_degrees_of_freedom_of_its_own():
+    """It holds a part of the head's errors: its chi-squared range held the noise in 27 to 71 %."""
+    plan = accelcal.TumblePlan(strokes=1, temperatures=(20.0,))
+    record = accelcal.simulate(plan=plan, seed=4)
+    together, declared = (
+        accelcal.fit(record.with_apparatus(head_uncertainty=head)) for head in (None, 2e-5)
+    )
+    assert together.error_sources[0].source == declared.error_sources[0].source == "residuals"
+    assert together.error_sources[0].dof is None
+    assert declared.error_sources[0].dof >= 1.0
+    assert "(residuals, together with the head error)" in str(together)
+    assert re.search(r"\(residuals, [\d.]+ degrees? of freedom\)", str(declared))
+
+
 # -- there and back --------------------------------------------------------------------------------
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from accelcal.estimate.head import HeadError
 from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.sorting import median
 from accelcal.results.mapping import finite_or_none
@@ -35,7 +37,7 @@ def error_sources(
             "reading",
             finite_or_none(noise.factor * median(table.scatter)),
             unit or "output unit",
-            finite_or_none(noise.dof) or None,  # no degrees of freedom: nothing is known
+            _told_by_itself(noise, estimate.head),
             str(noise.source),
         )
         for table, noise in zip(tables, estimate.noises, strict=True)
@@ -57,3 +59,12 @@ def error_sources(
     declared = tables[0].record.apparatus.temperature_uncertainty
     heat = [ErrorSource("temperature", declared, "degC", None, "declared")] if declared else []
     return (*readings, *others, *heat)
+
+
+def _told_by_itself(noise: ReadingNoise, head: HeadError) -> float | None:
+    """Degrees of freedom; None with none, and where residuals told noise and head at once.
+
+    Then the noise holds a part of the head's errors, see `accelcal.estimate.unrepeated`.
+    """
+    together = noise.source == "residuals" and head.source == "estimated"
+    return None if together else finite_or_none(noise.dof) or None

@@ -206,11 +206,18 @@ def _size(source: ErrorSource) -> str:
     """Tell the size of a source of error, and how it is known."""
     if source.value is None:
         return "unknown"
-    dof = f", {_degrees(source.dof)}" if source.dof is not None else ""
+    dof = _freedom(source)
     if source.value == 0.0 and source.source == "estimated":
         return f"none shows above the reading noise (estimated{dof})"
     factor, unit = in_small_unit(source.unit)
     return f"{significant(factor * source.value)} {unit} ({source.source}{dof})"
+
+
+def _freedom(source: ErrorSource) -> str:
+    """Tell the degrees of freedom; residuals without any told the head error as well."""
+    if source.dof is None:
+        return ", together with the head error" if source.source == "residuals" else ""
+    return f", {_degrees(source.dof)}"
 
 
 def _in_micro_g(source: ErrorSource, table: TableCalibration) -> str:
