@@ -310,6 +310,14 @@ def test_readings_are_not_overwritten(archive, name, pattern):
     assert path.read_bytes() == EXAMPLE.read_bytes()
 
 
+def test_readings_of_another_place_are_not_overwritten(archive, tmp_path):
+    """A table that is not of the archive was lost without a word."""
+    shutil.copy(EXAMPLE, tmp_path / "readings.csv")
+    with pytest.raises(InputError, match=r"readings.csv, which is none of a batch; name another"):
+        accelcal.write_batch(archive, tmp_path / "readings.csv")
+    assert (tmp_path / "readings.csv").read_bytes() == EXAMPLE.read_bytes()
+
+
 @pytest.mark.parametrize("name", ["r.csv", "r.csv.gz", "r.parquet"])
 def test_results_are_overwritten(archive, name):
     pytest.importorskip("pyarrow")

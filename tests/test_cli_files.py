@@ -75,6 +75,24 @@ def test_what_is_read_is_not_written_over(run, command, written):
     assert run(command) == (2, "", said)
 
 
+@pytest.mark.parametrize("command", ["export cal.json", "apply cal.json samples.csv"])
+def test_the_table_of_a_calibration_is_not_written_over(tmp_path, monkeypatch, capsys, command):
+    """It was lost without a word, as only its calibration was read."""
+    monkeypatch.chdir(tmp_path)
+    Path("tested.csv").write_bytes(FILES["table.txt"].read_bytes())
+    Path("samples.csv").write_text("temperature,output\n20,1.3\n")
+    assert main(["fit", "tested.csv", "-o", "cal.json"]) == 0
+    capsys.readouterr()
+    assert main([*command.split(), "-o", "tested.csv"]) == 2
+    assert capsys.readouterr() == (
+        "",
+        "error: -o tested.csv is the table that the calibration was made from; name another file"
+        " with -o\n",
+    )
+    assert Path("tested.csv").read_bytes() == FILES["table.txt"].read_bytes()
+    assert main([*command.split(), "-o", "other.csv"]) == 0
+
+
 @pytest.mark.parametrize(
     ("command", "said"),
     [

@@ -193,8 +193,41 @@ def test_checks_that_were_not_made_are_counted():
     )
     text = markdown(report_page([found]))
     assert text.startswith("# Calibration: mems\\_x\\_plane\\_y.csv\n")
-    assert "No check warns; 6 could not be made." in text
+    assert "**No check warns.** Scale factor" in text
+    assert "readings in" not in text.split("\n")[4]
+    assert text.split("\n")[4].endswith(" 6 checks could not be made.")
     assert "as many coefficients were fitted as there are readings" in text
+
+
+def test_the_first_numbers_are_of_the_whole_record():
+    """They were those of one run, said to be from the readings of all."""
+    temperatures = (20.0, 80.0, 20.0, -40.0, 20.0)
+    found = accelcal.fit(
+        accelcal.simulate(plan=accelcal.TumblePlan(temperatures=temperatures), seed=1)
+    )
+    text = markdown(report_page([found]))
+    law = found.temperature_model.k0.at_T0
+    value, expanded = matching_digits(1e3 * law.value, 1e3 * law.expanded_uncertainty)
+    told = f"bias {value} ± {expanded} mg at 20 °C by the temperature laws, from 270 readings in 5"
+    assert told in text
+    assert f"- bias at T0 k₀N: **{value} mg** ± {expanded} (95 %)" in text
+    loop = found.temperature_model.hysteresis
+    value, expanded = matching_digits(1e6 * loop.value, 1e6 * loop.expanded_uncertainty)
+    assert f"- bias (heated - cooled)/2 hₜ: **{value} µg** ± {expanded} (95 %)" in text
+
+
+def test_the_first_numbers_of_several_tables_without_laws_name_their_run():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0))
+    text = markdown(report_page([accelcal.fit(accelcal.simulate(plan=plan, seed=1))]))
+    assert "mg at 20 °C, from the 54 readings of run 1, one of 2 tables." in text
+
+
+def test_a_report_of_the_printed_equations_begins_with_what_they_are():
+    with pytest.warns(accelcal.AccelcalWarning):
+        found = accelcal.fit(accelcal.simulate(seed=1), method="printed")
+    text = markdown(report_page([found]))
+    assert "**Not a calibration.** The printed equations (6) are misprinted;" in text
+    assert "Scale factor" not in text.split("## ")[0]
 
 
 def test_a_misalignment_free_of_the_fixture_angle_is_told_first():
@@ -362,7 +395,7 @@ def folder(calibration, discovery, tmp_path_factory):
 def test_report_of_a_calibration_that_fails(folder, capsys):
     out = folder / "cal.md"
     assert main(["report", str(folder / "cal.json"), "-o", str(out)]) == 1
-    assert "fails its data sheet" in out.read_text("utf-8")
+    assert "**Fails its data sheet.**" in out.read_text("utf-8")
     assert capsys.readouterr() == ("", "")
 
 

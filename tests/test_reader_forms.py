@@ -92,6 +92,22 @@ def test_french_and_russian_headings(headings):
     assert (record.unit, record.notes) == ("mA", ())
 
 
+@pytest.mark.parametrize("separator", ["\t", ";", "|"])
+def test_blanks_within_headings_separate_nothing(separator):
+    """Between tabs they made two headings of one, which then meant the same."""
+    wide = wide_table(separator, strokes=("Stroke 1", "Stroke 2"))
+    assert same_readings(read(wide), read(wide_table()))
+    headings = ("Temperature T", "Position J", "Stroke k", "Output Y")
+    assert same_readings(read(long_table(separator, headings=headings)), REFERENCE)
+
+
+def test_commas_within_headings_between_blanks_separate_nothing():
+    text = long_table(" ", headings=("temperature", "position", "stroke", "output,mA"))
+    record = read(text)
+    assert same_readings(record, REFERENCE)
+    assert record.unit == "mA"
+
+
 def test_a_cyrillic_unit_with_a_capital_m_is_not_milli():
     with pytest.raises(InputError, match="unit"):
         read("# unit: М\N{CYRILLIC CAPITAL LETTER A}\n" + TEXT)

@@ -23,7 +23,7 @@ from accelcal.archive.columns import (
 from accelcal.archive.formats import form_of, require_form, results, write_errors
 from accelcal.archive.journal import growing_results, open_journal, work_and_keep
 from accelcal.archive.settings import Settings
-from accelcal.archive.sources import Sources, find_sources, is_url
+from accelcal.archive.sources import Sources, find_sources, is_url, may_be_replaced
 from accelcal.archive.through import InMemory, Progress, work_through
 from accelcal.arguments.kinds import path_text, several
 from accelcal.arguments.numbers import check_number, check_whole
@@ -301,6 +301,11 @@ def _sources(paths: Sequence[str], names: Mapping[str, str]) -> Sources:
     for path in paths:
         if realpath(path) in map(realpath, names.values()) and not is_url(path):
             raise InputError(f"{path} is a file to be read; name another file for the results")
+    for path in names.values():
+        if not may_be_replaced(path):
+            raise InputError(
+                f"the results would overwrite {path}, which is none of a batch; name another file"
+            )
     return find_sources(paths, aside=names.values())
 
 

@@ -29,7 +29,7 @@ def may_be_replaced(path: str) -> bool:
     bool
         True where it may be written anew.
     """
-    if not Path(path).exists():  # a link to what is to be made
+    if not os.path.isfile(path):  # noqa: PTH113  (nothing, a device, a name that cannot be)
         return True
     with Path(path).open("rb") as file:
         beginning = file.read(_BEGINNING)
@@ -124,8 +124,7 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
     Raises
     ------
     InputError
-        If one of `paths` is nothing, holds no table, or cannot be read; if one of `aside` is no
-        result.
+        If one of `paths` is nothing, holds no table, or cannot be read.
 
     Examples
     --------
@@ -221,10 +220,6 @@ def _without(aside: Collection[str], found: Iterator[str]) -> Iterator[str]:
     for path in found:
         if not path.endswith(names) or os.path.realpath(path) not in real:
             yield path
-        elif not may_be_replaced(path):
-            raise InputError(
-                f"the results would overwrite {path}, a file of the archive; name another file"
-            )
 
 
 def _in_folder(folder: str, unreadable: dict[str, str]) -> Iterator[str]:

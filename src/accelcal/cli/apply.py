@@ -11,7 +11,7 @@ from typing import IO, TYPE_CHECKING, Any, cast
 import click
 
 from accelcal.cli.deliver import remark, standard_output
-from accelcal.cli.files import CSV, Command, FileToRead
+from accelcal.cli.files import CSV, Command, FileToRead, refuse_source
 from accelcal.cli.options import (
     data_argument,
     effects_option,
@@ -95,7 +95,7 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
 
     file, how = read_calibrations_or_triad(calibration), StreamOptions(**options)
     with open_samples(data, TRIAD if isinstance(file, TriadFile) else ONE_ACCELEROMETER) as samples:
-        instrument = _instrument(file, samples, how)
+        instrument = _instrument(file, samples, how, path)
         about = f"{file.name}, SHA-256 {file.sha256}"
         stream = AccelerationStream(instrument, samples, how.unit, about)
         for note in stream.notes:
@@ -109,7 +109,10 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
 
 
 def _instrument(
-    file: CalibrationFile | TriadFile, samples: SampleReader, options: StreamOptions
+    file: CalibrationFile | TriadFile,
+    samples: SampleReader,
+    options: StreamOptions,
+    path: str | None,
 ) -> Instrument:
     """Choose whose samples these are, by the serial number."""
     from accelcal.io.samples.accelerometer import Accelerometer
@@ -118,6 +121,7 @@ def _instrument(
 
     serial = options.serial or samples.headings.serial
     calibration = file.choose(serial, options.mounting)
+    refuse_source(calibration.source, path)
     samples.choose(serial or calibration.serial)
     if isinstance(calibration, TriadCalibration):
         return Triad(calibration, samples.headings, options)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from accelcal.cli.deliver import deliver
-from accelcal.cli.files import Command, FileToRead
+from accelcal.cli.files import Command, FileToRead, refuse_source
 from accelcal.cli.options import mounting_option, output_option, serial_option
 
 
@@ -48,4 +48,5 @@ def export(
     form = form or form_of(path or "standard output")
     file = read_calibrations_or_triad(calibration)
     chosen = file.choose(serial, mounting)
+    refuse_source(chosen.source, path)
     deliver(export_text(chosen, form, file.sha256, run), path)

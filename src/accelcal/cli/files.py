@@ -116,6 +116,27 @@ class Command(click.Command):
                 yield from ((param, path) for path in paths)
 
 
+def refuse_source(source: str, path: str | None) -> None:
+    """Refuse to write over the table that a calibration was made from.
+
+    Parameters
+    ----------
+    source : str
+        Its file, as the calibration names it.
+    path : str or None
+        What ``-o`` names.
+
+    Raises
+    ------
+    InputError
+        If it is that file.
+    """
+    if path is not None and os.path.isfile(path) and _place(source) == os.path.realpath(path):  # noqa: PTH113
+        raise InputError(
+            f"-o {path} is the table that the calibration was made from; name another file with -o"
+        )
+
+
 def _refuse_to_overwrite(read: Sequence[str], written: Sequence[tuple[str, str]]) -> None:
     places: dict[str, str] = {}
     for option, path in written:

@@ -19,7 +19,7 @@ from accelcal.io.vocabulary import (
 )
 from accelcal.io.wording import listed, were
 
-_SEPARATORS = ("\t", ";", "|", ",", None)
+_MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
@@ -181,7 +181,7 @@ def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...]
     separator : str or None
         ``","``, ``";"``, ``"|"`` or tab; None for runs of blanks.
     """
-    marks: list[str | None] = [mark for mark in _SEPARATORS if mark and mark in line]
+    marks: list[str | None] = [mark for mark in _MARKS if mark in line]
     if not marks and recognise(line).role:
         return (recognise(line),), ","
     split = {mark: tuple(map(recognise, split_line(line, mark))) for mark in marks or [None]}
@@ -222,14 +222,21 @@ def _find_headings(
 
 
 def _headings(line: str, number: int) -> _Headings | None:
-    """Headings that a line holds, split by the separator that gives the most known words."""
+    """Headings that a line holds, split by the separator that gives the most known words.
+
+    Blanks are one only where no other gives headings: they stand within headings too.
+    """
+    marks = [mark for mark in _MARKS if mark in line]
+    return _split_by(marks, line, number) or _split_by([None], line, number)
+
+
+def _split_by(separators: Sequence[str | None], line: str, number: int) -> _Headings | None:
     best: tuple[int, tuple[Heading, ...], str | None] = (0, (), None)
-    for separator in _SEPARATORS:
-        if separator is None or separator in line:
-            cells = tuple(read_heading(cell) for cell in _split_headings(line, separator))
-            known = _known(cells)
-            if known > best[0] and _are_headings(cells):
-                best = (known, cells, separator)
+    for separator in separators:
+        cells = tuple(read_heading(cell) for cell in _split_headings(line, separator))
+        known = _known(cells)
+        if known > best[0] and _are_headings(cells):
+            best = (known, cells, separator)
     return _Headings(best[1], best[2], number) if best[0] else None
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import PurePath
-from typing import Any
+from typing import Any, NamedTuple
 
 from accelcal.page import evidence
 from accelcal.page.blocks import (
@@ -37,7 +37,9 @@ from accelcal.report.calibration_rows import (
     alarms,
     coefficient_rows,
     strong_correlations,
+    table_title,
     temperature_laws,
+    temperature_rows,
     without_uncertainty,
 )
 from accelcal.report.lines import sentence
@@ -45,10 +47,15 @@ from accelcal.report.numbers import significant
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, nearest_table
+from accelcal.results.usable import is_misprinted
 from accelcal.units import MICRO
 
 _HIGHLIGHTED = ("K1", "k0", "delta")
 _UNITS = {"1": ""}
+_OF_MISPRINTS = (
+    "The printed equations (6) are misprinted; what their symbols really are is said below each"
+    " table. Fit by least-squares or closed-form."
+)
 
 
 def calibration_chapter(calibration: Calibration, name: str) -> Chapter:
@@ -82,39 +89,93 @@ def calibration_chapter(calibration: Calibration, name: str) -> Chapter:
 
 def _outcome(calibration: Calibration) -> tuple[Tone, str]:
     """How it came out: the verdict, or else what the checks say."""
-    verdict = calibration.verdict
-    warned = bool(alarms(calibration))
-    bare = bool(without_uncertainty(calibration))
-    if verdict is not None and verdict.outcome == "fail":
-        return "bad", "fails its data sheet"
-    if warned:
-        return "warn", "checks warn"
-    if bare:
-        return "warn", "no uncertainty"
-    if verdict is not None and verdict.outcome == "pass":
-        return "good", "keeps its data sheet"
-    if verdict is not None:
-        return "warn", "data sheet: some limits open"
-    return ("plain" if _not_made(calibration) else "good"), "no check warns"
+    verdict = None if calibration.verdict is None else calibration.verdict.outcome
+    outcomes: tuple[tuple[bool, Tone, str], ...] = (
+        (is_misprinted(calibration), "bad", "not a calibration"),
+        (verdict == "fail", "bad", "fails its data sheet"),
+        (bool(alarms(calibration)), "warn", "checks warn"),
+        (bool(without_uncertainty(calibration)), "warn", "no uncertainty"),
+        (verdict == "pass", "good", "keeps its data sheet"),
+        (verdict is not None, "warn", "data sheet: some limits open"),
+        (_not_made(calibration) > 0, "plain", "no check warns"),
+        (True, "good", "no check warns"),
+    )
+    return next((tone, said) for holds, tone, said in outcomes if holds)
+
+
+class _Main(NamedTuple):
+    """One of the numbers that a report begins with, and whether the symbol is a sum of several."""
+
+    name: str
+    symbol: str
+    value: str
+    expanded: str
+    unit: str
+    is_sum: bool = False
+
+
+def _main_numbers(calibration: Calibration) -> list[_Main]:
+    """Scale factor, bias and misalignment: by the laws at T0, else of the table nearest to it.
+
+    Nothing where the symbols are misprinted.
+    """
+    if is_misprinted(calibration):
+        return []
+    model = calibration.temperature_model
+    if model is None or not _has_laws(calibration):
+        return _of_nearest(calibration)
+    laws = {row[1]: _Main(*row) for row in temperature_rows(calibration, model)}
+    return [laws[symbol] for symbol in ("K1N", "k0N", "deltaN")]  # as `_HIGHLIGHTED`
+
+
+def _of_nearest(calibration: Calibration) -> list[_Main]:
+    table = nearest_table(calibration.tables, calibration.T0_degC)
+    free, found = _free_misalignment(calibration, table), []
+    for row in coefficient_rows(table):
+        own = (row.value, row.expanded, row.unit)
+        if row.symbol == "delta" and free is not None:
+            own = in_microradians(free)
+        if row.symbol in _HIGHLIGHTED:
+            found.append(_Main(row.name, row.meaning or row.symbol, *own, is_sum=bool(row.meaning)))
+    return found
 
 
 def _lede(calibration: Calibration) -> str:
-    table = nearest_table(calibration.tables, calibration.T0_degC)
-    rows = {row.symbol: row for row in coefficient_rows(table)}
-    k1, k0 = rows["K1"], rows["k0"]
-    temperature = table.temperature_degC
-    where = "" if temperature is None else f" at {temperature:.4g} degC"
-    told = f"Scale factor {_with(k1)} and bias {_with(k0)}{where}"
-    readings = counted(sum(t.readings for t in calibration.tables), "reading")
-    told += f", from {readings} in {counted(len(calibration.tables), 'table')}. "
-    return typeset(told) + _said_of_verdict(calibration) + _said_of_checks(calibration)
+    if is_misprinted(calibration):
+        return _OF_MISPRINTS
+    scale_factor, bias, _ = map(_with, _main_numbers(calibration))
+    told = f"Scale factor {scale_factor} and bias {bias}{_origin(calibration)}. "
+    said = typeset(told) + _said_of_verdict(calibration) + _said_of_checks(calibration)
+    return said.rstrip()
 
 
-def _with(row: Any) -> str:
-    if row.value == "not determined":
+def _with(number: _Main) -> str:
+    if number.value == "not determined":
         return "not determined"
-    told = f"{row.value} +- {row.expanded} {row.unit}" if row.expanded else row.value
-    return f"{told} (which is {row.meaning})" if row.meaning else told
+    told = f"{number.value} +- {number.expanded} {number.unit}" if number.expanded else number.value
+    return f"{told} (which is {number.symbol})" if number.is_sum else told
+
+
+def _origin(calibration: Calibration) -> str:
+    """Where the main numbers hold, and what they are from."""
+    tables = calibration.tables
+    total = counted(sum(table.readings for table in tables), "reading")
+    if _has_laws(calibration):
+        return (
+            f" at {calibration.T0_degC:.4g} degC by the temperature laws, from {total} in"
+            f" {counted(len(tables), 'table')}"
+        )
+    table = nearest_table(tables, calibration.T0_degC)
+    where = "" if table.temperature_degC is None else f" at {table.temperature_degC:.4g} degC"
+    if len(tables) == 1:
+        return f"{where}, from {total}"
+    own = counted(table.readings, "reading")
+    return f"{where}, from the {own} of {table_title(table)}, one of {len(tables)} tables"
+
+
+def _has_laws(calibration: Calibration) -> bool:
+    model = calibration.temperature_model
+    return model is not None and model.K1.at_T0 is not None
 
 
 def _said_of_verdict(calibration: Calibration) -> str:
@@ -135,11 +196,12 @@ def _said_of_verdict(calibration: Calibration) -> str:
 
 
 def _said_of_checks(calibration: Calibration) -> str:
-    warned = len(alarms(calibration))
+    """Say which checks warn, and which were not made; the outcome tells when none warns."""
+    warned, skipped = len(alarms(calibration)), _not_made(calibration)
     if warned:
         return f"{counted(warned, 'check').capitalize()} warn{'s' if warned == 1 else ''}."
-    skipped = _not_made(calibration)
-    return f"No check warns; {skipped} could not be made." if skipped else "No check warns."
+    judged = "No check warns. " if calibration.verdict is not None else ""
+    return judged + (f"{counted(skipped, 'check')} could not be made." if skipped else "")
 
 
 def _not_made(calibration: Calibration) -> int:
@@ -149,19 +211,22 @@ def _not_made(calibration: Calibration) -> int:
 
 
 def _highlights(calibration: Calibration) -> Iterator[Highlight]:
-    table = nearest_table(calibration.tables, calibration.T0_degC)
-    free = _free_misalignment(calibration, table)
-    for row in coefficient_rows(table):
-        if row.symbol not in _HIGHLIGHTED or row.value == "not determined":
+    for number in (*_main_numbers(calibration), *_loop(calibration)):
+        if number.value == "not determined":
             continue
-        if row.symbol == "delta" and free is not None:
-            value, expanded, unit = in_microradians(free)
-            row = row._replace(value=value, expanded=expanded, unit=unit)
-        unit = _UNITS.get(row.unit, row.unit)
-        known = row.expanded not in ("", "unknown")
-        detail = f"± {typeset(row.expanded)} (95 %)" if known else "uncertainty unknown"
-        symbol = typeset(row.meaning or row.symbol)
-        yield Highlight(f"{row.name} {symbol}", typeset(f"{row.value} {unit}"), detail)
+        unit = _UNITS.get(number.unit, number.unit)
+        known = number.expanded not in ("", "unknown")
+        detail = f"± {typeset(number.expanded)} (95 %)" if known else "uncertainty unknown"
+        name = f"{number.name} {typeset(number.symbol)}"
+        yield Highlight(name, typeset(f"{number.value} {unit}"), detail)
+
+
+def _loop(calibration: Calibration) -> list[_Main]:
+    """The hysteresis of the bias, by which it is off its law either way; empty where unknown."""
+    model = calibration.temperature_model
+    if model is None or model.hysteresis is None:
+        return []
+    return [_Main(*temperature_rows(calibration, model)[-1])]
 
 
 def _free_misalignment(calibration: Calibration, table: TableCalibration) -> Quantity | None:

@@ -12,6 +12,11 @@ from accelcal.results.table import TableCalibration
 from accelcal.results.triad import TriadCalibration
 
 
+def is_misprinted(calibration: Calibration) -> bool:
+    """Whether a calibration is by the printed equations, which mix up the coefficients."""
+    return calibration.method == "printed"
+
+
 def refuse_misprinted(calibration: Calibration) -> None:
     """Refuse a calibration by the printed equations, which mix up the coefficients.
 
@@ -20,7 +25,7 @@ def refuse_misprinted(calibration: Calibration) -> None:
     InputError
         If it was made by the method ``"printed"``.
     """
-    if calibration.method == "printed":
+    if is_misprinted(calibration):
         raise InputError(
             "the calibration is by method 'printed', which is misprinted; fit by least-squares"
         )
