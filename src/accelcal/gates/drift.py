@@ -17,6 +17,8 @@ from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, angle, gate_stack
 from accelcal.numerics.probability import f_exceeds, f_survival
 
+_AND_BACK = 1.5  # times the change from start to end beyond which a bias moved there and back
+
 _WORDS = {  # what drifts -> its name, its mean over the run
     "bias": ("bias", "K0"),
     "scale_factor": ("scale factor", "K1"),
@@ -64,9 +66,21 @@ def _parts(plan: TablePlan) -> _Parts:
     return _Parts(np.concatenate(found.normal @ beside, axis=2), told, dof1, dof2)
 
 
-def _course(name: str, moved: float, hours: float) -> str:
-    per_hour = f" ({_size(name, moved / hours)} per hour)" if hours > 0.0 else ""
-    return f"the {_WORDS[name][0]} moves by {_size(name, moved)}{per_hour}"
+class _Moved(NamedTuple):
+    """By how much each part moves, shape (3, T): from the first to the last reading, and in all."""
+
+    ends: Array
+    span: Array
+
+    def course(self, name: str, table: int, hours: float) -> str:
+        """Say how a part moves in one table."""
+        place = Trend._fields.index(name)
+        ends, span = float(self.ends[place, table]), float(self.span[place, table])
+        what, size = f"the {_WORDS[name][0]}", _size(name, ends)
+        if span > _AND_BACK * abs(ends):
+            return f"{what} moves there and back within {_size(name, span)}, by {size} at the end"
+        per_hour = f" ({_size(name, ends / hours)} per hour)" if hours > 0.0 else ""
+        return f"{what} moves by {size}{per_hour}"
 
 
 def _size(name: str, value: float) -> str:
@@ -104,11 +118,10 @@ def drift(stack: TableStack, level: float) -> GateStack:
 
     def said(index: int) -> str:
         hours = float(stack.hours[index if stack.hours.size > 1 else 0])
-        sizes = dict(zip(Trend._fields, moved()[:, index].tolist(), strict=True))
         names = list(compress(Trend._fields, moving[:, index]))
         told = np.broadcast_to(parts.told, moving.shape)[:, index]
         shown = names or list(compress(Trend._fields, told))
-        courses = " and ".join(_course(name, sizes[name], hours) for name in shown)
+        courses = " and ".join(moved().course(name, index, hours) for name in shown)
         p = f"p = {parts.p(ratio, index):.2g}"
         return f"from start to end of the run {courses}, {p}{_what_is_a_mean(names)}"
 
@@ -160,14 +173,18 @@ def _beside_others(normal: Array, rank: Array, own: Mask) -> tuple[Array, Array]
     return part, added @ (vectors / np.sqrt(np.where(told, squares, np.inf))[..., None, :])
 
 
-def _moved(stack: TableStack) -> Array:
-    """By how much each part moves from the first to the last reading, shape (3, T)."""
+def _moved(stack: TableStack) -> _Moved:
     trend, moment, coefficients = stack.plan.trend, stack.plan.moment, stack.apart.trend
-    row = np.arange(len(moment))
-    last, first = (pick(moment, axis=1) for pick in (np.argmax, np.argmin))
-    change = (trend.bias[row, last] - trend.bias[row, first]).T
-    bias = (change * coefficients[: len(change)]).sum(axis=0)
+    of_bias, *others = _places(trend)
+    course = (trend.bias @ coefficients[of_bias].T[..., None])[..., 0]  # of each table
+    first, last = (
+        np.take_along_axis(course, pick(moment, axis=1)[:, None], axis=1)[:, 0]
+        for pick in (np.argmin, np.argmax)
+    )
     # The time goes from -1 to 1, so that a slope counts twice. A turn forward by d lowers cos th by
     # d sin th, hence the sign of the last.
-    of_time = [2.0 * coefficients[own].sum(axis=0) for own in _places(trend)[1:]]
-    return np.array([bias, of_time[0], -of_time[1]]) / stack.scale
+    scale_factor, angle = (2.0 * coefficients[own].sum(axis=0) for own in others)
+    ends = np.array([last - first, scale_factor, -angle]) / stack.scale
+    span = np.abs(ends)
+    span[0] = np.ptp(course, axis=1) / np.abs(stack.scale)
+    return _Moved(ends, span)
