@@ -101,6 +101,21 @@ def test_blanks_within_headings_separate_nothing(separator):
     assert same_readings(read(long_table(separator, headings=headings)), REFERENCE)
 
 
+def test_a_serial_that_the_caller_replaces_is_told():
+    """The readings of one unit became those of another one without a word."""
+    note = "the serial is B-2, as given, in place of A-1 in the table"
+    assert read("# serial: A-1\n" + TEXT, serial="B-2").notes == (note,)
+    of_column = [(t, p, k, "A-1", y) for t, p, k, y in ROWS]
+    text = long_table(headings=("T", "J", "k", "serial", "Y"), rows=of_column)
+    assert read(text, serial="B-2").notes == (note,)
+    assert read(text, serial="A-1").notes == read("# serial: A-1\n" + TEXT).notes == ()
+
+
+def test_serials_that_are_not_used_are_told():
+    note = "serials A,B was not used: other columns hold the outputs or the serials"
+    assert read(TEXT, serials="A,B").notes == (note,)
+
+
 def test_commas_within_headings_between_blanks_separate_nothing():
     text = long_table(" ", headings=("temperature", "position", "stroke", "output,mA"))
     record = read(text)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from accelcal.cli.deliver import remark
+
 if TYPE_CHECKING:
     from accelcal.io.documents.discoveries import DiscoveryFile
     from accelcal.specification import Specification
@@ -52,6 +54,11 @@ def fit_arguments(options: dict[str, Any]) -> FitArguments:
     head, sheet, model = (options.pop(name) for name in ("head", "spec", "model"))
     specification = models = None
     if head is not None:
+        if options.get("head_uncertainty") is not None:
+            remark(
+                f"note: {head} tells how uncertain the head is; --head-uncertainty counts for the"
+                " units alone that it was calibrated with"
+            )
         from accelcal.io.head import read_head
 
         arguments["head"] = read_head(head)

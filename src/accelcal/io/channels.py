@@ -46,8 +46,11 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
     names = _listed(given or (header.value if header else ""))
     headings = tuple(_named(heading, names) for heading in layout.headings)
     others = {heading.role for heading in headings if heading.of not in names}
-    if not names or others & {"output", "serial", *ACROSS}:
+    if not names:
         return layout
+    if others & {"output", "serial", *ACROSS}:
+        unused = f"serials {given} was not used: other columns hold the outputs or the serials"
+        return layout._replace(notes=(*layout.notes, unused)) if given else layout
     for name in names:
         if name not in {heading.of for heading in headings}:
             problem = f"no column {shown(name)}, which serials has"

@@ -122,6 +122,24 @@ def declared_by_caller(overrides: Any) -> Mapping[str, Any]:
     return given
 
 
+def notes_of_serial(given: str | None, written: str | None) -> tuple[str, ...]:
+    """Say that the serial of a caller takes the place of another one in the table.
+
+    Parameters
+    ----------
+    given, written : str or None
+        What the caller declares, and what the table has.
+
+    Returns
+    -------
+    tuple of str
+        A sentence; none where they are not at odds.
+    """
+    if None in (given, written) or given == written:
+        return ()
+    return (f"the serial is {given}, as given, in place of {written} in the table",)
+
+
 def unit_and_serial(overrides: Mapping[str, str | None] | None) -> dict[str, str]:
     """Take the declarations of a caller where only unit and serial can be declared.
 

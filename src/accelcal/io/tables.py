@@ -21,7 +21,12 @@ from accelcal.errors import TableError, located
 from accelcal.io.cells import MISSING, Column
 from accelcal.io.channels import with_channels
 from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
-from accelcal.io.declarations import Declarations, declarations, declared_by_caller
+from accelcal.io.declarations import (
+    Declarations,
+    declarations,
+    declared_by_caller,
+    notes_of_serial,
+)
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.output_unit import (
@@ -310,6 +315,10 @@ def _records(
     layout: Layout, readings: Readings, declared: Declarations, common: dict[str, Any]
 ) -> Iterator[TumbleRecord]:
     serials = _serials(layout, readings, common["serial"])
+    header = layout.declared.get("serial")
+    written = readings.serials or ((header.value,) if header else ())
+    notes = [note for own in written for note in notes_of_serial(common["serial"], own)]
+    common |= {"notes": (*common["notes"], *notes)}
     for serial, chosen in zip(serials, readings.of_each_serial(), strict=True):
         if chosen.output.size == 0:
             problem = f"serial {shown(str(serial))} has no output that is not missing"

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from accelcal.errors import InputError
 from accelcal.io.columns import CONSTANTS
-from accelcal.io.declarations import declarations
+from accelcal.io.declarations import declarations, notes_of_serial
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.ordinary.cell_blocks import (
     CellBlock,
@@ -225,6 +225,7 @@ class _Heads:
         name, data, skipped, file = content
         own = {
             "serial": serial,
+            "notes": (*shared.fields["notes"], *notes_of_serial(serial, declared)),
             "metadata": {**shared.metadata},
             "source": name,
             # of many files: OpenSSL, which `sha256_of` may do without, is worth its loading
