@@ -515,3 +515,30 @@ def test_the_public_record_is_untouched():
     before = record.output.copy()
     outlooks(record, NOISE, T0)
     assert np.array_equal(record.output, before)
+
+
+def test_a_chance_that_a_double_cannot_hold_beside_one_is_no_fault():
+    """With heavy tails the family amounts to more tests than 1 / epsilon, and discover failed."""
+    family = design()[2]
+    usual, rare = (smallest_detectable(own) for own in (family, family._replace(tests=1e20)))
+    for one, other in zip(usual, rare, strict=True):
+        assert 1.5 * one.value < other.value < 5.0 * one.value
+
+
+def test_the_part_of_an_eccentricity_that_the_coefficients_take_up_has_no_value():
+    """It was 0 +- 1e15 urad, and K0 and K2 became as uncertain as that."""
+    plan = TumblePlan(temperatures=(T0,), mountings=("o+", "o-"), strokes=4)
+    hidden = effect("head-eccentricity").of(3e-4, cosine=-2e-4)
+    quiet = NoiseComponents(reading=2e-6, head=1e-6, launch=0.0, launch_sf=0.0)
+    record = simulate(plan=plan, noise=quiet, effects=[hidden], seed=5)
+    found = accelcal.discover(record)
+    (eccentricity,) = found.effects
+    told = eccentricity.parameters
+    assert (told["sine"].value, told["sine"].standard_uncertainty) == (None, None)
+    assert told["cosine"].value == pytest.approx(-2e-4, abs=told["cosine"].expanded_uncertainty)
+    assert told["cosine"].expanded_uncertainty < 5e-6
+    assert "sine = unknown, as the coefficients take it up" in str(found)
+    again = accelcal.Discovery.from_json(found.to_json())
+    assert again.effects == found.effects
+    for table in accelcal.fit(record, model=again).tables:
+        assert all(q.expanded_uncertainty < 1e-4 for q in table.coefficients.values())

@@ -559,3 +559,11 @@ def test_an_effect_of_the_user_pickles_with_its_module_level_term():
     assert isinstance(again, Effect)
     assert again == own
     assert again is not own
+
+
+def test_times_in_days_are_refused_where_effects_follow_them():
+    """discover spoke of a time constant that nobody had given."""
+    record = simulate(plan=TumblePlan(timed=True), seed=1)
+    in_days = replace(record, time=record.time / 86400.0)
+    with pytest.raises(InputError, match=r"162 readings in 0\.\d+ s, .* time \[d\]"):
+        conditions_of(in_days, 20.0)

@@ -51,7 +51,7 @@ FLOORS = (
     {"record", "results", "specification", "accelerometer"},
     {"model"},
     {"geometry", "head_angles", "apparatus"},
-    {"units", "numerics", "atomic", "sentences", "arguments", "dates"},
+    {"units", "numerics", "atomic", "sentences", "arguments", "dates", "pace"},
     {"errors", "version", "logs", "equality", "plural", "arrays"},
     {"escapes"},
 )

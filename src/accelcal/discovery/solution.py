@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, solve
+from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, column_of, own_columns
 from accelcal.discovery.spans import lengths
@@ -79,7 +80,8 @@ def parameters_of(
 ) -> tuple[dict[str, Quantity], ...]:
     """Estimate all parameters of each of some effects together.
 
-    The number of a reading or of a position has no uncertainty.
+    The number of a reading or of a position has no uncertainty. An amplitude that the base model
+    takes up, as K0 and K2 take one of the two of an eccentricity, has no value.
 
     Notes
     -----
@@ -87,23 +89,28 @@ def parameters_of(
     parameters together from the derivatives by the nonlinear ones at the solution.
     """
     c, space = comparison.model.conditions, comparison.space
-    linear = space.see(np.hstack([own_columns(item, c) for item in instances]))
-    sizes = np.linalg.lstsq(linear, comparison.seen, rcond=None)[0]
+    whole = space.whiten(np.hstack([own_columns(item, c) for item in instances]))
+    linear = space.left_of(whole)
+    shown = lengths(linear) > VISIBLE * lengths(whole)
+    sizes = np.zeros(shown.size)
+    sizes[shown] = np.linalg.lstsq(linear[:, shown], comparison.seen, rcond=None)[0]
     split = np.split(sizes, np.cumsum([len(item.amplitudes) for item in instances])[:-1])
     slopes = [_slopes(item, size, c) for item, size in zip(instances, split, strict=True)]
-    derivatives = np.hstack([linear, *(space.see(s) for s in slopes if s.shape[1])])
-    uncertainty = standard_uncertainties(derivatives)
-    of_sizes, of_shapes = iter(uncertainty[: sizes.size]), iter(uncertainty[sizes.size :])
+    derivatives = np.hstack([linear[:, shown], *(space.see(s) for s in slopes if s.shape[1])])
+    told, of_shapes = np.split(standard_uncertainties(derivatives), [np.count_nonzero(shown)])
+    uncertainty = np.full(shown.size, np.nan)
+    uncertainty[shown] = told
+    of_sizes, of_shapes = iter(uncertainty.tolist()), iter(of_shapes.tolist())
     found = []
     for item, size in zip(instances, split, strict=True):
-        told = {
+        own = {
             p.name: _quantity(p, value, next(of_sizes), space.dof)
             for p, value in zip(item.amplitudes, size.tolist(), strict=True)
         }
         for p in item.effect.shapes:
             u = None if p.discrete else next(of_shapes)
-            told[p.name] = _quantity(p, item.shape[p.name], u, space.dof)
-        found.append(told)
+            own[p.name] = _quantity(p, item.shape[p.name], u, space.dof)
+        found.append(own)
     return tuple(found)
 
 
@@ -133,8 +140,10 @@ def _slopes(instance: Instance, size: Array, c: Conditions) -> Array:
 def _quantity(parameter: Parameter, value: float, uncertainty: float | None, dof: int) -> Quantity:
     if uncertainty is None:
         return Quantity(value, None, parameter.unit)
-    u = float(uncertainty)
-    return Quantity(value, u, parameter.unit, student_quantile(LEVEL, dof) * u, float(dof))
+    if np.isnan(uncertainty):
+        return Quantity(None, None, parameter.unit)
+    half = student_quantile(LEVEL, dof) * uncertainty
+    return Quantity(value, uncertainty, parameter.unit, half, float(dof))
 
 
 def changes(comparison: Comparison, before: Solution, after: Solution) -> tuple[Change, ...]:

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from accelcal.arrays import Array, Ints
+from accelcal.errors import InputError
 from accelcal.geometry import accelerations
+from accelcal.pace import too_quick
 from accelcal.record import TumbleRecord
 from accelcal.results.mapping import freeze
 
@@ -117,6 +119,11 @@ def conditions_of(
         Those of an ideal accelerometer: `indicated` and `axial` are a_i, `gain` 1, `per_radian` the
         derivative of a_i, `per_degree` 0. Who knows better replaces them.
 
+    Raises
+    ------
+    InputError
+        If the times are in another unit than s, as readings follow one another too quickly.
+
     Notes
     -----
     Without times, readings follow one another by run, stroke and, on back strokes, falling head
@@ -164,6 +171,8 @@ def _sequence(record: TumbleRecord) -> tuple[Ints, Array]:
     """Numbers of the readings in the order of measuring, and their times from the first one."""
     time = record.time if record.time is not None else np.full(len(record), np.nan)
     timed = bool(np.isfinite(time).all())
+    if timed and (said := too_quick(time)):
+        raise InputError(f"{said}; times are in s, so name their unit, as in the heading time [d]")
     travel = np.where(record.stroke % 2 == 1, record.angle, -record.angle)
     by_layout = (travel, record.stroke, record.mounting, record.run)
     order = np.argsort(time, kind="stable") if timed else np.lexsort(by_layout)

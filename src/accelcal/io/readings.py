@@ -21,6 +21,7 @@ from accelcal.io.times import DAY, in_seconds, times
 from accelcal.io.wording import all_outputs, listed
 from accelcal.numerics.grouping import group_after_group
 from accelcal.numerics.sorting import distinct
+from accelcal.pace import too_quick
 
 MAXIMUM_TEMPERATURE = 250.0
 """Above it a temperature is taken for a mistake, most often kelvin [degC]."""
@@ -31,9 +32,6 @@ overload and for what is not a number."""
 
 FEWEST_IN_TURN = 5
 """Positions from 1 to the return, where a turn is to be told from a few."""
-
-QUICKEST = 0.1
-"""Mean time from reading to reading that no head is quick enough for [s]."""
 
 _FAR = 10.0
 """One of `MARKERS` is no reading where it is so many times the largest other output."""
@@ -230,17 +228,10 @@ def notes_of_pace(time: NDArray[Any] | None) -> list[str]:
     Returns
     -------
     list of str
-        A sentence, where numbers follow each other by less than `QUICKEST` on the mean.
+        A sentence, where numbers follow each other too quickly.
     """
-    if time is None or time.dtype.kind != "f":
-        return []
-    span = float(np.ptp(time))
-    if not 0.0 < span < QUICKEST * (time.size - 1):
-        return []
-    return [
-        f"{time.size} readings in {span:.3g} s, and no head turns so quickly; name the unit of the"
-        " time in its heading, such as time [d]"
-    ]
+    said = "" if time is None or time.dtype.kind != "f" else too_quick(time)
+    return [f"{said}; name the unit of the time in its heading, such as time [d]"] if said else []
 
 
 def _where(columns: Mapping[str, Column], positions: int) -> dict[str, NDArray[Any]]:

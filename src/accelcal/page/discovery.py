@@ -89,8 +89,8 @@ def _highlights(found: Discovery) -> Iterator[Highlight]:
         shown = " → ".join(significant(value * MICRO) for value in held if value is not None)
         yield Highlight("gap of readings left out", f"{shown} µg", "before → after")
     for effect in found.effects:
-        first = next(iter(effect.parameters.values()), None)
-        if first is not None and first.value is not None:
+        first = next((q for q in effect.parameters.values() if q.value is not None), None)
+        if first is not None:
             value, _, uncertainty = sized(first).partition(" +- ")
             uncertainty, _, unit = uncertainty.partition(" ")
             detail = f"± {uncertainty} (95 %)" if uncertainty else effect.id
@@ -223,7 +223,7 @@ def _open(found: Discovery) -> Section:
     blocks: list[Block] = []
     if found.undetectable:
         rows = [
-            (_named(item.id), typeset(", ".join(item.absorbed_by)) or "nothing")
+            (_named(item.id), typeset(", ".join(item.absorbed_by)) or "it leaves no trace")
             for item in found.undetectable
         ]
         caption = "Effects that this test cannot show, whatever their size"

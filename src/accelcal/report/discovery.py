@@ -122,7 +122,8 @@ def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
     else:
         yield from wrapped(NOT_REGISTERED, "  ")
     for name, quantity in effect.parameters.items():
-        yield f"  {name} = {told(quantity)}"
+        taken_up = ", as the coefficients take it up" if quantity.value is None else ""
+        yield f"  {name} = {told(quantity)}{taken_up}"
     if len(found.effects) > 1:
         before, after = _both(effect.gap_before, effect.gap_after)
         yield f"  gap {before} -> {after} ug"
@@ -182,7 +183,7 @@ def _open(found: Discovery) -> Iterator[str]:
     if found.undetectable:
         yield "What this test cannot show, and what would take it up"
         for item in found.undetectable:
-            yield f"  {item.id}: {', '.join(item.absorbed_by) or 'nothing'}"
+            yield f"  {item.id}: {', '.join(item.absorbed_by) or 'it leaves no trace'}"
     if found.next_measurement:
         yield "Next measurement"
         yield from wrapped(found.next_measurement, "  ")

@@ -14,7 +14,7 @@ from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
-from accelcal.numerics.probability import student_quantile
+from accelcal.numerics.probability import f_quantile
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Detectable, Undetectable
@@ -131,7 +131,7 @@ def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Detectable
         own = np.flatnonzero(found.owner == number)
         units = np.array([found.instances[i].amplitudes[0].unit for i in own])
         alike = own[units == units[0]]  # sizes of other units are not compared
-        limit = student_quantile(1.0 - alpha / (tries * family.tests), dof) ** 2
+        limit = f_quantile(alpha / (tries * family.tests), 1.0, dof)
         needed = float(np.sqrt(ncfdtrinc(1, dof, 1.0 - POWER, limit))) / found.length[alike]
         sizes.append(Detectable(effect.id, median(needed), str(units[0])))
     return tuple(sizes)
