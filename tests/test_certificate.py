@@ -578,13 +578,25 @@ def test_a_bad_laboratory_is_one_line(folder, lab, said, capsys):
 
 
 def test_the_method_writes_what_the_command_writes(calibration, tmp_path):
-    dated, lab = replace(calibration, date="2026-11-21"), EXAMPLES / "laboratory.toml"
+    dated, lab = replace(calibration, date="2026-11-20"), EXAMPLES / "laboratory.toml"
     dated.to_json(tmp_path / "cal.json")
     for data in ([], [lab]):
         dated.certificate(tmp_path / "method.xml", *data)
         command = ["report", tmp_path / "cal.json", "--dcc", tmp_path / "command.xml"]
         assert main([str(part) for part in (*command, *(["--dcc-data", lab] if data else []))]) == 0
         assert (tmp_path / "method.xml").read_bytes() == (tmp_path / "command.xml").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("date", "first", "last"),
+    [("2024-05-01", "2026-11-19", "2026-11-20"), ("2026-11-21", "2026-11-19", "")],
+)
+def test_a_test_of_another_day_is_not_certified(calibration, date, first, last):
+    """The days of a file of the laboratory that was left from another test were certified."""
+    known = Laboratory(performed_from=first, performed_to=last)
+    with pytest.raises(accelcal.InputError, match=f"{date}, which is not within .* {first} to"):
+        certificate(replace(calibration, date=date), known)
+    assert certificate(replace(calibration, date=first), known)
 
 
 def test_the_method_writes_nothing_without_a_day(calibration, tmp_path):

@@ -333,3 +333,14 @@ def test_csv_of_rows_is_readable():
     writer.writeheader()
     writer.writerows(rows)
     assert len(text.getvalue().splitlines()) == len(rows) + 1
+
+
+def test_tests_that_take_too_long_are_named():
+    """They were left out without a word, as if there were no others."""
+    found = accelcal.design(positions=[4, 8, 12], hours=8.0, effects=False)
+    assert [one.label for one in found.designs] == ["4 x 2"]
+    told = ("left out, as it takes more than 8 h: 8 x 2 (8.325 h), 12 x 2 (8.925 h)",)
+    assert found.notes == told
+    assert f"note: {told[0]}" in " ".join(str(found).split())
+    assert accelcal.DesignComparison.from_json(found.to_json()) == found
+    assert accelcal.design(positions=[4], hours=8.0, effects=False).notes == ()

@@ -298,7 +298,9 @@ def test_a_document_of_several_units_is_none_of_one(folder, capsys):
     (folder / "several.json").write_text(written("discoveries and their stand"), "utf-8")
     assert main(["fit", "data.csv", "--serial", "S7", "--model", "several.json"]) == 2
     said = "serial S7 is asked for, but it holds the discovery of S0, S1"
-    assert capsys.readouterr().err.startswith(f"error: several.json: {said}")
+    *notes, error = capsys.readouterr().err.splitlines()
+    assert notes == ["note: data.csv: the serial is S7, as given, in place of S0 in the table"]
+    assert error.startswith(f"error: several.json: {said}")
     with pytest.raises(DocumentError, match="key discoveries: 2 in a list, of S0, S1, in place"):
         Discovery.from_document(json.loads(written("discoveries and their stand")))
     item = json.loads(written("discoveries and their stand"))["discoveries"][1]

@@ -76,13 +76,19 @@ def _core_data(calibration: Calibration, known: Laboratory) -> Element:
 
 def _days(calibration: Calibration, known: Laboratory) -> tuple[str, str]:
     found = date_of(calibration.date or "")
-    first = known.performed_from or (found.date().isoformat() if found else "")
+    tested = found.date().isoformat() if found else ""
+    first = known.performed_from or tested
     last = known.performed_to or first
     if not first or last < first:
         raise InputError(
             f"a certificate states the days of the test, and here they are"
             f" {first or NOT_STATED!r} to {last or NOT_STATED!r}; write # date: 2026-11-21 into the"
             " table, or performed_from and performed_to into the file of the laboratory"
+        )
+    if tested and not first <= tested <= last:
+        raise InputError(
+            f"the table is of {tested}, which is not within the days of the file of the laboratory,"
+            f" {first} to {last}; mend performed_from and performed_to, or the date of the table"
         )
     return first, last
 

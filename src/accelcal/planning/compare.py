@@ -18,7 +18,7 @@ from accelcal.model import SLOPES
 from accelcal.planning.pace import Pace, hours_of, per_run, strokes_within
 from accelcal.planning.prediction import forecasts, lost_coefficients, visibility
 from accelcal.planning.targets import checked_targets, refuse_impossible
-from accelcal.results.designs import DesignComparison, TestDesign, Visibility
+from accelcal.results.designs import DesignComparison, TestDesign, Visibility, label
 from accelcal.simulation import NoiseComponents, TumblePlan
 from accelcal.units import HOUR
 from accelcal.version import SOFTWARE
@@ -130,7 +130,8 @@ def design(
         design_of(plan, noise, pace, accelerometer, declared=declare, effects=effects)
         for plan in _fitting(choices, several(strokes), pace, hours)
     )
-    return compared(found, noise, resolution, pace, asked, declared=declare)
+    told = compared(found, noise, resolution, pace, asked, declared=declare)
+    return replace(told, notes=_left_out(choices, several(strokes), pace, hours))
 
 
 def compared(
@@ -219,6 +220,24 @@ def _fitting(
             " strokes, levels or mountings"
         )
     return found
+
+
+def _left_out(
+    choices: Sequence[TumblePlan], strokes: Sequence[int], pace: Pace, hours: float | None
+) -> tuple[str, ...]:
+    """Say which choices are not compared, as the quickest test of them takes too many hours."""
+    if hours is None:
+        return ()
+    number, long = min(strokes, default=min(STROKES)), []
+    for choice in choices:
+        plan = replace(choice, strokes=number)
+        took = hours_of(plan, pace)
+        if took > hours * (1.0 + 1e-9):
+            where = plan.positions if plan.angles is None else None
+            long.append(f"{label(where, plan.stops.tolist(), number)} ({took:.4g} h)")
+    if not long:
+        return ()
+    return (f"left out, as it takes more than {hours:g} h: {', '.join(dict.fromkeys(long))}",)
 
 
 def _usual_strokes(plan: TumblePlan, pace: Pace, hours: float | None) -> Sequence[int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from accelcal.model import COEFFICIENT_OF, COEFFICIENTS, SLOPES
-from accelcal.report.lines import aligned, sections
+from accelcal.report.lines import aligned, sections, wrapped
 from accelcal.report.numbers import SMALL_UNITS, in_small_unit, significant
 from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
 from accelcal.units import MICRO
@@ -42,7 +42,7 @@ def comparison_text(found: DesignComparison) -> str:
             _what_time_buys(found),
             _lost(found.designs),
             *_effects(found.designs),
-            _notes(found.designs),
+            _notes(found),
         )
         + "\n"
     )
@@ -261,9 +261,11 @@ def _taken_up(item: Visibility) -> str:
     return f"{len(names)} of them" if len(names) > _NAMED else " ".join(names) or "nothing"
 
 
-def _notes(designs: Sequence[TestDesign]) -> Iterator[str]:
-    notes = dict.fromkeys(note for design in designs for note in design.notes)
-    yield from (f"note: {note}" for note in notes if not _tells_of_blindness(note))
+def _notes(found: DesignComparison) -> Iterator[str]:
+    of_designs = dict.fromkeys(note for design in found.designs for note in design.notes)
+    notes = (note for note in of_designs if not _tells_of_blindness(note))
+    for note in (*found.notes, *notes):
+        yield from wrapped(f"note: {note}")
 
 
 def _tells_of_blindness(note: str) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -162,11 +162,15 @@ class TestDesign(StoredPart):
     @property
     def label(self) -> str:
         """The test in a few characters, as ``"8 x 6"``: positions and strokes."""
-        stops = self.positions or f"{len(set(self.angles))} angles"
-        return f"{stops} x {self.strokes}"
+        return label(self.positions, self.angles, self.strokes)
 
     def __repr__(self) -> str:
         return f"<TestDesign {self.label}: {self.readings} readings, {self.hours:.4g} h>"
+
+
+def label(positions: int | None, angles: Iterable[float], strokes: int) -> str:
+    """Name a test by its positions in a turn, else by the number of its angles, and its strokes."""
+    return f"{positions or f'{len(set(angles))} angles'} x {strokes}"
 
 
 def _pace(document: Any) -> dict[str, float]:
@@ -191,6 +195,8 @@ class DesignComparison(StoredResult, TabularResult):
         Standard uncertainties asked for.
     software : str
         Version of accelcal.
+    notes : tuple of str
+        Which tests were left out, and why.
 
     Notes
     -----
@@ -210,6 +216,7 @@ class DesignComparison(StoredResult, TabularResult):
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal design"
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"pace": _pace}
+    _MISSING: ClassVar[Mapping[str, Any]] = {"notes": ()}
 
     designs: tuple[TestDesign, ...]
     stand: Mapping[str, float]
@@ -217,6 +224,7 @@ class DesignComparison(StoredResult, TabularResult):
     pace: Mapping[str, float]
     targets: Mapping[str, float]
     software: str
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -280,6 +288,7 @@ class DesignComparison(StoredResult, TabularResult):
             **members(self, "stand declared pace targets designs"),
             "pareto_front": {name: list(self.front(name)) for name in self.names()},
             "meeting_targets": list(self.meeting()) if self.targets else None,
+            "notes": list(self.notes),
             "software": self.software,
         }
 
