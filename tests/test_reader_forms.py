@@ -101,6 +101,60 @@ def test_blanks_within_headings_separate_nothing(separator):
     assert same_readings(read(long_table(separator, headings=headings)), REFERENCE)
 
 
+@pytest.mark.parametrize(
+    ("heading", "unit", "why"),
+    [
+        ("Strom [mA]", "mA", "unit"),
+        ("Spannung in V", "V", "unit"),
+        ("Courant (mA)", "mA", "unit"),
+        ("Ток, мА", "mA", "unit"),
+        ("I/mA", "mA", "unit"),
+        ("Частота, кГц", "kHz", "unit"),
+        ("Acceleration m/s²", "m/s^2", "unit"),
+        ("Mean", None, "name"),
+        ("Mittelwert", None, "name"),
+    ],
+)
+def test_the_only_column_that_can_be_the_output_is(heading, unit, why):
+    """These were refused, with the advice to list them as accelerometers."""
+    record = read(long_table(";", ",", ("T", "J", "k", heading)))
+    assert same_readings(record, REFERENCE)
+    assert record.unit == unit
+    assert record.notes == (f"column '{heading}' is taken for the outputs, by its {why}",)
+
+
+@pytest.mark.parametrize(
+    "others", ["Strom [mA];Spannung [V]", "Mean;Average", "Kanal 1 [V];Kanal 2", "Notes;Mood"]
+)
+def test_where_several_columns_can_be_the_output_none_is(others):
+    with pytest.raises(TableError, match="no column for output"):
+        read(f"T;J;k;{others}\n20;1;1;1,35;1,36\n20;5;1;-1,35;-1,36\n")
+
+
+def test_an_output_that_is_called_so_comes_before_all_others():
+    text = "T;J;k;output;Mean [mA]\n20;1;1;1,35;7\n20;5;1;-1,35;8\n"
+    record = read(text)
+    assert record.output.tolist() == [1.35, -1.35]
+    assert record.notes == ("column 'Mean [mA]' is not known and was set aside",)
+
+
+@pytest.mark.parametrize(
+    "headings",
+    [
+        ("Температура", "№ положения", "№ хода", "Выходной сигнал, В"),
+        ("Temp", "No pos", "Nr Hub", "Messwert / V"),
+    ],
+)
+def test_numbers_before_the_words(headings):
+    assert same_readings(read(long_table(";", ",", headings)), REFERENCE)
+
+
+@pytest.mark.parametrize("words", ["Passage {}", "Ход {}", "Проход_{}"])
+def test_strokes_across_in_other_languages(words):
+    wide = wide_table(";", ",", strokes=[words.format(k) for k in (1, 2)])
+    assert same_readings(read(wide), read(wide_table()))
+
+
 def test_a_serial_that_the_caller_replaces_is_told():
     """The readings of one unit became those of another one without a word."""
     note = "the serial is B-2, as given, in place of A-1 in the table"

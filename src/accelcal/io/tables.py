@@ -29,6 +29,7 @@ from accelcal.io.declarations import (
 )
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
 from accelcal.io.layout import Layout, read_layout
+from accelcal.io.lone_output import with_lone_output
 from accelcal.io.output_unit import (
     Written,
     factor_of_std,
@@ -243,7 +244,8 @@ def _layout(text: SourceText) -> Layout:
 
 
 def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> Survey:
-    found, layout = None, with_channels(layout, str(overrides.get("serials") or ""))
+    layout = with_lone_output(with_channels(layout, str(overrides.get("serials") or "")))
+    found = None
     if is_bulk(layout):
         with suppress(BulkEngineGivesUp, TableError):  # the light engine has the last word
             found = _read_by(columns_by_pandas, text, layout, overrides)

@@ -13,13 +13,16 @@ from accelcal.units import is_output_unit
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "temperature": ("temperature", "temp", "temperatur", "température", "температура", "т"),
-        "position": ("position", "pos", "j", "stellung", "положение", "позиция"),
+        "position": ("position", "pos", "j", "stellung", "положение", "положения", "позиция"),
         "angle": ("angle", "theta", "th", "θ", "head_angle", "winkel", "угол"),
-        "stroke": ("stroke", "k", "hub", "durchlauf", "durchgang", "passage", "ход", "проход"),
+        "stroke": (
+            *("stroke", "k", "hub", "durchlauf", "durchgang", "passage"),
+            *("ход", "хода", "проход", "прохода"),
+        ),
         "direction": ("direction", "richtung", "sens", "направление"),
         "output": (
             *("output", "y", "value", "reading", "signal", "ausgang", "messwert"),
-            *("sortie", "выход", "показание"),
+            *("sortie", "выход", "выходной_сигнал", "показание"),
         ),
         "run": ("run", "lauf"),
         "time": ("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время"),
@@ -122,17 +125,20 @@ _PAIR = re.compile(r"([^:=]+)[:=](.+)")
 _BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")
 _SUFFIX = re.compile(r"(.+?)\s*[/,]\s*(.+)|(.+)[_ ]([^_ ]+)")
 _STROKES = (
-    re.compile(r"(?:y|k|stroke|output|reading|hub|durchlauf|durchgang)?[_=]?([0-9]{1,6})"),
+    re.compile(
+        r"(?:y|k|stroke|output|reading|hub|durchlauf|durchgang|passage|ход|проход)?[_=]?"
+        r"([0-9]{1,6})"
+    ),
     re.compile(r"y_?\{?j,?([0-9]{1,6})\}?(?:\^\{?t\}?)?"),  # Y_JK^T, as the paper has it
 )
-_POSITIONS = re.compile(r"(?:j|p|pos|position|stellung|lage)_?([0-9]{1,6})")
+_POSITIONS = re.compile(r"(?:j|p|pos|position|stellung|lage|положение|позиция)_?([0-9]{1,6})")
 _SERIAL = re.compile(  # and a label with a digit, which a serial port does not have
     r"(?:(?:output|y)[ _])?(?:s/?n|serial(?:[ _](?:no|nr|number))?)(?:[ _.:#]+|(?=[0-9]))"
     r"([^\s,;]*[0-9][^\s,;]*)",
     re.IGNORECASE,
 )
 _MEASURED = re.compile(r"(T *= *)?([-\u2212]?[0-9]+(?:[.,][0-9]+)?) *(.*)")
-_COUNTED = re.compile(r"(.+)_(?:no|nr|number|#)")
+_COUNTED = re.compile(r"(?:no|nr|№|n°)_(?P<behind>.+)|(?P<before>.+)_(?:no|nr|number|#)")
 
 
 ACROSS: Mapping[str, str] = MappingProxyType(
@@ -367,8 +373,9 @@ def _role(folded: str) -> str | None:
     A number of readings counts them; it is not what was read.
     """
     counted = _COUNTED.fullmatch(folded)
-    if counted and _ROLES.get(counted[1]) in ("position", "stroke", "run"):
-        folded = counted[1]
+    name = (counted["behind"] or counted["before"]) if counted else ""
+    if _ROLES.get(name) in ("position", "stroke", "run"):
+        folded = name
     if folded in _ROLES:
         return _ROLES[folded]
     first, *others = folded.split("_")
