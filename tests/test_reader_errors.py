@@ -580,3 +580,45 @@ def test_the_guide_tells_every_error():
     untold = [text for text in told.values() if not any(p.fullmatch(text) for p in patterns)]
     unproved = [p.pattern for p in patterns if not any(p.fullmatch(text) for text in told.values())]
     assert (untold, unproved) == ([], [])
+
+
+# -- thousands marks -------------------------------------------------------------------------------
+
+
+def grouped(values, mark, unit="counts"):
+    rows = (f"20;{j};1;{value:,d}" for j, value in enumerate(values, start=1))
+    return f"T;J;k;output [{unit}]\n" + "\n".join(rows).replace(",", mark) + "\n"
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+@pytest.mark.parametrize("unit", ["counts", "mA"])
+def test_marks_of_thousands_are_not_those_of_decimals(mark, unit):
+    """135.474 counts of a German program were read as 135 beside 601 as 601."""
+    text = grouped([135474, 96029, 601, -94903, -134550], mark, unit)
+    said = f":2: output [{unit}] '135{mark}474' is one of numbers without decimals or with three"
+    with pytest.raises(TableError, match=re.escape(said)):
+        read_table(io.StringIO(text))
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+def test_whole_numbers_with_three_decimals_throughout_are_told(mark):
+    text = grouped([335474, 296029, 200601, 105097, 65450], mark)
+    note, *others = read_table(io.StringIO(text)).notes
+    assert note.startswith("all outputs have three decimals, though counts are whole numbers")
+    assert f"335{mark}474" in note
+    assert list(read_table(io.StringIO(text.replace("counts", "kHz"))).notes) == others
+
+
+@pytest.mark.parametrize(
+    "outputs",
+    [
+        ("1.352", "0.954", "0", "-0.954", "-1"),  # thousands do not begin with 0
+        ("1.35", "1.354", "1.358", "2", "1.353"),
+        ("1.352", "2", "-1.354"),  # two numbers happen to have three decimals
+        ("1352", "1.354", "1.358", "2", "1.353"),
+    ],
+)
+def test_decimals_stay_decimals(outputs):
+    rows = (f"20;{j};1;{output}" for j, output in enumerate(outputs, start=1))
+    record = read_table(io.StringIO("T;J;k;output\n" + "\n".join(rows) + "\n"))
+    assert record.output.tolist() == list(map(float, outputs))

@@ -14,7 +14,8 @@ from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.io.signs import with_hyphen
-from accelcal.io.vocabulary import UNITS_OF, has_unit, is_unit_of
+from accelcal.io.thousands import first_in_groups
+from accelcal.io.vocabulary import ACROSS, UNITS_OF, has_unit, is_unit_of
 from accelcal.units import canonical_unit
 
 MISSING = frozenset(
@@ -32,6 +33,8 @@ _REMEDIES = {
 """Column -> what its cells should be, where one is no number."""
 
 _WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
+
+_OF_OUTPUTS = ("output", *ACROSS)
 
 _WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
 
@@ -238,6 +241,12 @@ def _floats(column: Column) -> list[float]:
             values.append(_float(cell, column.decimal, other))
         except ValueError:
             raise _not_a_number(column, index) from None
+    place = first_in_groups(cells) if column.role in _OF_OUTPUTS else None
+    if place is not None:
+        problem = f"{{}} is one of numbers without decimals or with three: {column.decimal!r} is no"
+        raise column.refuse(
+            place, f"{problem} decimal mark", "write numbers without thousands marks"
+        )
     return values
 
 

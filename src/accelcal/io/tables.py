@@ -48,6 +48,7 @@ from accelcal.io.repeats import without_repeats
 from accelcal.io.runs import runs_of
 from accelcal.io.sheets import one_table, require_same_columns, with_temperature_of_sheet
 from accelcal.io.text import Source, SourceText, read_texts
+from accelcal.io.thousands import notes_of_thousands
 from accelcal.io.units_row import with_units_below
 from accelcal.io.wording import listed, were
 from accelcal.logs import tell
@@ -266,7 +267,10 @@ def _read_by(
         readings = readings.with_std_times(factor)
     turn = notes_of_turn(readings, declared.record["positions"])
     notes = [*text.notes, *layout.notes, *table.notes, *turn, *notes_of_midnight(readings)]
-    notes += readings.stroke_notes
+    notes += (
+        *readings.stroke_notes,
+        *notes_of_thousands([own.cells for own in table.outputs], unit.name),
+    )
     common = {**declared.record, "source": layout.source, "notes": (*notes, *unit.notes)}
     common |= {"sha256": text.sha256, "date": table.date or common["date"]}
     return _form(text, layout, table), _records(layout, readings, declared, common)
