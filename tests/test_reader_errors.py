@@ -603,7 +603,7 @@ def test_marks_of_thousands_are_not_those_of_decimals(mark, unit):
 @pytest.mark.parametrize("mark", [".", ","])
 def test_whole_numbers_with_three_decimals_throughout_are_told(mark):
     text = grouped([335474, 296029, 200601, 105097, 65450], mark)
-    note, *others = read_table(io.StringIO(text)).notes
+    *others, note = read_table(io.StringIO(text)).notes
     assert note.startswith("all outputs have three decimals, though counts are whole numbers")
     assert f"335{mark}474" in note
     assert list(read_table(io.StringIO(text.replace("counts", "kHz"))).notes) == others
