@@ -809,10 +809,15 @@ def test_what_leaves_only_noise_is_nearest_and_told_why_it_is_not_accepted(tmp_p
 def test_a_run_in_another_unit_is_said():
     """The laws of three levels take up whatever the scale factor of each run is."""
     record = accelcal.simulate(seed=3)
-    said = "K1 of run 2 is 1.03e+03 times that of the others: another unit, sign or accelerometer"
+    said = "K1 of run 2 is 1.03e+03 times that of the others: another unit, resistor or accelero"
     output = np.where(record.run == 1, 1000.0 * record.output, record.output)
-    assert accelcal.discover(replace(record, output=output)).notes[0].startswith(said)
-    assert not any("another unit" in note for note in accelcal.discover(record).notes)
+    found = accelcal.discover(replace(record, output=output))
+    (fault,) = found.faults
+    assert fault.finding.startswith(said)
+    assert (set(fault.readings), fault.name) == (set(range(54, 108)), "run of another size")
+    assert "nothing is missing that shows" not in str(found)
+    assert "Beside these faults model and readings agree" in str(found)
+    assert accelcal.discover(record).faults == ()
 
 
 def test_a_change_that_rounding_makes_is_none():

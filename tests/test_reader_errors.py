@@ -147,6 +147,11 @@ ERRORS = {
         H.replace(",", ";") + "20;1;1;1'354.7\n",
         '2: output "1\'354.7" has a thousands mark; write numbers without them',
     ),
+    "thousands mark of Germany": (
+        H.replace(",", ";") + "20;1;1;601\n20;2;1;96.029\n20;3;1;-94.903\n20;4;1;-134.550\n",
+        "3: output '96.029' is one of numbers without decimals or with three: '.' is no decimal"
+        " mark; write numbers without thousands marks",
+    ),
     "too few fields": (
         OK + "20,7,1\n",
         "5: 3 fields, but output is field 4; complete the row or delete it",

@@ -29,9 +29,6 @@ _LIKE_ANY = ": errors of the head look like effects of the position alone"
 _OTHERWISE = 2.0
 """Standard uncertainties by which a coefficient must differ to be told."""
 
-_OF_ANOTHER_SIZE = 0.2
-"""Part by which a run's scale factor must differ to be that of another unit or accelerometer."""
-
 _MOST_RIVALS = 3
 
 _ALIKE = 0.999
@@ -71,7 +68,6 @@ def caveats(
     or of the nearest ones where none passes.
     """
     yield from map(Caveat, said_of_positions(comparison.record))
-    yield from map(Caveat, _of_another_size(comparison))
     best = found[0].instances if found else ()
     laws, places = list(other_laws(comparison, best)), list(other_places(comparison, best))
     yield from map(Caveat, _by_another_law(laws))
@@ -82,27 +78,6 @@ def caveats(
     yield from _wandering(walks, named=bool(found))
     yield from _undeclared(comparison, best)
     yield from map(Caveat, _noise(comparison))
-
-
-def _of_another_size(comparison: Comparison) -> Iterator[str]:
-    """A run in another unit, which temperature laws or a free scale factor take up."""
-    c, record = comparison.model.conditions, comparison.record
-    size = {}
-    for run in np.unique(c.run).tolist():
-        own = c.run == run
-        design = np.stack([np.ones_like(c.input), c.input, c.cross], axis=1)[own]
-        fitted, _, rank, _ = np.linalg.lstsq(design, record.output[own], rcond=1e-9)
-        if rank == design.shape[1]:
-            size[record.run_labels[run]] = float(fitted[1])
-    if len(size) < 2:
-        return
-    usual = sorted(size.values())[(len(size) - 1) // 2] or np.nan
-    odd = max(size, key=lambda run: abs(size[run] / usual - 1.0))
-    if abs(size[odd] / usual - 1.0) > _OF_ANOTHER_SIZE:
-        yield (
-            f"K1 of run {odd} is {size[odd] / usual:.3g} times that of the others: another unit,"
-            " sign or accelerometer; mend that first, as it is taken up as if it were temperature"
-        )
 
 
 def _by_another_law(laws: Sequence[Alternative]) -> Iterator[str]:

@@ -70,6 +70,8 @@ def outcome(found: Discovery, p: str) -> str:
         return f"Model and readings disagree ({p}). What is missing: {names}{more}."
     if found.unexplained:
         return f"Model and readings disagree ({p}), and no known effect explains it."
+    if found.faults:
+        return f"Beside these faults model and readings agree ({p}): nothing else shows."
     return f"Model and readings agree ({p}): nothing is missing that shows."
 
 

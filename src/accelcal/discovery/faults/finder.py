@@ -15,6 +15,7 @@ import numpy as np
 from accelcal.arrays import Array, Places
 from accelcal.discovery.declared_noise import in_units_of, relative_noise
 from accelcal.discovery.faults.fault import entry_fault
+from accelcal.discovery.faults.other_size import run_of_another_size
 from accelcal.discovery.faults.pure_error import PureError, moving, pure_error
 from accelcal.discovery.faults.remounting import mounted_anew
 from accelcal.discovery.faults.single_readings import nominal_scale, single_readings
@@ -76,13 +77,13 @@ def faults(
     Returns
     -------
     tuple of Fault
-        Wrong orders of strokes and tables, units mounted anew between runs, exchanged readings,
-        outliers, the step of the readings, vibration, which is not looked for beside a visible
-        step.
+        Wrong orders of strokes and tables, units mounted anew between runs, a run in another
+        unit, exchanged readings, outliers, the step of the readings, vibration, which is not looked
+        for beside a visible step.
     TumbleRecord
-        The record with strokes put in order, runs turned back, exchanged readings exchanged back,
-        outliers set aside, and a step that was found declared. Its notes say so, and what could not
-        be judged for want of replicates.
+        The record with strokes put in order, runs of one size and turned back, exchanged readings
+        exchanged back, outliers set aside, and a step that was found declared. Its notes say so,
+        and what could not be judged for want of replicates.
 
     Raises
     ------
@@ -100,6 +101,7 @@ def faults(
     (['outlier'], 1)
     """
     orders, ordered = wrong_orders(record, delta0)
+    sizes, ordered = run_of_another_size(ordered, delta0)
     turns, ordered = mounted_anew(ordered, delta0)
     scene = _scene(ordered, reference_temperature, delta0)
     step = visible_step(ordered.output, _scatter(scene))
@@ -116,13 +118,13 @@ def faults(
         shaken = (_of_vibration(_scene(mended, reference_temperature, delta0), chance),)
     stepped = () if step is None else (_of_step(step, rest),)
     turned = turned_tables(mended, delta0, _kept(record, single))
-    notes = [fault.finding for fault in (*orders, *turns, *single)]
+    notes = [fault.finding for fault in (*orders, *sizes, *turns, *single)]
     if scene.view.dof < FEWEST_REPLICATES:
         notes.append(_NOT_JUDGED.format(dof=max(int(scene.view.dof), 0)))
     mended = replace(mended, notes=(*mended.notes, *notes))
     if step is not None:
         mended = mended.with_apparatus(resolution=step.step)
-    return (*orders, *turns, *turned, *single, *stepped, *shaken), mended
+    return (*orders, *sizes, *turns, *turned, *single, *stepped, *shaken), mended
 
 
 def _kept(record: TumbleRecord, single: tuple[Fault, ...]) -> Places:
