@@ -9,9 +9,12 @@ from numpy.testing import assert_allclose
 
 import accelcal
 from accelcal import effect
+from accelcal.discovery.columns import saturated
+from accelcal.discovery.comparison import compared
 from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise
+from accelcal.discovery.run_noise import with_noise_of_runs
 from accelcal.effects.conditions import conditions_of
 
 QUIET = accelcal.NoiseComponents(reading=1e-12, head=0.0, launch=0.0, launch_sf=0.0)
@@ -112,3 +115,75 @@ def test_compare_weights_them_too():
     calibration = accelcal.fit(noisy(1, "run"))
     found = [accelcal.compare(calibration, noisy(seed, "run")) for seed in range(2, 12)]
     assert sum(each.p_value < 0.05 for each in found) <= 3
+
+
+# -- runs that differ, without std -----------------------------------------------------------------
+
+
+def noise_of_runs(record):
+    return compared(record, 20.0).noise.relative
+
+
+def test_runs_that_scatter_differently_have_their_own_noise():
+    ratios = []
+    for seed in range(16):
+        record = noisy(seed, "run", declared=False)
+        found = noise_of_runs(record)
+        if found is None:  # strokes that differ by chance, as those of a disturbance do
+            continue
+        assert np.mean(found**2) == pytest.approx(1.0)
+        by_run = np.array([found[record.run == run] for run in (0, 1, 2)])
+        assert (np.ptp(by_run, axis=1) == 0.0).all()
+        ratios.append(by_run[1:, 0] / by_run[0, 0])
+    assert len(ratios) >= 8
+    # of 26 degrees of freedom each: a ratio is known to 20 %, the mean of eight to 7 %
+    assert_allclose(np.exp(np.mean(np.log(ratios), axis=0)), [3.0, 10.0], rtol=0.2)
+
+
+@pytest.mark.parametrize("stroke", [2, 5])
+def test_a_noisy_stroke_makes_no_noisy_run(stroke):
+    """What does not repeat is a disturbance, as long as it is not all over the run."""
+    record = noisy(1, "even", declared=False)
+    noise = 60e-6 * np.random.default_rng(1).standard_normal(len(record))
+    own = (record.run == 1) & (record.stroke == stroke)
+    assert noise_of_runs(replace(record, output=record.output + own * noise)) is None
+
+
+def test_a_slow_disturbance_makes_no_noisy_run():
+    record = noisy(1, "even", declared=False)
+    slow = 40e-6 * np.sin(np.arange(len(record)) / 4.0) * (record.run == 1)
+    assert noise_of_runs(replace(record, output=record.output + slow)) is None
+
+
+def test_runs_that_scatter_alike_have_one_noise():
+    assert [noise_of_runs(noisy(seed, "even", declared=False)) for seed in range(20)] == [None] * 20
+
+
+def test_what_the_std_tell_is_not_told_again():
+    record = noisy(1, "run")
+    assert_allclose(noise_of_runs(record), relative_noise(record))
+
+
+def test_a_run_of_few_replicates_has_the_noise_of_the_others():
+    record = noisy(1, "run", declared=False)
+    few = record.select((record.run != 2) | (record.stroke == 1))
+    c = conditions_of(few, 20.0)
+    found = with_noise_of_runs(c, few.output, saturated(c, few.mounting), None)
+    assert found[few.run == 0][0] < found[few.run == 2][0] < found[few.run == 1][0]
+
+
+def test_noisier_runs_are_no_disturbance():
+    """A run six times noisier than the others was unexplained, or a step, in half of the tests."""
+    found = [accelcal.discover(noisy(seed, "run", declared=False)) for seed in range(20, 32)]
+    assert [one.effects for one in found] == [()] * 12
+    assert sum(one.unexplained is not None for one in found) <= 1
+    said = "the readings are weighted by the scatter of their run, the largest of which is"
+    assert all(any(note.startswith(said) for note in one.notes) for one in found)
+
+
+def test_what_the_quiet_run_shows_is_found_beside_noisy_ones():
+    hidden = effect("backlash").of(4e-6)
+    found = accelcal.discover(noisy(3, "run", hidden, declared=False))
+    assert [one.id for one in found.effects] == ["backlash"]
+    (lag,) = found.effects[0].parameters.values()
+    assert lag.value == pytest.approx(4e-6, abs=1.5 * lag.expanded_uncertainty)

@@ -7,10 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.discovery.any_pattern import any_patterns
 from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.other_laws import Alternative, other_laws, other_places
 from accelcal.discovery.passing import SMALL_UNITS
@@ -41,6 +43,9 @@ _FEW_PATTERNS, _FAINT = 2, 0.05
 """Patterns that so many effects can always make together, and part of the largest from which on
 one counts."""
 
+_OFTEN = 0.05
+"""Share of patterns outside the catalogue that would get such names, from which on it is told."""
+
 _TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
 
 
@@ -60,13 +65,14 @@ class Caveat(NamedTuple):
 
 
 def caveats(
-    comparison: Comparison, found: Sequence[Explanation], walks: Sequence[Wandering]
+    family: Family, found: Sequence[Explanation], walks: Sequence[Wandering]
 ) -> Iterator[Caveat]:
     """Tell what a reader must know.
 
     Of the explanations that pass, the best comes first. Walks could stand in place of its effects,
     or of the nearest ones where none passes.
     """
+    comparison = family.comparison
     yield from map(Caveat, said_of_positions(comparison.record))
     best = found[0].instances if found else ()
     laws, places = list(other_laws(comparison, best)), list(other_places(comparison, best))
@@ -74,6 +80,7 @@ def caveats(
     yield from map(Caveat, _at_other_places(places))
     yield from map(Caveat, _otherwise(comparison, found, [*places, *laws]))
     yield from _put_together(comparison, found)
+    yield from _of_any_pattern(family, found)
     yield from _of_the_chamber(comparison, found)
     yield from _wandering(walks, named=bool(found))
     yield from _undeclared(comparison, best)
@@ -131,6 +138,19 @@ def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Itera
                 " together could make this one, as |a_i| and a_p^3; positions 22.5 or 30 deg apart"
                 " would tell",
                 [item.effect.id],
+            )
+
+
+def _of_any_pattern(family: Family, found: Sequence[Explanation]) -> Iterator[Caveat]:
+    """Effects of the position alone, where patterns that nobody listed would look like them."""
+    for told in any_patterns(family, found[0]) if found else ():
+        if told.chance > _OFTEN:
+            yield Caveat(
+                f"{' and '.join(told.ids)} are not sure: these positions show {told.patterns}"
+                " patterns of their kind, and of such that no catalogue has up to"
+                f" {100.0 * told.chance:.0f} % would be explained as well by {len(told.ids)}"
+                " effects of it; measure at positions between these",
+                told.ids,
             )
 
 
@@ -227,9 +247,10 @@ def _noise(comparison: Comparison) -> Iterator[str]:
         )
     ratio = 1.0 if noise.relative is None else noise.relative.max() / noise.relative.min()
     if ratio >= _UNEVEN:
+        by = "the scatter of their run" if comparison.record.std is None else "their std"
         yield (
-            "the readings are weighted by their std, the largest of which is"
-            f" {ratio:.2g} times the smallest"
+            f"the readings are weighted by {by}, the largest of which is {ratio:.2g} times the"
+            " smallest"
         )
     if np.isfinite(noise.tails):
         yield "the noise has heavier tails than a normal one, and is judged accordingly"

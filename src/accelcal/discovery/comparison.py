@@ -14,6 +14,7 @@ from accelcal.discovery.columns import saturated
 from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise, refuse_too_many
+from accelcal.discovery.run_noise import with_noise_of_runs
 from accelcal.discovery.space import Space, root_of, space_of, whitened, whitener_of
 from accelcal.record import TumbleRecord
 
@@ -105,7 +106,8 @@ def compared(
         columns = [column_of(item, model.conditions)[:, None] for item in known]
         within = np.hstack([repeating, *columns])
         first = model.residual(solve(model))
-        step, relative = _step(record, model), relative_noise(record)
+        step, by_std = _step(record, model), relative_noise(record)
+        relative = with_noise_of_runs(model.conditions, first, within, by_std)
         noise = reading_noise(model.conditions, first, within, step, relative)
     if not memory:
         noise = noise._replace(rho=0.0)

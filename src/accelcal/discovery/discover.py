@@ -238,7 +238,7 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    said = list(caveats(comparison, findings.explanations, look.walks))
+    said = list(caveats(family, findings.explanations, look.walks))
     as_given = _gap_as_given(record, question, comparison.noise) if found else None
     return Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),

@@ -56,7 +56,8 @@ class ReadingNoise(NamedTuple):
     tails : float
         Degrees of freedom of the Student distribution that has its tails; infinite if normal.
     relative : ndarray, shape (n,), or None
-        Standard deviation of each reading over sigma, as their std tell it; None where alike.
+        Standard deviation of each reading over sigma, as their std tell it, and the scatter of
+        their runs; None where alike.
     """
 
     sigma: float
@@ -97,7 +98,7 @@ def reading_noise(
     step : float
         Step of the readings [g].
     relative : ndarray, shape (n,), optional
-        Relative noise of the readings, from `relative_noise`.
+        Relative noise of the readings, from `relative_noise` and `with_noise_of_runs`.
 
     Raises
     ------

@@ -1,0 +1,133 @@
+"""How often a pattern of the position alone that stands in no catalogue would get these names.
+
+A few positions show a few patterns. Of two or three effects that depend on the position alone
+there are many sets, and one of them comes close to nearly any pattern: a voltmeter whose range
+changes would pass for a fourth-order term beside an error of a head position.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array, Mask
+from accelcal.discovery.columns import dummies
+from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.family import Family
+from accelcal.discovery.spans import lengths, squares_in, without
+
+_OF_POSITION = 0.9
+"""Part of an effect's squares that must be the same in all strokes and runs."""
+
+_FAINT = 0.05
+"""Part of the largest pattern from which on one counts."""
+
+_PARITIES = ((0, 0), (0, 1), (1, 0), (1, 1))
+"""Whether a pattern changes its sign with cos th, and with sin th."""
+
+
+class AnyPattern(NamedTuple):
+    """Effects that depend on the position alone, and what else would look like them.
+
+    Attributes
+    ----------
+    ids : tuple of str
+        Several effects of one kind.
+    patterns : int
+        How many patterns of that kind the readings show.
+    chance : float
+        Of patterns of any shape, as large as this one, the share that some set of as many effects
+        would explain as well.
+    """
+
+    ids: tuple[str, ...]
+    patterns: int
+    chance: float
+
+
+def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
+    """Tell how often any pattern of the position would get such names.
+
+    Parameters
+    ----------
+    family : Family
+        What was searched.
+    named : Explanation
+        What is named.
+
+    Yields
+    ------
+    AnyPattern
+        For all effects that depend on the position alone; or where each of them keeps or changes
+        its sign by cos th and by sin th, for those that do so alike. For two or more: one effect is
+        the simplest explanation, whatever else may look like it.
+
+    Notes
+    -----
+    Of a random direction in d dimensions the share sin^2 that k directions leave is that of a Beta
+    distribution with (d - k)/2 and k/2. It must be no more than what noise leaves of the pattern.
+    There are as many sets as the tries of the effects allow, which bounds the chance.
+    """
+    whole = _patterns(family, None)
+    static = _within(whole, named.directions)
+    kinds = [_patterns(family, parity) for parity in _PARITIES]
+    owners = np.stack([_within(kind, named.directions) & static for kind in kinds])
+    confined = np.asarray(owners.any(axis=0))
+    if not confined[static].all():
+        kinds, owners = [whole], static[None]
+    for patterns, own in zip(kinds, owners, strict=True):
+        if np.count_nonzero(own) >= 2:
+            yield _told(family, named, patterns, own)
+
+
+def _told(family: Family, named: Explanation, patterns: Array, own: Mask) -> AnyPattern:
+    from scipy.special import betainc, binom  # type: ignore[import-untyped]
+
+    count = int(np.count_nonzero(own))
+    left = patterns.shape[1] - count
+    ids = tuple(i.effect.id for i, is_own in zip(named.instances, own, strict=True) if is_own)
+    if left <= 0:
+        return AnyPattern(ids, patterns.shape[1], 1.0)
+    of_noise = left + 2.0 * np.sqrt(2.0 * left)
+    share = min(1.0, of_noise / _size_of_pattern(family, named, patterns, own))
+    sets = float(binom(max(_tries(family, patterns), count), count))
+    chance = -np.expm1(-sets * betainc(left / 2.0, count / 2.0, share))
+    return AnyPattern(ids, patterns.shape[1], float(chance))
+
+
+def _patterns(family: Family, parity: tuple[int, int] | None) -> Array:
+    """Orthonormal basis of what repeats with the position in all strokes and runs, (n, d).
+
+    With a parity, of what changes its sign with cos th and with sin th as often as that says.
+    """
+    c, space = family.comparison.model.conditions, family.space
+    mounting, angle = family.comparison.record.mounting, np.radians(c.angle)
+    cos, sin = np.round(np.cos(angle), 9), np.round(np.sin(angle), 9)
+    if parity is None:
+        columns = dummies(mounting, cos, sin)
+    else:
+        signs = np.sign(cos) ** parity[0] * np.sign(sin) ** parity[1]
+        columns = signs[:, None] * dummies(mounting, np.abs(cos))
+    whole = space.whiten(c.gain[:, None] * columns[:, columns.any(axis=0)])
+    vectors, sizes, _ = np.linalg.svd(space.left_of(whole) / lengths(whole), full_matrices=False)
+    return np.asarray(vectors[:, sizes > _FAINT * sizes.max(initial=0.0)])
+
+
+def _within(patterns: Array, directions: Array) -> Mask:
+    return np.asarray(((patterns.T @ directions) ** 2).sum(axis=0) > _OF_POSITION)
+
+
+def _size_of_pattern(family: Family, named: Explanation, patterns: Array, own: Mask) -> float:
+    """Squares of the pattern, without what the other effects of the explanation take up."""
+    others = np.linalg.qr(named.directions[:, ~own])[0]
+    return squares_in(patterns, without(family.comparison.seen, others))
+
+
+def _tries(family: Family, patterns: Array) -> float:
+    """Independent tries of the effects that make such patterns."""
+    found = family.candidates
+    within = _within(patterns, found.directions)
+    own = [bool(np.median(within[found.of(i)])) for i in range(len(family.tries))]
+    return float(family.tries[own].sum())

@@ -1,0 +1,189 @@
+"""Noise that differs from run to run, as where the chamber blows harder.
+
+As if it were alike, a quiet run would look like one without noise, and a noisy one like a
+disturbance. Outliers are to be set aside before: one is smeared over all readings of its run.
+
+References
+----------
+G. E. P. Box, "Non-normality and tests on variances", Biometrika 40 (1953) 318: what tails do to
+the test of Bartlett.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array, Ints
+from accelcal.discovery.columns import dummies
+from accelcal.discovery.declared_noise import in_units_of
+from accelcal.discovery.faults.pure_error import TELLING
+from accelcal.discovery.spans import orthonormal, without
+from accelcal.effects.conditions import Conditions
+from accelcal.numerics.probability import f_survival
+from accelcal.numerics.sorting import distinct
+
+_SIGNIFICANT = 1e-3
+_MUCH = 1.5
+"""Ratio of the largest noise to the smallest one below which all count as alike."""
+
+_UNEVEN = 0.2
+"""Chance that strokes scatter so differently, below which the run is not noisy but disturbed."""
+
+_SLOW = 2.5
+"""Standard deviations by which neighbours must be alike for the scatter to go with the time."""
+
+_FEWEST = 6
+"""Degrees of freedom of a run that tell its noise; with fewer it has that of the others."""
+
+
+def with_noise_of_runs(
+    c: Conditions, residual: Array, all_that_repeats: Array, relative: Array | None
+) -> Array | None:
+    """Give the readings of each run the noise that its replicates tell, where the runs differ.
+
+    Parameters
+    ----------
+    c : Conditions
+        Of n readings.
+    residual : ndarray, shape (n,)
+        Reading minus some model that is the same for replicates [g].
+    all_that_repeats : ndarray, shape (n, k)
+        From `accelcal.discovery.columns.saturated`.
+    relative : ndarray, shape (n,), or None
+        Relative noise of the readings by their std; None where alike.
+
+    Returns
+    -------
+    ndarray, shape (n,), or None
+        With the noise of the runs in it; the same where they are alike, or where the scatter of a
+        noisy one is no noise: where it is of some strokes, or neighbours are alike.
+
+    Notes
+    -----
+    By the test of Bartlett, divided by 1 + half the excess kurtosis. The medians must differ too,
+    as one outlier makes no noisy run.
+    """
+    error = in_units_of(relative, residual)
+    columns = in_units_of(relative, all_that_repeats)
+    places = [c.order[c.run[c.order] == each] for each in distinct(c.run).tolist()]
+    runs = [_RunError.of(error[own], columns[own], c.stroke[own]) for own in places]
+    told = [run for run in runs if run.dof >= _FEWEST and run.squares > 0.0]
+    if len(told) < 2 or not _differ(told):
+        return relative
+    quietest = min(run.variance for run in told)
+    if any(run.variance > _MUCH**2 * quietest and run.is_disturbed() for run in told):
+        return relative
+    pooled = sum(run.squares for run in told) / sum(run.dof for run in told)
+    size = np.ones(c.run.size) if relative is None else relative.copy()
+    for own, run in zip(places, runs, strict=True):
+        size[own] *= np.sqrt(run.variance if run.dof >= _FEWEST and run.squares > 0.0 else pooled)
+    return np.asarray(size / np.sqrt(np.mean(size**2)))
+
+
+class _RunError(NamedTuple):
+    """Pure error of one run in the order of measuring.
+
+    Attributes
+    ----------
+    left : ndarray, shape (n,)
+        What replicates contradict.
+    basis : ndarray, shape (n, k)
+        What was taken out.
+    stroke : ndarray of int, shape (n,)
+        Strokes.
+    """
+
+    left: Array
+    basis: Array
+    stroke: Ints
+
+    @classmethod
+    def of(cls, error: Array, columns: Array, stroke: Ints) -> _RunError:
+        basis = orthonormal(columns)
+        return cls(without(error, basis), basis, stroke)
+
+    @property
+    def dof(self) -> float:
+        return float(self.left.size - self.basis.shape[1])
+
+    @property
+    def squares(self) -> float:
+        return float(self.left @ self.left)
+
+    @property
+    def variance(self) -> float:
+        return self.squares / self.dof
+
+    @property
+    def free(self) -> Array:
+        """Share of each reading's own error that is left."""
+        return np.asarray(np.maximum(1.0 - (self.basis**2).sum(axis=1), 0.0))
+
+    @property
+    def median(self) -> float:
+        """Median of the squares, each over what is left of it."""
+        telling = self.free > TELLING
+        return float(np.median(self.left[telling] ** 2 / self.free[telling]))
+
+    @property
+    def excess(self) -> float:
+        """Excess kurtosis."""
+        normal = float((self.free**2).sum()) * self.variance**2
+        return float((self.left**4).sum()) / normal - 3.0
+
+    def is_disturbed(self) -> bool:
+        """Whether the scatter is of some strokes more than of others, or goes with the time."""
+        alike = self.basis[1:] * self.basis[:-1]
+        product = float(self.left[1:] @ self.left[:-1]) / self.variance + float(alike.sum())
+        if product > _SLOW * np.sqrt(self.dof):
+            return True
+        strokes = dummies(self.stroke).T
+        dof, squares = strokes @ self.free, strokes @ self.left**2
+        told = dof > 1.0
+        return bartlett(squares[told] / dof[told], dof[told]) < _UNEVEN
+
+
+def _differ(runs: Sequence[_RunError]) -> bool:
+    """Whether the noise of the runs differs, by far and not by chance."""
+    for size in ([run.variance for run in runs], [run.median for run in runs]):
+        if max(size) < _MUCH**2 * min(size):
+            return False
+    dof = np.array([run.dof for run in runs])
+    excess = max(float(dof @ [run.excess for run in runs]) / float(dof.sum()), 0.0)
+    chance = bartlett(np.array([run.variance for run in runs]), dof, tails=excess)
+    return chance < _SIGNIFICANT
+
+
+def bartlett(variance: Array, dof: Array, tails: float = 0.0) -> float:
+    """Chance that k variances of some degrees of freedom differ so much, by the test of Bartlett.
+
+    Parameters
+    ----------
+    variance, dof : ndarray, shape (k,)
+        The variances with their degrees of freedom.
+    tails : float, default 0
+        Excess kurtosis, by which the statistic is divided (Box 1953).
+
+    Returns
+    -------
+    float
+        The chance; 1 for fewer than two.
+
+    Examples
+    --------
+    >>> round(bartlett(np.array([1.0, 1.2, 0.9]), np.array([20.0, 20.0, 20.0])), 2)
+    0.81
+    >>> bartlett(np.array([1.0, 16.0]), np.array([20.0, 20.0])) < 1e-6
+    True
+    """
+    others = variance.size - 1
+    if others < 1 or not (variance > 0.0).all():
+        return 1.0
+    total = float(dof.sum())
+    pooled = float(dof @ variance) / total
+    scale = 1.0 + (float((1.0 / dof).sum()) - 1.0 / total) / (3.0 * others)
+    statistic = (total * np.log(pooled) - float(dof @ np.log(variance))) / scale
+    return f_survival(float(statistic) / others / (1.0 + 0.5 * tails), float(others), np.inf)
