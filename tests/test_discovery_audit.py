@@ -542,3 +542,94 @@ def test_the_part_of_an_eccentricity_that_the_coefficients_take_up_has_no_value(
     assert again.effects == found.effects
     for table in accelcal.fit(record, model=again).tables:
         assert all(q.expanded_uncertainty < 1e-4 for q in table.coefficients.values())
+
+
+# -- names that any pattern of few positions would get ---------------------------------------------
+
+QUIET_STAND = NoiseComponents(reading=5e-6, head=2e-6, launch=1e-5, launch_sf=5e-6)
+
+
+def patterned(positions, pattern=None, effects=(), seed=0):
+    """A record to which a pattern of the head angle [rad] is added [g]."""
+    plan = TumblePlan(positions=positions, strokes=4)
+    record = simulate(plan=plan, noise=QUIET_STAND, effects=effects, seed=seed)
+    added = 0.0 if pattern is None else 1.35 * pattern(np.radians(record.angle))
+    return replace(record, output=record.output + added)
+
+
+def sixth(th):
+    return 2e-5 * np.cos(6.0 * th)
+
+
+def of_ranges(th):
+    return 2.5e-5 * (np.abs(np.cos(th)) > 0.5)
+
+
+@pytest.mark.parametrize(("positions", "pattern"), [(12, sixth), (16, of_ranges)])
+def test_sets_of_effects_that_any_even_pattern_would_get_are_not_sure(positions, pattern):
+    """cos 6 th took K2 from 123 to -494 ug/g^2, under names that were certain."""
+    found = accelcal.discover(patterned(positions, pattern))
+    assert {item.id for item in found.effects} == {"fourth-order", "scale-factor-asymmetry"}
+    assert set(found.doubtful) == {"fourth-order", "scale-factor-asymmetry"}
+    (said,) = (note for note in found.notes if "patterns of their kind" in note)
+    assert "measure at positions between these" in said
+
+
+def test_more_positions_show_that_it_is_something_else():
+    found = accelcal.discover(patterned(24, sixth))
+    assert (found.effects, found.unexplained is None) == ((), False)
+
+
+def by_chance(seed):
+    by_angle = np.random.default_rng(seed).standard_normal(12)
+
+    def pattern(th):
+        return 1.5e-5 * by_angle[np.round(np.degrees(th) / 30.0).astype(int) % 12]
+
+    return pattern
+
+
+def test_patterns_of_chance_are_hardly_named_as_certain_at_few_positions():
+    found = [accelcal.discover(patterned(12, by_chance(seed))) for seed in range(8)]
+    doubted = [one for one in found if {item.id for item in one.effects} <= set(one.doubtful)]
+    assert len(doubted) >= 6  # one effect alone fits some of them: it is named
+
+
+@pytest.mark.parametrize("positions", [12, 16, 24])
+@pytest.mark.parametrize(
+    "effects",
+    [
+        [effect("scale-factor-asymmetry").of(3e-4)],
+        [effect("fourth-order").of(2e-4)],
+        [effect("scale-factor-asymmetry").of(4e-4), effect("cross-axis-cubic").of(2e-4)],
+    ],
+    ids=["asymmetry", "fourth order", "asymmetry and cubic"],
+)
+def test_what_the_catalogue_has_stays_sure(positions, effects):
+    found = accelcal.discover(patterned(positions, effects=effects))
+    assert {item.id for item in found.effects} == {item.effect.id for item in effects}
+    assert found.doubtful == ()
+
+
+# -- names that the test itself could make ---------------------------------------------------------
+
+
+def test_a_backlash_that_runs_ahead_is_not_sure():
+    found = accelcal.discover(simulate(effects=[effect("backlash").of(-3e-5)], seed=1))
+    assert [item.id for item in found.effects] == ["backlash"]
+    assert found.doubtful == ("backlash",)
+    assert found.notes[0].startswith("backlash is not sure: its lag is below zero")
+    lagging = accelcal.discover(simulate(effects=[effect("backlash").of(3e-5)], seed=1))
+    assert lagging.doubtful == ()
+
+
+def test_a_warm_up_of_the_first_readings_alone_is_not_sure():
+    """A hysteresis whose first reading is not reached forward brought one along, as certain."""
+    record = simulate(effects=[effect("hysteresis").of(3e-5)], plan=TumblePlan(timed=True), seed=1)
+    first = np.diff(record.run, prepend=-1) > 0
+    other = replace(record, output=record.output + np.where(first, 1.35 * 6e-5, 0.0))
+    found = accelcal.discover(other)
+    assert "hysteresis" in {item.id for item in found.effects}
+    assert found.doubtful == ("warm-up",)
+    warm = simulate(effects=[effect("warm-up").of(1e-4, tau=600.0)], plan=USUAL, seed=1)
+    assert "warm-up" not in accelcal.discover(warm).doubtful

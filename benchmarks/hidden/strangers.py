@@ -85,6 +85,40 @@ def bad_stroke_noise(
     return ((session.run == run) & (session.stroke == stroke)) * session.vibration
 
 
+def range_offset(_session: Session, angle: Floats, _warmer: Floats) -> Floats:
+    """The voltmeter changes its range at half of full scale, and the ranges have other zeros."""
+    return (np.abs(np.cos(angle)) > 0.6).astype(float)
+
+
+def range_gain(_session: Session, angle: Floats, _warmer: Floats) -> Floats:
+    """One of its ranges is steeper."""
+    return np.where(np.cos(angle) > 0.6, np.cos(angle), 0.0)
+
+
+def harmonic(_session: Session, angle: Floats, _warmer: Floats, times: int, phase: float) -> Floats:
+    """Iron in the stand, whose field the magnet of the unit feels so many times a turn."""
+    return np.cos(times * angle + phase)
+
+
+def uneven_head(session: Session, angle: Floats, _warmer: Floats, seed: int) -> Floats:
+    """A head that is far worse than its declaration, at each position otherwise."""
+    return -np.sin(angle) * at_each_position(session, angle, _warmer, seed)
+
+
+def at_each_position(session: Session, _angle: Floats, _warmer: Floats, seed: int) -> Floats:
+    """A cable that pulls otherwise at each position."""
+    count = session.design.positions
+    return np.random.default_rng(seed).standard_normal(count)[(session.position - 1) % count]
+
+
+def _harmonic(rng: np.random.Generator, _session: Session) -> dict[str, float]:
+    return {"times": int(rng.integers(5, 7)), "phase": rng.uniform(0.0, 2 * np.pi)}
+
+
+def _seed(rng: np.random.Generator, _session: Session) -> dict[str, float]:
+    return {"seed": int(rng.integers(2**31))}
+
+
 def _period(rng: np.random.Generator, session: Session) -> dict[str, float]:
     return {
         "period": session.run_length * log_uniform(rng, 0.1, 0.6),
@@ -132,6 +166,18 @@ STRANGERS: MappingProxyType[str, tuple[Stranger, Draw | None]] = MappingProxyTyp
 """Name -> acceleration of size 1, and what draws its parameters."""
 
 
+OF_POSITION: MappingProxyType[str, tuple[Stranger, Draw | None]] = MappingProxyType(
+    {
+        "range-offset": (range_offset, None),
+        "range-gain": (range_gain, None),
+        "harmonic": (harmonic, _harmonic),
+        "uneven-head": (uneven_head, _seed),
+        "at-each-position": (at_each_position, _seed),
+    }
+)
+"""The same of patterns of the position alone, of which few positions show few."""
+
+
 def is_outside(name: str, design: Design) -> bool:
     """Whether a stranger is one under a design: not empty, and no mix of catalogued effects."""
     if name == "direction-sin5":
@@ -145,7 +191,7 @@ def is_outside(name: str, design: Design) -> bool:
 
 def stranger(name: str, rng: np.random.Generator, session: Session) -> Recipe:
     """Hide a stranger."""
-    shape, draws = STRANGERS[name]
+    shape, draws = (STRANGERS | OF_POSITION)[name]
     drawn = draws(rng, session) if draws else {}
     term = partial(shape, **drawn)
 

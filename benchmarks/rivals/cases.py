@@ -14,10 +14,11 @@ from hidden.cases import kinds
 from hidden.catalogue import CATALOGUE, DATA_FAULTS
 from hidden.design import DESIGNS
 from hidden.noise import REGIMES, SLOW
-from hidden.strangers import STRANGERS
+from hidden.strangers import OF_POSITION, STRANGERS
 
 LOOKED_AT = ("three", "loop", "twelve")
 CLEAN = (*LOOKED_AT, "twenty-four")
+PATTERNED = ("twelve", "twelve-loop", "twenty-four")
 SIZES = (0.5, 1.0, 2.0, 4.0, 8.0)
 DRAWN = 0.0
 """Size of a case that is chosen for the noncentrality."""
@@ -85,6 +86,16 @@ def outside(tables: int) -> Iterator[Case]:
     yield from _spread("outside", _strangers, "iid", DRAWN, tables)
 
 
+def of_position(tables: int) -> Iterator[Case]:
+    """Patterns of the position alone, on tests that show more than three of them."""
+    names = tuple(OF_POSITION)
+    for turn in range(tables):
+        design = PATTERNED[turn % len(PATTERNED)]
+        number = turn // len(PATTERNED)
+        name = names[number % len(names)]
+        yield Case("positions", name, design, "iid", DRAWN, number // len(names))
+
+
 def unseen(tables: int) -> Iterator[Case]:
     yield from _spread("invisible", invisible, "iid", SIZES[-1], tables)
 
@@ -129,6 +140,7 @@ SECTIONS: dict[str, Callable[[int], Iterator[Case]]] = {
     "one": one,
     "several": several,
     "outside": outside,
+    "positions": of_position,
     "invisible": unseen,
     "held-out": held_out,
     "faults": faults,

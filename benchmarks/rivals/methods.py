@@ -17,7 +17,6 @@ from rivals.stepwise import stepwise
 
 OURS = "accelcal discover"
 
-_DOUBT = " is not sure: "
 
 Choice = Callable[[Dictionary], list[int]]
 
@@ -80,6 +79,6 @@ def _ours(found: Discovery) -> Answer:
         unknown=found.unexplained is not None,
         faults=tuple(fault.id for fault in found.faults),
         undetectable=frozenset(item.id for item in found.undetectable),
-        doubted=frozenset(note.split(_DOUBT)[0] for note in found.notes if _DOUBT in note),
+        doubted=frozenset(found.doubtful),
         gap=None if before is None or after is None else (before, after),
     )

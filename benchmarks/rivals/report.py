@@ -188,15 +188,20 @@ def several(rows: Rows) -> Iterator[str]:
     yield from _by_method(rows, head, cells)
 
 
-def outside(rows: Rows) -> Iterator[str]:
+def of_position(rows: Rows) -> Iterator[str]:
+    """Patterns of the position alone that the catalogue does not have."""
+    yield from outside(rows, "## Outside the catalogue, of the position alone, q from 12 to 24")
+
+
+def outside(rows: Rows, title: str = "## Outside the catalogue, q from 12 to 24") -> Iterator[str]:
     """Effects that the catalogue does not have."""
     strange = [row for row in rows if row.outside]
-    yield "## Outside the catalogue, q from 12 to 24"
+    yield title
     yield ""
     alike = len({row.case for row in rows if not row.outside})
     yield f"Left out, as an effect of the catalogue is of the same class: {alike}"
     yield ""
-    head = ("name given as certain", "unknown recognised", "nothing")
+    head = ("name given as certain", "name in doubt", "unknown recognised", "nothing")
     yield from _by_method(strange, head, _strange)
     asked = _asked(strange)
     lines = []
@@ -210,12 +215,18 @@ def outside(rows: Rows) -> Iterator[str]:
 
 
 def _is_certain(said: Answer) -> bool:
-    return bool(said.names) and not said.unknown
+    """Whether something is named without a doubt."""
+    return not said.unknown and not set(said.names) <= said.doubted
+
+
+def _is_in_doubt(said: Answer) -> bool:
+    return bool(said.names) and not said.unknown and not _is_certain(said)
 
 
 def _strange(rows: Rows) -> list[str]:
     return [
         limited(*_count(rows, lambda r: _is_certain(r.answer))),
+        share(*_count(rows, lambda r: _is_in_doubt(r.answer))),
         share(*_count(rows, lambda r: r.answer.unknown)),
         share(*_count(rows, lambda r: not r.answer.names and not r.answer.unknown)),
     ]
@@ -316,6 +327,7 @@ REPORTS: dict[str, Callable[[Rows], Iterator[str]]] = {
     "one": one,
     "several": several,
     "outside": outside,
+    "positions": of_position,
     "invisible": invisible,
     "held-out": held_out,
     "faults": faults,

@@ -116,7 +116,7 @@ def _tried(case: Case, methods: Sequence[str], seed: int) -> list[Outcome]:
                 right=tuple(truth.is_right_of_any(name) for name in said.names),
                 exact=truth.are_right(said.names),
                 in_sets=all(any(part in s for s in said.sets) for part in truth.parts),
-                outside=case.section == "outside" and truth.is_outside(),
+                outside=case.section in ("outside", "positions") and truth.is_outside(),
                 closed=_closed(said, record, table) if case.section == "held-out" else np.nan,
                 seconds=seconds,
             )

@@ -60,9 +60,9 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     Yields
     ------
     AnyPattern
-        For all effects that depend on the position alone; or where each of them keeps or changes
-        its sign by cos th and by sin th, for those that do so alike. For two or more: one effect is
-        the simplest explanation, whatever else may look like it.
+        For all effects that depend on the position alone, and for those of them that change their
+        signs alike with cos th and with sin th. For two or more: one effect is the simplest
+        explanation, whatever else may look like it.
 
     Notes
     -----
@@ -72,12 +72,8 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     """
     whole = _patterns(family, None)
     static = _within(whole, named.directions)
-    kinds = [_patterns(family, parity) for parity in _PARITIES]
-    owners = np.stack([_within(kind, named.directions) & static for kind in kinds])
-    confined = np.asarray(owners.any(axis=0))
-    if not confined[static].all():
-        kinds, owners = [whole], static[None]
-    for patterns, own in zip(kinds, owners, strict=True):
+    for patterns in (whole, *(_patterns(family, parity) for parity in _PARITIES)):
+        own = static & _within(patterns, named.directions)
         if np.count_nonzero(own) >= 2:
             yield _told(family, named, patterns, own)
 

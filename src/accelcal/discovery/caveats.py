@@ -16,7 +16,7 @@ from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.other_laws import Alternative, other_laws, other_places
 from accelcal.discovery.passing import SMALL_UNITS
-from accelcal.discovery.solution import changes, solution
+from accelcal.discovery.solution import changes, parameters_of, solution
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.results.discovery import IF_IT_IS
@@ -45,6 +45,9 @@ one counts."""
 
 _OFTEN = 0.05
 """Share of patterns outside the catalogue that would get such names, from which on it is told."""
+
+_QUICK = 2.0
+"""Intervals between readings within which a settling is that of the first reading alone."""
 
 _TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
 
@@ -81,6 +84,8 @@ def caveats(
     yield from map(Caveat, _otherwise(comparison, found, [*places, *laws]))
     yield from _put_together(comparison, found)
     yield from _of_any_pattern(family, found)
+    yield from _of_the_first_readings(comparison, best)
+    yield from _of_the_wrong_sense(comparison, best)
     yield from _of_the_chamber(comparison, found)
     yield from _wandering(walks, named=bool(found))
     yield from _undeclared(comparison, best)
@@ -143,14 +148,46 @@ def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Itera
 
 def _of_any_pattern(family: Family, found: Sequence[Explanation]) -> Iterator[Caveat]:
     """Effects of the position alone, where patterns that nobody listed would look like them."""
-    for told in any_patterns(family, found[0]) if found else ():
-        if told.chance > _OFTEN:
+    told = list(any_patterns(family, found[0])) if found else []
+    often = max(told, key=lambda each: each.chance, default=None)
+    if often is not None and often.chance > _OFTEN:
+        yield Caveat(
+            f"{' and '.join(often.ids)} are not sure: these positions show {often.patterns}"
+            " patterns of their kind, and of such that no catalogue has up to"
+            f" {100.0 * often.chance:.0f} % would be explained as well by {len(often.ids)}"
+            " effects of it; measure at positions between these",
+            often.ids,
+        )
+
+
+def _of_the_first_readings(
+    comparison: Comparison, instances: Sequence[Instance]
+) -> Iterator[Caveat]:
+    """Settling that is over after a reading or two, as a first reading reached otherwise makes."""
+    c = comparison.model.conditions
+    steps = np.diff(c.time[c.order])[np.diff(c.run[c.order]) == 0]
+    for item in instances:
+        tau = item.shape.get("tau", np.inf)
+        if steps.size and tau < _QUICK * float(np.median(steps)):
             yield Caveat(
-                f"{' and '.join(told.ids)} are not sure: these positions show {told.patterns}"
-                " patterns of their kind, and of such that no catalogue has up to"
-                f" {100.0 * told.chance:.0f} % would be explained as well by {len(told.ids)}"
-                " effects of it; measure at positions between these",
-                told.ids,
+                f"{item.effect.id} is not sure: with tau = {tau:.2g} s it rests on the first"
+                " reading of each run; where that is not reached by a forward turn, hysteresis and"
+                " backlash make such a difference: turn the head there once before the first reading",
+                [item.effect.id],
+            )
+
+
+def _of_the_wrong_sense(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+    """A head that runs ahead of its scale, which no backlash does."""
+    for place, item in enumerate(instances):
+        if item.effect.id != "backlash":
+            continue
+        lag = parameters_of(comparison, instances)[place]["lag"].value
+        if lag is not None and lag < 0.0:
+            yield Caveat(
+                "backlash is not sure: its lag is below zero, and no gear runs ahead; are forward"
+                " and back strokes taken for each other?",
+                [item.effect.id],
             )
 
 
