@@ -24,7 +24,12 @@ _OF_POSITION = 0.9
 _FAINT = 0.05
 """Part of the largest pattern from which on one counts."""
 
-_PARITIES = ((0, 0), (0, 1), (1, 0), (1, 1))
+_Parity = tuple[int | None, int]
+
+_OF_INPUT: _Parity = (None, 0)
+"""What is a function of cos th, as of the acceleration along the input axis."""
+
+_PARITIES: tuple[_Parity, ...] = ((0, 0), (0, 1), (1, 0), (1, 1))
 """Whether a pattern changes its sign with cos th, and with sin th."""
 
 
@@ -60,9 +65,9 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     Yields
     ------
     AnyPattern
-        For all effects that depend on the position alone, and for those of them that change their
-        signs alike with cos th and with sin th. For two or more: one effect is the simplest
-        explanation, whatever else may look like it.
+        For all effects that depend on the position alone, for those of them that are functions of
+        cos th, and for those that change their signs alike with cos th and with sin th. For two or
+        more: one effect is the simplest explanation, whatever else may look like it.
 
     Notes
     -----
@@ -72,7 +77,7 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     """
     whole = _patterns(family, None)
     static = _within(whole, named.directions)
-    for patterns in (whole, *(_patterns(family, parity) for parity in _PARITIES)):
+    for patterns in (whole, *(_patterns(family, parity) for parity in (_OF_INPUT, *_PARITIES))):
         own = static & _within(patterns, named.directions)
         if np.count_nonzero(own) >= 2:
             yield _told(family, named, patterns, own)
@@ -93,7 +98,7 @@ def _told(family: Family, named: Explanation, patterns: Array, own: Mask) -> Any
     return AnyPattern(ids, patterns.shape[1], float(chance))
 
 
-def _patterns(family: Family, parity: tuple[int, int] | None) -> Array:
+def _patterns(family: Family, parity: _Parity | None) -> Array:
     """Orthonormal basis of what repeats with the position in all strokes and runs, (n, d).
 
     With a parity, of what changes its sign with cos th and with sin th as often as that says.
@@ -104,8 +109,9 @@ def _patterns(family: Family, parity: tuple[int, int] | None) -> Array:
     if parity is None:
         columns = dummies(mounting, cos, sin)
     else:
-        signs = np.sign(cos) ** parity[0] * np.sign(sin) ** parity[1]
-        columns = signs[:, None] * dummies(mounting, np.abs(cos))
+        of_cos, of_sin = parity
+        signs = np.sign(cos) ** (of_cos or 0) * np.sign(sin) ** of_sin
+        columns = signs[:, None] * dummies(mounting, cos if of_cos is None else np.abs(cos))
     whole = space.whiten(c.gain[:, None] * columns[:, columns.any(axis=0)])
     vectors, sizes, _ = np.linalg.svd(space.left_of(whole) / lengths(whole), full_matrices=False)
     return np.asarray(vectors[:, sizes > _FAINT * sizes.max(initial=0.0)])

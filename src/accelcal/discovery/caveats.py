@@ -172,7 +172,8 @@ def _of_the_first_readings(
             yield Caveat(
                 f"{item.effect.id} is not sure: with tau = {tau:.2g} s it rests on the first"
                 " reading of each run; where that is not reached by a forward turn, hysteresis and"
-                " backlash make such a difference: turn the head there once before the first reading",
+                " backlash make such a difference: turn the head there once before the first"
+                " reading",
                 [item.effect.id],
             )
 
