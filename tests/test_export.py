@@ -314,6 +314,23 @@ def test_the_method_writes_what_the_command_writes(al15, tmp_path, name):
     assert by_method.read_bytes() == by_command.read_bytes()
 
 
+@pytest.mark.parametrize(
+    ("form", "name", "said"),
+    [
+        ("yaml", "x.csv", "x.csv would hold YAML; end its name in .yaml or .yml"),
+        ("c", "x.YAML", "x.YAML would hold a C header; end its name in .h or .hpp"),
+    ],
+)
+def test_no_name_promises_another_form(al15, tmp_path, monkeypatch, capsys, form, name, said):
+    monkeypatch.chdir(tmp_path)
+    al15.to_json("cal.json")
+    assert main(["export", "cal.json", "--format", form, "-o", name]) == 2
+    assert capsys.readouterr().err == f"error: {said}\n"
+    with pytest.raises(accelcal.InputError, match=re.escape(said)):
+        al15.export(name, form=form)
+    assert main(["export", "cal.json", "--format", form, "-o", "x.txt"]) == 0
+
+
 def test_the_method_refuses_other_forms(al15, tmp_path):
     with pytest.raises(accelcal.InputError, match=r"al15\.txt: the name ends in none of \.h, "):
         al15.export(tmp_path / "al15.txt")

@@ -309,6 +309,19 @@ def test_calibrations_and_their_frame_tell_the_same():
     assert "runs at -40, 80 degC are left out" in direct.notes[0]
 
 
+def test_a_frame_of_polars_tells_the_same():
+    class OfPolars:
+        """As far as accelcal takes it for a frame."""
+
+        def __init__(self, table):
+            self.columns, self._table = list(table), table
+
+        def to_pandas(self):
+            return self._table
+
+    assert accelcal.history(OfPolars(frame())) == accelcal.history(frame())
+
+
 def test_no_digit_of_a_frame_is_lost_in_csv(tmp_path):
     _, table = calibrations_and_their_frame(4)
     table.to_csv(tmp_path / "r.csv", index=False)

@@ -7,6 +7,7 @@ import json
 import os
 import warnings
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from accelcal.arguments.endings import ending_of
@@ -14,7 +15,7 @@ from accelcal.arguments.options import check_choice
 from accelcal.atomic import write_text
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.triad import refuse_for_triad
-from accelcal.errors import AccelcalWarning
+from accelcal.errors import AccelcalWarning, InputError
 from accelcal.export.c_header import to_c_header
 from accelcal.export.content import export_content
 from accelcal.export.triad import triad_content, triad_header
@@ -110,6 +111,7 @@ def _on_one_line(value: Any) -> str:
 FORMS = ("c", "yaml", "csv")
 """What an export may be written as."""
 
+_NAMES = {"c": "a C header", "yaml": "YAML", "csv": "CSV"}
 _FORM_OF_ENDING = {".h": "c", ".hpp": "c", ".yaml": "yaml", ".yml": "yaml", ".csv": "csv"}
 
 
@@ -152,7 +154,7 @@ def write_export(
     >>> with TemporaryDirectory() as folder:
     ...     write_export(calibration, f"{folder}/al15.h")
     """
-    form = form_of(path) if form is None else form
+    form = form_of(path, form)
     sha256 = hashlib.sha256(calibration.to_json().encode()).hexdigest()
     write_text(path, export_text(calibration, form, sha256, run))
 
@@ -201,13 +203,15 @@ def export_text(
     return to_c_header(content, compensation(calibration, run, effects=False))
 
 
-def form_of(path: str | os.PathLike[str]) -> str:
+def form_of(path: str | os.PathLike[str], asked: str | None = None) -> str:
     """Tell the form of an export by the name of its file.
 
     Parameters
     ----------
     path : path
         The file.
+    asked : {"c", "yaml", "csv"}, optional
+        The form that was asked for.
 
     Returns
     -------
@@ -217,6 +221,17 @@ def form_of(path: str | os.PathLike[str]) -> str:
     Raises
     ------
     InputError
-        If the name ends otherwise.
+        If the name tells none and none is asked for, or if it promises another one.
+
+    Examples
+    --------
+    >>> form_of("al15.h"), form_of("al15.txt", "yaml")
+    ('c', 'yaml')
     """
-    return _FORM_OF_ENDING[ending_of(path, _FORM_OF_ENDING, "choose one, or give form='c'")]
+    if asked is None:
+        return _FORM_OF_ENDING[ending_of(path, _FORM_OF_ENDING, "choose one, or give form='c'")]
+    promised = _FORM_OF_ENDING.get(Path(path).suffix.lower(), asked)
+    if promised != asked and asked in FORMS:
+        ends = " or ".join(end for end, form in _FORM_OF_ENDING.items() if form == asked)
+        raise InputError(f"{path} would hold {_NAMES[asked]}; end its name in {ends}")
+    return asked

@@ -135,7 +135,7 @@ def _residual_tables(table: TableCalibration) -> Iterator[Table]:
 
 
 def _cell(value: float | None) -> str:
-    return "" if value is None else typeset(f"{MICRO * value + 0.0:.1f}")
+    return "" if value is None else typeset(f"{round(MICRO * value, 1) + 0.0:.1f}")
 
 
 def budget(calibration: Calibration, name: str) -> Section:

@@ -91,7 +91,7 @@ def entries_of(calibrations: pd.DataFrame | Iterable[Calibration]) -> list[Entry
     Parameters
     ----------
     calibrations : DataFrame or iterable of Calibration
-        The frame of tables of `accelcal.batch`, or what `accelcal.fit` returns.
+        The frame of tables of `accelcal.batch`, also of polars, or what `accelcal.fit` returns.
 
     Returns
     -------
@@ -194,7 +194,8 @@ def _of_frame(frame: Any) -> list[Entry]:
         raise InputError(
             f"no column {missing[0]!r} in the frame; give what accelcal batch -o RESULTS.csv wrote"
         )
-    return [_of_row(row) for row in frame.to_dict("records")]
+    table = frame.to_pandas() if hasattr(frame, "to_pandas") else frame  # of polars, of Arrow
+    return [_of_row(row) for row in table.to_dict("records")]
 
 
 def _of_row(row: dict[str, Any]) -> Entry:
