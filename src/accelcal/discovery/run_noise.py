@@ -19,8 +19,7 @@ import numpy as np
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.declared_noise import in_units_of
-from accelcal.discovery.faults.pure_error import TELLING
-from accelcal.discovery.spans import orthonormal, without
+from accelcal.discovery.faults.pure_error import PureError, pure_error
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.probability import f_survival
 from accelcal.numerics.sorting import distinct
@@ -69,79 +68,55 @@ def with_noise_of_runs(
     error = in_units_of(relative, residual)
     columns = in_units_of(relative, all_that_repeats)
     places = [c.order[c.run[c.order] == each] for each in distinct(c.run).tolist()]
-    runs = [_RunError.of(error[own], columns[own], c.stroke[own]) for own in places]
-    told = [run for run in runs if run.dof >= _FEWEST and run.squares > 0.0]
+    runs = [_RunError(pure_error(error[own], columns[own]), c.stroke[own]) for own in places]
+    told = [run for run in runs if run.is_told]
     if len(told) < 2 or not _differ(told):
         return relative
     quietest = min(run.variance for run in told)
     if any(run.variance > _MUCH**2 * quietest and run.is_disturbed() for run in told):
         return relative
-    pooled = sum(run.squares for run in told) / sum(run.dof for run in told)
+    pooled = sum(run.pure.squares for run in told) / sum(run.pure.dof for run in told)
     size = np.ones(c.run.size) if relative is None else relative.copy()
     for own, run in zip(places, runs, strict=True):
-        size[own] *= np.sqrt(run.variance if run.dof >= _FEWEST and run.squares > 0.0 else pooled)
+        size[own] *= np.sqrt(run.variance if run.is_told else pooled)
     return np.asarray(size / np.sqrt(np.mean(size**2)))
 
 
 class _RunError(NamedTuple):
-    """Pure error of one run in the order of measuring.
+    """Pure error of one run in the order of measuring, and the stroke of each reading."""
 
-    Attributes
-    ----------
-    left : ndarray, shape (n,)
-        What replicates contradict.
-    basis : ndarray, shape (n, k)
-        What was taken out.
-    stroke : ndarray of int, shape (n,)
-        Strokes.
-    """
-
-    left: Array
-    basis: Array
+    pure: PureError
     stroke: Ints
 
-    @classmethod
-    def of(cls, error: Array, columns: Array, stroke: Ints) -> _RunError:
-        basis = orthonormal(columns)
-        return cls(without(error, basis), basis, stroke)
-
     @property
-    def dof(self) -> float:
-        return float(self.left.size - self.basis.shape[1])
-
-    @property
-    def squares(self) -> float:
-        return float(self.left @ self.left)
+    def is_told(self) -> bool:
+        """Whether it tells the noise of its run."""
+        return self.pure.dof >= _FEWEST and self.pure.squares > 0.0
 
     @property
     def variance(self) -> float:
-        return self.squares / self.dof
-
-    @property
-    def free(self) -> Array:
-        """Share of each reading's own error that is left."""
-        return np.asarray(np.maximum(1.0 - (self.basis**2).sum(axis=1), 0.0))
+        return self.pure.squares / self.pure.dof
 
     @property
     def median(self) -> float:
         """Median of the squares, each over what is left of it."""
-        telling = self.free > TELLING
-        return float(np.median(self.left[telling] ** 2 / self.free[telling]))
+        return float(np.median(self.pure.scaled[self.pure.telling] ** 2))
 
     @property
     def excess(self) -> float:
         """Excess kurtosis."""
-        normal = float((self.free**2).sum()) * self.variance**2
-        return float((self.left**4).sum()) / normal - 3.0
+        normal = float((self.pure.free**2).sum()) * self.variance**2
+        return float((self.pure.residual**4).sum()) / normal - 3.0
 
     def is_disturbed(self) -> bool:
         """Whether the scatter is of some strokes more than of others, or goes with the time."""
-        alike = self.basis[1:] * self.basis[:-1]
-        product = float(self.left[1:] @ self.left[:-1]) / self.variance + float(alike.sum())
-        if product > _SLOW * np.sqrt(self.dof):
+        left, places = self.pure.residual, np.arange(self.stroke.size - 1)
+        expected = float(self.pure.shared(places, places + 1).sum())
+        product = float(left[1:] @ left[:-1]) / self.variance - expected
+        if product > _SLOW * np.sqrt(self.pure.dof):
             return True
         strokes = dummies(self.stroke).T
-        dof, squares = strokes @ self.free, strokes @ self.left**2
+        dof, squares = strokes @ self.pure.free, strokes @ left**2
         told = dof > 1.0
         return bartlett(squares[told] / dof[told], dof[told]) < _UNEVEN
 
@@ -151,7 +126,7 @@ def _differ(runs: Sequence[_RunError]) -> bool:
     for size in ([run.variance for run in runs], [run.median for run in runs]):
         if max(size) < _MUCH**2 * min(size):
             return False
-    dof = np.array([run.dof for run in runs])
+    dof = np.array([run.pure.dof for run in runs])
     excess = max(float(dof @ [run.excess for run in runs]) / float(dof.sum()), 0.0)
     chance = bartlett(np.array([run.variance for run in runs]), dof, tails=excess)
     return chance < _SIGNIFICANT
