@@ -148,15 +148,19 @@ def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Itera
 
 def _of_any_pattern(family: Family, found: Sequence[Explanation]) -> Iterator[Caveat]:
     """Effects of the position alone, where patterns that nobody listed would look like them."""
-    told = list(any_patterns(family, found[0])) if found else []
-    often = max(told, key=lambda each: each.chance, default=None)
-    if often is not None and often.chance > _OFTEN:
+    told = any_patterns(family, found[0]) if found else ()
+    often = sorted((each for each in told if each.chance > _OFTEN), key=lambda each: -each.chance)
+    doubted: set[str] = set()
+    for each in often:
+        if set(each.ids) <= doubted:
+            continue
+        doubted |= set(each.ids)
         yield Caveat(
-            f"{' and '.join(often.ids)} are not sure: these positions show {often.patterns}"
+            f"{' and '.join(each.ids)} are not sure: these positions show {each.patterns}"
             " patterns of their kind, and of such that no catalogue has up to"
-            f" {100.0 * often.chance:.0f} % would be explained as well by {len(often.ids)}"
+            f" {100.0 * each.chance:.0f} % would be explained as well by {len(each.ids)}"
             " effects of it; measure at positions between these",
-            often.ids,
+            each.ids,
         )
 
 
