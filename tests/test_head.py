@@ -386,6 +386,19 @@ def test_bad_certificates_are_told_in_a_line(tables, tmp_path, capsys, old, new,
     assert str(path) in err
 
 
+def test_a_head_uncertainty_beside_a_known_head_is_told(tables, tmp_path, capsys):
+    """It was left out without a word."""
+    path = tmp_path / "head.json"
+    assert run(capsys, "head", tables[0], "-o", path)[0] == 0
+    plain = run(capsys, "fit", tables[1], "--head", path)
+    beside = run(capsys, "fit", tables[1], "--head", path, "--head-uncertainty", "5e-5")
+    assert plain[0] == beside[0] == 0
+    assert plain[1] == beside[1]
+    note = f"note: {path} tells how uncertain the head is; --head-uncertainty counts for the"
+    assert note not in plain[2]
+    assert note in beside[2]
+
+
 @pytest.mark.parametrize(
     "change",
     [
