@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 _HISSING = ("ch", "sh", "s", "x")
 
 
@@ -28,6 +30,29 @@ def plural(noun: str, number: float) -> str:
     if number == 1:
         return noun
     return noun + ("es" if noun.endswith(_HISSING) else "s")
+
+
+def named(noun: str, names: Collection[str]) -> str:
+    """Write the names of some things behind what they are.
+
+    Parameters
+    ----------
+    noun : str
+        One of the things.
+    names : collection of str
+        Their names.
+
+    Returns
+    -------
+    str
+        Noun and names.
+
+    Examples
+    --------
+    >>> named("run", ["1"]), named("run", ["2", "3"])
+    ('run 1', 'runs 2, 3')
+    """
+    return f"{plural(noun, len(names))} {', '.join(names)}"
 
 
 def counted(number: int, noun: str) -> str:

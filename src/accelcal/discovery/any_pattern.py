@@ -75,6 +75,8 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     distribution with (d - k)/2 and k/2. It must be no more than what noise leaves of the pattern.
     There are as many sets as the tries of the effects allow, which bounds the chance.
     """
+    if len(named.instances) < 2:
+        return
     whole = _patterns(family, None)
     static = _within(whole, named.directions)
     for patterns in (whole, *(_patterns(family, parity) for parity in (_OF_INPUT, *_PARITIES))):

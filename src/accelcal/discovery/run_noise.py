@@ -21,7 +21,7 @@ from accelcal.discovery.columns import dummies
 from accelcal.discovery.declared_noise import in_units_of
 from accelcal.discovery.faults.pure_error import PureError, pure_error
 from accelcal.effects.conditions import Conditions
-from accelcal.numerics.probability import f_survival
+from accelcal.estimate.uneven_noise import differ
 from accelcal.numerics.sorting import distinct
 
 _SIGNIFICANT = 1e-3
@@ -62,8 +62,8 @@ def with_noise_of_runs(
 
     Notes
     -----
-    By the test of Bartlett, divided by 1 + half the excess kurtosis. The medians must differ too,
-    as one outlier makes no noisy run.
+    By the test of Bartlett, the degrees of freedom over 1 + half the excess kurtosis. The medians
+    must differ too, as one outlier makes no noisy run.
     """
     error = in_units_of(relative, residual)
     columns = in_units_of(relative, all_that_repeats)
@@ -118,7 +118,7 @@ class _RunError(NamedTuple):
         strokes = dummies(self.stroke).T
         dof, squares = strokes @ self.pure.free, strokes @ left**2
         told = dof > 1.0
-        return bartlett(squares[told] / dof[told], dof[told]) < _UNEVEN
+        return bool(differ((squares[told] / dof[told])[:, None], dof[told], _UNEVEN)[0])
 
 
 def _differ(runs: Sequence[_RunError]) -> bool:
@@ -128,37 +128,5 @@ def _differ(runs: Sequence[_RunError]) -> bool:
             return False
     dof = np.array([run.pure.dof for run in runs])
     excess = max(float(dof @ [run.excess for run in runs]) / float(dof.sum()), 0.0)
-    chance = bartlett(np.array([run.variance for run in runs]), dof, tails=excess)
-    return chance < _SIGNIFICANT
-
-
-def bartlett(variance: Array, dof: Array, tails: float = 0.0) -> float:
-    """Chance that k variances of some degrees of freedom differ so much, by the test of Bartlett.
-
-    Parameters
-    ----------
-    variance, dof : ndarray, shape (k,)
-        The variances with their degrees of freedom.
-    tails : float, default 0
-        Excess kurtosis, by which the statistic is divided (Box 1953).
-
-    Returns
-    -------
-    float
-        The chance; 1 for fewer than two.
-
-    Examples
-    --------
-    >>> round(bartlett(np.array([1.0, 1.2, 0.9]), np.array([20.0, 20.0, 20.0])), 2)
-    0.81
-    >>> bartlett(np.array([1.0, 16.0]), np.array([20.0, 20.0])) < 1e-6
-    True
-    """
-    others = variance.size - 1
-    if others < 1 or not (variance > 0.0).all():
-        return 1.0
-    total = float(dof.sum())
-    pooled = float(dof @ variance) / total
-    scale = 1.0 + (float((1.0 / dof).sum()) - 1.0 / total) / (3.0 * others)
-    statistic = (total * np.log(pooled) - float(dof @ np.log(variance))) / scale
-    return f_survival(float(statistic) / others / (1.0 + 0.5 * tails), float(others), np.inf)
+    variance = np.array([[run.variance] for run in runs])
+    return bool(differ(variance, dof / (1.0 + 0.5 * excess), _SIGNIFICANT)[0])

@@ -16,7 +16,7 @@ import numpy as np
 from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
-from accelcal.plural import counted, plural
+from accelcal.plural import counted, named
 from accelcal.temperature.at_rest import AtRest
 from accelcal.temperature.from_tables import laws_of_records
 from accelcal.temperature.levels import level_stack
@@ -162,10 +162,10 @@ def _fits(
     tables: Sequence[PreparedTable], estimate: JointEstimate, temperatures: RecordedTemperatures
 ) -> Iterator[tuple[list[int], Places, ProductFit, Array]]:
     """Records whose laws are known, a few at a time: tables, rows, fit, and laws to start from."""
-    alike = with_one_meaning(tables, estimate)
-    chosen = tables_of_one_mounting(tables, alike)
+    chosen = tables_of_one_mounting(tables, estimate)
     if len(chosen) < 2:
         return
+    alike = with_one_meaning(tables, estimate)
     declared = tables[0].record.apparatus.temperature_uncertainty
     uncertain = stacked_temperature_uncertainty(temperatures.readings, declared)
     laws = laws_of_records(level_stack(tables, alike, temperatures, uncertain, chosen))
@@ -246,4 +246,4 @@ def _mistyped(run: str, temperature: Array) -> Iterator[str]:
 
 
 def _runs(labels: Sequence[str], places: Sequence[int]) -> str:
-    return f"{plural('run', len(places))} {', '.join(labels[i] for i in places)}"
+    return named("run", [labels[i] for i in places])

@@ -11,10 +11,10 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.numerics.grouping import products_of_groups
-from accelcal.plural import plural
+from accelcal.plural import named
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.temperature.bilinear import named_model
-from accelcal.temperature.one_meaning import tables_of_one_mounting, with_one_meaning
+from accelcal.temperature.one_meaning import tables_of_one_mounting
 from accelcal.temperature.product_errors import Errors, ProductFit, Solution, edges_of, product_fit
 from accelcal.temperature.product_fit import estimator, scale_factor_is_told, solved
 from accelcal.temperature.recorded import RecordedTemperatures
@@ -60,7 +60,7 @@ def laws_from_readings(
     is linear, and each component of error goes through it. The reading noise is the scatter of
     the replicates without what the felt temperatures explain of it.
     """
-    chosen = tables_of_one_mounting(tables, with_one_meaning(tables, estimate))
+    chosen = tables_of_one_mounting(tables, estimate)
     if not np.isfinite([estimate.noises[i].factor[record] for i in chosen]).all():
         return start  # nothing tells the noise, so nothing can weigh a reading
     if not scale_factor_is_told(*(getattr(start.K1.at_T0, name) for name in _TOLD)):
@@ -141,10 +141,9 @@ def _unfelt(fit: ProductFit, state: Solution) -> Iterator[str]:
     pairs = zip(fit.tables, fit.temperatures, unfelt, strict=True)
     own = [(table.run_label, recorded[0]) for table, recorded, found in pairs if found]
     if own:
-        names = ", ".join(name for name, _ in own)
         scatter = max(recorded.std(ddof=1) for _, recorded in own)
         yield (
-            f"{plural('run', len(own))} {names}: the readings do not follow the recorded"
+            f"{named('run', [name for name, _ in own])}: the readings do not follow the recorded"
             f" temperatures, which scatter by {scatter:.2g} degC; taken as noise of the sensor, and"
             " the mean of a run as its temperature"
         )

@@ -18,7 +18,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.linearised import Linearised
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
-from accelcal.plural import plural
+from accelcal.plural import named
 
 LAW_COEFFICIENTS = ("K0", "K1", "M")
 """Coefficients that follow temperature laws."""
@@ -34,7 +34,7 @@ def tables_of_one_mounting(
     tables : sequence of PreparedTable
         The tables of one record, or of any of those of a stack.
     estimate : JointEstimate
-        Their coefficients, as `with_one_meaning` gives them.
+        Their coefficients; what `with_one_meaning` takes off them does not count.
     axis : str, optional
         Only of mountings with that axis along the shaft, ``"o"`` or ``"p"``.
 
@@ -44,9 +44,10 @@ def tables_of_one_mounting(
         Of several such sets the one with most tables.
     """
     found: dict[tuple[object, ...], list[int]] = {}
-    for index, table in enumerate(tables):
+    for index, (table, own) in enumerate(zip(tables, _meanings(tables, estimate), strict=True)):
         if set(LAW_COEFFICIENTS) <= set(estimate.names[index]) and table.mounting.startswith(axis):
-            found.setdefault((table.mounting, *_meaning(estimate, index)), []).append(index)
+            meaning = (own.get(name) for name in LAW_COEFFICIENTS)
+            found.setdefault((table.mounting, *meaning), []).append(index)
     return max(found.values(), key=len, default=[])
 
 
@@ -73,13 +74,10 @@ def with_one_meaning(tables: Sequence[PreparedTable], estimate: JointEstimate) -
     with the shares of K0, M likewise.
     """
     alone: dict[tuple[int, str], Linearised] = {}
-    stands_for = list(estimate.stands_for)
     for index, tellers in _to_mend(tables, estimate):
-        own = stands_for[index]
         absorbed = _absorbed(tables[index], estimate, tellers)
-        for name in (name for name in LAW_COEFFICIENTS if name in own):
+        for name in (name for name in LAW_COEFFICIENTS if name in estimate.stands_for[index]):
             alone[index, name] = _alone(estimate, index, name, absorbed)
-        stands_for[index] = {n: what for n, what in own.items() if n not in LAW_COEFFICIENTS}
     if not alone:
         return estimate
     changes = [new - Linearised.of(estimate, *of) for of, new in alone.items()]
@@ -89,7 +87,7 @@ def with_one_meaning(tables: Sequence[PreparedTable], estimate: JointEstimate) -
         np.stack([each.value for each in changes], axis=-1),
         np.stack([each.by_all for each in changes], axis=-2),
     )
-    return found._replace(stands_for=tuple(stands_for))
+    return found._replace(stands_for=_meanings(tables, estimate))
 
 
 def _alone(
@@ -139,18 +137,17 @@ def said_of_meanings(tables: Sequence[PreparedTable], estimate: JointEstimate) -
     str
         A sentence.
     """
-    one = with_one_meaning(tables, estimate)
-    chosen = tables_of_one_mounting(tables, one)
+    meanings, chosen = _meanings(tables, estimate), tables_of_one_mounting(tables, estimate)
     if not chosen:
         return
-    mended = [i for i in chosen if estimate.stands_for[i] != one.stands_for[i]]
+    mended = [i for i in chosen if estimate.stands_for[i] != meanings[i]]
     if mended:
         yield _taken_off(tables, estimate, mended)
     for index, table in enumerate(tables):
         alike = table.mounting == tables[chosen[0]].mounting and index not in chosen
         for name in LAW_COEFFICIENTS if alike else ():
-            own, theirs = (one.stands_for[i].get(name, name) for i in (index, chosen[0]))
-            if name in one.names[index] and own != theirs:
+            own, theirs = (meanings[i].get(name, name) for i in (index, chosen[0]))
+            if name in estimate.names[index] and own != theirs:
                 yield (
                     f"the temperature laws leave out run {table.run_label}, whose {name} stands for"
                     f" {own} and not for {theirs}; measure the same positions at every temperature"
@@ -175,12 +172,18 @@ def _taken_off(
 
 
 def _runs(tables: Sequence[PreparedTable], places: Sequence[int]) -> str:
-    labels = dict.fromkeys(tables[i].run_label for i in places)
-    return f"{plural('run', len(labels))} {', '.join(labels)}"
+    return named("run", dict.fromkeys(tables[i].run_label for i in places))
 
 
-def _meaning(estimate: JointEstimate, table: int) -> list[str | None]:
-    return [estimate.stands_for[table].get(name) for name in LAW_COEFFICIENTS]
+def _meanings(
+    tables: Sequence[PreparedTable], estimate: JointEstimate
+) -> tuple[Mapping[str, str], ...]:
+    """What the coefficients of each table stand for, once all is taken off that can be."""
+    found = list(estimate.stands_for)
+    for index, _ in _to_mend(tables, estimate):
+        own = found[index].items()
+        found[index] = {n: what for n, what in own if n not in LAW_COEFFICIENTS}
+    return tuple(found)
 
 
 def _to_mend(

@@ -59,12 +59,12 @@ def run_of_another_size(
 def _scale_factors(record: TumbleRecord, delta0: float) -> dict[int, float]:
     """Scale factor of each run that tells it [output unit / g]."""
     sensed = accelerations(record.angle, delta0, record.mounting)
+    cross = sensed.pendulous + sensed.output
+    design = np.stack([np.ones(len(record)), sensed.input, cross], axis=1)
     found = {}
     for run in np.unique(record.run).tolist():
         own = record.run == run
-        cross = sensed.pendulous + sensed.output
-        design = np.stack([np.ones(len(record)), sensed.input, cross], axis=1)[own]
-        fitted, _, rank, _ = np.linalg.lstsq(design, record.output[own], rcond=1e-9)
+        fitted, _, rank, _ = np.linalg.lstsq(design[own], record.output[own], rcond=1e-9)
         if rank == design.shape[1]:
             found[run] = float(fitted[1])
     return found
