@@ -12,6 +12,7 @@ from accelcal import effect
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.declared_noise import relative_noise
+from accelcal.discovery.discover import _of_all_readings as of_all_readings
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise
 from accelcal.discovery.run_noise import with_noise_of_runs
@@ -187,3 +188,23 @@ def test_what_the_quiet_run_shows_is_found_beside_noisy_ones():
     assert [one.id for one in found.effects] == ["backlash"]
     (lag,) = found.effects[0].parameters.values()
     assert lag.value == pytest.approx(4e-6, abs=1.5 * lag.expanded_uncertainty)
+
+
+@pytest.mark.parametrize("declared", [True, False])
+def test_an_outlier_among_runs_of_uneven_noise_is_set_aside(declared):
+    outlier = effect("outlier").of(1e-3, reading=60.0)
+    found = accelcal.discover(noisy(3, "run", outlier, declared=declared))
+    assert [fault.id for fault in found.faults] == ["outlier"]
+    assert found.faults[0].readings == (59,)
+    assert found.after.rms < 0.5 * found.before.rms  # the gap before is that of all readings
+    assert found.effects == ()
+
+
+def test_two_outliers_leave_each_reading_its_own_noise():
+    wrong = [effect("outlier").of(1e-3, reading=at) for at in (60.0, 20.0)]
+    found = accelcal.discover(noisy(3, "run", *wrong))
+    assert sorted(fault.readings for fault in found.faults) == [(19,), (59,)]
+    kept = np.delete(np.arange(162), [19, 59])
+    relative = relative_noise(noisy(3, "run"))
+    noise = ReadingNoise(1.0, 0.0, 9, np.inf, relative[kept])
+    assert_allclose(of_all_readings(noise, found.faults).relative[kept], relative[kept])

@@ -21,7 +21,12 @@ from accelcal.discovery.family import Family, family_of, judge, with_rates
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.gaps import gap_of, gaps_with
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
+from accelcal.discovery.noise import (
+    FEWEST_REPLICATES,
+    ReadingNoise,
+    refuse_too_many,
+    sources,
+)
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.passing import passing, shift_in_place_of_one
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
@@ -175,7 +180,7 @@ def _searched(record: TumbleRecord, question: Question) -> _Look:
     if not look.findings.explanations and look.comparison.noise.rho > 0.0:
         look = _without_memory(record, question) or look
     found = _best(look.findings)
-    if found is None:
+    if found is None or not _leaves_noise(look, found):
         return look
     known = _look(record, question, found.instances)
     return look if _same_noise(look.comparison, known.comparison) else known
@@ -188,8 +193,9 @@ def _without_memory(record: TumbleRecord, question: Question) -> _Look | None:
     holds if they are so beside it, and if it is sure at the square of the false-alarm rate: noise
     with a memory has made two tries of it by then.
     """
-    found = _best(_look(record, question, (), memory=False).findings)
-    if found is None:
+    look = _look(record, question, (), memory=False)
+    found = _best(look.findings)
+    if found is None or not _leaves_noise(look, found):
         return None
     known = _look(record, question, found.instances)
     sure = known.findings.explanations and known.findings.before.p_value < question.alpha**2
@@ -216,6 +222,12 @@ def _look(
     return _Look(family, search(family, alpha=question.alpha, most=question.most))
 
 
+def _leaves_noise(look: _Look, found: Explanation) -> bool:
+    """Whether enough replicates tell of the noise beside some effects, whatever these take up."""
+    taken = sum(len(item.amplitudes) for item in found.instances)
+    return look.comparison.noise.dof - taken >= FEWEST_REPLICATES
+
+
 def _best(findings: Findings) -> Explanation | None:
     return findings.explanations[0] if findings.explanations else findings.nearest
 
@@ -239,7 +251,8 @@ def _discovery(
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
     said = list(caveats(family, findings.explanations, look.walks))
-    as_given = _gap_as_given(record, question, comparison.noise) if found else None
+    noise = _of_all_readings(comparison.noise, found)
+    as_given = _gap_as_given(record, question, noise) if found else None
     return Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
         before=as_given or steps[0],
@@ -286,6 +299,15 @@ def _gap_as_given(record: TumbleRecord, question: Question, noise: ReadingNoise)
     """Gap of the readings with their faults, in the measure of the noise without them."""
     given = compared(record, question.reference, question.delta0, noise=noise)
     return gaps_with(given, [()], question.seed)[0]
+
+
+def _of_all_readings(noise: ReadingNoise, found: Sequence[Fault]) -> ReadingNoise:
+    """Noise of readings and of the outliers that were set aside, which are as noisy as most."""
+    if noise.relative is None:
+        return noise
+    outliers = np.sort([fault.readings[0] for fault in found if fault.id == "outlier"])
+    places = outliers.astype(np.intp) - np.arange(outliers.size)  # among those that are kept
+    return noise._replace(relative=np.insert(noise.relative, places, 1.0))
 
 
 def _strongest_first(named: Explanation) -> tuple[tuple[Instance, float], ...]:
