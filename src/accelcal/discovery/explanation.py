@@ -139,7 +139,7 @@ def _refined(family: Family, place: int, others: Array) -> Instance:
     """Move the nonlinear parameter off the grid, to where the squares are largest."""
     start = family.candidates.instances[place]
     if len(start.amplitudes) > 1:
-        return _in_phase(family.comparison, start, others)
+        return _simpler(family, place, others) or _in_phase(family.comparison, start, others)
     smooth = [item.name for item in start.effect.shapes if not item.discrete]
     if len(smooth) != 1:
         return start
@@ -153,6 +153,36 @@ def _refined(family: Family, place: int, others: Array) -> Instance:
 
     found = minimize_scalar(loss, bounds=_neighbours(family, place, name), method="bounded")
     return start.at(name, float(found.x)) if found.fun < loss(start.shape[name]) else start
+
+
+def _simpler(family: Family, place: int, others: Array) -> Instance | None:
+    """A law of fewer amplitudes of the same effect, beside which those of an instance are not due.
+
+    More amplitudes always fit the noise better, and so they would nearly always be named.
+    """
+    found, comparison = family.candidates, family.comparison
+    start = found.instances[place]
+    fewer = len(start.amplitudes) - 1
+    for other in found.instances[found.of(int(found.owner[place]))]:
+        if len(other.amplitudes) <= fewer and other.shape == start.shape:
+            beside = orthonormal(np.hstack([others, comparison.directions(other)]))
+            if not is_needed(comparison, start, beside):
+                return other
+    return None
+
+
+def is_needed(comparison: Comparison, item: Instance, beside: Array) -> bool:
+    """Whether noise alone would hardly leave as much of an effect beside some directions."""
+    space, seen = comparison.space, comparison.seen
+    own = space.see(own_columns(item, comparison.model.conditions))
+    within = orthonormal(np.hstack([beside, own]))
+    degrees = within.shape[1] - beside.shape[1]
+    if not degrees:
+        return False
+    left = without(seen, within)
+    squares = float((without(seen, beside) ** 2).sum() - (left**2).sum())
+    ratio = squares / degrees / space.variance(left)
+    return float(chance(np.array(ratio), space.dof, degrees)) < BENT
 
 
 def _in_phase(comparison: Comparison, start: Instance, others: Array) -> Instance:

@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.arrays import Array
 from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.explanation import BENT
-from accelcal.discovery.family import chance
+from accelcal.discovery.explanation import is_needed
 from accelcal.discovery.instance import Instance, instance_of, own_columns
 from accelcal.discovery.solution import parameters_of
-from accelcal.discovery.spans import orthonormal, without
+from accelcal.discovery.spans import orthonormal
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance, Effect
 
@@ -75,8 +75,14 @@ def _instead(
     for place, item in enumerate(instances):
         for other in others_of(item, comparison.model.conditions):
             others = (*instances[:place], other, *instances[place + 1 :])
-            if not _is_needed(comparison, item, others):
+            if not is_needed(comparison, item, _directions(comparison, others)):
                 yield place, others
+
+
+def _directions(comparison: Comparison, instances: Sequence[Instance]) -> Array:
+    """Orthonormal basis of what some effects do, whatever the sizes of their amplitudes."""
+    c = comparison.model.conditions
+    return orthonormal(np.hstack([comparison.space.see(own_columns(i, c)) for i in instances]))
 
 
 def _fitted(comparison: Comparison, instances: Sequence[Instance], place: int) -> Disturbance:
@@ -106,18 +112,3 @@ def _places(item: Instance, c: Conditions) -> Iterator[Instance]:
         moved = item._replace(shape={**item.shape, **dict(where)})
         if moved != item:
             yield moved
-
-
-def _is_needed(comparison: Comparison, item: Instance, others: Sequence[Instance]) -> bool:
-    """Whether noise alone would hardly leave as much of an effect beside others."""
-    space, c, seen = comparison.space, comparison.model.conditions, comparison.seen
-    columns = [space.see(own_columns(other, c)) for other in others]
-    own = space.see(own_columns(item, c))
-    beside, within = orthonormal(np.hstack(columns)), orthonormal(np.hstack([*columns, own]))
-    degrees = within.shape[1] - beside.shape[1]
-    if not degrees:
-        return False
-    left = without(seen, within)
-    squares = float((without(seen, beside) ** 2).sum() - (left**2).sum())
-    ratio = squares / degrees / space.variance(left)
-    return float(chance(np.array(ratio), space.dof, degrees)) < BENT
