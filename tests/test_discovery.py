@@ -205,6 +205,39 @@ def test_neighbours_of_a_small_step_are_told():
     )
 
 
+@pytest.mark.parametrize("ahead", [2, 3, 4])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_step_shortly_before_a_run_ends_is_found_where_it_is(ahead, seed):
+    reading = 109.0 - ahead  # of 54 in a run
+    hidden = [effect("bias-step").of(8e-5, reading=reading)]
+    found = accelcal.discover(
+        accelcal.simulate(plan=TumblePlan(timed=True), effects=hidden, seed=seed)
+    )
+    assert ids(found) == ["bias-step"]
+    assert found.effects[0].parameters["reading"].value == reading
+    assert found.doubtful == (("bias-step",) if ahead < 4 else ())
+    told = f"{ahead} readings alone lie on one side of it in its run, and as many outliers"
+    assert any(told in note for note in found.notes) == (ahead < 4)
+
+
+def test_one_reading_is_an_outlier_and_no_step():
+    for at in (54.0, 55.0, 108.0, 109.0, 162.0):
+        hidden = [effect("outlier").of(8e-5, reading=at)]
+        found = accelcal.discover(accelcal.simulate(effects=hidden, seed=2))
+        assert ids(found) == []
+        assert [fault.id for fault in found.faults] == ["outlier"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_outlier_beside_an_effect_leaves_noise_enough_on_four_strokes(seed):
+    """The 36 readings tell 9 degrees of freedom, of which both take some."""
+    plan = TumblePlan(temperatures=(20.0,), strokes=4, timed=True)
+    hidden = [effect("warm-up").of(2e-4, tau=300.0), effect("outlier").of(1e-3, reading=24)]
+    found = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=seed))
+    assert [fault.id for fault in found.faults] == ["outlier"]
+    assert "warm-up" in ids(found)
+
+
 def test_two_effects_that_make_a_third_one_are_a_doubt():
     """On 45 deg positions |a_i| and a_p^3 span all patterns of the position alone."""
     angle = np.deg2rad(45.0 * np.arange(9))

@@ -46,6 +46,9 @@ one counts."""
 _OFTEN = 0.05
 """Share of patterns outside the catalogue that would get such names, from which on it is told."""
 
+_OUTLIERS = 4
+"""Readings on either side of a step in its run, fewer of which could as well be outliers."""
+
 _QUICK = 2.0
 """Intervals between readings within which a settling is that of the first reading alone."""
 
@@ -85,6 +88,7 @@ def caveats(
     yield from _put_together(comparison, found)
     yield from _of_any_pattern(family, found)
     yield from _of_the_first_readings(comparison, best)
+    yield from _of_few_readings(comparison, best)
     yield from _of_the_wrong_sense(comparison, best)
     yield from _of_the_chamber(comparison, found)
     yield from _wandering(walks, named=bool(found))
@@ -178,6 +182,24 @@ def _of_the_first_readings(
                 " reading of each run; where that is not reached by a forward turn, hysteresis and"
                 " backlash make such a difference: turn the head there once before the first"
                 " reading",
+                [item.effect.id],
+            )
+
+
+def _of_few_readings(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+    """Steps with but a few readings of their run on one side."""
+    c = comparison.model.conditions
+    for item in instances:
+        if item.effect.id != "bias-step":
+            continue
+        first = int(item.shape["reading"])
+        own = c.number[c.run == c.run[c.order[first - 1]]]
+        before = int((own < first).sum())
+        fewest = min(before, own.size - before)
+        if 0 < fewest < _OUTLIERS:
+            yield Caveat(
+                f"{item.effect.id} is not sure: {fewest} readings alone lie on one side of it in"
+                " its run, and as many outliers would look like it; repeat the run",
                 [item.effect.id],
             )
 

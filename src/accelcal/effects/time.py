@@ -15,8 +15,8 @@ from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError
 from accelcal.units import DAY, HOUR
 
-_SHOWN_BY = 4
-"""Readings on either side that a step within a run takes; with fewer, it is an outlier."""
+_SHOWN_BY = 2
+"""Readings on either side that a step within a run takes; one alone is an outlier."""
 
 _APPROACH = 45.0
 """The head comes to the first position of a run from this far before it [deg]."""
