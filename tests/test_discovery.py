@@ -220,6 +220,29 @@ def test_a_step_shortly_before_a_run_ends_is_found_where_it_is(ahead, seed):
     assert any(told in note for note in found.notes) == (ahead < 4)
 
 
+@pytest.mark.parametrize("approach", [0.0, 1.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_hysteresis_is_alone_however_the_runs_begin(approach, seed):
+    hidden = [effect("hysteresis").of(3e-5, approach=approach)]
+    found = accelcal.discover(accelcal.simulate(effects=hidden, seed=seed))
+    assert ids(found) == ["hysteresis"]
+    assert found.doubtful == ()
+    assert found.effects[0].parameters["approach"].value == approach
+    assert found.unexplained is None
+
+
+def test_how_a_run_begins_is_said_to_be_open_where_it_does_not_show():
+    hidden = [effect("hysteresis").of(5e-6)]
+    said = [accelcal.discover(accelcal.simulate(effects=hidden, seed=s)).notes for s in range(6)]
+    open_ = [
+        note
+        for notes in said
+        for note in notes
+        if re.fullmatch(r"hysteresis with approach = [01] explains these readings as well", note)
+    ]
+    assert open_
+
+
 def test_one_reading_is_an_outlier_and_no_step():
     for at in (54.0, 55.0, 108.0, 109.0, 162.0):
         hidden = [effect("outlier").of(8e-5, reading=at)]

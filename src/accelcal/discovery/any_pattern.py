@@ -77,12 +77,17 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     """
     if len(named.instances) < 2:
         return
+    static = of_position(family, named)
     whole = _patterns(family, None)
-    static = _within(whole, named.directions)
     for patterns in (whole, *(_patterns(family, parity) for parity in (_OF_INPUT, *_PARITIES))):
         own = static & _within(patterns, named.directions)
         if np.count_nonzero(own) >= 2:
             yield _told(family, named, patterns, own)
+
+
+def of_position(family: Family, named: Explanation) -> Mask:
+    """Tell which effects of an explanation depend on the position alone."""
+    return _within(_patterns(family, None), named.directions)
 
 
 def _told(family: Family, named: Explanation, patterns: Array, own: Mask) -> AnyPattern:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.discovery.any_pattern import any_patterns
+from accelcal.discovery.any_pattern import any_patterns, of_position
 from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
@@ -85,7 +86,7 @@ def caveats(
     yield from map(Caveat, _by_another_law(laws))
     yield from map(Caveat, _at_other_places(places))
     yield from map(Caveat, _otherwise(comparison, found, [*places, *laws]))
-    yield from _put_together(comparison, found)
+    yield from _put_together(family, found)
     yield from _of_any_pattern(family, found)
     yield from _of_the_first_readings(comparison, best)
     yield from _of_few_readings(comparison, best)
@@ -130,10 +131,11 @@ def _otherwise(
             yield f"{IF_IT_IS}{name} in truth: {', '.join(told)}"
 
 
-def _put_together(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[Caveat]:
+def _put_together(family: Family, found: Sequence[Explanation]) -> Iterator[Caveat]:
     """Effects at one of several places, all of which two effects could make where few show."""
-    space, c = comparison.space, comparison.model.conditions
-    for item in found[0].instances if found else ():
+    space, c = family.space, family.comparison.model.conditions
+    static = of_position(family, found[0]).tolist() if found else ()
+    for item in compress(found[0].instances if found else (), static):
         if not any(shape.discrete for shape in item.effect.shapes):
             continue
         places = [column_of(other, c) for other in instances_of(item.effect, c)]

@@ -8,18 +8,22 @@ from itertools import pairwise
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Places
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError
+from accelcal.numerics.sorting import distinct
 from accelcal.units import DAY, HOUR
 
 _SHOWN_BY = 2
 """Readings on either side that a step within a run takes; one alone is an outlier."""
 
 _APPROACH = 45.0
-"""The head comes to the first position of a run from this far before it [deg]."""
+"""The head comes to the first position of a run from this far beside it [deg]."""
+
+_SENSES = (0.0, -1.0, 1.0)
+"""Senses in which it comes there, against or with the stroke; 0 where it is at rest there."""
 
 
 def _time_constants(c: Conditions) -> Array:
@@ -63,29 +67,38 @@ def _bias_step(c: Conditions, step: float, reading: float) -> Array:
     return np.where(c.number >= first, step, 0.0)
 
 
-def _play(c: Conditions, half_width: float) -> Array:
-    """Play operator on a_i along the way of the head, readings or not."""
-    lag, state = np.zeros(c.angle.size), 0.0
-    for index, passed in zip(c.order, _passed(c), strict=True):
-        sensed = float(c.input[index])
-        for value in (*passed, sensed):
-            state = min(max(state, value - half_width), value + half_width)
-        lag[index] = state - sensed
+def _play(c: Conditions, half_width: float, approach: float) -> Array:
+    """Play operator on a_i along the way of the head in each run, readings or not."""
+    if approach not in _SENSES:
+        raise InputError(
+            f"hysteresis: approach is {approach:g}; the head comes to the first position of a run"
+            " in the sense of the stroke (1) or against it (-1), or is at rest there (0)"
+        )
+    lag = np.zeros(c.angle.size)
+    for run in distinct(c.run).tolist():
+        own = c.order[c.run[c.order] == run]
+        passed = list(_passed(c, own, approach))
+        state = passed[0][0]
+        for index, values in zip(own, passed, strict=True):
+            sensed = float(c.input[index])
+            for value in (*values, sensed):
+                state = min(max(state, value - half_width), value + half_width)
+            lag[index] = state - sensed
     return lag
 
 
-def _passed(c: Conditions) -> Iterator[list[float]]:
-    """Extremes of a_i that the head passes on its way to each reading, in the order of measuring.
+def _passed(c: Conditions, own: Places, approach: float) -> Iterator[list[float]]:
+    """Extremes of a_i that the head passes on its way to each reading of a run, in their order.
 
-    A run begins by coming to its first position. The stroke of a reading that is missing at either
-    end of the turn goes there nevertheless.
+    It begins by coming to the first position. The stroke of a reading that is missing at either end
+    of the turn goes there nevertheless.
     """
     ends = (float(c.angle.min()), float(c.angle.max()))
     before: int | None = None
-    for index in c.order.tolist():
+    for index in own.tolist():
         here, forward = float(c.angle[index]), c.stroke[index] % 2 == 1
-        if before is None or c.run[before] != c.run[index]:
-            way = [here - _APPROACH if forward else here + _APPROACH, here]
+        if before is None:
+            way = [here - approach * (_APPROACH if forward else -_APPROACH), here]
         elif c.stroke[before] == c.stroke[index]:
             way = [float(c.angle[before]), here]
         else:
@@ -93,6 +106,12 @@ def _passed(c: Conditions) -> Iterator[list[float]]:
             way = [float(c.angle[before]), ended, begun, here]
         yield [value for start, end in pairwise(way) for value in _extremes(start, end)]
         before = index
+
+
+def _approaches(c: Conditions) -> Array:
+    """Ways to come to the first position of each run that the readings can tell apart."""
+    tried = {_play(c, 1e-6, sense).tobytes(): sense for sense in _SENSES}
+    return np.sort(np.array(list(tried.values())))
 
 
 def _extremes(start: float, end: float) -> list[float]:
@@ -205,6 +224,17 @@ EFFECTS = (
         acts_on="output",
         parameters=(
             Parameter("half_width", "g", "half the width w of the play", minimum=0.0, small=1e-6),
+            Parameter(
+                "approach",
+                "1",
+                "how the head comes to the first position of each run: in the sense of the stroke"
+                " (1), against it (-1), or at rest there (0)",
+                default=1.0,
+                minimum=-1.0,
+                linear=False,
+                search=_approaches,
+                discrete=True,
+            ),
         ),
         term=_play,
     ),
