@@ -14,6 +14,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.turns import LARGEST_RATIOS
 from accelcal.geometry import side_of
 from accelcal.model import COEFFICIENTS
+from accelcal.results.beyond_uncertainty import FEWER, LEFT_OUT
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
@@ -230,13 +231,13 @@ def _of_estimated_head(estimate: JointEstimate) -> Iterator[Sentence]:
     yield Sentence(
         estimated & _rests_on_few_residuals(estimate),
         "noise and head error come from the same few residuals: no honest interval can be had, and"
-        " those given may hold the truth in fewer than 95 of 100 cases (91 to 98 in simulations);"
+        f" those given {FEWER} (91 to 98 in simulations);"
         " measure two strokes or declare head_uncertainty",
     )
     yield Sentence(
         estimated & (head.dof < _FEW_HEAD_DOF),
         "head error estimated from the lack of fit with 1 degree of freedom: no honest interval can"
-        " be had, and those given may hold the truth in fewer than 95 of 100 cases (89 to 99 in"
+        f" be had, and those given {FEWER} (89 to 99 in"
         " simulations); declare head_uncertainty or measure more positions",
     )
     told = head.uncertainty > 0.0, head.dof
@@ -253,7 +254,7 @@ def _of_unknown_head(estimate: JointEstimate) -> Iterator[Sentence]:
     )
     yield Sentence(
         True,
-        "head error neither declared nor visible at these angles: the intervals leave it out;"
+        f"head error neither declared nor visible at these angles: {LEFT_OUT};"
         " declare head_uncertainty",
     )
 
@@ -307,9 +308,8 @@ def _of_launch(estimate: JointEstimate) -> Iterator[Sentence]:
         yield Sentence(
             True,
             f"shift from launch to launch estimated with {shift.dof:.0f} degrees of freedom: no"
-            " honest interval can be had from so few repeats, and those given may hold the truth in"
-            " fewer than 95 of 100 cases; declare launch_uncertainty or repeat a temperature more"
-            " often",
+            f" honest interval can be had from so few repeats, and those given {FEWER}; declare"
+            " launch_uncertainty or repeat a temperature more often",
         )
     if unknown := _unknown_shifts(estimate):
         own, declared = (" and ".join(names) for names in (unknown.values(), unknown))

@@ -38,6 +38,7 @@ from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
 from accelcal.model import LAWS
+from accelcal.results.beyond_uncertainty import beyond_uncertainty
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
@@ -113,9 +114,11 @@ def compensation(
         found = _from_laws(calibration, model, tables)
     else:
         found = _from_tables(calibration, tables)
+    by_laws = model is not None and run is None
+    beyond = beyond_uncertainty(calibration, tables, by_laws=by_laws)
     launch = Launch() if same_launch else _next_launch(calibration)
     new_launch = [] if same_launch else unknown_launch(calibration)
-    said = (*gates_that_warn(calibration, tables), *found.assumptions, *new_launch)
+    said = (*gates_that_warn(calibration, tables), *beyond, *found.assumptions, *new_launch)
     found = replace(found, launch=launch, assumptions=said)
     return _with_effects(calibration, found, taken_up=effects)
 

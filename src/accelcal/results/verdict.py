@@ -72,6 +72,9 @@ class Verdict(StoredPart, TabularResult):
         Name of the decision rule, and the rule in words.
     judgements : tuple of Judgement
         In the order of the data sheet; a limit has one for each place where it holds.
+    notes : tuple of str
+        What the calibration says that its uncertainties do not count: what passes by them may be
+        in doubt nevertheless.
 
     Raises
     ------
@@ -88,11 +91,14 @@ class Verdict(StoredPart, TabularResult):
     ('pass', 'k0')
     """
 
+    _MISSING: ClassVar[Mapping[str, Any]] = {"notes": ()}
+
     specification: str
     source: str
     rule: str
     rule_statement: str
     judgements: tuple[Judgement, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def outcome(self) -> str:
@@ -128,6 +134,7 @@ class Verdict(StoredPart, TabularResult):
         return {
             **members(self, "specification source rule rule_statement outcome"),
             "limits": document_of(self.judgements),
+            "notes": list(self.notes),
         }
 
     @classmethod

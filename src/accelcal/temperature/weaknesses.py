@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.results.beyond_uncertainty import EXTRAPOLATED, LESS_CERTAIN
 from accelcal.sentences import Sentence
 from accelcal.temperature.bilinear import LEAST_RISE, taken_from_the_other_side
 from accelcal.temperature.hysteresis import Hysteresis
@@ -76,7 +77,7 @@ def law_sentences(
         yield Sentence(
             is_off,
             f"the {name} does not follow its bilinear law: a curvature, another break, or an"
-            " undeclared shift from run to run; its values and slopes are less certain than U says",
+            f" undeclared shift from run to run; its values and slopes are {LESS_CERTAIN}",
         )
     yield from _of_loop(loop, shift_source)
     yield _of_far_reference(reference, temperature)
@@ -128,8 +129,7 @@ def _of_far_reference(reference: Array, temperature: Array) -> Sentence:
         outside > LEAST_RISE,
         lambda reference, outside, low, high: (
             f"T0 = {reference:g} degC lies {outside:g} degC outside the levels, {low:g} to"
-            f" {high:g} degC: the values at T0 are extrapolated, and U holds nothing of a"
-            " curvature"
+            f" {high:g} degC: the values at T0 are extrapolated, and {EXTRAPOLATED}"
         ),
         [reference, outside, low, high],
     )

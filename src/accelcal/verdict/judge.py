@@ -14,6 +14,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arrays import Array
 from accelcal.model import COEFFICIENT_OF
 from accelcal.numerics.probability import LEVEL, dof_of_student_quantile, student_survival
+from accelcal.results.beyond_uncertainty import beyond_uncertainty
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures
@@ -81,6 +82,7 @@ def judge(calibration: Calibration, specification: Specification) -> Verdict:
         rule=specification.rule,
         rule_statement=RULES[specification.rule].statement,
         judgements=tuple(_judgement(each, calibration) for each in found),
+        notes=tuple(beyond_uncertainty(calibration, calibration.tables, by_laws=True)),
     )
 
 

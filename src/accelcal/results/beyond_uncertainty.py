@@ -1,0 +1,52 @@
+"""What a calibration says that its uncertainties do not count, for who uses its numbers alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from accelcal.results.calibration import Calibration
+from accelcal.results.table import TableCalibration
+
+LESS_CERTAIN = "less certain than U says"
+LEFT_OUT = "the intervals leave it out"
+EXTRAPOLATED = "U holds nothing of a curvature"
+FEWER = "may hold the truth in fewer than 95 of 100 cases"
+
+_SAID_BY = (LESS_CERTAIN, LEFT_OUT, EXTRAPOLATED, FEWER)
+"""By these words the sentences are known, in results from files too."""
+
+
+def beyond_uncertainty(
+    calibration: Calibration, tables: Sequence[TableCalibration], *, by_laws: bool
+) -> list[str]:
+    """List the sentences of a calibration by which its uncertainties are too small.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    tables : sequence of TableCalibration
+        Those of its tables that are used.
+    by_laws : bool
+        Whether its temperature laws are used too.
+
+    Returns
+    -------
+    list of str
+        The sentences as its report has them.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> plan = accelcal.TumblePlan(positions=6, temperatures=(20.0,))
+    >>> record = accelcal.simulate(plan=plan, seed=1).with_apparatus(head_uncertainty=None)
+    >>> calibration = accelcal.fit(record)
+    >>> beyond_uncertainty(calibration, calibration.tables, by_laws=False)
+    ['head error neither declared nor visible at these angles: the intervals leave it out; declare\
+ head_uncertainty']
+    """
+    said = [*calibration.warnings, *(text for table in tables for text in table.warnings)]
+    if by_laws:
+        models = calibration.temperature_model, calibration.second_axis_model
+        said += [text for model in models if model for text in model.warnings]
+    return [text for text in dict.fromkeys(said) if any(words in text for words in _SAID_BY)]
