@@ -116,7 +116,11 @@ def test_no_command_shows_the_help(capsys):
             "simulate --effect x",
             "invalid value for '--effect': 'x' is not of the form NAME=NUMBER;",
         ),
-        ("fit x --t0 20C", "invalid value for '--t0': '20C' is not a finite number; see"),
+        ("fit x --t0 warm", "invalid value for '--t0': 'warm' is not a finite number; see"),
+        (
+            "fit x --t0 293K",
+            "invalid value for '--t0': '293K' has another unit; it is one of degC; see",
+        ),
         (
             "fit x --t0 20,5",
             "invalid value for '--t0': '20,5' is not a finite number; write a decimal point; see",

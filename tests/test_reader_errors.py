@@ -470,9 +470,9 @@ ERRORS = {
         "# delta0: 10\n" + OK,
         "1: fixture angle 10 rad is above pi/4; give it in rad, 10 deg are 0.174533 rad",
     ),
-    "fixture angle in degrees": (
-        "# delta0: 2 deg\n" + OK,
-        "1: delta0 is given in 'deg'; give it in rad",
+    "fixture angle in another unit": (
+        "# delta0: 2 mA\n" + OK,
+        "1: delta0 is given in 'mA'; give it in rad, mrad, urad, nrad, deg, arcmin, arcsec",
     ),
     "fixture angle as text": (
         "# serial: A\n# delta0: small\n" + OK,
@@ -501,16 +501,30 @@ ERRORS = {
         "1: resolution is -1.0; it is a finite number, zero or more",
     ),
     "header unit": (
-        "# head_uncertainty (arcsec): 2\n" + OK,
-        "1: head_uncertainty is given in 'arcsec'; give it in rad",
+        "# head_uncertainty (gon): 2\n" + OK,
+        "1: head_uncertainty is given in 'gon'; give it in rad, mrad, urad, nrad, deg, arcmin,"
+        " arcsec, g, mg, ug, ng",
     ),
-    "header ppm": (
-        "# launch_sf_uncertainty: 15 ppm\n" + OK,
-        "1: launch_sf_uncertainty is given in 'ppm'; give it as a plain number, a part of one",
+    "header mega": (
+        "# launch_uncertainty: 20 MG\n" + OK,
+        "1: launch_uncertainty is given in 'MG'; give it in g, mg, ug, ng",
+    ),
+    "header ratio": (
+        "# launch_sf_uncertainty: 15 ug\n" + OK,
+        "1: launch_sf_uncertainty is given in 'ug'; give it in 1, %, ppm, ppb",
+    ),
+    "header without gravity": (
+        "# launch_uncertainty: 20 mGal\n" + OK,
+        "1: launch_uncertainty is given in 'mGal' without the local gravity; give it in g, or"
+        " declare '# g: ...', in m/s^2",
     ),
     "resolution unit": (
-        "# unit: mA\n# resolution: 1 uA\n" + OK,
-        "2: resolution is given in 'uA'; give it in mA",
+        "# unit: mA\n# resolution: 1 uV\n" + OK,
+        "2: resolution is given in 'uV'; give it in mA",
+    ),
+    "resolution without the unit of outputs": (
+        "# resolution: 1 uV\n" + OK,
+        "1: resolution is given in 'uV'; give it in the output unit",
     ),
     "positions": (
         "# positions: many\n" + OK,

@@ -16,13 +16,12 @@ from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
-from accelcal.units import canonical_unit, conversion_factor, is_output_unit
+from accelcal.units import UNITS, canonical_unit, conversion_factor, is_output_unit, size_of
 
 __all__ = [
     "PLACES",
     "QUANTITIES",
     "RULES",
-    "UNITS",
     "DecisionRule",
     "Limit",
     "LimitedQuantity",
@@ -75,19 +74,7 @@ QUANTITIES: Mapping[str, LimitedQuantity] = MappingProxyType(
 PLACES = ("T0", "every temperature")
 """Where a limit holds: at the reference temperature, or at each level of the test."""
 
-_POWERS_OF_TEN = {"": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}
-_DEGREE = math.pi / 180.0
-UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
-    {
-        "acceleration": {f"{prefix}g": size for prefix, size in _POWERS_OF_TEN.items()},
-        "angle": {f"{prefix}rad": size for prefix, size in _POWERS_OF_TEN.items()}
-        | {"deg": _DEGREE, "arcmin": _DEGREE / 60.0, "arcsec": _DEGREE / 3600.0},
-        "ratio": {"1": 1.0, "%": 1e-2, "ppm": 1e-6, "ppb": 1e-9},
-        "temperature": {"degC": 1.0},
-    }
-)
-"""Kind of quantity -> unit -> its size in the unit of a calibration: g, rad, 1, degC."""
-_SPELLINGS = (("µ", "u"), ("μ", "u"), ("°C", "degC"), ("²", "^2"), ("³", "^3"), (" ", ""))
+_SPELLINGS = (("°C", "degC"), ("²", "^2"), ("³", "^3"), (" ", ""))
 
 
 def _tidy(unit: str) -> str:
@@ -234,9 +221,10 @@ class Limit:
             raise self._wrong_unit()
         if quantity.kind == "output":
             return self._output_factor(canonical_unit(numerator), output_unit)
-        if numerator not in UNITS[quantity.kind]:
+        size = size_of(numerator, quantity.kind)
+        if size is None:
             raise self._wrong_unit()
-        return UNITS[quantity.kind][numerator]
+        return size
 
     def _output_factor(self, numerator: str, output_unit: str | None) -> float:
         if not is_output_unit(numerator):

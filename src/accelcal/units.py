@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -53,13 +54,72 @@ OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 
 _POWERS_OF_TEN: Mapping[str, Mapping[str, int]] = MappingProxyType(
     {
-        "V": {"V": 0, "mV": -3, "uV": -6, "nV": -9},
-        "A": {"A": 0, "mA": -3, "uA": -6, "nA": -9, "pA": -12},
-        "Hz": {"Hz": 0, "kHz": 3, "MHz": 6},
-        "g": {"g": 0, "mg": -3, "ug": -6},
+        "voltage": {"V": 0, "mV": -3, "uV": -6, "nV": -9},
+        "current": {"A": 0, "mA": -3, "uA": -6, "nA": -9, "pA": -12},
+        "frequency": {"Hz": 0, "kHz": 3, "MHz": 6},
+        "acceleration": {"g": 0, "mg": -3, "ug": -6, "ng": -9},
+        "gravity": {"m/s^2": 0, "Gal": -2, "mGal": -5},
     }
 )
-"""Quantity -> its units as powers of ten."""
+"""Kind of quantity -> its units as powers of ten."""
+
+_DEGREE = math.pi / 180.0
+UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
+    {
+        **{
+            kind: MappingProxyType({unit: float(f"1e{power}") for unit, power in powers.items()})
+            for kind, powers in _POWERS_OF_TEN.items()
+        },
+        "angle": MappingProxyType(
+            {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "nrad": 1e-9, "deg": _DEGREE}
+            | {"arcmin": _DEGREE / 60.0, "arcsec": _DEGREE / 3600.0}
+        ),
+        "ratio": MappingProxyType({"1": 1.0, "%": 1e-2, "ppm": 1e-6, "ppb": 1e-9}),
+        "temperature": MappingProxyType({"degC": 1.0}),
+        "temperature difference": MappingProxyType({"degC": 1.0, "K": 1.0, "mK": 1e-3}),
+        "time": MappingProxyType(
+            {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": HOUR, "d": DAY}
+        ),
+    }
+)
+"""Kind of quantity -> unit -> its size in the first one, such as g, rad, 1, degC or s.
+
+An acceleration is a multiple of the local gravity, which is itself the kind ``"gravity"``.
+"""
+
+_SPELLINGS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        **OUTPUT_UNITS,
+        "m/s^2": (*OUTPUT_UNITS["m/s^2"], "м/с^2", "м/с2", "м/с²"),
+        "Gal": ("Гал",),
+        "mGal": ("мГал",),
+        "rad": ("radian", "radians", "рад"),
+        "mrad": ("milliradian", "milliradians", "мрад"),
+        "urad": ("µrad", "μrad", "microradian", "microradians", "мкрад"),
+        "deg": ("°", "degree", "degrees", "град", "град."),
+        "arcmin": (
+            *("'", "′", "’", "arcmins", "arcminute", "arcminutes", "arc-minutes", "arc minutes"),
+            *("Winkelminute", "Winkelminuten", "Bogenminute", "Bogenminuten"),
+            *("угл. мин", "угл. мин.", "угл.мин", "угл.мин."),
+        ),
+        "arcsec": (
+            *('"', "″", "”", "''", "′′", "arcsecs", "arcsecond", "arcseconds"),
+            *("arc-seconds", "arc seconds"),
+            *("Winkelsekunde", "Winkelsekunden", "Bogensekunde", "Bogensekunden"),
+            *("угл. с", "угл. с.", "угл.с", "угл. сек", "угл. сек.", "угл.сек", "угл.сек."),
+        ),
+        "%": ("percent",),
+        "degC": ("°C", "C", "deg_C", "deg C", "Celsius", "°\N{CYRILLIC CAPITAL LETTER ES}"),
+        "K": ("kelvin", "\N{CYRILLIC CAPITAL LETTER KA}"),
+        "mK": ("millikelvin", "м\N{CYRILLIC CAPITAL LETTER KA}"),
+        "s": ("sec", "secs", "second", "seconds"),
+        "us": ("µs", "μs"),
+        "min": ("mins", "minute", "minutes"),
+        "h": ("hr", "hrs", "hour", "hours"),
+        "d": ("day", "days"),
+    }
+)
+"""Unit -> other ways of writing it."""
 
 _CYRILLIC = re.compile("[\u0400-\u04ff]")
 _EXACT = {name: name for name in OUTPUT_UNITS} | {
@@ -74,6 +134,17 @@ del _FOLDED["mhz"]  # mHz or MHz? only the exact spelling tells
 
 _CAPITALS = {"M": ("begins with mega", "milli"), "N": ("begins with N, no prefix", "nano")}
 """Capital prefixes that mean something else than the small ones, and what the small ones mean."""
+
+_EXACT_OF = {
+    kind: {spelling: name for name in units for spelling in (name, *_SPELLINGS.get(name, ()))}
+    for kind, units in UNITS.items()
+}
+_FOLDED_OF = {
+    kind: {spelling.casefold(): spelling for spelling in reversed(exact)}
+    for kind, exact in _EXACT_OF.items()
+}
+
+_CAPITAL_PREFIXES = (*_CAPITALS, "\N{CYRILLIC CAPITAL LETTER EM}", "\N{CYRILLIC CAPITAL LETTER EN}")
 
 _LONGEST = 40
 """Characters of a unit that a message shows."""
@@ -197,3 +268,93 @@ def conversion_factor(given: str, wanted: str) -> float | None:
         if one in powers and other in powers:
             return float(f"1e{powers[one] - powers[other]}")
     return None
+
+
+def spellings(kind: str) -> Mapping[str, str]:
+    """Ways of writing the units of a kind of quantity.
+
+    Parameters
+    ----------
+    kind : str
+        One of `UNITS`.
+
+    Returns
+    -------
+    mapping of str to str
+        Spelling -> name of the unit.
+
+    Examples
+    --------
+    >>> spellings("ratio")["percent"]
+    '%'
+    """
+    return MappingProxyType(_EXACT_OF[kind])
+
+
+def size_of(unit: str, *kinds: str) -> float | None:
+    """Size of a unit in the first one of its kind.
+
+    Parameters
+    ----------
+    unit : str
+        The unit as written, in any case; but a capital M or N is not the prefix milli or nano.
+    *kinds : str
+        What it may be a unit of, of `UNITS`.
+
+    Returns
+    -------
+    float or None
+        Its size; None where it is none of these.
+
+    Examples
+    --------
+    >>> size_of("ppm", "ratio"), size_of("µrad", "angle"), size_of("mg", "angle", "acceleration")
+    (1e-06, 1e-06, 0.001)
+    >>> size_of("mA", "angle"), size_of("Mrad", "angle")
+    (None, None)
+    """
+    text = unit.strip()
+    for kind in kinds:
+        exact = _EXACT_OF[kind]
+        spelling = text if text in exact else _FOLDED_OF[kind].get(text.casefold())
+        if spelling is not None and not _has_other_prefix(text, spelling, exact):
+            return UNITS[kind][exact[spelling]]
+    return None
+
+
+def _has_other_prefix(unit: str, spelling: str, known: Mapping[str, str]) -> bool:
+    """Tell whether the first letter, of another case, is that of another prefix."""
+    return unit[0] != spelling[0] and unit[0] in _CAPITAL_PREFIXES and spelling[1:] in known
+
+
+def scaled(number: str, size: float) -> float:
+    """Multiply a number as it is written by the size of its unit, and round once.
+
+    Parameters
+    ----------
+    number : str
+        The number, with a decimal point.
+    size : float
+        Size of the unit.
+
+    Returns
+    -------
+    float
+        The float next to the product of what both have written.
+
+    Raises
+    ------
+    ValueError
+        If it is no number.
+
+    Examples
+    --------
+    >>> 20 * 1e-6, scaled("20", 1e-6)
+    (1.9999999999999998e-05, 2e-05)
+    """
+    value = float(number)
+    if size == 1.0 or not math.isfinite(value):
+        return value
+    from decimal import Decimal
+
+    return float(Decimal(number) * Decimal(repr(size)))

@@ -14,11 +14,14 @@ from accelcal.cli.deliver import remark, standard_output
 from accelcal.cli.files import CSV, Command, FileToRead, refuse_source
 from accelcal.cli.options import (
     data_argument,
+    degrees_option,
     effects_option,
+    gravity_option,
     mounting_option,
     number_option,
     output_option,
     serial_option,
+    temperature_option,
 )
 from accelcal.errors import AccelcalWarning
 
@@ -33,7 +36,7 @@ if TYPE_CHECKING:
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json")
 @data_argument()
 @output_option("the accelerations as CSV", metavar="OUT.csv", file=CSV)
-@number_option("--temperature", "DEG", "Temperature of all samples [degC].")
+@temperature_option("--temperature", "DEG", "Temperature of all samples [degC].")
 @click.option(
     "--in",
     "unit",
@@ -42,7 +45,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Unit of the accelerations; g is local g at the place of calibration.",
 )
-@number_option("--g", "M_S2", "Gravity at the place of calibration [m/s^2].", name="gravity")
+@gravity_option("Gravity at the place of calibration [m/s^2].", name="gravity")
 @click.option("--unit", "output_unit", metavar="UNIT", help="Unit of the outputs in DATA.")
 @serial_option
 @click.option("--run", metavar="TEXT", help="Use the table of this run only.")
@@ -53,11 +56,11 @@ if TYPE_CHECKING:
     "Standard uncertainty of an output, its noise included [output unit].",
     default=0.0,
 )
-@number_option(
+@degrees_option(
     "--temperature-uncertainty",
     "DEG",
     "Standard uncertainty of the temperatures [degC].",
-    default=0.0,
+    default="0",
 )
 @click.option(
     "--extrapolate", is_flag=True, help="Accept temperatures outside the calibrated range."

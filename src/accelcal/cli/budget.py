@@ -11,6 +11,8 @@ from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command, FileToRead
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
+    acceleration_option,
+    degrees_option,
     durations,
     file_option,
     format_option,
@@ -19,6 +21,7 @@ from accelcal.cli.options import (
     numbers,
     output_option,
     picture_option,
+    ratio_option,
     serial_option,
 )
 from accelcal.cli.stand_budget import asked_for_stand, budget_of_stand, stand_options
@@ -43,8 +46,8 @@ if TYPE_CHECKING:
     metavar="G,...",
     help="Accelerations a_i along the input axis [local g].",
 )
-@number_option("--a-p", "G", "Along the pendulous axis [local g].", default=0.0)
-@number_option("--a-o", "G", "Along the output axis [local g].", default=0.0)
+@acceleration_option("--a-p", "G", "Along the pendulous axis [local g].", default="0")
+@acceleration_option("--a-o", "G", "Along the output axis [local g].", default="0")
 @click.option(
     "--temperature", type=numbers, metavar="DEG,...", help="Temperatures [degC; default: T0]."
 )
@@ -57,12 +60,12 @@ if TYPE_CHECKING:
     help="Times since the start of the launch, such as 600, 10min or 12h [s].",
 )
 @file_option("--stability", "STABILITY.json", "Result of accelcal stability.")
-@number_option("--launch", "G", "Launch-to-launch bias k0L [g].")
+@acceleration_option("--launch", "G", "Launch-to-launch bias k0L [g].")
 @number_option("--drift-rate", "G_PER_H", "Drift gamma_D [g/h].")
-@number_option("--fluctuation", "G", "Fluctuation k0F [g].")
-@number_option("--hysteresis", "G", "Hysteresis h_T [g].")
-@number_option("--threshold", "G", "Threshold p [g].")
-@number_option("--scale-factor-instability", "REL", "Instability k1 of the scale factor, relative.")
+@acceleration_option("--fluctuation", "G", "Fluctuation k0F [g].")
+@acceleration_option("--hysteresis", "G", "Hysteresis h_T [g].")
+@acceleration_option("--threshold", "G", "Threshold p [g].")
+@ratio_option("--scale-factor-instability", "REL", "Instability k1 of the scale factor, relative.")
 @number_option(
     "--factor",
     "T_P",
@@ -70,11 +73,11 @@ if TYPE_CHECKING:
     default=3.0,
     show_default=True,
 )
-@number_option(
+@degrees_option(
     "--temperature-uncertainty",
     "DEG",
     "Standard uncertainty of the temperature [degC].",
-    default=0.0,
+    default="0",
 )
 @click.option("--exact", is_flag=True, help="Use (K1 - K1N)/K1 of (2), not its first order.")
 @click.option(

@@ -10,14 +10,18 @@ from accelcal.cli.deliver import deliver, deliver_picture
 from accelcal.cli.files import JSON, Command, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
+    acceleration_option,
     apparatus_options,
+    degrees_option,
     effects_option,
     format_option,
+    hours_option,
     number,
     number_option,
     numbers,
     output_option,
     picture_option,
+    seconds_option,
     seed_option,
     words,
 )
@@ -82,22 +86,22 @@ def target(text: str) -> tuple[str, float]:
     metavar="SIDE,...",
     help="Mountings o+, o-, p+ or p- in their order [default: o+]; may be repeated.",
 )
-@number_option("--reading-time", "S", "Time of a reading [default: 60 s].")
-@number_option("--turn-time", "S", "Time between positions [default: 30 s].")
-@number_option("--soak-time", "H", "Time to reach a temperature [default: 2 h].")
-@number_option("--mount-time", "H", "Time to mount the unit [default: 1 h].")
-@number_option("--noise", "G", "Noise of a reading [default: 5e-6 g].")
+@seconds_option("--reading-time", "S", "Time of a reading [default: 60 s].")
+@seconds_option("--turn-time", "S", "Time between positions [default: 30 s].")
+@hours_option("--soak-time", "H", "Time to reach a temperature [default: 2 h].")
+@hours_option("--mount-time", "H", "Time to mount the unit [default: 1 h].")
+@acceleration_option("--noise", "G", "Noise of a reading [default: 5e-6 g].")
 @apparatus_options
-@number_option(
+@degrees_option(
     "--temperature-uncertainty",
     "DEG",
     "Standard uncertainty of the temperature of a run [default: 0 degC].",
 )
-@number_option("--resolution", "G", "Step of the readings [default: 0 g].", default=0.0)
+@acceleration_option("--resolution", "G", "Step of the readings [default: 0 g].", default="0")
 @click.option(
     "--undeclared", is_flag=True, help="The errors of the stand will not be declared to the fit."
 )
-@number_option("--hours", "H", "Longest duration; strokes fill it [h].")
+@hours_option("--hours", "H", "Longest duration; strokes fill it [h].")
 @click.option(
     "--target",
     "targets",

@@ -11,10 +11,10 @@ from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import Rows, deliver_result
 from accelcal.cli.options import (
+    angle_option,
     data_argument,
     fixture_angle_option,
     format_option,
-    number_option,
     output_option,
     picture_option,
 )
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.command(cls=Command)
 @data_argument(many=True)
 @output_option("the calibration of the head as JSON", metavar="HEAD.json", file=JSON)
-@number_option(
+@angle_option(
     "--head-uncertainty",
     "G",
     "Standard uncertainty of one head position before the test [rad, or g].",

@@ -15,6 +15,7 @@ from accelcal.cli.options import (
     number_option,
     output_option,
     picture_option,
+    temperature_option,
 )
 
 
@@ -23,7 +24,7 @@ from accelcal.cli.options import (
 @output_option("the history as JSON", metavar="HISTORY.json", file=JSON)
 @click.option("--serial", metavar="TEXT", help="Unit to follow; not needed if there is only one.")
 @mounting_option
-@number_option(
+@temperature_option(
     "--temperature", "DEG", "Temperature at which to compare [degC; default: that of most dates]."
 )
 @number_option(

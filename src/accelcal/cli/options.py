@@ -12,11 +12,9 @@ import click
 
 from accelcal.cli.files import PICTURE, REPORT, FileToRead, FileToWrite
 from accelcal.errors import InputError
-from accelcal.units import HOUR
+from accelcal.units import UNITS, scaled, size_of
 
-SECONDS = {"s": 1.0, "min": 60.0, "h": HOUR}
-"""Units of a duration."""
-
+_WITH_UNIT = re.compile(r"([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s,].*)?")
 _LARGEST = 1e12
 _SMALLEST = 1e-30
 
@@ -56,18 +54,48 @@ def durations(text: str) -> tuple[float, ...]:
 
 def duration(text: str) -> float:
     """Type of an option: a duration such as ``600``, ``600s``, ``10min`` or ``12h``; in seconds."""
-    match = re.fullmatch(r"([-+0-9.eE]+)\s*([^-+0-9.]*)", text)
-    if not match or (match[2] or "s") not in SECONDS:
+    match = _WITH_UNIT.fullmatch(text)
+    if not match or not size_of(match[2] or "s", "time"):
         raise click.BadParameter(f"{text!r} is no time; write it as 600, 600s, 10min or 12h.")
-    return number(match[1]) * SECONDS[match[2] or "s"]
+    return quantity("s", "time")(text)
+
+
+def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
+    """Make the type of an option that is a number, perhaps with a unit as in ``2 arcsec``.
+
+    Parameters
+    ----------
+    unit : str
+        Unit of the value, and of a number that has none.
+    *kinds : str
+        What it is, of `accelcal.units.UNITS`.
+
+    Returns
+    -------
+    callable
+        From the text to the value.
+    """
+
+    def converted(text: str) -> float:
+        match = _WITH_UNIT.fullmatch(text.strip())
+        if not match or not match[2]:
+            return number(text.strip())
+        size, whole = size_of(match[2], *kinds), size_of(unit, *kinds)
+        if size is None or whole is None:
+            known = ", ".join(name for kind in kinds for name in UNITS[kind])
+            raise click.BadParameter(f"{text!r} has another unit; it is one of {known}.")
+        number(match[1])
+        return number(repr(scaled(match[1], size / whole)))
+
+    return converted
 
 
 def fixture_angle(text: str) -> float:
-    """Type of an option: a fixture angle [rad]."""
+    """Type of an option: a fixture angle [rad], perhaps with its unit."""
     from accelcal.geometry import checked_fixture_angle
 
     try:
-        return checked_fixture_angle(number(text))
+        return checked_fixture_angle(quantity("rad", "angle")(text))
     except InputError as error:
         raise click.BadParameter(f"{error}.") from None
 
@@ -142,6 +170,30 @@ def _valued_option(
 number_option = partial(_valued_option, number)
 """An option that is a number."""
 
+acceleration_option = partial(_valued_option, quantity("g", "acceleration"))
+"""An option that is an acceleration [g]."""
+
+angle_option = partial(_valued_option, quantity("rad", "angle", "acceleration"))
+"""An option that is an angle of the head [rad], or the acceleration [g] that it makes."""
+
+ratio_option = partial(_valued_option, quantity("1", "ratio"))
+"""An option that is a part of one."""
+
+temperature_option = partial(_valued_option, quantity("degC", "temperature"))
+"""An option that is a temperature [degC]."""
+
+degrees_option = partial(_valued_option, quantity("degC", "temperature difference"))
+"""An option that is a difference of temperatures [degC]."""
+
+seconds_option = partial(_valued_option, quantity("s", "time"))
+"""An option that is a time [s]."""
+
+hours_option = partial(_valued_option, quantity("h", "time"))
+"""An option that is a time [h]."""
+
+gravity_option = partial(_valued_option, quantity("m/s^2", "gravity"), "--g", "M_S2")
+"""Option ``--g``, by its help."""
+
 file_option = partial(_valued_option, FileToRead())
 """An option that names a file to be read."""
 
@@ -203,11 +255,11 @@ def format_option(*forms: str) -> Callable[[Function], Function]:
     )
 
 
-reference_temperature_option = number_option(
+reference_temperature_option = temperature_option(
     "--t0", "DEG", "Reference temperature T0 [degC].", name="reference_temperature"
 )
 
-local_gravity_option = number_option("--g", "M_S2", "Local gravity [m/s^2].", name="local_gravity")
+local_gravity_option = gravity_option("Local gravity [m/s^2].", name="local_gravity")
 
 fixture_angle_option = click.option(
     "--delta0",
@@ -264,15 +316,15 @@ def plan_options(lead: str = "") -> Callable[[Function], Function]:
 
 
 apparatus_options = together(
-    number_option(
+    angle_option(
         "--head-uncertainty",
         "G",
         "Standard uncertainty of one head position [rad, or g: the same number].",
     ),
-    number_option(
+    acceleration_option(
         "--launch-uncertainty", "G", "Standard uncertainty of the bias from run to run [g]."
     ),
-    number_option(
+    ratio_option(
         "--launch-sf-uncertainty",
         "REL",
         "Relative standard uncertainty of the scale factor from run to run.",
@@ -297,7 +349,7 @@ calibration_options = together(
     local_gravity_option,
     fixture_angle_option,
     apparatus_options,
-    number_option(
+    degrees_option(
         "--temperature-uncertainty", "DEG", "Standard uncertainty of a temperature [degC]."
     ),
     number_option("--resolution", "U", "Step of the output [output unit]."),

@@ -9,12 +9,17 @@ import click
 from accelcal.cli.deliver import deliver
 from accelcal.cli.files import CSV, Command
 from accelcal.cli.options import (
+    acceleration_option,
+    angle_option,
+    degrees_option,
     effects_option,
     file_option,
     fixture_angle,
+    gravity_option,
     number_option,
     output_option,
     plan_options,
+    ratio_option,
     seed_option,
     setting,
     words,
@@ -57,15 +62,17 @@ def settings(text: str) -> Settings:
     help="Mountings o+, o-, p+ or p-, each at all temperatures [default: o+].",
 )
 @click.option("--delta0", type=fixture_angle, metavar="RAD", help="Fixture angle [default: 0 rad].")
-@number_option("--reading-noise", "G", "Noise of a reading [default: 5e-6 g].")
-@number_option("--head-error", "RAD", "Error of a head position [default: 6.7e-6 rad].")
-@number_option("--launch-shift", "G", "Shift of the bias from run to run [default: 6.7e-6 g].")
-@number_option(
+@acceleration_option("--reading-noise", "G", "Noise of a reading [default: 5e-6 g].")
+@angle_option("--head-error", "RAD", "Error of a head position [default: 6.7e-6 rad].")
+@acceleration_option(
+    "--launch-shift", "G", "Shift of the bias from run to run [default: 6.7e-6 g]."
+)
+@ratio_option(
     "--launch-sf-shift",
     "REL",
     "Relative shift of the scale factor from run to run [default: 5e-6].",
 )
-@number_option(
+@degrees_option(
     "--temperature-error",
     "DEG",
     "True minus recorded temperature, from run to run [default: 0 degC].",
@@ -75,7 +82,7 @@ def settings(text: str) -> Settings:
 )
 @click.option("--times", "timed", is_flag=True, help="Write a column of times.")
 @click.option("--undeclared", is_flag=True, help="Do not declare the uncertainties in the header.")
-@number_option("--g", "M_S2", "Local gravity to declare [m/s^2].", name="local_gravity")
+@gravity_option("Local gravity to declare [m/s^2].", name="local_gravity")
 @click.option(
     "--serial",
     metavar="TEXT",

@@ -19,8 +19,8 @@ from accelcal.head_angles import checked_positions
 from accelcal.io.layout import Declared, Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.signs import with_hyphen
-from accelcal.io.vocabulary import KEYS, UNITS_OF, has_unit
-from accelcal.units import canonical_unit, output_unit
+from accelcal.io.vocabulary import KEYS, KINDS_OF
+from accelcal.units import UNITS, conversion_factor, output_unit, scaled, size_of
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))
 OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial", "serials")
@@ -81,7 +81,8 @@ def declarations(
     values: dict[str, Any] = {key: text.value or None for key, text in declared.items()}
     for key in (*APPARATUS, "reference_temperature", "delta0"):
         if key in declared:
-            values[key] = declared_number(key, declared[key], decimal, unit)
+            gravity = given.get("local_gravity", values.get("local_gravity"))
+            values[key] = declared_number(key, declared[key], decimal, unit, gravity)
     values["positions"] = _positions(declared.get("positions"))
     values["unit"] = unit
     values |= given
@@ -183,7 +184,11 @@ def _checked(overrides: Mapping[str, object]) -> dict[str, Any]:
 
 
 def declared_number(
-    key: str, declared: Declared, decimal: str, output_unit: str | None = None
+    key: str,
+    declared: Declared,
+    decimal: str,
+    output_unit: str | None = None,
+    gravity: float | None = None,
 ) -> float:
     """Take the number of a header line.
 
@@ -196,24 +201,24 @@ def declared_number(
     decimal : str
         Decimal mark of the table.
     output_unit : str, optional
-        Unit of the outputs, in which a resolution may be given.
+        Unit of the outputs, to which that of a resolution is converted.
+    gravity : float, optional
+        Local gravity [m/s^2], by which an acceleration may be given in m/s^2.
 
     Returns
     -------
     float
-        The number, in the unit that `UNITS_OF` has first.
+        The number in g, rad, degC, m/s^2, parts of one or the unit of the outputs.
 
     Raises
     ------
     TableError
-        If it is no number, in another unit, or out of its range.
+        If it is no number, in a unit of something else, or out of its range.
     """
-    match = _NUMBER.fullmatch(with_hyphen(declared.value))
-    if match and match[2]:
-        _check_unit(key, declared, match[2], output_unit)
+    number, unit = number_and_unit(declared.value, decimal)
+    size = _size(key, declared, unit, output_unit, gravity) if unit else 1.0
     try:
-        text = match[1] if match else ""
-        value = float(text.replace(",", ".") if decimal == "," else text)
+        value = scaled(number, size)
     except ValueError:
         problem = f"{key} is {shown(declared.value)}"
         raise declared.refuse(problem, "give it as a number") from None
@@ -229,14 +234,51 @@ def declared_number(
     return value
 
 
-def _check_unit(key: str, declared: Declared, unit: str, output_unit: str | None) -> None:
-    right = UNITS_OF[key][0] if key in UNITS_OF else output_unit
-    if not (has_unit(key, unit) if key in UNITS_OF else canonical_unit(unit) == output_unit):
-        problem = f"{key} is given in {shown(unit)}"
-        remedy = f"give it in {right or 'the output unit'}"
-        if right == "1":
-            remedy = "give it as a plain number, a part of one"
-        raise declared.refuse(problem, remedy)
+def number_and_unit(text: str, decimal: str) -> tuple[str, str]:
+    """Split a number from the unit behind it.
+
+    Parameters
+    ----------
+    text : str
+        As written.
+    decimal : str
+        Decimal mark of the table.
+
+    Returns
+    -------
+    number : str
+        With a decimal point, perhaps no number yet; empty where the text does not begin as one.
+    unit : str
+        The unit, empty where there is none.
+
+    Examples
+    --------
+    >>> number_and_unit("0,5 arcsec", ","), number_and_unit("-2", "."), number_and_unit("no", ".")
+    (('0.5', 'arcsec'), ('-2', ''), ('', ''))
+    """
+    match = _NUMBER.fullmatch(with_hyphen(text))
+    number, unit = match.groups() if match else ("", "")
+    return number.replace(",", ".") if decimal == "," else number, unit
+
+
+def _size(
+    key: str, declared: Declared, unit: str, output_unit: str | None, gravity: float | None
+) -> float:
+    """Size of the unit of a header line in that of the number to be stored."""
+    kinds = KINDS_OF.get(key, ())
+    size = size_of(unit, *kinds)
+    if not kinds and output_unit:
+        size = conversion_factor(unit, output_unit)
+    if size is None and "acceleration" in kinds and (metres := size_of(unit, "gravity")):
+        if gravity is None:
+            problem = f"{key} is given in {shown(unit)} without the local gravity"
+            raise declared.refuse(problem, "give it in g, or declare '# g: ...', in m/s^2")
+        size = metres / gravity
+    if size is None:
+        names = (name for kind in kinds for name in UNITS[kind])
+        right = ", ".join(names) or output_unit or "the output unit"
+        raise declared.refuse(f"{key} is given in {shown(unit)}", f"give it in {right}")
+    return size
 
 
 def _positions(declared: Declared | None) -> int:

@@ -10,25 +10,17 @@ from accelcal.arrays import Array
 from accelcal.errors import TableError, located
 from accelcal.head_angles import head_positions
 from accelcal.io.cells import Column, complete_numbers
+from accelcal.io.declarations import number_and_unit
 from accelcal.io.layout import Declared
 from accelcal.io.small_table import COVERAGE, SmallTable, small_table
 from accelcal.io.text import Source, read_document
 from accelcal.io.vocabulary import Heading, split_unit
 from accelcal.results.covariance import rows_of
 from accelcal.results.head_calibration import HeadCalibration
+from accelcal.units import UNITS, scaled, size_of
 
 __all__ = ["read_head"]
 
-_RADIANS = {
-    "rad": 1.0,
-    "mrad": 1e-3,
-    "urad": 1e-6,
-    "µrad": 1e-6,
-    "deg": np.pi / 180.0,
-    "arcmin": np.pi / 10800.0,
-    "arcsec": np.pi / 648000.0,
-    '"': np.pi / 648000.0,
-}
 _ROLES = {
     "angle": "angle",
     "position": "angle",
@@ -94,7 +86,7 @@ def _heading(text: str) -> Heading:
     name, unit = split_unit(text.strip())
     folded = name.strip().casefold()
     suffix = _SUFFIX.fullmatch(folded)
-    if folded not in _ROLES and not unit and suffix and suffix[2] in _RADIANS:
+    if folded not in _ROLES and not unit and suffix and size_of(suffix[2], "angle"):
         folded, unit = suffix[1], suffix[2]
     return Heading(text, _ROLES.get(folded), unit or None)
 
@@ -129,17 +121,18 @@ def _certificate(table: SmallTable) -> HeadCalibration:
 def _factor(column: Column, default: str | None = None) -> float:
     """Radians of a unit of a column."""
     unit = column.unit or default
-    if unit is None or unit.casefold() not in _RADIANS:
-        what = "has no unit" if unit is None else f"is in {unit}"
-        problem, remedy = f"column {column.heading} {what}", f"give it in {', '.join(_RADIANS)}"
-        raise TableError(problem, remedy, source=column.source)
-    return float(_RADIANS[unit.casefold()])
+    size = size_of(unit, "angle") if unit else None
+    if size is None:
+        what = f"is in {unit}" if unit else "has no unit"
+        problem = f"column {column.heading} {what}"
+        raise TableError(problem, f"give it in {', '.join(UNITS['angle'])}", source=column.source)
+    return size
 
 
 def _uncertainty(table: SmallTable, size: int) -> Array:
     """Standard uncertainty of each position [rad]."""
-    declared = table.layout.declared
-    factors = [_positive(key, declared[key]) for key in COVERAGE if key in declared]
+    declared, decimal = table.layout.declared, table.columns["angle"].decimal
+    factors = [_positive(key, declared[key], decimal) for key in COVERAGE if key in declared]
     cover = factors[0] if factors else 1.0
     if "uncertainty" in table.columns:
         column = table.columns["uncertainty"]
@@ -148,18 +141,19 @@ def _uncertainty(table: SmallTable, size: int) -> Array:
         return values / cover
     if "uncertainty" not in declared:
         raise table.layout.refuse("the uncertainty of the errors is not given", _HOW_SURE)
-    value, _, unit = declared["uncertainty"].value.partition(" ")
-    if unit.strip().casefold() not in _RADIANS:
-        raise table.layout.refuse(f"uncertainty {value!r} has no unit of an angle", _HOW_SURE)
-    number = _positive("uncertainty", declared["uncertainty"]) * _RADIANS[unit.strip().casefold()]
+    written = declared["uncertainty"].value
+    unit = size_of(number_and_unit(written, decimal)[1], "angle")
+    if unit is None:
+        raise table.layout.refuse(f"uncertainty {written!r} has no unit of an angle", _HOW_SURE)
+    number = _positive("uncertainty", declared["uncertainty"], decimal, unit)
     return np.full(size, number / cover)
 
 
-def _positive(key: str, declared: Declared) -> float:
-    """Number of a header line, before its unit."""
+def _positive(key: str, declared: Declared, decimal: str, unit: float = 1.0) -> float:
+    """Number of a header line, times the size of its unit."""
     try:
-        found = float(declared.value.split()[0])
-    except (ValueError, IndexError):
+        found = scaled(number_and_unit(declared.value, decimal)[0], unit)
+    except ValueError:
         found = float("nan")
     if not 0.0 < found < np.inf:
         raise declared.refuse(f"{key} is {declared.value!r}", "write a number above 0")

@@ -25,6 +25,7 @@ _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
 _DECLARATION = re.compile(r"([^:=,;\t]+)[:=](.*)")
 _DECLARATION_IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
+_QUOTED = re.compile(r'"((?:[^"]|"")*)"')
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 
 _LABVIEW_CHANNELS = "***End_of_Header***"
@@ -189,6 +190,30 @@ def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...]
     return split[best], best
 
 
+def unquoted(line: str) -> str:
+    """Take blank fields off a line, and the quotes in which Excel saves one with a comma.
+
+    Parameters
+    ----------
+    line : str
+        The line.
+
+    Returns
+    -------
+    str
+        What it says; a quote at its end alone is kept, as it is the unit of seconds of arc.
+
+    Examples
+    --------
+    >>> unquoted('"# comment: first, second";;'), unquoted('# head_uncertainty: 2"')
+    ('# comment: first, second', '# head_uncertainty: 2"')
+    """
+    bare = line.strip(" \t,;")
+    if bare.startswith('"') and bare.endswith('"'):
+        bare = bare[1:-1].replace('""', '"')
+    return bare
+
+
 def declare(declared: dict[str, Declared], key: str, new: Declared) -> None:
     """Take up a header line; one that says something else than the one before is refused."""
     old = declared.setdefault(key, new)
@@ -262,9 +287,7 @@ def _are_headings(cells: tuple[Heading, ...]) -> bool:
 
 def _uncomment(line: str) -> str | None:
     """Text of a header line, None for any other line."""
-    bare = line.strip(" \t,;")
-    if bare.startswith('"') and bare.endswith('"'):  # as Excel saves a header line with a comma
-        bare = bare[1:-1].replace('""', '"')
+    bare = unquoted(line)
     return bare.lstrip("#").strip() if bare.startswith("#") else None
 
 
@@ -290,8 +313,13 @@ def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, De
 def _keys_and_values(line: str) -> list[tuple[str, str]]:
     """Keys and values of a line above the headings; an empty key where it says nothing."""
     bare = _uncomment(line)
-    text = line.strip(" \t,;").replace('"', "") if bare is None else bare
+    text = _without_quotes(line.strip(" \t,;")) if bare is None else bare
     return [_key_and_value(part, commented=bare is not None) for part in declarations_in(text)]
+
+
+def _without_quotes(text: str) -> str:
+    """Text of a line of cells, some of them in quotes."""
+    return _QUOTED.sub(lambda cell: cell[1].replace('""', '"'), text)
 
 
 def _key_and_value(text: str, *, commented: bool) -> tuple[str, str]:

@@ -10,7 +10,7 @@ from accelcal.errors import TableError
 from accelcal.io.cells import Column
 from accelcal.io.columns import places_of
 from accelcal.io.engines import columns_by_split, decimal_mark
-from accelcal.io.layout import Declared, Layout, Recognise, declare, split_headings
+from accelcal.io.layout import Declared, Layout, Recognise, declare, split_headings, unquoted
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import KEYS, header_line
 from accelcal.io.wording import listed
@@ -78,7 +78,7 @@ def _layout(lines: list[str], name: str, recognise: Recognise, remedy: str) -> L
     aside: list[int] = []
     table: list[tuple[int, str]] = []
     for number, line in enumerate(lines, 1):
-        bare = line.strip(' \t,;"')
+        bare = unquoted(line)
         key, value = header_line(bare.lstrip("# "))
         if bare and not bare.startswith("#"):
             table.append((number, line))

@@ -31,8 +31,8 @@ from accelcal.io.units_row import with_units_below
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
 from accelcal.io.wording import all_outputs, listed, were
 from accelcal.plural import counted
-from accelcal.specification import UNITS
 from accelcal.stability.record import Launch, StabilityRecord
+from accelcal.units import size_of
 
 __all__ = ["read_stability", "read_stability_records"]
 
@@ -163,15 +163,10 @@ def _own_heading(heading: Heading) -> Heading:
         return heading
     name, unit = split_unit(heading.text)
     stem, _, suffix = name.rpartition("_")
-    if _acceleration(suffix):
+    if size_of(suffix, "acceleration"):
         name, unit = stem, suffix
     role = _OWN_HEADINGS.get(name.split(" ")[0].casefold())
     return heading._replace(role=role, unit=unit or None)
-
-
-def _acceleration(unit: str) -> float | None:
-    """Size of a unit of acceleration [g]; None for another unit."""
-    return UNITS["acceleration"].get(unit.replace("µ", "u").replace("μ", "u"))
 
 
 def _columns(layout: Layout) -> Roles:
@@ -211,7 +206,7 @@ def _degrees(column: Column) -> Array:
 
 
 def _applied(column: Column) -> Array:
-    size = _acceleration(column.unit or "g")
+    size = size_of(column.unit or "g", "acceleration")
     if size is None:
         raise column.refuse(0, f"{{}} in {column.unit}", "give it in g, mg or ug")
     return numbers(column) * size

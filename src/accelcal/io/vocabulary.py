@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from accelcal.io.signs import with_hyphen
-from accelcal.units import is_output_unit
+from accelcal.units import UNITS, is_output_unit, spellings
 
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -74,45 +74,45 @@ KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 """What a header line declares -> the keys it may have, in any case."""
 
 TIME_UNITS: Mapping[str, float] = MappingProxyType(
-    {
-        **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
-        **{
-            "ms": 1e-3,
-            "us": 1e-6,
-            "\N{GREEK SMALL LETTER MU}s": 1e-6,
-        },  # the case-folded micro sign
-        **dict.fromkeys(("min", "mins", "minute", "minutes"), 60.0),
-        **dict.fromkeys(("h", "hr", "hrs", "hour", "hours"), 3600.0),
-        **dict.fromkeys(("d", "day", "days"), 86400.0),
-    }
+    {spelling.casefold(): UNITS["time"][name] for spelling, name in spellings("time").items()}
 )
 """Unit of a time column -> seconds."""
 
-_CELSIUS = ("degC", "°C", "C", "deg_C", "deg C", "Celsius", "°\N{CYRILLIC CAPITAL LETTER ES}")
+_DEGREES = tuple(spelling for spelling, name in spellings("angle").items() if name == "deg")
 
 UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "temperature": _CELSIUS,
-        "angle": ("deg", "°", "degree", "degrees", "град", "град."),
-        "clamping": ("deg", "°", "degree", "degrees", "град", "град."),
+        "temperature": tuple(spellings("temperature")),
+        "angle": _DEGREES,
+        "clamping": _DEGREES,
         "time": tuple(TIME_UNITS),
-        "local_gravity": ("m/s^2", "m/s2", "m/s²", "m/s**2"),
-        "reference_temperature": _CELSIUS,
-        "temperature_uncertainty": (*_CELSIUS, "K"),
-        "head_uncertainty": ("rad", "g"),
-        "launch_uncertainty": ("g",),
-        "launch_sf_uncertainty": ("1",),
-        "delta0": ("rad",),
     }
 )
-"""Units that a quantity may be given in, in any case, the first being the one to recommend."""
+"""Units that a column may be given in, in any case, the first being the one to recommend."""
+
+KINDS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "temperature": ("temperature",),
+        "local_gravity": ("gravity",),
+        "reference_temperature": ("temperature",),
+        "temperature_uncertainty": ("temperature difference",),
+        "head_uncertainty": ("angle", "acceleration"),
+        "launch_uncertainty": ("acceleration",),
+        "launch_sf_uncertainty": ("ratio",),
+        "delta0": ("angle",),
+    }
+)
+"""Key of a header line -> the kinds of unit, of `accelcal.units.UNITS`, that its number may have.
+
+The number without a unit is in the first one of the first kind.
+"""
 
 LONGEST = 100
 """Characters of a heading or key that may have a meaning."""
 
 _WRONG_ANGLES = (
-    *("rad", "mrad", "urad", "gon", "mdeg", "turn", "turns", "rev", "mil", "'", '"'),
-    *("arcmin", "arcminutes", "arcsec", "arcseconds", "\u2032", "\u2033"),
+    *(spelling for spelling, name in spellings("angle").items() if name != "deg"),
+    *("gon", "mdeg", "turn", "turns", "rev", "mil"),
 )
 _WRONG_UNITS = {
     "temperature": ("K", "mK", "Kelvin", "F", "°F", "degF", "Fahrenheit"),
@@ -227,7 +227,7 @@ def is_unit_of(role: str, unit: str) -> bool:
 
 
 def has_unit(quantity: str, unit: str) -> bool:
-    """Tell whether a quantity may be given in a unit.
+    """Tell whether a column may be given in a unit.
 
     Parameters
     ----------

@@ -12,12 +12,12 @@ from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, SLOPES
 from accelcal.planning.prediction import AT_T0
 from accelcal.results.designs import Forecast, TestDesign
+from accelcal.units import scaled, size_of
 
 NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *AT_T0, *SLOPES, "delta0")
 """Everything of which an uncertainty can be asked for."""
 
-_SCALES = {"": 1.0, "g": 1.0, "rad": 1.0, "ppm": 1e-6, "ug": 1e-6, "urad": 1e-6, "mg": 1e-3}
-_SCALES |= {"mrad": 1e-3, "arcsec": math.radians(1.0 / 3600.0)}
+_KINDS = ("acceleration", "angle", "ratio")
 
 
 def target_value(text: str) -> float:
@@ -44,12 +44,12 @@ def target_value(text: str) -> float:
     (2e-06, 1e-07)
     """
     match = re.fullmatch(
-        r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([a-zµ]*)(?:/(?:g\^?[23]?|degC))?\s*", text
+        r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([^\s/]*)(?:/(?:g\^?[23]?|degC))?\s*", text
     )
-    unit = match[2].replace("µ", "u") if match else ""
+    size = size_of(match[2] or "1", *_KINDS) if match else None
     try:
-        value = float(match[1]) * _SCALES[unit] if match else math.nan
-    except (ValueError, KeyError):
+        value = scaled(match[1], size) if match and size else math.nan
+    except ValueError:
         value = math.nan
     if not 0.0 < value < math.inf:
         raise InputError(

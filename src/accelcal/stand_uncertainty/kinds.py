@@ -11,9 +11,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import InputError
-from accelcal.specification import UNITS
 from accelcal.stand_uncertainty.readings import Readings, StandError
-from accelcal.units import DAY
+from accelcal.units import DAY, UNITS
 
 _ANGLES = UNITS["angle"]
 
@@ -52,10 +51,10 @@ ERROR_QUANTITIES: Mapping[str, ErrorQuantity] = MappingProxyType(
         ),
         "acceleration": ErrorQuantity("an acceleration", "g", 1.0, UNITS["acceleration"]),
         "ratio": ErrorQuantity("a ratio", "1", 0.5, UNITS["ratio"]),
-        "temperature": ErrorQuantity("a temperature", "degC", 100.0, UNITS["temperature"]),
-        "voltage": ErrorQuantity(
-            "a voltage", "V", 1000.0, {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "nV": 1e-9}
+        "temperature": ErrorQuantity(
+            "a temperature", "degC", 100.0, UNITS["temperature difference"]
         ),
+        "voltage": ErrorQuantity("a voltage", "V", 1000.0, UNITS["voltage"]),
     }
 )
 """Quantity of a `accelcal.stand_uncertainty.kinds.Kind` -> what there is to know of it."""

@@ -20,8 +20,8 @@ from accelcal.results.stand_requirements import (
     Requirements,
     TargetReached,
 )
-from accelcal.specification import UNITS
 from accelcal.stand_uncertainty.linear import effective_dof
+from accelcal.units import UNITS
 
 _FARTHEST = 100.0
 """Times the present size to which a linear budget is extrapolated."""

@@ -23,6 +23,7 @@ from accelcal.io.vocabulary import (
     has_unit,
     header_line,
 )
+from accelcal.units import canonical_unit
 
 __all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
 
@@ -285,4 +286,4 @@ def in_metres(unit: str) -> bool:
     >>> in_metres("m/s2"), in_metres("mg")
     (True, False)
     """
-    return has_unit("local_gravity", unit)
+    return canonical_unit(unit) == "m/s^2"

@@ -1,0 +1,157 @@
+"""Numbers with their units in header lines and options, converted to those of the library."""
+
+import io
+import math
+
+import click
+import pytest
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.cli.options import duration, quantity
+from accelcal.errors import TableError
+from accelcal.planning.targets import target_value
+from accelcal.units import UNITS, size_of, spellings
+
+ARCSEC = math.radians(1.0 / 3600.0)
+TABLE = "temperature,position,stroke,output\n20,1,1,1.3\n20,3,1,0.01\n20,5,1,-1.3\n"
+
+
+def declared(*lines, **overrides):
+    text = "".join(f"# {line}\n" for line in lines) + TABLE
+    return accelcal.read_table(io.StringIO(text), overrides=overrides)
+
+
+@pytest.mark.parametrize(
+    ("line", "value"),
+    [
+        ("head_uncertainty: 20 urad", 2e-5),
+        ("head_uncertainty: 20 \u00b5g", 2e-5),
+        ("head_uncertainty: 5e-3 mrad", 5e-6),
+        ("head_uncertainty = 2 arcsec", 2.0 * ARCSEC),
+        ("head_uncertainty [arcsec]: 2", 2.0 * ARCSEC),
+        ("head_uncertainty: 2 Winkelsekunden", 2.0 * ARCSEC),
+        ('head_uncertainty: 2"', 2.0 * ARCSEC),
+        ("head_uncertainty: 0.5 угл. сек.", 0.5 * ARCSEC),
+        ("head_uncertainty: 0.5'", 30.0 * ARCSEC),
+        ("launch_uncertainty: 20 ug", 2e-5),
+        ("launch_uncertainty: 0.02 mg", 2e-5),
+        ("launch_sf_uncertainty: 15 ppm", 15e-6),
+        ("launch_sf_uncertainty: 0.01 %", 1e-4),
+        ("temperature_uncertainty: 50 mK", 0.05),
+        ("temperature_uncertainty: 0.5 \u00b0C", 0.5),
+        ("g: 981062.3 mGal", 9.810623),
+        ("g: 9.8106 м/с\u00b2", 9.8106),
+    ],
+)
+def test_a_unit_of_a_header_line(line, value):
+    key = line.replace("=", ":").replace("[", ":").split(":")[0].strip()
+    name = {"g": "local_gravity"}.get(key, key)
+    assert getattr(declared(line).apparatus, name) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("number", ["20", "5", "2.3", "0.1", "1e1"])
+def test_powers_of_ten_are_exact(number):
+    """20 times 1e-6 are not 2e-05."""
+    assert declared(f"launch_uncertainty: {number} ug").apparatus.launch_uncertainty == float(
+        f"{float(number)}e-6"
+    )
+
+
+def test_the_fixture_angle_may_be_in_minutes():
+    assert float(declared("delta0: -3 arcmin").metadata["delta0"]) == -180.0 * ARCSEC
+
+
+def test_a_resolution_is_converted_to_the_unit_of_the_outputs():
+    assert declared("unit: mA", "resolution: 0.1 uA").apparatus.resolution == 1e-4
+    assert declared("resolution: 2 мкВ", unit="mV").apparatus.resolution == 2e-3
+    with pytest.raises(TableError, match=r":2: resolution is given in 'uA'; give it in mV"):
+        declared("unit: mA", "resolution: 0.1 uA", unit="mV")
+
+
+@pytest.mark.parametrize("key", ["launch_uncertainty", "head_uncertainty"])
+def test_an_acceleration_may_be_in_metres_where_gravity_is_known(key):
+    line = f"{key}: 20 mGal"
+    expected = pytest.approx(2e-4 / 9.81, rel=1e-15)
+    assert getattr(declared(line, "g: 9.81").apparatus, key) == expected
+    assert getattr(declared(line, local_gravity=9.81).apparatus, key) == expected
+    with pytest.raises(TableError, match="without the local gravity; give it in g, or declare"):
+        declared(line)
+
+
+def test_a_decimal_comma_before_a_unit():
+    text = "# head_uncertainty: 0,5 arcsec\n" + TABLE.replace(",", ";").replace(".", ",")
+    found = accelcal.read_table(io.StringIO(text)).apparatus.head_uncertainty
+    assert found == pytest.approx(0.5 * ARCSEC, rel=1e-15)
+
+
+@pytest.mark.parametrize("row", ['delta0;0.01"', '# delta0: 0.01"', 'delta0;"0.01"""'])
+def test_a_quote_at_the_end_is_the_unit_of_seconds(row):
+    """It was taken off, and 0.01" were 0.01 rad."""
+    text = f"{row}\n{TABLE.replace(',', ';')}"
+    found = accelcal.read_table(io.StringIO(text)).metadata["delta0"]
+    assert float(found) == pytest.approx(0.01 * ARCSEC)
+
+
+@pytest.mark.parametrize("kind", UNITS)
+def test_every_way_of_writing_has_its_size(kind):
+    for spelling, name in spellings(kind).items():
+        assert size_of(spelling, kind) == UNITS[kind][name]
+        assert size_of(spelling.capitalize(), kind) in (UNITS[kind][name], None)
+    assert size_of("furlong", kind) is None
+
+
+@pytest.mark.parametrize(("unit", "kind"), [("Mrad", "angle"), ("MG", "acceleration")])
+def test_mega_is_not_milli(unit, kind):
+    assert size_of(unit, kind) is None
+    assert size_of(unit.lower(), kind) == 1e-3
+
+
+# -- options ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("2 arcsec", 2.0 * ARCSEC), ('2"', 2.0 * ARCSEC), ("20urad", 2e-5), ("6.7e-6", 6.7e-6)],
+)
+def test_an_option_with_a_unit(text, value):
+    assert quantity("rad", "angle")(text) == pytest.approx(value, rel=1e-15)
+
+
+def test_options_have_their_own_first_units():
+    assert quantity("h", "time")("90 min") == 1.5
+    assert quantity("h", "time")("2") == 2.0
+    assert duration("0.5 d") == 43200.0
+    with pytest.raises(click.BadParameter, match="it is one of V, mV, uV, nV"):
+        quantity("V", "voltage")("1 mA")
+
+
+def test_options_of_fit_have_units(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    accelcal.write_table(accelcal.simulate(seed=1), "table.csv")
+    options = {
+        "--head-uncertainty": ("2 arcsec", repr(2.0 * ARCSEC)),
+        "--launch-uncertainty": ("20 ug", "2e-5"),
+        "--launch-sf-uncertainty": ("15ppm", "15e-6"),
+        "--temperature-uncertainty": ("50 mK", "0.05"),
+        "--g": ("980665 mGal", "9.80665"),
+        "--t0": ("20 degC", "20"),
+        "--delta0": ("1'", repr(60.0 * ARCSEC)),
+    }
+    told = []
+    for i in range(2):
+        given = [part for flag, forms in options.items() for part in (flag, forms[i])]
+        assert main(["fit", "table.csv", *given]) == 0
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1]
+
+
+def test_an_option_in_another_unit_is_refused(capsys):
+    assert main(["fit", "table.csv", "--launch-uncertainty", "2 arcsec"]) == 2
+    said = "'2 arcsec' has another unit; it is one of g, mg, ug, ng"
+    assert f"invalid value for '--launch-uncertainty': {said}" in capsys.readouterr().err
+
+
+def test_targets_take_the_same_units():
+    for text in ("5 ppm", "5\u00b5rad", "5e-4 %", "5 ug/g^2"):
+        assert target_value(text) == 5e-6
