@@ -351,9 +351,47 @@ def test_csv_of_the_head_is_a_certificate(tables, tmp_path, capsys):
 def test_units_and_coverage_of_a_certificate():
     text = "# coverage: 2\nangle;correction_arcsec;u [urad]\n0;-1;2\n90;0,5;2\n360;-1;2\n"
     found = accelcal.read_head(io.StringIO(text))
-    arcsec = np.pi / 648000.0
-    np.testing.assert_allclose(found.errors, [arcsec, -0.5 * arcsec], rtol=1e-12)
+    np.testing.assert_allclose(found.errors, [ARCSEC, -0.5 * ARCSEC], rtol=1e-12)
     np.testing.assert_allclose(found.covariance, 1e-12 * np.eye(2), rtol=1e-9)
+
+
+ARCSEC = np.pi / 648000.0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# k: 2\nWinkel;Fehler [Winkelsekunden];U [Winkelsekunden]\n0;1,5;1\n90;-0,5;1\n",
+        "# Erweiterungsfaktor k: 2,0\n# Erweiterte Messunsicherheit: 1,0 Winkelsekunden\n"
+        "Nennwinkel;Abweichung in Winkelsekunden\n0;1,5\n90;-0,5\n",
+        '# Unsicherheit: 0,5"\nStellung [°];Korrektur ["]\n0;-1,5\n90;0,5\n',
+        "# Коэффициент охвата: 2\n"
+        "Угол, град;Погрешность, угл. с;Расширенная неопределенность, угл. с\n"
+        "0;1,5;1\n90;-0,5;1\n",
+        "Положение;Поправка (угл. сек.);Неопределённость (угл. сек.)\n0;-1,5;0,5\n90;0,5;0,5\n",
+        "angle,deviation_arcsec,incertitude_arcsec\n0,1.5,0.5\n90,-0.5,0.5\n",
+    ],
+)
+def test_certificates_in_other_languages(text):
+    found = accelcal.read_head(io.StringIO(text))
+    np.testing.assert_allclose(found.errors, [1.5 * ARCSEC, -0.5 * ARCSEC], rtol=1e-12)
+    np.testing.assert_allclose(found.covariance, (0.5 * ARCSEC) ** 2 * np.eye(2), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "angle,error [arcsec],U [arcsec]\n0,1,1\n90,2,1\n",
+        "angle,error [arcsec],expanded uncertainty [arcsec]\n0,1,1\n90,2,1\n",
+        "# expanded uncertainty: 1 arcsec\nangle,error [arcsec]\n0,1\n90,2\n",
+    ],
+)
+def test_an_expanded_uncertainty_needs_its_factor(text):
+    """U was taken for a standard uncertainty."""
+    with pytest.raises(accelcal.TableError, match=r"expanded; say by which factor, as in '# cov"):
+        accelcal.read_head(io.StringIO(text))
+    found = accelcal.read_head(io.StringIO("# coverage: 2\n" + text))
+    np.testing.assert_allclose(found.covariance, (0.5 * ARCSEC) ** 2 * np.eye(2), rtol=1e-9)
 
 
 CERTIFICATE = "# uncertainty: 0.5 arcsec\nangle,error [arcsec]\n0,1\n45,2\n"

@@ -4,7 +4,8 @@ A table of readings becomes a record in `tables`, by way of `text` (bytes to tex
 (header lines, headings and rows), `columns` (what each column holds, by the words of
 `vocabulary`), `engines` and `cells` (text to numbers), `readings`, `runs` and `repeats`. Many
 ordinary tables at once take the shorter way of `ordinary` to the same records. Other tables, of a
-`head`, a `triad` or a `stability_record`, have headings of their own and the same cells.
+`head` (by `head_words`), a `triad` or a `stability_record`, have headings of their own and the same
+cells.
 
 `samples` has streams to be compensated, `documents` results in JSON, `toml` what people write by
 hand: data sheets, stands, laboratories and effects. These rooms and `ordinary` import from the

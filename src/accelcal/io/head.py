@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -11,30 +11,19 @@ from accelcal.errors import TableError, located
 from accelcal.head_angles import head_positions
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import number_and_unit
+from accelcal.io.head_words import HEAD_KEYS, head_heading, head_key, is_expanded
 from accelcal.io.layout import Declared
-from accelcal.io.small_table import COVERAGE, SmallTable, small_table
+from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_document
-from accelcal.io.vocabulary import Heading, split_unit
 from accelcal.results.covariance import rows_of
 from accelcal.results.head_calibration import HeadCalibration
 from accelcal.units import UNITS, scaled, size_of
 
 __all__ = ["read_head"]
 
-_ROLES = {
-    "angle": "angle",
-    "position": "angle",
-    "error": "error",
-    "correction": "correction",
-    "uncertainty": "uncertainty",
-    "standard uncertainty": "uncertainty",
-    "standard_uncertainty": "uncertainty",
-    "u": "uncertainty",
-    "std": "uncertainty",
-}
-_SUFFIX = re.compile(r"(.+)[_ ](\S+)")
 _REMEDY = "name the columns angle and error, and give units, as in error [arcsec]"
 _HOW_SURE = "add a column uncertainty [arcsec], or a line '# uncertainty: 0.5 arcsec'"
+_HOW_FAR = "say by which factor, as in '# coverage: 2'"
 _LARGEST = 0.1
 """Errors beyond it are none of a head [rad]."""
 
@@ -47,9 +36,9 @@ def read_head(source: Source) -> HeadCalibration:
     source : path, "-" or file object
         A file of ``accelcal head``, or a certificate: a table with the columns ``angle`` [deg],
         ``error`` (true minus nominal) and ``uncertainty`` (standard), the last two in arcsec,
-        arcmin, urad, mrad, rad or deg by their headings. A line ``# uncertainty: 0.5 arcsec``
-        stands for the column, and ``# coverage: 2`` or ``# k: 2`` says that it is expanded by that
-        factor.
+        arcmin, urad, mrad, rad or deg by their headings, which may be German, French or Russian.
+        A line ``# uncertainty: 0.5 arcsec`` stands for the column, and ``# coverage: 2`` or
+        ``# k: 2`` says that it is expanded by that factor.
 
     Returns
     -------
@@ -74,21 +63,12 @@ def read_head(source: Source) -> HeadCalibration:
     given, stored = read_document(source, "head", _stored)
     if stored is not None:
         return stored
-    table = small_table(given, _heading, ("angle",), _REMEDY)
+    table = small_table(given, head_heading, ("angle",), _REMEDY, head_key, tuple(HEAD_KEYS))
     return located(_certificate, table, source=table.layout.source)
 
 
 def _stored(text: str) -> HeadCalibration | None:
     return HeadCalibration.from_json(text) if text.lstrip().startswith("{") else None
-
-
-def _heading(text: str) -> Heading:
-    name, unit = split_unit(text.strip())
-    folded = name.strip().casefold()
-    suffix = _SUFFIX.fullmatch(folded)
-    if folded not in _ROLES and not unit and suffix and size_of(suffix[2], "angle"):
-        folded, unit = suffix[1], suffix[2]
-    return Heading(text, _ROLES.get(folded), unit or None)
 
 
 def _certificate(table: SmallTable) -> HeadCalibration:
@@ -131,30 +111,34 @@ def _factor(column: Column, default: str | None = None) -> float:
 
 def _uncertainty(table: SmallTable, size: int) -> Array:
     """Standard uncertainty of each position [rad]."""
-    declared, decimal = table.layout.declared, table.columns["angle"].decimal
-    factors = [_positive(key, declared[key], decimal) for key in COVERAGE if key in declared]
-    cover = factors[0] if factors else 1.0
+    declared = table.layout.declared
+    cover = _positive("coverage", declared) if "coverage" in declared else None
     if "uncertainty" in table.columns:
         column = table.columns["uncertainty"]
+        if cover is None and is_expanded(column.heading):
+            raise table.layout.refuse(f"column {column.heading} is expanded", _HOW_FAR)
         values = complete_numbers(column) * _factor(column)
         column.check(values > 0.0, "{} is not above 0", "write the standard uncertainty")
-        return values / cover
-    if "uncertainty" not in declared:
+        return values / (cover or 1.0)
+    key = "expanded" if "expanded" in declared else "uncertainty"
+    if key not in declared:
         raise table.layout.refuse("the uncertainty of the errors is not given", _HOW_SURE)
-    written = declared["uncertainty"].value
-    unit = size_of(number_and_unit(written, decimal)[1], "angle")
+    if cover is None and key == "expanded":
+        raise declared[key].refuse("the uncertainty is expanded", _HOW_FAR)
+    written = declared[key].value
+    unit = size_of(number_and_unit(written, ",")[1], "angle")
     if unit is None:
-        raise table.layout.refuse(f"uncertainty {written!r} has no unit of an angle", _HOW_SURE)
-    number = _positive("uncertainty", declared["uncertainty"], decimal, unit)
-    return np.full(size, number / cover)
+        raise declared[key].refuse(f"uncertainty {written!r} has no unit of an angle", _HOW_SURE)
+    return np.full(size, _positive(key, declared, unit) / (cover or 1.0))
 
 
-def _positive(key: str, declared: Declared, decimal: str, unit: float = 1.0) -> float:
+def _positive(key: str, declared: Mapping[str, Declared], unit: float = 1.0) -> float:
     """Number of a header line, times the size of its unit."""
+    written = declared[key]
     try:
-        found = scaled(number_and_unit(declared.value, decimal)[0], unit)
+        found = scaled(number_and_unit(written.value, ",")[0], unit)
     except ValueError:
         found = float("nan")
     if not 0.0 < found < np.inf:
-        raise declared.refuse(f"{key} is {declared.value!r}", "write a number above 0")
+        raise written.refuse(f"{key} is {written.value!r}", "write a number above 0")
     return found

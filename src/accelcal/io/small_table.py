@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
@@ -14,12 +14,6 @@ from accelcal.io.layout import Declared, Layout, Recognise, declare, split_headi
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import KEYS, header_line
 from accelcal.io.wording import listed
-
-COVERAGE = ("coverage", "coverage factor", "coverage_factor", "stroke")
-"""Keys of the factor by which a certificate expands uncertainties; ``k`` is read as a stroke."""
-
-_KEYS = {*KEYS, "uncertainty", *COVERAGE}
-"""What a header line may declare; the last two are of a head."""
 
 
 class SmallTable(NamedTuple):
@@ -38,7 +32,12 @@ class SmallTable(NamedTuple):
 
 
 def small_table(
-    given: SourceText, recognise: Recognise, needed: Sequence[str], remedy: str
+    given: SourceText,
+    recognise: Recognise,
+    needed: Sequence[str],
+    remedy: str,
+    key_of: Callable[[str], str] = str,
+    keys: Sequence[str] = (),
 ) -> SmallTable:
     """Take a small table out of a text.
 
@@ -52,6 +51,10 @@ def small_table(
         Roles that must be there.
     remedy : str
         What the headings should be.
+    key_of : callable, optional
+        What tells the meaning of a key that header lines have.
+    keys : sequence of str, optional
+        What header lines may declare beside `accelcal.io.vocabulary.KEYS`.
 
     Returns
     -------
@@ -65,7 +68,13 @@ def small_table(
         twice with different values, or a row is too long or too short.
     """
     refuse_document(given.text, given.name)
-    layout = _layout(given.text.split("\n"), given.name, recognise, remedy)
+    declared, aside, table = _header_lines(given, key_of, {*KEYS, *keys})
+    if not table:
+        problem = "header lines, but no table" if given.text.strip() else "the file is empty"
+        raise TableError(problem, remedy, source=given.name)
+    told = [f"comments were set aside ({listed(aside)})"] if aside else []
+    layout = _with_headings(table, given.name, recognise, remedy)
+    layout = layout._replace(declared=declared, notes=(*layout.notes, *told))
     places = places_of(layout, needed, remedy)
     split = columns_by_split(layout, sorted(places.values()), 1 + max(places.values(), default=0))
     cells = [str(cell) for column in split.values() for cell in column.cells]
@@ -73,25 +82,24 @@ def small_table(
     return SmallTable(layout, {r: split[i]._replace(decimal=decimal) for r, i in places.items()})
 
 
-def _layout(lines: list[str], name: str, recognise: Recognise, remedy: str) -> Layout:
+def _header_lines(
+    given: SourceText, key_of: Callable[[str], str], known: Set[str]
+) -> tuple[dict[str, Declared], list[int], list[tuple[int, str]]]:
+    """What is declared, the lines of comments, and the lines of the table with their numbers."""
     declared: dict[str, Declared] = {}
     aside: list[int] = []
     table: list[tuple[int, str]] = []
-    for number, line in enumerate(lines, 1):
+    for number, line in enumerate(given.text.split("\n"), 1):
         bare = unquoted(line)
         key, value = header_line(bare.lstrip("# "))
+        key = key_of(key)
         if bare and not bare.startswith("#"):
             table.append((number, line))
-        elif key in _KEYS:
-            declare(declared, key, Declared(value, number, name))
+        elif key in known:
+            declare(declared, key, Declared(value, number, given.name))
         elif bare and not key:
             aside.append(number)
-    if not table:
-        problem = "header lines, but no table" if "".join(lines).strip() else "the file is empty"
-        raise TableError(problem, remedy, source=name)
-    layout = _with_headings(table, name, recognise, remedy)
-    told = [f"comments were set aside ({listed(aside)})"] if aside else []
-    return layout._replace(declared=declared, notes=(*layout.notes, *told))
+    return declared, aside, table
 
 
 def _with_headings(

@@ -1,0 +1,142 @@
+"""The words of the certificate of a head: what its column headings and header keys mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from accelcal.io.vocabulary import COLUMNS, Heading, split_unit
+from accelcal.units import size_of
+
+HEAD_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "angle": (
+            *COLUMNS["angle"],
+            *COLUMNS["position"],
+            *("nominal", "nominal_angle", "nennwinkel", "sollwinkel", "номинальный_угол"),
+        ),
+        "error": (
+            *("error", "deviation", "fehler", "abweichung", "winkelabweichung"),
+            *("teilungsfehler", "teilungsabweichung", "erreur", "écart"),
+            *("погрешность", "ошибка", "отклонение"),
+        ),
+        "correction": ("correction", "korrektur", "korrektion", "поправка"),
+        "uncertainty": (
+            *("uncertainty", "standard_uncertainty", "u", "std"),
+            *("unsicherheit", "messunsicherheit", "standardunsicherheit"),
+            *("incertitude", "incertitude_type"),
+            *("неопределённость", "стандартная_неопределённость"),
+        ),
+    }
+)
+"""What a column holds -> the headings it may have, in any case, with ``е`` for ``ё`` as well."""
+
+EXPANDED = (
+    *("expanded_uncertainty", "erweiterte_unsicherheit", "erweiterte_messunsicherheit"),
+    *("incertitude_élargie", "расширенная_неопределённость"),
+)
+"""Headings of an uncertainty, beside a capital U, that is expanded by a factor."""
+
+HEAD_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "uncertainty": tuple(name for name in HEAD_COLUMNS["uncertainty"] if name != "u"),
+        "expanded": EXPANDED,
+        "coverage": (
+            *("coverage", "coverage_factor", "stroke"),  # ``k`` is read as a stroke
+            *(
+                "coverage_factor_k",
+                "erweiterungsfaktor",
+                "erweiterungsfaktor_k",
+                "facteur_d'élargissement",
+                "коэффициент_охвата",
+            ),
+        ),
+    }
+)
+"""What a header line declares -> the keys it may have, in any case."""
+
+_SUFFIX = re.compile(r"(.+?)\s*[/,]\s*(.+)|(.+?)(?:[_ ]in)?[_ ](\S+)")
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s_\-]+", "_", name.strip()).casefold().replace("ё", "е")
+
+
+_ROLES = {_plain(name): role for role, names in HEAD_COLUMNS.items() for name in names}
+_ROLES |= {_plain(name): "uncertainty" for name in EXPANDED}
+_KEYS = {_plain(name): key for key, names in HEAD_KEYS.items() for name in names}
+
+
+def head_heading(text: str) -> Heading:
+    """Understand a column heading of a certificate.
+
+    Parameters
+    ----------
+    text : str
+        The heading.
+
+    Returns
+    -------
+    Heading
+        Its role is one of `HEAD_COLUMNS`, or None.
+
+    Examples
+    --------
+    >>> head_heading("Abweichung [Winkelsekunden]")[1:3], head_heading("error_arcsec")[1:3]
+    (('error', 'Winkelsekunden'), ('error', 'arcsec'))
+    >>> head_heading("Погрешность, угл. с")[1:3], head_heading("room").role
+    (('error', 'угл. с'), None)
+    """
+    name, unit = split_unit(text.strip())
+    suffix = _SUFFIX.fullmatch(name)
+    if _plain(name) not in _ROLES and not unit and suffix:
+        before, behind = suffix[1] or suffix[3], suffix[2] or suffix[4]
+        if size_of(behind, "angle"):
+            name, unit = before, behind
+    return Heading(text, _ROLES.get(_plain(name)), unit or None)
+
+
+def head_key(key: str) -> str:
+    """Name of what a header line of a certificate declares.
+
+    Parameters
+    ----------
+    key : str
+        As `accelcal.io.vocabulary.header_line` has it.
+
+    Returns
+    -------
+    str
+        One of `HEAD_KEYS`, else the same.
+
+    Examples
+    --------
+    >>> head_key("stroke"), head_key("erweiterungsfaktor"), head_key("serial")
+    ('coverage', 'coverage', 'serial')
+    """
+    return _KEYS.get(_plain(key), key)
+
+
+def is_expanded(heading: str) -> bool:
+    """Tell whether a heading says that its uncertainty is expanded.
+
+    Parameters
+    ----------
+    heading : str
+        A heading of an uncertainty.
+
+    Returns
+    -------
+    bool
+        True for a capital U and the words in `EXPANDED`.
+
+    Examples
+    --------
+    >>> is_expanded("U [arcsec]"), is_expanded("u [arcsec]"), is_expanded("expanded uncertainty")
+    (True, False, True)
+    """
+    name = split_unit(heading.strip())[0].strip()
+    plain = _plain(name)
+    found = (_plain(word) for word in EXPANDED)
+    return name == "U" or re.match(r"U[_ ,/]", name) is not None or plain.startswith(tuple(found))
