@@ -9,7 +9,7 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.cli.options import duration
+from accelcal.cli.values import duration
 
 
 @pytest.fixture

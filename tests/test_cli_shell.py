@@ -17,15 +17,9 @@ import pytest
 from accelcal.cli import main as entry
 from accelcal.cli.deliver import deliver, remark
 from accelcal.cli.main import main
-from accelcal.cli.options import (
-    data_argument,
-    format_option,
-    number,
-    numbers,
-    output_option,
-    setting,
-)
+from accelcal.cli.options import data_argument, format_option, output_option
 from accelcal.cli.program import COMMANDS, LazyGroup
+from accelcal.cli.values import number, numbers, setting
 from accelcal.errors import AccelcalWarning, InputError, TableError
 from accelcal.version import __version__
 

@@ -3,6 +3,8 @@
 import dataclasses
 import io
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from hidden.clampings import units_on_one_head
 
 import accelcal
 from accelcal.cli.main import main
+from accelcal.io.head_words import EXPANDED, HEAD_COLUMNS, HEAD_KEYS
+from accelcal.io.vocabulary import COLUMNS
 from accelcal.numerics.posterior import posterior
 from accelcal.results.head_calibration import UnitOnHead
 
@@ -376,6 +380,15 @@ def test_certificates_in_other_languages(text):
     found = accelcal.read_head(io.StringIO(text))
     np.testing.assert_allclose(found.errors, [1.5 * ARCSEC, -0.5 * ARCSEC], rtol=1e-12)
     np.testing.assert_allclose(found.covariance, (0.5 * ARCSEC) ** 2 * np.eye(2), rtol=1e-9)
+
+
+def test_the_page_lists_every_word_of_a_certificate():
+    page = Path(__file__).parents[1].joinpath("docs", "head.md").read_text("utf-8")
+    told = {name.casefold().replace(" ", "_") for name in re.findall(r"`(?:# )?([^`\n]+)`", page)}
+    of_tables = {*COLUMNS["angle"], *COLUMNS["position"]}
+    words = {name for names in HEAD_COLUMNS.values() for name in names} - of_tables | {*EXPANDED}
+    keys = {name.removesuffix("_k") for name in HEAD_KEYS["coverage"]} - {"stroke"}
+    assert (words | keys) - told == set()
 
 
 @pytest.mark.parametrize(

@@ -382,6 +382,7 @@ def test_every_command_file_is_a_command():
         "options",
         "program",
         "stand_budget",
+        "values",
         "verdicts",
     }
     assert {path.stem for path in (SOURCE / "cli").glob("*.py")} - shared == set(COMMANDS)

@@ -8,7 +8,7 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.cli.options import duration, quantity
+from accelcal.cli.values import duration, quantity
 from accelcal.errors import TableError
 from accelcal.planning.targets import target_value
 from accelcal.units import UNITS, size_of, spellings

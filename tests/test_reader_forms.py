@@ -1007,6 +1007,29 @@ def test_check_command(tmp_path, capsys):
     assert capsys.readouterr().err == f"{tmp_path}: is a folder; give the path of one table\n"
 
 
+def test_check_declares_what_fit_declares(tmp_path, capsys):
+    """A table that needs --positions or --serials could not be checked."""
+    from accelcal.cli.main import main
+
+    path = tmp_path / "table.csv"
+    rows = [f"20,{j},1,{1.3 - 0.1 * j:.2f},{1.4 - 0.1 * j:.2f}" for j in range(1, 14)]
+    path.write_text("temperature,position,stroke,A1,B2\n" + "\n".join(rows) + "\n")
+    options = ["--positions", "12", "--serials", "A1,B2", "--unit", "mA", "--g", "9.81"]
+    options += ["--head-uncertainty", "2 arcsec", "--t0", "20", "--resolution", "0.01"]
+    assert main(["check", str(path)]) == 2
+    assert "no column for output" in capsys.readouterr().err
+    assert main(["check", str(path), *options, "--format", "json"]) == 0
+    found = json.loads(capsys.readouterr().out)["records"]
+    assert [record["serial"] for record in found] == ["A1", "B2"]
+    assert (found[0]["positions"], found[0]["output_unit"], found[0]["T0_degC"]) == (12, "mA", 20.0)
+    declared = found[0]["apparatus"]
+    assert declared["head_uncertainty"] == pytest.approx(9.69627e-6, rel=1e-5)
+    assert (declared["local_gravity"], declared["resolution"]) == (9.81, 0.01)
+    path.write_text(TEXT, encoding="utf-8")
+    assert main(["check", str(path), "--serial", "X7"]) == 0
+    assert re.search(r"^serial +X7$", capsys.readouterr().out, re.MULTILINE)
+
+
 def samples():
     return re.findall(r"```csv\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
 
@@ -1017,12 +1040,14 @@ def test_samples_of_the_guide(sample):
 
 
 def test_the_guide_lists_every_word():
-    from accelcal.io.vocabulary import COLUMNS, KEYS
+    from accelcal.io.vocabulary import COLUMNS, KEYS, KINDS_OF
+    from accelcal.units import spellings
 
     prose = re.sub(r"```.*?```", "", GUIDE.read_text(encoding="utf-8"), flags=re.DOTALL)
     told = {name.casefold() for name in re.findall(r"`([^`]+)`", prose)}
     words = {name for table in (COLUMNS, KEYS) for names in table.values() for name in names}
-    assert words - told == set()
+    units = {way for kinds in KINDS_OF.values() for kind in kinds for way in spellings(kind)}
+    assert (words | {way.casefold() for way in units}) - told == set()
 
 
 def test_light_reading_imports_nothing_heavy():

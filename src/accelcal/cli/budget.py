@@ -13,18 +13,17 @@ from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     acceleration_option,
     degrees_option,
-    durations,
     file_option,
     format_option,
     mounting_option,
     number_option,
-    numbers,
     output_option,
     picture_option,
     ratio_option,
     serial_option,
 )
 from accelcal.cli.stand_budget import asked_for_stand, budget_of_stand, stand_options
+from accelcal.cli.values import durations, numbers
 from accelcal.units import HOUR
 
 if TYPE_CHECKING:

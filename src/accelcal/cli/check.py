@@ -2,30 +2,42 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from accelcal.cli.files import Command
 from accelcal.cli.forms import deliver_forms, json_of
-from accelcal.cli.options import data_argument, format_option
+from accelcal.cli.options import (
+    data_argument,
+    declared_serial_option,
+    format_option,
+    reading_options,
+)
 
 
 @click.command(cls=Command)
 @data_argument()
+@reading_options
+@declared_serial_option
 @format_option("text", "json")
-def check(data: str, form: str) -> None:
+def check(data: str, form: str, **declared: Any) -> None:
     """Show how the table DATA was understood.
 
     Shows form, encoding and columns, runs and temperatures, missing positions, what is declared,
-    and what was set aside. Nothing is calculated.
+    and what was set aside. Nothing is calculated. Options override the header lines, as those of
+    fit do.
 
     \b
-    Example: accelcal check table.csv
+    Examples:
+      accelcal check table.csv
+      accelcal check table.csv --unit mA --positions 12
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.io.description import describe, summary
     from accelcal.io.tables import survey
     from accelcal.report.lines import visible_lines
 
-    written, records = survey(data)
+    written, records = survey(data, overrides=declared)
     told = "\n\n".join(describe(record, written) for record in records)
     forms = {
         "text": lambda: visible_lines(told.split("\n")),

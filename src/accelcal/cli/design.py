@@ -16,15 +16,13 @@ from accelcal.cli.options import (
     effects_option,
     format_option,
     hours_option,
-    number,
     number_option,
-    numbers,
     output_option,
     picture_option,
     seconds_option,
     seed_option,
-    words,
 )
+from accelcal.cli.values import number, numbers, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:

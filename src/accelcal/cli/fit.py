@@ -14,6 +14,7 @@ from accelcal.cli.forms import csv_of, deliver_forms, one_below_the_other
 from accelcal.cli.options import (
     calibration_options,
     data_argument,
+    declared_serial_option,
     effects_option,
     format_option,
     output_option,
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 @data_argument(many=True)
 @output_option("the calibration as JSON", metavar="CAL.json", file=JSON)
 @calibration_options
-@click.option("--serial", metavar="TEXT", help="Serial number of the accelerometer.")
+@declared_serial_option
 @effects_option
 @report_option
 @format_option("text", "json", "csv")

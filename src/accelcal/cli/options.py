@@ -1,9 +1,7 @@
-"""Options and types of values that several commands share."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Callable
 from functools import partial, wraps
 from typing import Any, TypeVar, cast
@@ -11,101 +9,9 @@ from typing import Any, TypeVar, cast
 import click
 
 from accelcal.cli.files import PICTURE, REPORT, FileToRead, FileToWrite
-from accelcal.errors import InputError
-from accelcal.units import UNITS, scaled, size_of
-
-_WITH_UNIT = re.compile(r"([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s,].*)?")
-_LARGEST = 1e12
-_SMALLEST = 1e-30
+from accelcal.cli.values import fixture_angle, number, numbers, quantity
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-def number(text: str) -> float:
-    """Type of an option: a finite number (click's own float lets nan and inf pass)."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        comma = "; write a decimal point" if re.fullmatch(r"[-+]?\d+,\d+", text) else ""
-        raise click.BadParameter(f"{text!r} is not a finite number{comma}.")
-    if abs(value) > _LARGEST:
-        raise click.BadParameter(f"{text!r} is too large; nothing here exceeds {_LARGEST:g}.")
-    if 0.0 < abs(value) < _SMALLEST:
-        raise click.BadParameter(f"{text!r} is too small; write 0, or {_SMALLEST:g} or more.")
-    return value
-
-
-def numbers(text: str) -> tuple[float, ...]:
-    """Type of an option: finite numbers separated by commas, as in ``20,80,-40``."""
-    return tuple(number(item) for item in text.split(","))
-
-
-def words(text: str) -> tuple[str, ...]:
-    """Type of an option: words separated by commas, as in ``o+,o-``."""
-    return tuple(item.strip() for item in text.split(","))
-
-
-def durations(text: str) -> tuple[float, ...]:
-    """Type of an option: durations separated by commas, as in ``600,10min,12h``; in seconds."""
-    return tuple(duration(item.strip()) for item in text.split(","))
-
-
-def duration(text: str) -> float:
-    """Type of an option: a duration such as ``600``, ``600s``, ``10min`` or ``12h``; in seconds."""
-    match = _WITH_UNIT.fullmatch(text)
-    if not match or not size_of(match[2] or "s", "time"):
-        raise click.BadParameter(f"{text!r} is no time; write it as 600, 600s, 10min or 12h.")
-    return quantity("s", "time")(text)
-
-
-def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
-    """Make the type of an option that is a number, perhaps with a unit as in ``2 arcsec``.
-
-    Parameters
-    ----------
-    unit : str
-        Unit of the value, and of a number that has none.
-    *kinds : str
-        What it is, of `accelcal.units.UNITS`.
-
-    Returns
-    -------
-    callable
-        From the text to the value.
-    """
-
-    def converted(text: str) -> float:
-        match = _WITH_UNIT.fullmatch(text.strip())
-        if not match or not match[2]:
-            return number(text.strip())
-        size, whole = size_of(match[2], *kinds), size_of(unit, *kinds)
-        if size is None or whole is None:
-            known = ", ".join(name for kind in kinds for name in UNITS[kind])
-            raise click.BadParameter(f"{text!r} has another unit; it is one of {known}.")
-        number(match[1])
-        return number(repr(scaled(match[1], size / whole)))
-
-    return converted
-
-
-def fixture_angle(text: str) -> float:
-    """Type of an option: a fixture angle [rad], perhaps with its unit."""
-    from accelcal.geometry import checked_fixture_angle
-
-    try:
-        return checked_fixture_angle(quantity("rad", "angle")(text))
-    except InputError as error:
-        raise click.BadParameter(f"{error}.") from None
-
-
-def setting(text: str) -> tuple[str, float]:
-    """Type of an option: a name and its number, as in ``K4=2e-5``."""
-    name, _, value = text.partition("=")
-    if not (name and value):
-        raise click.BadParameter(f"{text!r} is not of the form NAME=NUMBER.")
-    return name.strip(), number(value)
 
 
 def data_argument(*, many: bool = False) -> Callable[[Function], Function]:
@@ -284,6 +190,10 @@ serial_option = click.option(
     "--serial", metavar="TEXT", help="Serial number, if CAL.json holds several."
 )
 
+declared_serial_option = click.option(
+    "--serial", metavar="TEXT", help="Serial number of the accelerometer."
+)
+
 mounting_option = click.option(
     "--mounting",
     type=click.Choice(["o+", "o-", "p+", "p-"]),
@@ -332,6 +242,24 @@ apparatus_options = together(
 )
 """What is declared of head and launch, as by the header lines of a table."""
 
+reading_options = together(
+    reference_temperature_option,
+    local_gravity_option,
+    apparatus_options,
+    degrees_option(
+        "--temperature-uncertainty", "DEG", "Standard uncertainty of a temperature [degC]."
+    ),
+    number_option("--resolution", "U", "Step of the output [output unit]."),
+    click.option("--unit", metavar="UNIT", help="Unit of the output, such as mA."),
+    count_option("--positions", "N", "Positions in a turn."),
+    click.option(
+        "--serials",
+        metavar="TEXT,...",
+        help="Headings of the columns of several accelerometers that are read side by side.",
+    ),
+)
+"""What is declared of a test, in place of the header lines of its table."""
+
 calibration_options = together(
     click.option(
         "--method",
@@ -345,21 +273,8 @@ calibration_options = together(
         is_flag=True,
         help="Reduce the effect of outliers, found by comparing the strokes.",
     ),
-    reference_temperature_option,
-    local_gravity_option,
+    reading_options,
     fixture_angle_option,
-    apparatus_options,
-    degrees_option(
-        "--temperature-uncertainty", "DEG", "Standard uncertainty of a temperature [degC]."
-    ),
-    number_option("--resolution", "U", "Step of the output [output unit]."),
-    click.option("--unit", metavar="UNIT", help="Unit of the output, such as mA."),
-    count_option("--positions", "N", "Positions in a turn."),
-    click.option(
-        "--serials",
-        metavar="TEXT,...",
-        help="Headings of the columns of several accelerometers that are read side by side.",
-    ),
     click.option(
         "--coefficients",
         default="K0,K1,K2,K3,M,M_ip",

@@ -14,16 +14,14 @@ from accelcal.cli.options import (
     degrees_option,
     effects_option,
     file_option,
-    fixture_angle,
     gravity_option,
     number_option,
     output_option,
     plan_options,
     ratio_option,
     seed_option,
-    setting,
-    words,
 )
+from accelcal.cli.values import fixture_angle, setting, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:

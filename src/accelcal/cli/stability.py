@@ -12,15 +12,13 @@ from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     data_argument,
-    duration,
-    durations,
     file_option,
     format_option,
-    number,
     number_option,
     output_option,
     picture_option,
 )
+from accelcal.cli.values import duration, durations, number
 
 if TYPE_CHECKING:
     from accelcal.results.stability import Stability

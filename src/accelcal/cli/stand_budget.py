@@ -8,15 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from accelcal.cli.options import (
-    file_option,
-    fixture_angle,
-    number,
-    plan_options,
-    seed_option,
-    together,
-    words,
-)
+from accelcal.cli.options import file_option, plan_options, seed_option, together
+from accelcal.cli.values import fixture_angle, number, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:

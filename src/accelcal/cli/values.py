@@ -1,0 +1,103 @@
+"""Types of options and arguments: from the text that is typed to its value."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+
+import click
+
+from accelcal.errors import InputError
+from accelcal.units import UNITS, scaled, size_of
+
+_WITH_UNIT = re.compile(r"([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s,].*)?")
+_LARGEST = 1e12
+_SMALLEST = 1e-30
+
+
+def number(text: str) -> float:
+    """Type of an option: a finite number (click's own float lets nan and inf pass)."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        comma = "; write a decimal point" if re.fullmatch(r"[-+]?\d+,\d+", text) else ""
+        raise click.BadParameter(f"{text!r} is not a finite number{comma}.")
+    if abs(value) > _LARGEST:
+        raise click.BadParameter(f"{text!r} is too large; nothing here exceeds {_LARGEST:g}.")
+    if 0.0 < abs(value) < _SMALLEST:
+        raise click.BadParameter(f"{text!r} is too small; write 0, or {_SMALLEST:g} or more.")
+    return value
+
+
+def numbers(text: str) -> tuple[float, ...]:
+    """Type of an option: finite numbers separated by commas, as in ``20,80,-40``."""
+    return tuple(number(item) for item in text.split(","))
+
+
+def words(text: str) -> tuple[str, ...]:
+    """Type of an option: words separated by commas, as in ``o+,o-``."""
+    return tuple(item.strip() for item in text.split(","))
+
+
+def durations(text: str) -> tuple[float, ...]:
+    """Type of an option: durations separated by commas, as in ``600,10min,12h``; in seconds."""
+    return tuple(duration(item.strip()) for item in text.split(","))
+
+
+def duration(text: str) -> float:
+    """Type of an option: a duration such as ``600``, ``600s``, ``10min`` or ``12h``; in seconds."""
+    match = _WITH_UNIT.fullmatch(text)
+    if not match or not size_of(match[2] or "s", "time"):
+        raise click.BadParameter(f"{text!r} is no time; write it as 600, 600s, 10min or 12h.")
+    return quantity("s", "time")(text)
+
+
+def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
+    """Make the type of an option that is a number, perhaps with a unit as in ``2 arcsec``.
+
+    Parameters
+    ----------
+    unit : str
+        Unit of the value, and of a number that has none.
+    *kinds : str
+        What it is, of `accelcal.units.UNITS`.
+
+    Returns
+    -------
+    callable
+        From the text to the value.
+    """
+
+    def converted(text: str) -> float:
+        match = _WITH_UNIT.fullmatch(text.strip())
+        if not match or not match[2]:
+            return number(text.strip())
+        size, whole = size_of(match[2], *kinds), size_of(unit, *kinds)
+        if size is None or whole is None:
+            known = ", ".join(name for kind in kinds for name in UNITS[kind])
+            raise click.BadParameter(f"{text!r} has another unit; it is one of {known}.")
+        number(match[1])
+        return number(repr(scaled(match[1], size / whole)))
+
+    return converted
+
+
+def fixture_angle(text: str) -> float:
+    """Type of an option: a fixture angle [rad], perhaps with its unit."""
+    from accelcal.geometry import checked_fixture_angle
+
+    try:
+        return checked_fixture_angle(quantity("rad", "angle")(text))
+    except InputError as error:
+        raise click.BadParameter(f"{error}.") from None
+
+
+def setting(text: str) -> tuple[str, float]:
+    """Type of an option: a name and its number, as in ``K4=2e-5``."""
+    name, _, value = text.partition("=")
+    if not (name and value):
+        raise click.BadParameter(f"{text!r} is not of the form NAME=NUMBER.")
+    return name.strip(), number(value)
