@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from rows_of_calibrations import law_rows, table_rows
+from rows_of_calibrations import law_rows, table_rows, warnings
 
 import accelcal
 from accelcal.archive import journal, parts, reading, through, workers
@@ -88,9 +88,25 @@ def test_rows_are_those_of_fit(archive):
                 assert row[gate_column(gate.name)] == gate.verdict
             assert (row["readings"], row["dof"]) == (table.readings, table.dof)
             assert row["residual_rms"] == pytest.approx(table.residual_rms, rel=1e-9)
-            assert row["warnings"] == " | ".join((*table.warnings, *calibration.warnings))
+            assert row["warnings"] == " | ".join(warnings(table, calibration))
             assert row["software"] == calibration.software
     assert next(rows, None) is None
+
+
+def test_a_gate_that_warns_says_why(tmp_path):
+    """The columns of the gates said "warn", and nothing what was found."""
+    plan = accelcal.TumblePlan(temperatures=(20.0, 60.0))
+    hidden = [accelcal.effect("warm-up").of(2e-4, tau=900.0), accelcal.effect("backlash").of(3e-5)]
+    record = accelcal.simulate(plan=plan, effects=hidden, seed=1)
+    accelcal.write_table(record, tmp_path / "disturbed.csv")
+    accelcal.write_table(accelcal.simulate(plan=plan, seed=3), tmp_path / "quiet.csv")
+    rows = accelcal.batch(tmp_path).tables
+    for _, row in rows.iterrows():
+        warned = [name for name in ROWS if name.startswith("gate_") and row[name] == "warn"]
+        said = [part for part in row["warnings"].split(" | ") if part.startswith("gate ")]
+        assert [gate_column(part[5:].split(": ")[0]) for part in said] == warned
+        assert bool(said) == ("disturbed" in row["source"])
+    assert "gate drift: from start to end of the run the bias moves by" in rows["warnings"][0]
 
 
 def test_laws_are_those_of_fit(archive):

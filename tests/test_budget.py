@@ -613,7 +613,7 @@ def test_stability_file(saved, tmp_path, capsys):
     [
         (["--temperature", "95"], "outside the calibrated -40 to 80 degC"),
         (["--a-o", "1"], "no table in mounting p"),
-        (["--time", "3d"], "3d"),
+        (["--time", "3w"], "3w"),
         (["--time", "h"], "h"),
         (["--launch", "-1"], "bound of a random error is -1.0; it is 0 or more"),
         (["--factor", "0"], "above zero"),

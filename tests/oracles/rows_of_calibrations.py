@@ -44,13 +44,19 @@ def of_table(table, calibration):
     names = ("run", "mounting", "temperature_degC", "readings", "dof", "residual_rms")
     cells = {name: getattr(table, name) for name in names}
     cells["stands_for"] = JOINT.join(f"{name}: {said}" for name, said in table.stands_for.items())
-    cells["warnings"] = JOINT.join((*table.warnings, *calibration.warnings))
+    cells["warnings"] = JOINT.join(warnings(table, calibration))
     for name, quantity in (*table.coefficients.items(), *table.error_model.items()):
         cells[name] = quantity.value
         cells[f"{name}_standard_uncertainty"] = quantity.standard_uncertainty
         cells[f"{name}_expanded_uncertainty"] = quantity.expanded_uncertainty
         cells[f"{name}_dof"] = quantity.dof
     return cells | verdicts(table.gates)
+
+
+def warnings(table, calibration):
+    gates = (*table.gates, *calibration.gates)
+    found = [f"gate {gate.name}: {gate.finding}" for gate in gates if gate.verdict == "warn"]
+    return (*table.warnings, *calibration.warnings, *found)
 
 
 def verdicts(gates):

@@ -115,7 +115,12 @@ _OF_TABLE = (
     *(c for name in ERROR_TERMS.values() for c in _of_quantity(name, ERROR_UNITS[name])),
     FrameColumn("stands_for", "text", "", "what a coefficient holds besides itself, at few angles"),
     *(FrameColumn(gate_column(g), "text", "", f"gate {g}") for g in (*TABLE_GATES, *_RECORD_GATES)),
-    FrameColumn("warnings", "text", "", "what to know before using the numbers, joined by ' | '"),
+    FrameColumn(
+        "warnings",
+        "text",
+        "",
+        "what to know first, and what gates warn of, joined by ' | '",
+    ),
     FrameColumn("notes", "text", "", "what the reader set aside or assumed, joined by ' | '"),
     FrameColumn("verdict", "text", "", "outcome against the data sheet, of the whole record"),
     FrameColumn("failed_limits", "text", "", "limits of the data sheet that failed"),

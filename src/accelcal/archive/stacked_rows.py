@@ -21,7 +21,7 @@ from accelcal.archive.columns import (
     put_together,
 )
 from accelcal.arrays import Places
-from accelcal.calibrate.columns import mountings_of, numbers_of, verdict_codes
+from accelcal.calibrate.columns import gate_warnings, mountings_of, numbers_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.estimate.reversal import misalignment_stack
 from accelcal.gates.verdict import VERDICTS
@@ -79,15 +79,18 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
 
 
 def _warnings(stack: CalibrationStack) -> list[str]:
-    """Sentences about each table and its record, joined."""
+    """Sentences about each table and its record, and of the gates that warn, joined."""
     warned = stack.warnings
     of_records = map(cache(JOINT.join), warned.of_record)
     of_tables = zip(*warned.of_tables, strict=True)
-    return [
+    rows = [
         JOINT.join((*own, of_record)) if own else of_record
         for of_record, of_each in zip(of_records, of_tables, strict=True)
         for own in of_each
     ]
+    for row, found in gate_warnings(stack).items():
+        rows[row] = JOINT.join([rows[row], *found] if rows[row] else found)
+    return rows
 
 
 def stacked_laws(stack: CalibrationStack) -> tuple[Columns, Places]:

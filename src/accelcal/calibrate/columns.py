@@ -61,6 +61,35 @@ def verdict_codes(stack: CalibrationStack) -> dict[str, Places]:
     return found
 
 
+def gate_warnings(stack: CalibrationStack) -> dict[int, list[str]]:
+    """Say what the gates of a stack found that warn.
+
+    Parameters
+    ----------
+    stack : CalibrationStack
+        R records of one plan of t tables, none of them alone.
+
+    Returns
+    -------
+    dict of int to list of str
+        By the row of a table, of R * t, the sentences of its gates that warn, then of those of its
+        record; rows without any are left out.
+    """
+    tables = len(stack.tables)
+    found: dict[int, list[str]] = {}
+    for table, (gates, start) in enumerate(stack.gates):
+        for gate in gates:
+            for place in gate.warned(start, start + len(stack)):
+                row = (place - start) * tables + table
+                found.setdefault(row, []).append(gate.warning(place))
+    for gate in stack.record_gates:
+        for place in gate.warned():
+            said = gate.warning(place)
+            for row in range(place * tables, (place + 1) * tables):
+                found.setdefault(row, []).append(said)
+    return found
+
+
 def _of_tables(stack: CalibrationStack) -> dict[str, Column]:
     """What the tables hold, and how well they were fitted."""
     records, estimate, tables = len(stack), stack.estimate, range(len(stack.tables))

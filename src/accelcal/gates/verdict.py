@@ -44,6 +44,14 @@ class GateStack(NamedTuple):
         """Return the outcome for one table, with its sentence."""
         return Gate(self.name, VERDICTS[self.verdict[index]], self.finding(index))
 
+    def warned(self, start: int = 0, end: int | None = None) -> list[int]:
+        """Return the places, from one to another, where the gate warns."""
+        return [start + i for i in np.flatnonzero(self.verdict[start:end] == _WARN).tolist()]
+
+    def warning(self, index: int) -> str:
+        """Return the sentence of one table with the name of the gate, for a list of warnings."""
+        return f"gate {self.name}: {self.finding(index)}"
+
     @property
     def verdicts(self) -> list[str]:
         """The verdicts in words."""
@@ -55,11 +63,11 @@ class _Finding(NamedTuple):
 
     said: Callable[[int], str]
     missing: Sequence[tuple[ArrayLike, str]]
-    tables: int
 
     def text(self, index: int) -> str:
         for where, reason in self.missing:
-            if np.broadcast_to(where, self.tables)[index]:
+            cells = np.asarray(where)
+            if cells.item() if cells.size == 1 else cells[index]:  # one for all, or one a table
                 return reason or self.said(index)
         return self.said(index)
 
@@ -100,7 +108,7 @@ def gate_stack(
     verdict = np.where(bad, _WARN, 0)
     for where, _ in missing:
         np.copyto(verdict, _NOT_ASSESSED, where=np.asarray(where))
-    return GateStack(name, verdict, _Finding(said, missing, verdict.size).text)
+    return GateStack(name, verdict, _Finding(said, missing).text)
 
 
 def acceleration(value: float) -> str:
