@@ -3,6 +3,7 @@
 import itertools
 import math
 import re
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from accelcal.cli.main import main
 from accelcal.effects.catalogue import catalogue, effect
 from accelcal.errors import InputError
 from accelcal.io.tables import read_table
+from accelcal.io.writer import write_table
 from accelcal.simulation import (
     AL15,
     NOISE_FREE,
@@ -386,3 +388,26 @@ def test_real_example_gives_the_published_calibration():
         assert record.angle.tolist() == [0.0, 90.0, 180.0, 270.0]
         assert (record.std > 5).all()
         assert (record.count > 700).all()
+
+
+# -- files that are there already ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["table.csv", "table.csv.gz"])
+def test_a_simulated_table_replaces_a_simulated_table_only(name, tmp_path, monkeypatch, capsys):
+    """Measured readings were overwritten without a word."""
+    monkeypatch.chdir(tmp_path)
+    command = ["simulate", "--temperatures", "20", "-o", name]
+    for seed in ("1", "2"):
+        assert main([*command, "--seed", seed]) == 0
+    assert read_table(name).metadata["simulated"] == "seed 2"
+    measured = replace(simulate(seed=3), metadata={"operator": "N. N."})
+    write_table(measured, name)
+    before = Path(name).read_bytes()
+    assert main([*command, "--seed", "1"]) == 2
+    said = f"error: -o {name} would overwrite what is no simulated table; name another file with -o"
+    assert capsys.readouterr().err == f"{said}\n"
+    assert Path(name).read_bytes() == before
+    assert main(["simulate", "--list-effects", "-o", name]) == 2
+    Path(name).write_bytes(b"")
+    assert main([*command, "--seed", "1"]) == 0

@@ -23,7 +23,7 @@ from accelcal.archive.columns import (
 from accelcal.archive.formats import form_of, require_form, results, write_errors
 from accelcal.archive.journal import growing_results, open_journal, work_and_keep
 from accelcal.archive.settings import Settings
-from accelcal.archive.sources import Sources, find_sources, is_url, may_be_replaced
+from accelcal.archive.sources import Sources, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, work_through
 from accelcal.arguments.kinds import path_text, several
 from accelcal.arguments.numbers import check_number, check_whole
@@ -31,7 +31,9 @@ from accelcal.arguments.options import check_flag, check_function, check_options
 from accelcal.calibrate.options import Options
 from accelcal.equality import equal
 from accelcal.errors import InputError
+from accelcal.io.csv_text import is_batch_result
 from accelcal.io.declarations import declared_by_caller
+from accelcal.io.overwriting import may_be_replaced
 from accelcal.model import COEFFICIENTS
 from accelcal.plural import counted
 
@@ -302,7 +304,7 @@ def _sources(paths: Sequence[str], names: Mapping[str, str]) -> Sources:
         if realpath(path) in map(realpath, names.values()) and not is_url(path):
             raise InputError(f"{path} is a file to be read; name another file for the results")
     for path in names.values():
-        if not may_be_replaced(path):
+        if not may_be_replaced(path, is_batch_result):
             raise InputError(
                 f"the results would overwrite {path}, which is none of a batch; name another file"
             )

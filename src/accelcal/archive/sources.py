@@ -2,49 +2,14 @@
 
 from __future__ import annotations
 
-import gzip
-import io
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import suppress
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from accelcal.archive.failures import reason
 from accelcal.errors import InputError, not_installed
-from accelcal.io.csv_text import is_batch_result
-from accelcal.io.parquet import headings_of, is_parquet
 from accelcal.io.text import WORKBOOK_SUFFIXES, file_and_sheet
-
-_BEGINNING = 2**14
-"""Bytes that hold the headings of a frame."""
-
-
-def may_be_replaced(path: str) -> bool:
-    """Tell whether a file is empty or a result of a batch, so that no readings are lost with it.
-
-    Returns
-    -------
-    bool
-        True where it may be written anew.
-    """
-    if not os.path.isfile(path):  # noqa: PTH113  (nothing, a device, a name that cannot be)
-        return True
-    with Path(path).open("rb") as file:
-        beginning = file.read(_BEGINNING)
-    return not beginning or is_batch_result(_headings(path, beginning))
-
-
-def _headings(path: str, beginning: bytes) -> str:
-    if is_parquet(path):
-        with suppress(InputError):
-            return ",".join(headings_of(path))
-    if beginning.startswith(b"\x1f\x8b"):
-        with suppress(OSError, EOFError):
-            beginning = gzip.GzipFile(fileobj=io.BytesIO(beginning)).readline()
-    return beginning.decode("utf-8", errors="replace")
-
 
 SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet", *WORKBOOK_SUFFIXES)
 """Ends of the names of the files that are taken from a folder."""

@@ -82,6 +82,24 @@ class FileOfManyForms(FileToWrite):
         import_module(self._room).form_of(path)
 
 
+class SimulatedTable(FileToWrite):
+    """Type of an option: a table that is simulated, and replaces none but such a table."""
+
+    def __init__(self) -> None:
+        super().__init__("CSV", ".csv", ".gz")
+
+    def check(self, option: str, path: str) -> None:
+        """Refuse a name of another form, and to write over anything else."""
+        from accelcal.io.overwriting import is_simulated, may_be_replaced
+
+        super().check(option, path)
+        if not may_be_replaced(path, is_simulated):
+            raise InputError(
+                f"{option} {path} would overwrite what is no simulated table; name another file"
+                f" with {option}"
+            )
+
+
 CSV = FileToWrite("CSV", ".csv", ".gz")
 JSON = FileToWrite("JSON", ".json")
 PICTURE = FileOfManyForms("accelcal.plot.style")

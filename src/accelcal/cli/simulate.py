@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from accelcal.cli.deliver import deliver
-from accelcal.cli.files import CSV, Command
+from accelcal.cli.files import Command, SimulatedTable
 from accelcal.cli.options import (
     acceleration_option,
     angle_option,
@@ -38,7 +38,7 @@ def settings(text: str) -> Settings:
 
 
 @click.command(cls=Command)
-@output_option("the table", metavar="DATA.csv", file=CSV)
+@output_option("the table", metavar="DATA.csv", file=SimulatedTable())
 @click.option(
     "--effect",
     "effects",
@@ -94,7 +94,7 @@ def simulate(path: str | None, list_effects: bool, **options: Any) -> None:
 
     Each reading is computed from the true head angle and temperature, with random errors that are
     given as standard deviations. A stroke ends with the return to its first position. Without -o
-    the table goes to standard output.
+    the table goes to standard output. A file that is no simulated table is not overwritten.
 
     \b
     Examples:
