@@ -165,14 +165,18 @@ def test_effects_that_were_taken_out_are_told():
         accelcal.coefficients_at(calibration, 35.0)
 
 
-def test_result_is_pickled(calibration):
+def test_result_is_pickled_and_copied(calibration):
+    """Its own method made a plain dictionary, without the covariance."""
     found = accelcal.coefficients_at(calibration, 35.0)
-    for other in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+    pickled = pickle.loads(pickle.dumps(found))
+    for other in (pickled, copy.deepcopy(found), copy.copy(found), found.copy()):
+        assert isinstance(other, accelcal.CoefficientsAt)
         assert other == found
         assert other.covariance_names == found.covariance_names
         assert other.covariance_matrix == found.covariance_matrix
     with pytest.raises(TypeError, match="stays as it is"):
         found["k0"] = found["K1"]
+    assert type(dict(found)) is type(found | {}) is dict
 
 
 def test_of_a_run_it_gives_all_coefficients_of_the_table(calibration):

@@ -10,6 +10,7 @@ from .archive.batch import batch as batch
 from .archive.batch import write_batch as write_batch
 from .calibrate.fit import fit as fit
 from .compensate.apply import apply as apply
+from .compensate.at_temperature import CoefficientsAt as CoefficientsAt
 from .compensate.at_temperature import coefficients_at as coefficients_at
 from .compensate.measured import MeasuredAcceleration as MeasuredAcceleration
 from .discovery.compare import compare as compare
