@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from rows_of_calibrations import warnings
 
 import accelcal
 from accelcal.archive import fitting, through
@@ -67,7 +68,7 @@ def assert_rows_are_those_of_fit(folder, **asked):
                 assert row[name] == pytest.approx(quantity.value, rel=1e-9, abs=1e-16)
                 expanded = row[f"{name}_expanded_uncertainty"]
                 assert expanded == pytest.approx(quantity.expanded_uncertainty, rel=1e-8)
-            assert row["warnings"] == " | ".join((*table.warnings, *calibration.warnings))
+            assert row["warnings"] == " | ".join(warnings(table, calibration))
     assert next(rows, None) is None
     return found
 
