@@ -7,6 +7,7 @@ import math
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -200,6 +201,30 @@ def test_c_agrees_with_python(tmp_path, calibration):
     limit = 4 * np.spacing(np.maximum(1.0, np.abs(python.value)))
     assert (np.abs(values - python.value)[:-3] <= limit[:-3]).all()
     np.testing.assert_array_equal(inside, python.inside)
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [("A-1", "A.1"), (None, None), ("A-1", "A-1")],
+    ids=["signs", "none", "twice"],
+)
+def test_two_calibrations_of_one_name_do_not_compile_together(tmp_path, first, second):
+    for number, serial in enumerate((first, second)):
+        record = replace(accelcal.simulate(seed=number), serial=serial)
+        accelcal.fit(record).export(tmp_path / f"{number}.h")
+
+    def together(*names):
+        lines = "".join(f'#include "{name}.h"\n' for name in names)
+        (tmp_path / "main.c").write_text(lines + "int main(void) { return 0; }\n")
+        return subprocess.run(
+            [COMPILER, *STRICT, "-c", "main.c"], cwd=tmp_path, capture_output=True, text=True
+        )
+
+    assert together(0, 0).returncode == together(1, 1).returncode == 0
+    told = together(0, 1)
+    assert told.returncode != 0
+    assert "two calibrations have the names accelcal" in told.stderr
 
 
 @needs_compiler

@@ -11,7 +11,7 @@ from accelcal.compensate.coefficients import (
 )
 from accelcal.compensate.inversion import CLOSE, FARTHEST, MOST_STEPS
 from accelcal.compensate.ranges import ACCELERATION_MARGIN, TEMPERATURE_MARGIN
-from accelcal.export.c_text import c_comment, c_covariance, c_number, c_prefix, filled, harmless
+from accelcal.export.c_text import c_comment, c_covariance, c_number, c_prefix, harmless, header_of
 from accelcal.export.content import covariance_rows
 
 __all__ = ["to_c_header"]
@@ -37,7 +37,6 @@ def to_c_header(content: Mapping[str, Any], found: Compensation) -> str:
     axes = found.axes
     parts = {
         "@COMMENT@": c_comment(content, _notes(content)),
-        "@GUARD@": f"{prefix.upper()}_H",
         "@DATA@": "\n".join(_data(found, prefix)),
         "@COVARIANCE@": c_covariance(covariance_rows(found), "; those of K1 are relative"),
         "@UNIT@": harmless(found.output_unit or "output unit"),
@@ -50,9 +49,8 @@ def to_c_header(content: Mapping[str, Any], found: Compensation) -> str:
         "@FARTHEST@": c_number(FARTHEST),
         "@CLOSE@": c_number(CLOSE),
         "@STEPS@": str(MOST_STEPS),
-        "@P@": prefix,
     }
-    return filled(_TEMPLATE, parts)
+    return header_of(_TEMPLATE, parts, prefix)
 
 
 def _notes(content: Mapping[str, Any]) -> Iterator[str]:
@@ -110,8 +108,7 @@ _TEMPLATE = """\
 /*
 @COMMENT@
  */
-#ifndef @GUARD@
-#define @GUARD@
+@BEGIN@
 
 #include <math.h>
 
@@ -174,5 +171,4 @@ static inline int @P@_inside(double temperature, double acceleration)
     return acceleration >= @P@_lowest_acceleration && acceleration <= @P@_highest_acceleration;
 }
 
-#endif
-"""
+@END@"""

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
+from zlib import crc32
 
 _OF_THEIR_OWN = ("coefficients", "covariance", "new_launch")
 
@@ -33,11 +34,28 @@ def c_prefix(serial: str | None) -> str:
     return f"accelcal_{name}" if name else "accelcal"
 
 
-def filled(template: str, parts: Mapping[str, str]) -> str:
-    """Put parts in the place of their marks, in their order: a part may hold later marks."""
-    for mark, part in parts.items():
+def header_of(template: str, parts: Mapping[str, str], prefix: str) -> str:
+    """Write a header of a prefix, marked ``@P@``, between the guards ``@BEGIN@`` and ``@END@``.
+
+    Parts come in the place of their marks in their order: one may hold later marks. Serials that
+    differ in signs alone have one prefix, and so have two calibrations of a unit; the guard holds a
+    checksum, so that the second of two such headers is no silent nothing.
+    """
+    guards = {"@BEGIN@": _BEGIN, "@END@": _END}
+    for mark, part in {**guards, **parts, "@P@": prefix}.items():
         template = template.replace(mark, part)
-    return template
+    return template.replace("@STAMP@", f"{crc32(template.encode()):#010x}u")
+
+
+_BEGIN = """\
+#ifndef @P@_H
+#define @P@_H @STAMP@"""
+
+_END = """\
+#elif @P@_H != @STAMP@
+#error "two calibrations have the names @P@_...: include one of them alone in a source file"
+#endif
+"""
 
 
 def c_comment(content: Mapping[str, Any], notes: Iterable[str]) -> str:

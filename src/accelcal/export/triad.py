@@ -15,8 +15,8 @@ from accelcal.export.c_text import (
     c_matrix,
     c_number,
     c_prefix,
-    filled,
     harmless,
+    header_of,
 )
 from accelcal.results.triad import FRAMES, TriadCalibration
 from accelcal.version import SOFTWARE
@@ -110,28 +110,22 @@ def triad_header(content: Mapping[str, Any], triad: TriadCalibration) -> str:
     """
     covariance = content["covariance"]
     rows = list(zip(covariance["symbols"], covariance["matrix"], strict=True))
-    prefix = c_prefix(triad.serial)
-    return filled(
-        _TEMPLATE,
-        {
-            "@COMMENT@": c_comment(content, [covariance["note"]]),
-            "@GUARD@": f"{prefix.upper()}_H",
-            "@COVARIANCE@": c_covariance(rows) if rows else "/* Covariance: unknown. */",
-            "@UNIT@": harmless(triad.output_unit or "output unit"),
-            "@BIAS@": ", ".join(map(c_number, triad.bias)),
-            "@INVERSE@": c_matrix(np.linalg.inv(triad.sensitivity).tolist()),
-            "@LONGEST@": c_number(1.0 + ACCELERATION_MARGIN),
-            "@P@": prefix,
-        },
-    )
+    parts = {
+        "@COMMENT@": c_comment(content, [covariance["note"]]),
+        "@COVARIANCE@": c_covariance(rows) if rows else "/* Covariance: unknown. */",
+        "@UNIT@": harmless(triad.output_unit or "output unit"),
+        "@BIAS@": ", ".join(map(c_number, triad.bias)),
+        "@INVERSE@": c_matrix(np.linalg.inv(triad.sensitivity).tolist()),
+        "@LONGEST@": c_number(1.0 + ACCELERATION_MARGIN),
+    }
+    return header_of(_TEMPLATE, parts, c_prefix(triad.serial))
 
 
 _TEMPLATE = """\
 /*
 @COMMENT@
  */
-#ifndef @GUARD@
-#define @GUARD@
+@BEGIN@
 
 #include <math.h>
 
@@ -160,5 +154,4 @@ static inline int @P@_inside(const double acceleration[3])
                 + acceleration[2] * acceleration[2]) <= @LONGEST@;
 }
 
-#endif
-"""
+@END@"""
