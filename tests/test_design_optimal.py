@@ -209,9 +209,37 @@ def test_a_sheet_filled_in_is_a_table(for_k2):
     assert own.standard_uncertainty == pytest.approx(foreseen, rel=0.2)
 
 
+def test_a_sheet_declares_what_the_forecast_assumed():
+    """T0 = 20 between the levels, and errors that are known to be none."""
+    plan = TumblePlan(positions=8, strokes=2, temperatures=(-40.0, 0.0, 40.0, 80.0))
+    quiet = accelcal.NoiseComponents(head=0.0, launch=0.0, launch_sf=0.0)
+    found = design_of(plan, quiet, Pace())
+    read = accelcal.read_table(
+        io.StringIO(filled(sheet(found, quiet), simulate(plan=plan, noise=quiet, seed=1)))
+    )
+    assert read.reference_temperature == 20.0
+    calibration = accelcal.fit(read)
+    assert calibration.T0_degC == 20.0
+    bias = calibration.temperature_model.k0
+    for name, slope in (("lam1", bias.above), ("lam2", bias.below)):
+        foreseen = found.forecast(name).standard_uncertainty
+        assert slope.standard_uncertainty == pytest.approx(foreseen, rel=0.25)
+    for name in ("K0", "K1", "M"):
+        own = calibration.tables[0].coefficients[name].standard_uncertainty
+        foreseen = found.forecast(name).standard_uncertainty * 1.35
+        assert own == pytest.approx(foreseen, rel=0.25)
+
+
+def test_a_sheet_asks_for_the_step_of_the_readings():
+    found = design_of(TumblePlan(positions=6, strokes=2, temperatures=(20.0,)), STAND, Pace())
+    (told,) = (line for line in sheet(found, resolution=2e-4).splitlines() if "step" in line)
+    assert "declare the step of the readings, 0.0002 g in the unit of the output" in told
+    assert "step" not in sheet(found)
+
+
 def test_a_sheet_tells_the_order_and_the_way():
     found = design_of(TumblePlan(positions=6, strokes=2, temperatures=(20.0,)), STAND, Pace())
-    rows = list(csv.reader(sheet(found).splitlines()[1:]))
+    rows = list(csv.reader(sheet(found).splitlines()[2:]))
     assert tuple(rows[0]) == COLUMNS
     assert [row[0] for row in rows[1:]] == [str(n) for n in range(1, 15)]
     assert [row[5] for row in rows[1:]] == ["forward"] * 7 + ["back"] * 7

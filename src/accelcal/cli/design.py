@@ -233,4 +233,5 @@ def _write_sheet(found: Any, given: dict[str, Any], path: str) -> None:
             " positions and strokes, or --optimal"
         )
     chosen = found.best if hasattr(found, "best") else found.designs[0]
-    deliver(sheet(chosen, given["noise"] if given["declare"] else None), path)
+    noise = given["noise"] if given["declare"] else None
+    deliver(sheet(chosen, noise, resolution=given["resolution"]), path)

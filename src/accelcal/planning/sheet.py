@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Iterator
 
+from accelcal.accelerometer import AL15
 from accelcal.results.designs import TestDesign
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 
@@ -15,7 +16,17 @@ COLUMNS = ("order", "mounting", "run", "temperature", "stroke", "direction", "an
 """Columns of a sheet; the last one is empty."""
 
 
-def sheet(design: TestDesign, noise: NoiseComponents | None = None) -> str:
+_TAKEN_AS_ZERO = "temperature_uncertainty"
+"""Where it is not declared: what is declared of it as 0 would not be asked for again."""
+
+
+def sheet(
+    design: TestDesign,
+    noise: NoiseComponents | None = None,
+    *,
+    resolution: float = 0.0,
+    reference_temperature: float = AL15.reference_temperature,
+) -> str:
     """Write the sheet of a test.
 
     Parameters
@@ -24,6 +35,10 @@ def sheet(design: TestDesign, noise: NoiseComponents | None = None) -> str:
         The test.
     noise : NoiseComponents, optional
         Errors of the stand, to be declared in header lines; by default none.
+    resolution : float, default 0
+        Step of the readings, which is to be declared in the unit of the output [g].
+    reference_temperature : float, default 20
+        T0 of the forecast [degC].
 
     Returns
     -------
@@ -34,10 +49,15 @@ def sheet(design: TestDesign, noise: NoiseComponents | None = None) -> str:
     """
     text = io.StringIO()
     text.write(
-        f"# plan: {design.readings} readings in {design.hours:.2f} h; fill in the column output\n"
+        f"# plan: {design.readings} readings in {design.hours:.2f} h; fill in the column output"
     )
+    if resolution:
+        step = f"{resolution:g} g in the unit of the output"
+        text.write(f", and declare the step of the readings, {step}, in a line '# resolution:'")
+    text.write("\n")
+    text.write(f"# T0: {reference_temperature:g}\n")
     for name, size in (noise.declared() if noise else {}).items():
-        if size:
+        if size or name != _TAKEN_AS_ZERO:
             text.write(f"# {name}: {size!r}\n")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
