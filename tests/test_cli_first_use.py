@@ -240,6 +240,10 @@ RECORDS = {
         lambda i: (1e298 * (i + 1), i),
         "time '1e+298' is no time of a record; write seconds",
     ),
+    "days": (
+        lambda i: (45000.0 + 5.0 * i / 86400.0, i),
+        "time '45000.0' counts days, as a spreadsheet does with dates; name the column 'time [d]',",
+    ),
     "short times": (lambda i: (1e-300 * i, i), "time does not increase in launch '1';"),
 }
 

@@ -211,7 +211,7 @@ def test_a_sheet_filled_in_is_a_table(for_k2):
 
 def test_a_sheet_declares_what_the_forecast_assumed():
     """T0 = 20 between the levels, and errors that are known to be none."""
-    plan = TumblePlan(positions=8, strokes=2, temperatures=(-40.0, 0.0, 40.0, 80.0))
+    plan = TumblePlan(positions=8, strokes=10, temperatures=(-40.0, 0.0, 40.0, 80.0))
     quiet = accelcal.NoiseComponents(head=0.0, launch=0.0, launch_sf=0.0)
     found = design_of(plan, quiet, Pace())
     read = accelcal.read_table(

@@ -50,8 +50,8 @@ FLOORS = (
     {"reference"},
     {"record", "results", "specification", "accelerometer"},
     {"model"},
-    {"geometry", "head_angles", "apparatus"},
-    {"units", "numerics", "atomic", "sentences", "arguments", "dates", "pace"},
+    {"geometry", "head_angles", "apparatus", "pace"},
+    {"units", "numerics", "atomic", "sentences", "arguments", "dates"},
     {"errors", "version", "logs", "equality", "plural", "arrays"},
     {"escapes"},
 )

@@ -33,6 +33,44 @@ def record(*args, **kwargs):
     return StabilityRecord(tuple(launches(*args, **kwargs)), unit="mA")
 
 
+# -- the record ----------------------------------------------------------------------------------
+
+
+def dates():
+    pandas = pytest.importorskip("pandas")
+    return pandas.date_range("2026-10-25T01:59:59", periods=4, freq="s")
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        lambda t: t,
+        lambda t: t.to_series(),
+        lambda t: t.to_numpy(),
+        lambda t: t - t[0],
+        lambda t: t.tz_localize("UTC").tz_convert("Europe/Berlin"),
+        lambda t: list(t.to_pydatetime()),
+    ],
+    ids=["index", "series", "datetime64", "durations", "zone", "datetime"],
+)
+def test_dates_and_durations_are_times_of_a_launch(told):
+    launch = Launch("1", told(dates()), [0.1, 0.2, 0.1, 0.2])
+    assert launch.time.tolist() == [0.0, 1.0, 2.0, 3.0]
+
+
+def test_series_of_other_order_are_refused():
+    pandas = pytest.importorskip("pandas")
+    output = pandas.Series([0.1, 0.2, 0.1], index=[2, 0, 1])
+    with pytest.raises(InputError, match="time and output are Series of different indices"):
+        Launch("1", pandas.Series([0.0, 1.0, 2.0]), output)
+    assert Launch("1", [0.0, 1.0, 2.0], output).output.tolist() == [0.1, 0.2, 0.1]
+
+
+def test_no_time_is_no_date():
+    with pytest.raises(InputError, match="not finite"):
+        Launch("1", np.array(["2026-01-01", "NaT", "2026-01-03"], "datetime64[s]"), [0.1, 0.2, 0.1])
+
+
 # -- trend -----------------------------------------------------------------------------------------
 
 

@@ -30,6 +30,7 @@ from accelcal.io.times import in_seconds, times
 from accelcal.io.units_row import with_units_below
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
 from accelcal.io.wording import all_outputs, listed, were
+from accelcal.pace import is_in_days
 from accelcal.plural import counted
 from accelcal.stability.record import Launch, StabilityRecord
 from accelcal.units import size_of
@@ -50,6 +51,8 @@ _LONGEST = 1e12
 
 _SHORTEST = 1e-9
 """Steps of time below it are none [s]."""
+
+_IN_DAYS = "name the column 'time [d]', or write seconds, or dates such as 2026-03-31 08:15:00"
 
 Roles = dict[str, Column]
 
@@ -238,6 +241,8 @@ def _seconds(columns: Roles) -> Array:
         seconds: Array = (found - found[0]) / np.timedelta64(1, "s")
         return seconds
     column.check(np.abs(found) <= _LONGEST, "{} is no time of a record", "write seconds")
+    if found.size > 1 and not column.unit and is_in_days(found):
+        raise column.refuse(0, "{} counts days, as a spreadsheet does with dates", _IN_DAYS)
     return in_seconds(column, found)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import each_of, expect
-from accelcal.arguments.numbers import check_number, number_array
+from accelcal.arguments.numbers import check_number, check_side_by_side, number_array
 from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arrays import Array, kept
 from accelcal.equality import EqualByContents
@@ -31,13 +31,18 @@ class Launch(EqualByContents):
     label : str
         Its name.
     time : ndarray, shape (n,)
-        Time since the first sample, increasing [s].
+        Time since the first sample, increasing [s]; given dates and times of day become that.
     output : ndarray, shape (n,)
         Output [unit of the record].
     temperature : ndarray, shape (n,), or None
         Temperature [degC].
     input : ndarray, shape (n,), or None
         Applied acceleration, where the test moves it in small steps [g].
+
+    Raises
+    ------
+    InputError
+        If the columns are no series of one length in time, or Series of different indices.
 
     Examples
     --------
@@ -54,10 +59,11 @@ class Launch(EqualByContents):
 
     def __post_init__(self) -> None:
         check_written(label=self.label)
-        for item in fields(self):
-            values = getattr(self, item.name)
-            if item.name in ("time", "output") or (item.name != "label" and values is not None):
-                object.__setattr__(self, item.name, kept(number_array(values, item.name)))
+        given = {item.name: getattr(self, item.name) for item in fields(self)[1:]}
+        check_side_by_side(**given)
+        for name, values in {**given, "time": _seconds(self.time)}.items():
+            if name in ("time", "output") or values is not None:
+                object.__setattr__(self, name, kept(number_array(values, name)))
         _check(self)
 
     def __repr__(self) -> str:
@@ -118,6 +124,19 @@ class Launch(EqualByContents):
             None if self.temperature is None else function(self.temperature),
             None if self.input is None else function(self.input),
         )
+
+
+def _seconds(time: Any) -> Any:
+    """Dates and durations as seconds since the first; anything else as it is."""
+    values = np.asarray(time)
+    if values.ndim != 1 or not values.size:
+        return time
+    if values.dtype.kind == "O" and hasattr(values[0], "timestamp"):
+        values = np.array([value.timestamp() for value in values])  # of a time zone
+        return values - values[0]
+    if values.dtype.kind not in "mM":
+        return time
+    return (values - values[0]) / np.timedelta64(1, "s")
 
 
 def _check(launch: Launch) -> None:
