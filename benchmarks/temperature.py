@@ -43,6 +43,7 @@ class Regime(NamedTuple):
     stand: Stand = Stand(head=2e-5, launch=1e-5, launch_sf=1e-5)
     temperatures: tuple[float, ...] = THREE
     branch: tuple[float, ...] = ()  # bias of each run over h_T; NaN either way, at random
+    half_width: float = HALF_WIDTH  # h_T [g]
     strokes: int = 6
     laws: tuple[str, ...] = ("readings", "tables")
     four: tuple[float, ...] = ()  # levels at which only every second position is measured [degC]
@@ -55,6 +56,8 @@ CLOSED = {
     "from -40 to 80 degC and back": (LOOP, (0, 1, 1, 1, 0, -1, -1, -1, 0)),
     "from 20 over 80 and -40 to 20 degC": (TURN, (np.nan, 1, 0, -1, -1, -1, 0, 1, 1)),
 }
+FEWEST = (20.0, 80.0, 20.0, -40.0, 20.0)  # the simplest test that tells h_T
+BRANCHES = {"closed at its ends": (np.nan, 0, -1, 0, 1), "open there": (np.nan, 1, -1, -1, 1)}
 OPEN = {
     "from -40 to 80 degC and back": (LOOP, (-1, 1, 1, 1, 1, -1, -1, -1, -1)),
     "from 20 over 80 and -40 to 20 degC": (TURN, (np.nan, 1, 1, -1, -1, -1, -1, 1, 1)),
@@ -78,6 +81,18 @@ REGIMES = (
         )
         for ends, loops in (("closed at its ends", CLOSED), ("open there", OPEN))
         for how, (levels, branch) in loops.items()
+    ),
+    *(
+        Regime(
+            f"loop of five runs, {1e6 * half_width:.0f} ug, {ends}",
+            stand=LITTLE,
+            temperatures=FEWEST,
+            branch=branch,
+            half_width=half_width,
+            strokes=2,
+        )
+        for ends, branch in BRANCHES.items()
+        for half_width in (5e-6, 1e-5, 2e-5, 5e-5)
     ),
 )
 
@@ -110,7 +125,7 @@ def record(regime: Regime, rng: np.random.Generator) -> accelcal.TumbleRecord:
     branch = np.array(regime.branch or (0.0,) * len(runs))
     branch = np.where(np.isnan(branch), rng.choice((-1.0, 1.0)), branch)
     gain = np.array([UNIT.at(T)["K1"] for T in runs])
-    bias = np.repeat(gain * HALF_WIDTH * branch, length)
+    bias = np.repeat(gain * regime.half_width * branch, length)
     whole = record_of(columns, declared)
     found = replace(
         whole,
@@ -129,7 +144,7 @@ def held(regime: Regime, laws: str, number: int) -> dict[str, dict[tuple[str, st
     )
     if regime.branch:
         width = found.temperature_model.hysteresis
-        own = [(("h_T", ""), width, HALF_WIDTH, 1.0)]
+        own = [(("h_T", ""), width, regime.half_width, 1.0)]
         return {"h_T": hits(own), "laws": hits(laws_against_truth(found, UNIT)[:3])}
     told = {"laws": hits(laws_against_truth(found, UNIT))}
     if regime.four:  # K1 of these tables stands for K1 + K3

@@ -211,7 +211,7 @@ def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
         slopes = _applied(local_slopes(rise, sides)[:, None], first[..., :count])
         by_heat, by_loop = slopes * uncertain[:, None], first[:, 0, count:]
         levels = levels.at_uncertain_levels(by_heat, stack.dof, loop.off_the_middle(by_loop))
-        maps = law_maps(design, loop.paired, levels.covariance)
+        maps = law_maps(design, loop.acting, levels.covariance)
     fitted = _applied(maps, levels.values)
     hysteresis = _hysteresis(levels, fitted[:, 0, count:], maps[:, 0, count:], stack, loop)
     off = _off_the_law(levels, fitted, design, loop)
@@ -263,7 +263,7 @@ def _off_the_law(levels: Levels, fitted: Array, design: Array, loop: Branches) -
     """
     size, count = design.shape[-2:]
     left = levels.values - _applied(design[:, None], fitted[..., :count])
-    left[:, 0] -= fitted[:, 0, count:] @ loop.paired.T
+    left[:, 0] -= fitted[:, 0, count:] @ loop.acting.T
     covariance = levels.covariance
     known = np.isfinite(covariance.reshape(len(left), -1)).all(axis=1)
     off = np.zeros((len(left), 3), dtype=np.bool_)
@@ -279,8 +279,8 @@ def _off_the_law(levels: Levels, fitted: Array, design: Array, loop: Branches) -
 
 def _with_loop(design: Array, loop: Branches) -> Array:
     """Columns of the law of the bias: those of all laws, and the half widths of a loop."""
-    pairs = np.broadcast_to(loop.paired, (*design.shape[:-1], loop.paired.shape[1]))
-    return np.concatenate([design, pairs], axis=-1)
+    acting = np.broadcast_to(loop.acting, (*design.shape[:-1], loop.acting.shape[1]))
+    return np.concatenate([design, acting], axis=-1)
 
 
 def _chance(levels: Levels, rows: Places, quantity: int, law: Array) -> Array:

@@ -1,7 +1,7 @@
 """Hysteresis of the bias, from levels that were reached both by heating and by cooling.
 
 Only two runs at one level tell of a loop. At its lowest and its highest level it may close or not:
-there each run is uncertain by what the loop is elsewhere. Its width may differ from level to level:
+there half of what the loop is elsewhere is expected of each run, and may be missing or come twice. Its width may differ from level to level:
 each has a half width h of its own, the laws go through the middle of both branches, and h_T is the
 mean of h over the levels.
 """
@@ -20,9 +20,10 @@ from accelcal.results.quantity import Quantity
 from accelcal.temperature.bilinear import interval_of
 from accelcal.temperature.chance_of_misfit import chance_of_misfit
 
-_OPEN = 1.0 / np.sqrt(3.0)
-"""Standard uncertainty, in half widths, of a level where the loop may be closed or as wide as it is
-elsewhere: anything between both branches is as likely."""
+_HALF_OPEN = 0.5
+"""Where the bias of the lowest and of the highest level is taken to lie, in half widths from the
+middle towards the branch on which they are reached, and its standard uncertainty: the loop may be
+closed there, or as wide as it is elsewhere."""
 
 
 class Branches(NamedTuple):
@@ -32,15 +33,19 @@ class Branches(NamedTuple):
     ----------
     paired : ndarray, shape (n, L)
         A column for each level that was reached both ways: 1 after heating, -1 after cooling.
+    acting : ndarray, shape (n, L)
+        The same, and at the lowest and the highest level what is expected of the loop there, from
+        the mean half width.
     loose : ndarray, shape (n, m)
         Columns of what lies off the middle by an amount that no pair shows: levels reached one
         way only, the first level, of which nobody knows how it was reached, and the lowest and the
-        highest one.
+        highest one, off what is expected there.
     mean : ndarray, shape (n, L)
         Weights that take the mean temperature of each level of `paired`.
     """
 
     paired: Array
+    acting: Array
     loose: Array
     mean: Array
 
@@ -72,16 +77,19 @@ def branches_of(temperature: Array, order: Places) -> Branches:
     in_order = reached_by(temperature[order].tolist())
     nothing = np.zeros((temperature.size, 0))
     if in_order is None:
-        return Branches(nothing, nothing, nothing)
+        return Branches(nothing, nothing, nothing, nothing)
     reached = in_order[np.argsort(order)]
     masks = [np.isin(np.arange(reached.size), level) for level in same_levels(temperature)]
     both = [mask for mask in masks if {-1.0, 1.0} <= set(reached[mask].tolist())]
     known = np.nan_to_num(reached)
     one_way = known * ~np.any(both, axis=0)
-    ends = _OPEN * np.stack([masks[0], masks[-1]], axis=1)
-    loose = np.column_stack([one_way, np.isnan(reached), ends])
+    ends = np.stack([masks[0], masks[-1]], axis=1)
+    loose = np.column_stack([one_way, np.isnan(reached), _HALF_OPEN * ends])
+    paired = np.column_stack([known * mask for mask in both])
+    towards = _HALF_OPEN * (1.0 * masks[-1] - masks[0]) / len(both)
     return Branches(
-        paired=np.column_stack([known * mask for mask in both]),
+        paired=paired,
+        acting=paired + towards[:, None],
         loose=loose[:, loose.any(axis=0)],
         mean=np.column_stack([mask / mask.sum() for mask in both]),
     )

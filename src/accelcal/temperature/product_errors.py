@@ -189,7 +189,7 @@ def product_fit(
         a_i=design[:, COEFFICIENTS.index("K1")],
         cross=design[:, COEFFICIENTS.index("M")],
         # the hysteresis is a part of the bias, +h after heating
-        common=np.column_stack([common, loop.paired[table]]),
+        common=np.column_stack([common, loop.acting[table]]),
         rise=mean[:, table] - temperatures.reference[rows, None],
         deviation=np.concatenate(recorded, axis=1) - mean[:, table],
         table=table,
