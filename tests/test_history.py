@@ -328,6 +328,18 @@ def test_no_digit_of_a_frame_is_lost_in_csv(tmp_path):
     assert read_entries([str(tmp_path / "r.csv")]) == entries_of(table)
 
 
+@pytest.mark.parametrize("comma", [".", ","])
+def test_a_frame_that_a_spreadsheet_saved_again_tells_the_same(tmp_path, comma):
+    table = calibrations_and_their_frame(6)[1]
+    table.to_csv(tmp_path / "r.csv", index=False)
+    table.to_csv(tmp_path / "again.csv", index=False, sep=";", decimal=comma)
+    table.to_csv(tmp_path / "tabs.txt", index=False, sep="\t")
+    wanted, *found = (
+        read_entries([str(tmp_path / name)]) for name in ("r.csv", "again.csv", "tabs.txt")
+    )
+    assert found == [wanted, wanted]
+
+
 def test_a_point_has_the_interval_that_its_calibration_states():
     """Nothing is declared: Student's factor of a head that few residuals tell, not 1.96."""
     calibrations, table = calibrations_and_their_frame(3, declare=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,9 @@ from accelcal.results.result import all_from_json
 
 if TYPE_CHECKING:
     import pandas as pd
+
+_DECIMAL_COMMA = re.compile(r";-?\d+,\d+(?:[eE][+-]?\d+)?(?:;|$)", re.MULTILINE)
+"""A number as a German spreadsheet writes it."""
 
 
 def read_entries(paths: Sequence[str]) -> list[Entry]:
@@ -52,7 +56,11 @@ def _frame(text: str) -> pd.DataFrame:
 
     import pandas as pd
 
+    headings = text.partition("\n")[0]
+    separator = max(",;\t", key=headings.count)
     options: Any = {
+        "sep": separator,
+        "decimal": "," if separator == ";" and _DECIMAL_COMMA.search(text) else ".",
         "dtype": {"serial": str, "date": str, "run": str, "source": str, "sha256": str},
         "keep_default_na": False,  # only what is empty is missing: a serial may be NA
         "na_values": [""],
