@@ -1,9 +1,9 @@
 """Hysteresis of the bias, from levels that were reached both by heating and by cooling.
 
 Only two runs at one level tell of a loop. At its lowest and its highest level it may close or not:
-there half of what the loop is elsewhere is expected of each run, and may be missing or come twice. Its width may differ from level to level:
-each has a half width h of its own, the laws go through the middle of both branches, and h_T is the
-mean of h over the levels.
+there half of what the loop is elsewhere is expected of each run, and may be missing or come twice.
+Its width may differ from level to level: each has a half width h of its own, the laws go through
+the middle of both branches, and h_T is the mean of h over the levels.
 """
 
 from __future__ import annotations
