@@ -403,6 +403,14 @@ def test_one_reading_is_said_and_no_warning():
         accelcal.discover(one)
 
 
+def test_a_run_of_noise_alone_is_named():
+    full = accelcal.simulate(seed=1)
+    noise = 1e-6 * np.random.default_rng(0).standard_normal(len(full))
+    dead = replace(full, output=np.where(full.run == 1, noise, full.output))
+    with pytest.raises(accelcal.InputError, match=r"^<simulated>: run 2: the readings do not"):
+        accelcal.discover(dead)
+
+
 def test_sizes_and_kinds_that_cannot_be_compared_are_refused():
     record = accelcal.simulate(seed=1)
     calibration = accelcal.fit(record)

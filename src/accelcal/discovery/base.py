@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from accelcal.discovery.spans import lengths
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.model import SEEN_IN_MOUNTING
+from accelcal.numerics.sorting import distinct
+from accelcal.plural import named
 from accelcal.record import TumbleRecord
 
 SIDES = ("above T0", "below T0")
@@ -99,8 +102,8 @@ def base_model(
     nominal = float(centred @ record.output / (centred @ centred or np.inf))
     if not abs(nominal) > 1e-3 * np.abs(record.output - record.output.mean()).max():
         raise InputError(
-            "the readings do not follow the angle of the head; discovery needs a tumble test of an"
-            " accelerometer"
+            f"{_of_some_runs(record, ideal.input)}the readings do not follow the angle of the head;"
+            " discovery needs a tumble test of an accelerometer"
         )
     law, names = _law(ideal.excess)
     runs = (ideal.run[:, None] == np.arange(ideal.run.max() + 1)).astype(float)
@@ -126,6 +129,21 @@ def base_model(
     )
     model = _over_scale_factor(first)
     return replace(model, conditions=_fitted_conditions(model, solve(model)))
+
+
+def _of_some_runs(record: TumbleRecord, a_i: Array) -> str:
+    """Begin to say of which runs, where it is not all."""
+    runs = distinct(record.run).tolist()
+    still = [not _follows(a_i[record.run == run], record.output[record.run == run]) for run in runs]
+    if all(still) or not any(still):
+        return ""
+    return f"{named('run', [record.run_labels[run] for run in compress(runs, still)])}: "
+
+
+def _follows(a_i: Array, output: Array) -> bool:
+    """Whether the outputs of a run are more a line over a_i than anything else."""
+    x, y = a_i - a_i.mean(), output - output.mean()
+    return bool((x @ y) ** 2 > 0.5 * (x @ x) * (y @ y))
 
 
 def _over_scale_factor(model: BaseModel) -> BaseModel:
