@@ -84,6 +84,22 @@ def test_a_shift_for_a_time_is_no_step():
     assert [item.id for item in found.effects] == ["bias-step"]
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("stroke", [2, 5])
+def test_a_scale_factor_shifted_in_one_stroke_is_told_as_that(stroke, seed):
+    record = accelcal.simulate(plan=TIMED, seed=seed)
+    own = (record.run == 1) & (record.stroke == stroke)
+    shifted = replace(record, output=record.output * np.where(own, 1.0003, 1.0))
+    told = accelcal.discover(shifted).unexplained.structure
+    found = re.match(
+        r"the scale factor is shifted for a time, by \+([\d.]+) ppm in (\d+) readings of run 2,"
+        rf" from (0|360) deg of stroke {stroke} to (0|360) deg of stroke {stroke}$",
+        told,
+    )
+    assert found, told
+    assert float(found[1]) == pytest.approx(300.0, rel=0.05)
+
+
 def test_a_noisy_stroke_is_told():
     found = accelcal.discover(disturbed(in_a_stroke(1, 4, 8.0 * NOISE)))
     assert found.effects == ()

@@ -219,8 +219,13 @@ def _shifts(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -
 
 
 def _stretches(c: Conditions) -> Iterator[Ints]:
+    """Readings that follow each other, of each stroke and of other lengths and places."""
     for run in grouped(c.run)[0]:
         own = c.order[c.run[c.order] == run]
+        for stroke in grouped(c.stroke[own])[0]:
+            of_stroke = own[c.stroke[own] == stroke]
+            if _FEWEST <= of_stroke.size <= own.size // 2:
+                yield of_stroke
         length = _FEWEST
         while length <= own.size // 2:
             for start in range(0, own.size - length + 1, max(1, length // _FEWEST)):
