@@ -22,6 +22,8 @@ NAMES = ("k2", "k3", "delta_ip")
 CERTIFIED = 2.4e-6
 """Standard uncertainty of a certificate: 0.5 arcsec [rad]."""
 
+NORMAL_FACTOR = 1.96
+
 Case = tuple[float, float, float]
 """Error, standard uncertainty and half width of an interval."""
 
@@ -30,9 +32,11 @@ def read(text: str) -> accelcal.TumbleRecord:
     return accelcal.read_table(io.StringIO(text))
 
 
-def joint(rng: np.random.Generator, clampings: Sequence[float], units: int) -> Iterator[tuple]:
+def joint(
+    rng: np.random.Generator, clampings: Sequence[float], units: int, strokes: int = 4
+) -> Iterator[tuple]:
     """Coefficients of all units fitted with the head: name, each alone, all together."""
-    _, made = units_on_one_head(rng, units=units, clampings=clampings)
+    _, made = units_on_one_head(rng, units=units, clampings=clampings, strokes=strokes)
     found = accelcal.calibrate_head([read(unit.text) for unit in made])
     for unit, told in zip(made, found.units, strict=True):
         for name in NAMES:
@@ -74,11 +78,12 @@ def show(title: str, draw: Callable[[np.random.Generator], Iterator[tuple]], run
         cases = np.array([row[1:] for row in found if row[0] == name])  # (n, 2, 3)
         rms = np.sqrt(np.mean(cases[:, :, 0] ** 2, axis=0))
         u = cases[:, :, 1].mean(axis=0)
+        wide = cases[:, :, 2].mean(axis=0) / (NORMAL_FACTOR * rms)
         held = 100.0 * np.mean(np.abs(cases[:, :, 0]) <= cases[:, :, 2], axis=0)
         print(
             f"{name:8}  rms error {1e6 * rms[0]:6.2f} -> {1e6 * rms[1]:5.2f}"
             f"  factor {rms[0] / rms[1]:4.1f}  u {1e6 * u[0]:6.2f} -> {1e6 * u[1]:5.2f}"
-            f"  held {held[0]:5.1f} -> {held[1]:5.1f} %"
+            f"  held {held[0]:5.1f} -> {held[1]:5.1f} %  U {wide[0]:.2f} -> {wide[1]:.2f}"
         )
 
 
@@ -93,15 +98,23 @@ def main() -> None:
         print(accelcal.calibrate_head([read(unit.text)]))
         return
     runs = 12 if arguments.smoke else arguments.runs
-    print(f"{runs} tests each; k2, delta_ip in ug/g^2, k3 in ug/g^3")
+    print(f"{runs} tests each; k2, delta_ip in ug/g^2, k3 in ug/g^3; U over 1.96 rms errors")
     for clampings in ((0,), (0, 45), (0, 180), (0, 90), (0, 90, 180, 270)):
         told = ", ".join(map(str, clampings))
         show(f"joint fit of one unit at {told} deg", lambda r, c=clampings: joint(r, c, 1), runs)
-    show(
-        "joint fit of 4 units at 0, 90 deg, each alone -> all",
-        lambda r: joint(r, (0, 90), 4),
-        max(runs // 4, 10),
-    )
+    for strokes in (4, 1):
+        show(
+            f"joint fit of 4 units at 0, 90 deg, each alone -> all, strokes: {strokes}",
+            lambda r, s=strokes: joint(r, (0, 90), 4, s),
+            max(runs // 4, 10),
+        )
+    for clampings in ((0,), (0, 90), (0, 90, 180, 270)):
+        told = ", ".join(map(str, clampings))
+        show(
+            f"joint fit of one unit at {told} deg, one stroke",
+            lambda r, c=clampings: joint(r, c, 1, 1),
+            runs,
+        )
     for clampings in ((0,), (0, 90), (0, 90, 180, 270)):
         told = ", ".join(map(str, clampings))
         show(

@@ -255,9 +255,11 @@ def test_archives():
 def test_head():
     printed = run("head.py", "--smoke")
     told = re.findall(
-        r"^delta_ip +rms error +[\d.]+ -> +[\d.]+  factor +([\d.]+) .* ([\d.]+) %$", printed, re.M
+        r"^delta_ip +rms error +[\d.]+ -> +[\d.]+  factor +([\d.]+) .* ([\d.]+) %  U .*$",
+        printed,
+        re.M,
     )
-    assert len(told) == 10
+    assert len(told) == 14
     # of 12 intervals at 95 %, fewer than 7 hold the truth once in a million tries
     assert all(float(held) >= 100.0 * 7 / 12 for _, held in told)
     assert min(float(factor) for factor, _ in told[-3:]) > 1.5

@@ -209,13 +209,66 @@ def test_what_all_runs_tell_of_the_noise_together_counts_once():
     (unit,) = accelcal.calibrate_head([record]).units
     for name in NAMES:
         told = unit.coefficients[f"{name}_o"].after
-        assert (told.dof, told.coverage_factor) == (4.0, pytest.approx(2.776445, rel=1e-6))
+        assert told.dof == pytest.approx(4.0, rel=1e-4)  # the rest is missed of the head
+        assert told.coverage_factor == pytest.approx(2.776445, rel=1e-4)
 
 
 def test_a_single_stroke_tells_no_noise_from_repetition():
     _, _, (record,) = measured(7, strokes=1)
     found = accelcal.calibrate_head([record])
     assert found.uncertainty < 2e-5
+
+
+@pytest.mark.parametrize(
+    ("seed", "options", "widest"),
+    [
+        (31, {"strokes": 1}, {"k2": 1.6, "k3": 2.3, "delta_ip": 1.6}),
+        (32, {"strokes": 1, "positions": 12}, dict.fromkeys(NAMES, 1.4)),
+        (33, {"strokes": 1, "units": 3}, dict.fromkeys(NAMES, 1.4)),
+        (34, {"strokes": 1, "units": 3, "clampings": (0.0,)}, dict.fromkeys(NAMES, 1.4)),
+        (35, {"strokes": 1, "clampings": (0.0, 90.0, 180.0, 270.0)}, dict.fromkeys(NAMES, 1.5)),
+    ],
+)
+def test_one_stroke_tells_the_noise_beside_the_head(seed, options, widest):
+    """Residuals that hold the errors of the head made them 1.9 to 4.1 times too wide.
+
+    With 8 positions and one unit two returns alone tell the noise of k3: Student's factor of two
+    degrees of freedom makes it 1.9 times as wide as if the noise were known.
+    """
+    rng, found = np.random.default_rng(seed), []
+    for _ in range(300 // options.get("units", 1)):
+        graduation, units = drawn(rng, **options)
+        head = accelcal.calibrate_head([read(unit) for unit in units])
+        found += [(f"{name} of unit", *pair) for name, *pair in of_units(head, units)]
+        found += [("head", *pair) for pair in of_harmonics(head, graduation)]
+    for name, most in widest.items():
+        off, wide = np.array([row[1:] for row in found if row[0] == f"{name} of unit"]).T
+        assert 0.915 <= np.mean(np.abs(off) <= wide) <= 0.985
+        assert np.mean(wide) < most * 1.96 * np.sqrt(np.mean(off**2))
+    off, wide = np.array([row[1:] for row in found if row[0] == "head"]).T
+    assert 0.915 <= np.mean(np.abs(off) <= wide) <= 0.975
+
+
+def drawn(rng, positions=8, **options):
+    graduation, units = units_on_one_head(rng, positions=positions, **options)
+    header = f"# positions: {positions}\n"
+    return graduation, [dataclasses.replace(u, text=header + u.text) for u in units]
+
+
+def of_units(head, units):
+    for told, unit in zip(head.units, units, strict=True):
+        for name in NAMES:
+            q = told.coefficients[f"{name}_o"].after
+            yield name, q.value - getattr(unit, name), q.expanded_uncertainty
+
+
+def of_harmonics(head, graduation):
+    phi = 2.0 * np.pi * np.arange(graduation.size) / graduation.size
+    for item in head.harmonics[1:]:
+        wave = np.cos if item.name.startswith("cos") else np.sin
+        pattern = wave(int(item.name.split()[1]) * phi)
+        truth = pattern @ graduation / (pattern @ pattern)
+        yield item.amplitude.value - truth, item.amplitude.expanded_uncertainty
 
 
 def test_posterior_is_that_of_normal_equations():

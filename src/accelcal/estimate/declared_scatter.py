@@ -89,6 +89,45 @@ def is_weighted(record: TumbleRecord) -> bool:
     )
 
 
+def moderated(squares: Array, dof: Array) -> tuple[Array, Array]:
+    """Moderate variances, each by what the others tell of it.
+
+    Parameters
+    ----------
+    squares : ndarray, shape (n,)
+        Estimates of variances.
+    dof : ndarray, shape (n,)
+        Their degrees of freedom.
+
+    Returns
+    -------
+    variances : ndarray, shape (n,)
+        The same, drawn to each other; one for all where they scatter by no more than chance.
+    doubt : ndarray, shape (n,)
+        Variances of their logarithms, beside what all share.
+
+    Notes
+    -----
+    With true variances d0 s0^2 / chi^2(d0) the inverse of one is expected at
+    (d0 + dof) / (d0 s0^2 + dof s^2), which is the best weight, and itself at d / (d - 2) times the
+    inverse of that, d = d0 + dof (Smyth 2004).
+
+    Examples
+    --------
+    >>> [part.tolist() for part in moderated(np.array([1.0, 2.0]), np.array([3.0, 3.0]))]
+    [[1.5, 1.5], [0.0, 0.0]]
+    """
+    logs, chance = np.log(squares) + _bias_of_log(dof), _variance_of_log(dof)
+    told = _beyond_chance(logs, chance)
+    if told == 0.0:  # they scatter by no more than chance
+        return np.full_like(squares, squares @ dof / dof.sum()), np.zeros_like(squares)
+    prior = (1.0 + np.sqrt(1.0 + 2.0 * told)) / told  # by the first two terms of the variance
+    middle = np.exp(np.average(logs, weights=1.0 / (told + chance)) - _bias_of_log(prior))
+    best = (prior * middle + dof * squares) / (prior + dof)
+    counted = np.maximum(prior + dof, _FEWEST)
+    return best * counted / (counted - 2.0), 2.0 / (prior + dof)
+
+
 def _of_samples(record: TumbleRecord) -> DeclaredScatter:
     """What the samples of each reading tell."""
     sure = np.zeros(len(record))
@@ -116,28 +155,10 @@ def _compared(squares: Array, dof: Array, place: Places) -> tuple[Array, Array]:
     excess, expected = _excess(logs, chance, place)
     repeats = place.size - 1 - int(place.max())
     if excess > _SURE * expected * (2.0 / max(repeats, 1)) ** 0.5:
-        return _moderated(squares, dof)
+        return moderated(squares, dof)
     whole = np.asarray(np.bincount(place, dof), dtype=np.float64)
-    found, doubt = _moderated(np.bincount(place, dof * squares) / whole, whole)
+    found, doubt = moderated(np.bincount(place, dof * squares) / whole, whole)
     return found[place], doubt[place]
-
-
-def _moderated(squares: Array, dof: Array) -> tuple[Array, Array]:
-    """Variances of samples, each with what the others tell of it, and those of their logs.
-
-    With true variances d0 s0^2 / chi^2(d0) the inverse of one is expected at
-    (d0 + dof) / (d0 s0^2 + dof s^2), which is the best weight, and itself at d / (d - 2) times the
-    inverse of that, d = d0 + dof (Smyth 2004).
-    """
-    logs, chance = np.log(squares) + _bias_of_log(dof), _variance_of_log(dof)
-    told = _beyond_chance(logs, chance)
-    if told == 0.0:  # they scatter by no more than chance
-        return np.full_like(squares, squares @ dof / dof.sum()), np.zeros_like(squares)
-    prior = (1.0 + np.sqrt(1.0 + 2.0 * told)) / told  # by the first two terms of the variance
-    middle = np.exp(np.average(logs, weights=1.0 / (told + chance)) - _bias_of_log(prior))
-    best = (prior * middle + dof * squares) / (prior + dof)
-    counted = np.maximum(prior + dof, _FEWEST)
-    return best * counted / (counted - 2.0), 2.0 / (prior + dof)
 
 
 def _beyond_chance(values: Array, chance: Array) -> float:

@@ -22,10 +22,16 @@ from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
+from accelcal.estimate.noise_beside_head import Told, noise_beside_head, together
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.model import COEFFICIENTS
-from accelcal.numerics.posterior import posterior
-from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, f_survival, student_quantile
+from accelcal.numerics.probability import (
+    LEVEL,
+    NORMAL_FACTOR,
+    dof_of_student_quantile,
+    f_survival,
+    student_quantile,
+)
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord, naming, refuse_twice
 from accelcal.reference import fixture_angle
@@ -56,7 +62,8 @@ _FALSE_ALARM = 0.01
 class _Unit(NamedTuple):
     """One record in units of g over its noise: z = nuisance x + head e + noise of 1.
 
-    The noise has some degrees of freedom, of which `pure` are those of replicates.
+    The noise has some degrees of freedom, of which `pure` are those of replicates; `residuals`
+    tells that it is what the fits of its tables leave, errors of the head included, of `size` [g].
     """
 
     record: TumbleRecord
@@ -66,18 +73,45 @@ class _Unit(NamedTuple):
     z: Array
     dof: float
     pure: float
+    residuals: bool
+    size: float
 
-    def information(self) -> tuple[Array, Array]:
-        """What is told of e beside the nuisance: S^T S and S^T z."""
+    def told(self) -> Told:
+        """What is told of e beside the nuisance."""
         basis = _basis(self.nuisance)
         shown = self.head - basis @ (basis.T @ self.head)
-        return shown.T @ shown, shown.T @ self.z
-
-    def left(self) -> tuple[float, float]:
-        """Sum of squares beside the nuisance, the head not taken out, and its dimensions."""
-        basis = _basis(self.nuisance)
         across = basis.T @ self.z
-        return float(self.z @ self.z - across @ across), float(self.z.size - basis.shape[1])
+        squares = float(self.z @ self.z - across @ across)
+        left = float(self.z.size - basis.shape[1])
+        return Told(shown.T @ shown, shown.T @ self.z, squares, left)
+
+    def in_units_of(self, noise: float, dof: float) -> _Unit:
+        """Return the same where the noise is `noise` times what it was, with these degrees."""
+        nuisance, head, z = (part / noise for part in (self.nuisance, self.head, self.z))
+        return self._replace(nuisance=nuisance, head=head, z=z, dof=dof)
+
+    @property
+    def caution(self) -> float:
+        """Student's factor over the normal one: the head's errors are told as if it were sure."""
+        return student_quantile(LEVEL, self.dof) / NORMAL_FACTOR
+
+
+class _Told(NamedTuple):
+    """What a unit tells of the head, at its noise and as if that were sure."""
+
+    unit: _Unit
+    exact: Told
+    cautious: Told
+
+    @classmethod
+    def of(cls, unit: _Unit) -> _Told:
+        exact = unit.told()
+        return cls(unit, exact, exact.in_units_of(unit.caution))
+
+    @property
+    def scatter(self) -> Array:
+        """Covariance of the cautious pull by the noise."""
+        return self.exact.in_units_of(self.unit.caution**2).information
 
 
 def calibrate_head(
@@ -123,11 +157,9 @@ def calibrate_head(
     records = [at_positions(record, delta0) for record in records]
     tables = [_tables(record, delta0) for record in records]
     positions = distinct(np.concatenate([t.at_head[0] for own in tables for t in own]))
-    units = [_unit(r, own, positions) for r, own in zip(records, tables, strict=True)]
-    told = [unit.information() for unit in units]
-    prior = np.eye(positions.size) / declared**2
-    whole = np.sum([pull for _, pull in told], axis=0)
-    errors, covariance = posterior(prior + sum(matrix for matrix, _ in told), whole)
+    units = _units(records, tables, positions, declared)
+    told = [_Told.of(unit) for unit in units]
+    errors, covariance = together([own.cautious for own in told], declared)
     return HeadCalibration(
         angles_deg=tuple(positions.tolist()),
         errors=tuple(errors.tolist()),
@@ -137,15 +169,15 @@ def calibrate_head(
         harmonics=tuple(_harmonics(positions, errors, covariance, declared)),
         units=tuple(
             UnitOnHead(
-                name=unit.record.serial or unit.record.source,
-                sha256=unit.record.sha256,
-                information=rows_of(matrix),
-                pull=tuple(pull.tolist()),
-                coefficients=_changes(unit, posterior(prior + matrix, pull), (errors, covariance)),
+                name=own.unit.record.serial or own.unit.record.source,
+                sha256=own.unit.record.sha256,
+                information=rows_of(own.cautious.information),
+                pull=tuple(own.cautious.pull.tolist()),
+                coefficients=_changes(own, told, (errors, covariance), declared),
             )
-            for unit, (matrix, pull) in zip(units, told, strict=True)
+            for own in told
         ),
-        gates=(_clampings(records), _left_over(units, float(whole @ errors))),
+        gates=(_clampings(records), _left_over(told, declared)),
         source=", ".join(dict.fromkeys(record.source for record in records)),
         software=SOFTWARE,
     )
@@ -176,12 +208,13 @@ def _tables(record: TumbleRecord, delta0: float | None) -> list[PreparedTable]:
 
 def _unit(record: TumbleRecord, tables: Sequence[PreparedTable], positions: Array) -> _Unit:
     """Stack the tables of a record, each divided by its scale factor and its noise."""
-    factors, dof, pure = _noise(record, tables)
+    factors, dof, pure, residuals = _noise(record, tables)
     names: list[str] = []
-    rows, heads, outputs = [], [], []
+    rows, heads, outputs, sizes = [], [], [], []
     for number, (table, factor) in enumerate(zip(tables, factors, strict=True)):
         k = linear_estimator(table).coefficients(table.record.output)
         size = factor * table.scatter / k[1]
+        sizes.append(float(np.mean(size)))
         own = _places(names, table, number)
         block = np.zeros((len(size), len(names)))
         block[:, own] = table.design / size[:, None]
@@ -190,17 +223,35 @@ def _unit(record: TumbleRecord, tables: Sequence[PreparedTable], positions: Arra
         heads.append((table.angular @ k / k[1] / size)[:, None] * at)
         outputs.append(table.record.output / k[1] / size)
     nuisance = np.vstack([np.pad(b, ((0, 0), (0, len(names) - b.shape[1]))) for b in rows])
-    return _Unit(
-        record, tuple(names), nuisance, np.vstack(heads), np.concatenate(outputs), dof, pure
-    )
+    z, head = np.concatenate(outputs), np.vstack(heads)
+    common = float(np.mean(sizes))
+    return _Unit(record, tuple(names), nuisance, head, z, dof, pure, residuals, common)
+
+
+def _units(
+    records: Sequence[TumbleRecord],
+    tables: Sequence[Sequence[PreparedTable]],
+    positions: Array,
+    declared: float,
+) -> list[_Unit]:
+    """Units in their noise; where only residuals show it, in what is left beside the head."""
+    units = [_unit(r, own, positions) for r, own in zip(records, tables, strict=True)]
+    told = [unit.told() for unit in units]
+    sizes = [unit.size for unit in units]
+    found = noise_beside_head(told, [unit.residuals for unit in units], sizes, declared)
+    return [
+        unit.in_units_of(float(noise), float(dof)) if unit.residuals else unit
+        for unit, noise, dof in zip(units, *found, strict=True)
+    ]
 
 
 def _noise(
     record: TumbleRecord, tables: Sequence[PreparedTable]
-) -> tuple[list[float], float, float]:
+) -> tuple[list[float], float, float, bool]:
     """Reading noise of each table, its degrees of freedom, and those of replicates among them.
 
-    One noise where replicates of single tables tell it; what all tables told counts once.
+    At last, whether residuals told it, errors of the head included. One noise where replicates of
+    single tables tell it; what all tables told counts once.
     """
     stacks = noise_of_stack(tables, [table.record.output[None] for table in tables])
     found = [ReadingNoise(*(part.item() for part in noise)) for noise in stacks]
@@ -213,8 +264,8 @@ def _noise(
     of_all = max((n.dof for n in found if n.source == "replicates of all tables"), default=0.0)
     if sources == {"replicates"} or (sources == {"declared"} and all(map(math.isfinite, dofs))):
         square = sum(d * f * f for d, f in zip(dofs, factors, strict=True)) / sum(dofs)
-        return [math.sqrt(square)] * len(found), sum(dofs), own
-    return factors, min(dofs), max(own, of_all)
+        return [math.sqrt(square)] * len(found), sum(dofs), own, False
+    return factors, min(dofs), max(own, of_all), sources == {"residuals"}
 
 
 def _places(names: list[str], table: PreparedTable, number: int) -> list[int]:
@@ -236,36 +287,51 @@ def _basis(matrix: Array) -> Array:
 
 
 def _changes(
-    unit: _Unit, alone: tuple[Array, Array], joint: tuple[Array, Array]
+    own: _Told, all_: Sequence[_Told], joint: tuple[Array, Array], declared: float
 ) -> dict[str, Change]:
     """Coefficients that all clampings have in common, with what each tells of the head."""
+    unit = own.unit
     inverse = np.asarray(np.linalg.pinv(unit.nuisance, rcond=1e-9), dtype=np.float64)
     told = np.abs(np.diagonal(inverse @ unit.nuisance) - 1.0) < 1e-6
-    before, after = (_quantities(unit, inverse, *known) for known in (alone, joint))
     shared = [i for i, name in enumerate(unit.names) if " of table " not in name and told[i]]
-    return {
-        unit.names[i]: Change(unit.names[i], before[unit.names[i]], after[unit.names[i]])
-        for i in shared
-    }
+    names, inverse = [unit.names[i] for i in shared], inverse[shared]
+    alone = together([own.cautious], declared)
+    before = _quantities(own, names, inverse, [own], alone, declared)
+    after = _quantities(own, names, inverse, all_, joint, declared)
+    return {n: Change(n, b, a) for n, b, a in zip(names, before, after, strict=True)}
 
 
 def _quantities(
-    unit: _Unit, inverse: Array, errors: Array, covariance: Array
-) -> dict[str, Quantity]:
-    through = inverse @ unit.head
-    factor = student_quantile(LEVEL, unit.dof)
+    own: _Told,
+    names: Sequence[str],
+    inverse: Array,
+    told: Sequence[_Told],
+    known: tuple[Array, Array],
+    declared: float,
+) -> list[Quantity]:
+    """Coefficients beside the errors that `told` units tell.
+
+    Their errors are the noise of the own readings, that of each unit in the errors of the head, and
+    what of these is missed; each noise has its own factor of Student, added by the squares.
+    """
+    unit, (errors, covariance) = own.unit, known
+    reach = inverse @ unit.head @ covariance
+    noises = [np.sum(inverse**2, axis=1)]
+    noises += [np.einsum("ij,jk,ik->i", reach, each.scatter, reach) for each in told]
+    cautions = [unit.caution, *(each.unit.caution for each in told)]
+    missed = np.sum(reach**2, axis=1) / declared**2
+    standard = np.sqrt(np.sum(noises, axis=0) + missed)
+    expanded = NORMAL_FACTOR * np.sqrt(np.square(cautions) @ np.array(noises) + missed)
     values = inverse @ (unit.z - unit.head @ errors)
-    variance = np.sum(inverse**2, axis=1) + np.einsum("ij,jk,ik->i", through, covariance, through)
-    return {
-        name: Quantity(
-            float(value),
-            float(np.sqrt(v)),
-            _UNITS.get(name[:-2], ""),
-            factor * float(np.sqrt(v)),
-            unit.dof if math.isfinite(unit.dof) else None,
-        )
-        for name, value, v in zip(unit.names, values, variance, strict=True)
-    }
+    numbers = zip(values.tolist(), standard.tolist(), expanded.tolist(), strict=True)
+    return [
+        _quantity(*three, _UNITS[name[:-2]]) for name, three in zip(names, numbers, strict=True)
+    ]
+
+
+def _quantity(value: float, standard: float, expanded: float, unit: str) -> Quantity:
+    dof = dof_of_student_quantile(LEVEL, expanded / standard)
+    return Quantity(value, standard, unit, expanded, dof if math.isfinite(dof) else None)
 
 
 def _harmonics(
@@ -301,14 +367,16 @@ def _clampings(records: Sequence[TumbleRecord]) -> Gate:
     return Gate("clampings", "warn", told + "; clamp the fixture at another angle too")
 
 
-def _left_over(units: Sequence[_Unit], of_head: float) -> Gate:
+def _left_over(found: Sequence[_Told], declared: float) -> Gate:
     """Whether head and coefficients explain the readings within their noise.
 
     Beside the coefficients, readings scatter by the noise and the head as declared; the sum of
     squares in the measure of both is that beside the noise alone less what the head explains.
     Replicates tell the noise, and what is left beside them is held against it.
     """
-    squares, dofs = np.sum([unit.left() for unit in units], axis=0)
+    exact, units = [own.exact for own in found], [own.unit for own in found]
+    squares, dofs = np.sum([(own.squares, own.left) for own in exact], axis=0)
+    of_head = float(np.sum([own.pull for own in exact], axis=0) @ together(exact, declared)[0])
     pure = sum(unit.pure for unit in units)
     dof = float(dofs - pure)
     if dof < 1 or not (pure or all(math.isinf(unit.dof) for unit in units)):
