@@ -48,6 +48,15 @@ def test_apply_triad_coverage():
     assert all(float(share) > 75.0 for share in shares)
 
 
+def test_triad():
+    printed = run("triad.py", "--smoke")
+    told = re.search(
+        r"^\| six faces \| 3 \| 0.001 \| 1e-05 \| ([\d.]+) \| ([\d.]+) ", printed, re.M
+    )
+    assert float(told[1]) >= 75.0
+    assert float(told[2]) < 5.0
+
+
 def test_damaged_files():
     printed = run("damaged_files.py", "--smoke", "--jobs", "1")
     *_, refused, told, harmless, wrong, fault = printed.split("**all**")[1].replace("|", "").split()

@@ -203,6 +203,67 @@ def test_errors_of_a_head_on_two_shafts_are_in_the_covariance():
     assert np.mean(inside, axis=0).min() > 0.92
 
 
+NEAR = np.diag(SCALE) + 0.005 * np.array([[0.0, 1.0, -1.0], [1.0, 0.0, 0.5], [-1.0, 0.5, 0.0]])
+FACES = np.vstack([np.eye(3), -np.eye(3)])
+QUARTERS = np.concatenate([up_of_turn(shaft, np.arange(0.0, 360.0, 90.0)) for shaft in "xyz"])
+EIGHTHS = np.concatenate([up_of_turn(shaft, np.arange(0.0, 360.0, 45.0)) for shaft in "xyz"])
+
+
+def turned(rng, up, shafts, size):
+    """By a small angle about the shaft or, where there is none, about any axis."""
+    turn = rng.normal(scale=size, size=up.shape)
+    if shafts:
+        turn = np.repeat(np.eye(3), len(up) // 3, axis=0) * turn[:, :1]
+    angle = np.linalg.norm(turn, axis=1)[:, None]
+    axis = turn / angle
+    along = np.sum(axis * up, axis=1)[:, None] * axis
+    return up * np.cos(angle) + np.cross(axis, up) * np.sin(angle) + along * (1.0 - np.cos(angle))
+
+
+@pytest.mark.parametrize(
+    ("up", "shafts", "visits", "size", "noise", "widest"),
+    [
+        (FACES, False, 6, 1e-4, 1e-5, 1.5),
+        (FACES, False, 6, 1e-6, 1e-5, 1.4),
+        (FACES, False, 4, 1e-3, 1e-5, 2.6),
+        (FACES, False, 6, 3e-3, 1e-6, 2.6),
+        (QUARTERS, True, 2, 1e-3, 1e-5, 1.9),
+        (EIGHTHS, True, 2, 1e-4, 1e-5, 1.5),
+    ],
+)
+def test_scale_factors_rest_on_faces_that_errors_of_attitudes_leave(
+    up, shafts, visits, size, noise, widest
+):
+    """Residuals hold these errors: U of K of faces was 4 to 180 times too wide."""
+    rng, found = np.random.default_rng(21), []
+    truth, names = truth_of(NEAR), tuple(map(str, range(len(up)))) * visits
+    for _ in range(250):
+        output = outputs(np.tile(turned(rng, up, shafts, size), (visits, 1)), NEAR, rng, noise)
+        record = TriadRecord(output, np.tile(up, (visits, 1)), attitude=names)
+        scale = accelcal.calibrate_triad(record).scale_factors
+        found.append([(q.value - truth[name], q.expanded_uncertainty) for name, q in scale.items()])
+    off, wide = np.moveaxis(np.array(found), 2, 0)
+    assert 0.92 <= np.mean(np.abs(off) <= wide) <= 0.995
+    assert (wide.mean(axis=0) < widest * 1.96 * np.sqrt(np.mean(off**2, axis=0))).all()
+
+
+def test_what_one_visit_cannot_tell_is_not_promised():
+    """Residuals of six faces may be noise of the channels or errors of the faces."""
+    rng, visits = np.random.default_rng(22), []
+    for rows in (1, 4):  # rows that follow each other are one visit
+        output = outputs(np.repeat(turned(rng, FACES, False, 1e-3), rows, axis=0), FULL, rng, 1e-5)
+        found = accelcal.calibrate_triad(output, np.repeat(FACES, rows, axis=0))
+        visits.append(found.scale_factors["K_x"])
+    assert all(q.dof == 2.0 and q.expanded_uncertainty > 1e-4 for q in visits)
+
+
+def test_rounding_that_all_visits_share_counts():
+    rng, up = np.random.default_rng(23), np.tile(FACES, (4, 1))
+    output = outputs(up, FULL, rng, 1e-9).round(4)
+    found = accelcal.calibrate_triad(output, up).parameters["S_xx"]
+    assert found.standard_uncertainty >= 0.99 * 1e-4 / np.sqrt(24.0)
+
+
 def test_rows_of_one_attitude_share_its_error():
     """The head sets an attitude once; the rows that are then read repeat its error."""
     rng = np.random.default_rng(12)

@@ -21,6 +21,7 @@ from accelcal.triad.known import from_known_attitudes
 from accelcal.triad.record import TriadRecord, one_an_attitude
 from accelcal.triad.solution import NAMES, Solution
 from accelcal.triad.unknown import FRAMES, from_unknown_attitudes
+from accelcal.triad.visits import Visits
 from accelcal.version import SOFTWARE
 
 __all__ = ["calibrate_triad"]
@@ -93,7 +94,8 @@ def _calibrated(given: TriadRecord, frame: str) -> TriadCalibration:
     if record.up is None:
         found = from_unknown_attitudes(record.output, frame)
     else:
-        found, frame = from_known_attitudes(record.output, record.up), "block"
+        found = from_known_attitudes(record.output, record.up, Visits.of(given))
+        frame = "block"
     unit = record.unit or "output unit"
     names, matrix = _covariance(found)
     per_g = f"{unit}/g"

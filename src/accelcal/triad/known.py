@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import DesignError, InputError
 from accelcal.results.triad import AXES
 from accelcal.triad.solution import Design, Solution, design_of
+from accelcal.triad.visits import Noise, Visits
 
 _FEWEST = 4
 _ONE = 1e-6  # rad
@@ -15,8 +18,17 @@ _OWN_COLUMN = "give each channel the column of its own outputs"
 _LEAST = 1e-6
 """Mean variance in the residuals, in place of none where errors of attitudes leave nothing."""
 
+_LITTLE = 0.05
+"""Growth of a variance by errors of attitudes alone, up to which noise told apart counts for it."""
 
-def from_known_attitudes(output: Array, up: Array) -> Solution:
+_ABOUT = 3.0
+"""Errors about one axis of three leave so much less in the residuals than those about all."""
+
+_FEW = 2.0
+"""Degrees of freedom from which visits tell the noise of a channel."""
+
+
+def from_known_attitudes(output: Array, up: Array, visits: Visits) -> Solution:
     """Calibrate a triad whose attitudes are known.
 
     Parameters
@@ -25,6 +37,8 @@ def from_known_attitudes(output: Array, up: Array) -> Solution:
         Outputs [output unit].
     up : ndarray, shape (n, 3)
         Acceleration along the axes of the block [g].
+    visits : Visits
+        The visits to these attitudes.
 
     Returns
     -------
@@ -43,7 +57,9 @@ def from_known_attitudes(output: Array, up: Array) -> Solution:
     y = b + S a is a regression of three channels on the same design A, a row (1, a) each. An
     error of the attitude moves all channels at once, so the covariance of the channels is taken
     from the residuals whole: cov = (A^T A)^-1 (x) R^T R / (n - 4). Such an error does not act
-    where the channel points up; what that adds to some parameters is counted.
+    where the channel points up; what that adds to some parameters is counted. What it takes from
+    others, as from the scale factors where all attitudes are along an axis, is taken off where
+    repeated visits tell the noise of the channel alone: residuals cannot.
     """
     n = len(output)
     if n < _FEWEST:
@@ -56,13 +72,15 @@ def from_known_attitudes(output: Array, up: Array) -> Solution:
     residual = output - matrix @ estimate
     bias, sensitivity = estimate[0], np.asarray(estimate[1:].T, dtype=np.float64)
     scale = np.linalg.norm(sensitivity, axis=1)
+    covariance, freedom = _covariance(design, residual, sensitivity, up, visits)
     return Solution(
         bias=bias,
         sensitivity=sensitivity,
         free=tuple(range(12)),
-        covariance=_covariance(design, residual, sensitivity / scale[:, None] @ up.T),
+        covariance=covariance,
         residual=residual / scale,
         design=design,
+        freedom=freedom,
     )
 
 
@@ -77,24 +95,94 @@ def _refuse_one_column(output: Array, sensitivity: Array) -> None:
                 raise InputError(f"{told}; {_OWN_COLUMN}")
 
 
-def _covariance(design: Design, residual: Array, felt: Array) -> Array | None:
-    """Covariance in the order b_x, b_y, b_z, S_xx, S_xy ..., S_zz."""
+def _covariance(
+    design: Design, residual: Array, sensitivity: Array, up: Array, visits: Visits
+) -> tuple[Array | None, Array | None]:
+    """Covariance in the order b_x, b_y, b_z, S_xx, S_xy ..., S_zz; degrees of freedom of each."""
     dof = len(residual) - _FEWEST
     if not dof:
-        return None
-    whole = np.kron(residual.T @ residual / dof, design.inverse @ design.inverse.T)
-    factor = np.concatenate([_factor(design, 1.0 - along**2, dof) for along in felt])
+        return None, None
+    scatter = residual.T @ residual / dof
+    channels = [_Channel.of(design, scatter[i, i], sensitivity[i], up) for i in range(3)]
+    tilt = float(np.mean([channel.tilt for channel in channels]))
+    noises = visits.noise(sensitivity)
+    found = [
+        channel.uncertainty(noise, visits.share, tilt)
+        for channel, noise in zip(channels, noises, strict=True)
+    ]
+    whole = np.kron(scatter, design.inverse @ design.inverse.T)
+    factor, freedom = (np.concatenate(part) for part in zip(*found, strict=True))
     whole *= np.outer(factor, factor)  # in the order b_x, S_xx, S_xy, S_xz, b_y ...
     order = [4 * i for i in range(3)] + [4 * i + 1 + j for i in range(3) for j in range(3)]
-    return np.asarray(whole[np.ix_(order, order)])
+    return np.asarray(whole[np.ix_(order, order)]), np.asarray(freedom[order])
 
 
-def _factor(design: Design, shape: Array, dof: int) -> Array:
-    """Growth of the uncertainties where the variance has this shape over the attitudes.
+class _Channel(NamedTuple):
+    """What is left of one channel.
 
-    Less than 1 is not taken: noise of the channel itself is alike in all of them.
+    Attributes
+    ----------
+    squares : ndarray, shape (4, n)
+        Squares of what an output in each attitude does to b, S_x, S_y, S_z.
+    dof : float
+        Degrees of freedom of the residuals.
+    scatter : float
+        Their variance [output unit^2].
+    axis : ndarray, shape (3,)
+        Row of S [output unit per g].
+    growth : ndarray, shape (4,)
+        Variances if errors of attitudes alone are left, over those if all errors are alike.
+    tilt : float
+        Variance of these errors about each axis, if they alone are left [rad^2].
     """
-    mean = np.maximum(shape @ (1.0 - np.sum(design.basis**2, axis=1)) / dof, _LEAST)
-    squares = design.inverse**2
-    growth = squares @ shape / (mean * squares.sum(axis=1))
-    return np.asarray(np.sqrt(np.maximum(growth, 1.0)))
+
+    squares: Array
+    dof: float
+    scatter: float
+    axis: Array
+    growth: Array
+    tilt: float
+
+    @classmethod
+    def of(cls, design: Design, scatter: float, axis: Array, up: Array) -> _Channel:
+        """Judge a channel; such an error moves it by 1 - (axis a)^2 of its square."""
+        squares, length = design.inverse**2, float(axis @ axis)
+        dof = len(up) - _FEWEST
+        felt = 1.0 - (up @ axis) ** 2 / length
+        mean = max(float(felt @ (1.0 - np.sum(design.basis**2, axis=1))) / dof, _LEAST)
+        growth = np.asarray(squares @ felt / (mean * squares.sum(axis=1)))
+        return cls(squares, dof, scatter, axis, growth, scatter / (mean * length))
+
+    def uncertainty(self, noise: Noise, share: Array, tilt: float) -> tuple[Array, Array]:
+        """Growth of the uncertainties over those of alike errors, and degrees of freedom.
+
+        Parameters
+        ----------
+        noise : Noise
+            Noise of this channel.
+        share : ndarray, shape (n,)
+            What the variance of a visit is worth in the mean of each attitude.
+        tilt : float
+            Variance of errors of attitudes, as the mean of all channels tells it [rad^2].
+
+        Notes
+        -----
+        A growth of less than 1 is not taken where the noise of the channel, which is alike in all
+        attitudes, may be all that is left. Where visits tell it, it counts beside what errors of
+        attitudes do at most: to first order, and by the cosine of an error, of which 1 - cos has
+        the mean square 1.5 tilt^2. All three channels tell the size of these.
+        """
+        plain = self.scatter * self.squares.sum(axis=1)
+        variance, over_dof = plain * np.maximum(self.growth, 1.0), np.full(4, 1.0 / self.dof)
+        if noise.dof >= _FEW and self.scatter:
+            own = noise.variance * (self.squares @ share)
+            rounding = noise.rounding * self.squares.sum(axis=1)
+            first = _ABOUT * self.growth * plain * tilt / self.tilt
+            second = 1.5 * tilt**2 * np.concatenate([[0.0], self.axis**2])
+            told = np.maximum(own + rounding + first + second, np.finfo(float).tiny)
+            inverse = own / noise.dof + (first + second) / (3.0 * self.dof)
+            tight = self.growth <= _LITTLE
+            variance = np.where(tight, told, variance)
+            over_dof = np.where(tight, inverse / told, over_dof)
+        factor = np.sqrt(variance / plain) if self.scatter else np.ones(4)
+        return factor, 1.0 / np.maximum(over_dof, _LEAST)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import chain, product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +25,7 @@ __all__ = ["SPREAD", "TriadRecord", "one_an_attitude", "up_of_turn"]
 SPREAD = 5.0
 """Temperatures further apart were not meant as one: they would pass for errors [degC]."""
 
+_AROUND = tuple(product((-1, 0, 1), repeat=3))
 _LARGEST = 1e30
 _UNIT_LENGTH = 1e-3
 """A direction longer or shorter than 1 by more was not meant as one."""
@@ -136,18 +138,18 @@ def one_an_attitude(record: TriadRecord) -> TriadRecord:
     """
     if record.up is None:
         return record
-    names: Iterable[object] = record.attitude or _places(record.up)
-    rows: dict[object, list[int]] = {}
-    for row, name in enumerate(names):
-        rows.setdefault(name, []).append(row)
+    number = attitude_numbers(record.attitude or places_of(record.up))
+    rows: dict[int, list[int]] = {}
+    for row, own in enumerate(number):
+        rows.setdefault(own, []).append(row)
     if len(rows) == len(record.up):
         return record
-    first = [own[0] for own in rows.values()]
+    first = [members[0] for members in rows.values()]
     note = f"{len(record.up)} rows of {len(rows)} attitudes: those of one attitude are averaged"
     return replace(
         record,
-        output=np.array([record.output[own].mean(axis=0) for own in rows.values()]),
-        up=np.array([_direction(record.up[own]) for own in rows.values()]),
+        output=np.array([record.output[members].mean(axis=0) for members in rows.values()]),
+        up=np.array([_direction(record.up[members]) for members in rows.values()]),
         line=None if record.line is None else record.line[first],
         attitude=None,
         temperature=_averaged(record.temperature, rows.values()),
@@ -155,15 +157,49 @@ def one_an_attitude(record: TriadRecord) -> TriadRecord:
     )
 
 
-def _places(up: Array) -> list[int]:
-    """Number of the attitude of each row: that of the first direction which is so near."""
-    leaders = np.empty((0, 3))
+def attitude_numbers(names: Iterable[object]) -> list[int]:
+    """Number the attitudes in the order in which they were first taken.
+
+    Examples
+    --------
+    >>> attitude_numbers(["z 0", "z 90", "z 0"])
+    [0, 1, 0]
+    """
+    found: dict[object, int] = {}
+    return [found.setdefault(name, len(found)) for name in names]
+
+
+def places_of(up: Array) -> list[int]:
+    """Number the directions of rows, each by the first one which is so near.
+
+    Parameters
+    ----------
+    up : ndarray, shape (n, 3)
+        Directions [g].
+
+    Returns
+    -------
+    list of int
+        A number for each row; those within `accelcal.head_angles.SAME_POSITION` share one.
+
+    Examples
+    --------
+    >>> places_of(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1e-5, 0.0]]))
+    [0, 1, 0]
+    """
+    reach = math.radians(SAME_POSITION)
+    directions = up / np.linalg.norm(up, axis=1)[:, None]
+    leaders: list[list[float]] = []
+    of_cells: dict[tuple[int, ...], list[int]] = {}
     found = []
-    for row in up / np.linalg.norm(up, axis=1)[:, None]:
-        near = np.linalg.norm(leaders - row, axis=1) <= math.radians(SAME_POSITION)
-        found.append(int(near.argmax()) if near.any() else len(leaders))
-        if not near.any():
-            leaders = np.vstack([leaders, row])
+    cells = np.floor(directions / reach).astype(np.int64).tolist()
+    for (x, y, z), row in zip(cells, directions.tolist(), strict=True):
+        around = (of_cells.get((x + i, y + j, z + k), ()) for i, j, k in _AROUND)
+        near = [n for n in chain.from_iterable(around) if math.dist(leaders[n], row) <= reach]
+        found.append(min(near, default=len(leaders)))
+        if not near:
+            of_cells.setdefault((x, y, z), []).append(len(leaders))
+            leaders.append(row)
     return found
 
 

@@ -61,6 +61,8 @@ class Solution(NamedTuple):
         How the attitudes tell the parameters.
     scatter : Scatter or None
         What the attitudes leave, where the variance of each is its own.
+    freedom : ndarray, shape (k,), or None
+        Degrees of freedom of the variance of each parameter, where they are not those of all.
     """
 
     bias: Array
@@ -70,6 +72,7 @@ class Solution(NamedTuple):
     residual: Array
     design: Design
     scatter: Scatter | None = None
+    freedom: Array | None = None
 
     @property
     def dof(self) -> int:
@@ -87,8 +90,16 @@ class Solution(NamedTuple):
         return float(np.sqrt(np.mean(self.residual**2)))
 
     def degrees(self, gradient: Array) -> float:
-        """Degrees of freedom of a function of the parameters with this gradient, shape (k,)."""
-        return float(self.dof) if self.scatter is None else self.scatter.degrees(gradient)
+        """Degrees of freedom of a function of the parameters with this gradient, shape (k,).
+
+        Where each parameter has its own, their harmonic mean by the shares of the variance.
+        """
+        if self.scatter is not None:
+            return self.scatter.degrees(gradient)
+        if self.freedom is None or self.covariance is None:
+            return float(self.dof)
+        share = gradient**2 * np.diagonal(self.covariance)
+        return float(share.sum() / (share @ (1.0 / self.freedom)))
 
 
 def design_of(matrix: Array, names: tuple[str, ...], remedy: str) -> Design:
