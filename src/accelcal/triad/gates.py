@@ -19,6 +19,10 @@ _WORST_CONDITION = 10.0
 """Attitudes spread evenly over the sphere have 3 to 4, and 1.7 where they are known."""
 
 _FEW_DOF = 3
+_GO_AGAIN = (
+    "; what is left may be errors of attitudes, which scale factors from faces do not feel: go"
+    " through the attitudes again, and the scatter of the visits tells the noise"
+)
 _FALSE_ALARM = 0.01
 
 
@@ -65,7 +69,11 @@ def _number(record: TriadRecord, found: Solution) -> Gate:
     if not found.dof:
         return Gate("attitudes", "warn", f"{told}: the noise is unknown; add attitudes")
     if found.dof < _FEW_DOF:
-        return Gate("attitudes", "warn", f"{told}: the intervals are wide; add attitudes")
+        told += ": the intervals are wide; add attitudes"
+    if found.noise_untold:
+        told += _GO_AGAIN
+    if found.dof < _FEW_DOF:
+        return Gate("attitudes", "warn", told)
     return Gate("attitudes", "pass", told)
 
 

@@ -72,16 +72,15 @@ def from_known_attitudes(output: Array, up: Array, visits: Visits) -> Solution:
     residual = output - matrix @ estimate
     bias, sensitivity = estimate[0], np.asarray(estimate[1:].T, dtype=np.float64)
     scale = np.linalg.norm(sensitivity, axis=1)
-    covariance, freedom = _covariance(design, residual, sensitivity, up, visits)
-    return Solution(
+    found = Solution(
         bias=bias,
         sensitivity=sensitivity,
         free=tuple(range(12)),
-        covariance=covariance,
+        covariance=None,
         residual=residual / scale,
         design=design,
-        freedom=freedom,
     )
+    return found if n == _FEWEST else _with_uncertainty(found, residual, up, visits)
 
 
 def _refuse_one_column(output: Array, sensitivity: Array) -> None:
@@ -95,26 +94,25 @@ def _refuse_one_column(output: Array, sensitivity: Array) -> None:
                 raise InputError(f"{told}; {_OWN_COLUMN}")
 
 
-def _covariance(
-    design: Design, residual: Array, sensitivity: Array, up: Array, visits: Visits
-) -> tuple[Array | None, Array | None]:
+def _with_uncertainty(found: Solution, residual: Array, up: Array, visits: Visits) -> Solution:
     """Covariance in the order b_x, b_y, b_z, S_xx, S_xy ..., S_zz; degrees of freedom of each."""
-    dof = len(residual) - _FEWEST
-    if not dof:
-        return None, None
-    scatter = residual.T @ residual / dof
-    channels = [_Channel.of(design, scatter[i, i], sensitivity[i], up) for i in range(3)]
+    scatter, inverse = residual.T @ residual / found.dof, found.design.inverse
+    axes = list(enumerate(found.sensitivity))
+    channels = [_Channel.of(found.design, scatter[i, i], axis, up) for i, axis in axes]
     tilt = float(np.mean([channel.tilt for channel in channels]))
-    noises = visits.noise(sensitivity)
-    found = [
-        channel.uncertainty(noise, visits.share, tilt)
-        for channel, noise in zip(channels, noises, strict=True)
-    ]
-    whole = np.kron(scatter, design.inverse @ design.inverse.T)
-    factor, freedom = (np.concatenate(part) for part in zip(*found, strict=True))
-    whole *= np.outer(factor, factor)  # in the order b_x, S_xx, S_xy, S_xz, b_y ...
+    pairs = list(zip(channels, visits.noise(found.sensitivity), strict=True))
+    parts = [channel.uncertainty(noise, visits.share, tilt) for channel, noise in pairs]
+    factor, freedom = (np.concatenate(part) for part in zip(*parts, strict=True))
+    whole = np.kron(scatter, inverse @ inverse.T) * np.outer(factor, factor)
+    # which has the order b_x, S_xx, S_xy, S_xz, b_y ...
     order = [4 * i for i in range(3)] + [4 * i + 1 + j for i in range(3) for j in range(3)]
-    return np.asarray(whole[np.ix_(order, order)]), np.asarray(freedom[order])
+    return found._replace(
+        covariance=np.asarray(whole[np.ix_(order, order)], dtype=np.float64),
+        freedom=freedom[order],
+        noise_untold=any(
+            channel.growth.min() <= _LITTLE and noise.dof < _FEW for channel, noise in pairs
+        ),
+    )
 
 
 class _Channel(NamedTuple):
@@ -134,6 +132,8 @@ class _Channel(NamedTuple):
         Variances if errors of attitudes alone are left, over those if all errors are alike.
     tilt : float
         Variance of these errors about each axis, if they alone are left [rad^2].
+    freedom : float
+        Degrees of freedom of the residuals then, `dof` at most: these errors are felt by some.
     """
 
     squares: Array
@@ -142,16 +142,27 @@ class _Channel(NamedTuple):
     axis: Array
     growth: Array
     tilt: float
+    freedom: float
 
     @classmethod
     def of(cls, design: Design, scatter: float, axis: Array, up: Array) -> _Channel:
-        """Judge a channel; such an error moves it by 1 - (axis a)^2 of its square."""
+        """Judge a channel; such an error moves it by 1 - (axis a)^2 of its square.
+
+        The degrees of freedom are Satterthwaite's, tr(M h)^2 / tr(M h M h) with h these shares and
+        M what turns errors to residuals.
+        """
         squares, length = design.inverse**2, float(axis @ axis)
         dof = len(up) - _FEWEST
         felt = 1.0 - (up @ axis) ** 2 / length
-        mean = max(float(felt @ (1.0 - np.sum(design.basis**2, axis=1))) / dof, _LEAST)
+        leverage = np.sum(design.basis**2, axis=1)
+        whole = float(felt @ (1.0 - leverage))
+        core = design.basis.T @ (felt[:, None] * design.basis)
+        both = float(felt**2 @ (1.0 - 2.0 * leverage) + np.sum(core**2))
+        mean = max(whole / dof, _LEAST)
         growth = np.asarray(squares @ felt / (mean * squares.sum(axis=1)))
-        return cls(squares, dof, scatter, axis, growth, scatter / (mean * length))
+        freedom = whole**2 / both if both > _LEAST else float(dof)
+        tilt = scatter / (mean * length)
+        return cls(squares, dof, scatter, axis, growth, tilt, float(np.clip(freedom, 1.0, dof)))
 
     def uncertainty(self, noise: Noise, share: Array, tilt: float) -> tuple[Array, Array]:
         """Growth of the uncertainties over those of alike errors, and degrees of freedom.
@@ -173,14 +184,15 @@ class _Channel(NamedTuple):
         the mean square 1.5 tilt^2. All three channels tell the size of these.
         """
         plain = self.scatter * self.squares.sum(axis=1)
-        variance, over_dof = plain * np.maximum(self.growth, 1.0), np.full(4, 1.0 / self.dof)
+        variance = plain * np.maximum(self.growth, 1.0)
+        over_dof = 1.0 / np.where(self.growth > 1.0 + _LEAST, self.freedom, self.dof)
         if noise.dof >= _FEW and self.scatter:
             own = noise.variance * (self.squares @ share)
             rounding = noise.rounding * self.squares.sum(axis=1)
             first = _ABOUT * self.growth * plain * tilt / self.tilt
             second = 1.5 * tilt**2 * np.concatenate([[0.0], self.axis**2])
             told = np.maximum(own + rounding + first + second, np.finfo(float).tiny)
-            inverse = own / noise.dof + (first + second) / (3.0 * self.dof)
+            inverse = own / noise.dof + (first + second) / (3.0 * self.freedom)
             tight = self.growth <= _LITTLE
             variance = np.where(tight, told, variance)
             over_dof = np.where(tight, inverse / told, over_dof)

@@ -63,6 +63,8 @@ class Solution(NamedTuple):
         What the attitudes leave, where the variance of each is its own.
     freedom : ndarray, shape (k,), or None
         Degrees of freedom of the variance of each parameter, where they are not those of all.
+    noise_untold : bool
+        Whether errors of attitudes that some parameters do not feel may be most of what is left.
     """
 
     bias: Array
@@ -73,6 +75,7 @@ class Solution(NamedTuple):
     design: Design
     scatter: Scatter | None = None
     freedom: Array | None = None
+    noise_untold: bool = False
 
     @property
     def dof(self) -> int:
