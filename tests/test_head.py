@@ -12,6 +12,7 @@ from hidden.clampings import units_on_one_head
 
 import accelcal
 from accelcal.cli.main import main
+from accelcal.estimate.declared_scatter import moderated
 from accelcal.io.head_words import EXPANDED, HEAD_COLUMNS, HEAD_KEYS
 from accelcal.io.vocabulary import COLUMNS
 from accelcal.numerics.posterior import posterior
@@ -230,7 +231,7 @@ def test_a_single_stroke_tells_no_noise_from_repetition():
     ],
 )
 def test_one_stroke_tells_the_noise_beside_the_head(seed, options, widest):
-    """Residuals that hold the errors of the head made them 1.9 to 4.1 times too wide.
+    """Residuals that hold the errors of the head made them up to four times too wide.
 
     With 8 positions and one unit two returns alone tell the noise of k3: Student's factor of two
     degrees of freedom makes it 1.9 times as wide as if the noise were known.
@@ -247,6 +248,28 @@ def test_one_stroke_tells_the_noise_beside_the_head(seed, options, widest):
         assert np.mean(wide) < most * 1.96 * np.sqrt(np.mean(off**2))
     off, wide = np.array([row[1:] for row in found if row[0] == "head"]).T
     assert 0.915 <= np.mean(np.abs(off) <= wide) <= 0.975
+
+
+@pytest.mark.parametrize("runs", [(0, 1), (0, 0)])
+def test_units_of_one_stroke_and_clamping_are_calibrated(runs):
+    """One of them, or none, tells its noise beside the other."""
+    rng = np.random.default_rng(36)
+    for _ in range(40):
+        _, units = units_on_one_head(rng, units=2, strokes=1)
+        whole = [read(unit) for unit in units]
+        records = [
+            dataclasses.replace(
+                r.select(r.run == run), run=np.zeros_like(r.run[r.run == run]), run_labels=("one",)
+            )
+            for r, run in zip(whole, runs, strict=True)
+        ]
+        for unit in accelcal.calibrate_head(records).units:
+            assert 0.0 < unit.coefficients["k2_o"].after.expanded_uncertainty < 1e-3
+
+
+def test_the_only_noise_that_is_told_is_moderated_by_no_other():
+    variances, doubt = moderated(np.array([2.0]), np.array([1.5]))
+    assert (variances.tolist(), doubt.tolist()) == ([2.0], [0.0])
 
 
 def drawn(rng, positions=8, **options):

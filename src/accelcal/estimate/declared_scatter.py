@@ -117,6 +117,8 @@ def moderated(squares: Array, dof: Array) -> tuple[Array, Array]:
     >>> [part.tolist() for part in moderated(np.array([1.0, 2.0]), np.array([3.0, 3.0]))]
     [[1.5, 1.5], [0.0, 0.0]]
     """
+    if squares.size < 2:
+        return squares, np.zeros_like(squares)
     logs, chance = np.log(squares) + _bias_of_log(dof), _variance_of_log(dof)
     told = _beyond_chance(logs, chance)
     if told == 0.0:  # they scatter by no more than chance

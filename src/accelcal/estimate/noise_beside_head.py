@@ -97,6 +97,8 @@ def noise_beside_head(
     freedom = _degrees(_scaled(units, joint), chosen, declared)
     told, size = freedom >= 1.0, np.array(sizes)[chosen]
     of_all = np.array(chosen)[told]
+    if not of_all.size:
+        return noise, dof
     squares, doubt = moderated((joint[of_all] * size[told]) ** 2, freedom[told])
     noise[of_all] = np.sqrt(squares) / size[told]
     dof[of_all] = 1.0 / (0.5 * doubt + 1.0 / freedom[told].sum())
