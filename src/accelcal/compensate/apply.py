@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +20,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
-from accelcal.compensate.measured import MeasuredAcceleration
+from accelcal.compensate.measured import MeasuredAcceleration, joined
 from accelcal.compensate.propagation import Part, interval_of_parts, linear_sum, propagated
 from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures
 from accelcal.compensate.triad import apply_triad, assumptions_of_triad, refuse_for_triad
@@ -31,6 +31,9 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.triad import TriadCalibration
 
 __all__ = ["apply", "compensate"]
+
+_AT_ONCE = 2**15
+"""Samples that are solved together: so many stay in the cache, and take little memory."""
 
 
 def apply(
@@ -189,18 +192,21 @@ def compensate(
     check_number(0.0, temperature_uncertainty=temperature_uncertainty)
     rise, across = _rise(found, temperature), _cross(found, {"a_p": a_p, "a_o": a_o})
     Y, rise, *cross = _together(number_array(output, "output"), rise, *across)
+    in_rows = [np.reshape(values, -1) for values in (Y, rise, *cross)]
+    errors = output_uncertainty, temperature_uncertainty
     with np.errstate(over="ignore", invalid="ignore"):  # of outputs that have no solution
-        return _solved(found, Y, rise, cross, output_uncertainty, temperature_uncertainty)
+        blocks = [
+            _solved(found, *(values[start : start + _AT_ONCE] for values in in_rows), errors=errors)
+            for start in range(0, max(Y.size, 1), _AT_ONCE)
+        ]
+    return joined(blocks, Y.shape)
 
 
 def _solved(
-    found: Compensation,
-    Y: Array,
-    rise: Array,
-    cross: list[Array],
-    output_uncertainty: float,
-    temperature_uncertainty: float,
+    found: Compensation, Y: Array, rise: Array, *cross: Array, errors: tuple[float, float]
 ) -> MeasuredAcceleration:
+    """Accelerations of a block; the errors are those of the output and of the temperature."""
+    output_uncertainty, temperature_uncertainty = errors
     samples = _samples(found, rise, cross, found.K1.at_T0 * (1.0 + found.K1.change(rise)))
     bracket = Y / samples.scale  # the bracket of the product model, k0 + a_i + ... [g]
     target = bracket - samples.bias - samples.tilt
@@ -226,7 +232,7 @@ def _solved(
     )
 
 
-def _samples(found: Compensation, rise: Array, cross: list[Array], scale: Array) -> Samples:
+def _samples(found: Compensation, rise: Array, cross: Sequence[Array], scale: Array) -> Samples:
     tilt, linear = np.zeros(()), np.ones(())
     for axis, along in zip(found.axes, cross, strict=True):
         tilt = tilt + (axis.delta.at_T0 + axis.delta.change(rise)) * along
@@ -299,7 +305,7 @@ def _together(*arrays: Array) -> tuple[Array, ...]:
 
 
 def _coefficient_error(
-    found: Compensation, a_i: Array, bracket: Array, rise: Array, cross: list[Array]
+    found: Compensation, a_i: Array, bracket: Array, rise: Array, cross: Sequence[Array]
 ) -> Part:
     """Variance of the bracket of the model from the coefficients [g^2]."""
     along, relative = cross[0], bracket / (1.0 + found.K1.change(rise))

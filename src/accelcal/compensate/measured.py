@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +30,17 @@ def columns_of(axes: str) -> tuple[str, ...]:
     """
     sizes = ("acceleration", "standard_uncertainty", "expanded_uncertainty")
     return tuple(f"{size}_{axis}" if axis else size for size in sizes for axis in axes or [""])
+
+
+def joined(blocks: Sequence[MeasuredAcceleration], shape: tuple[int, ...]) -> MeasuredAcceleration:
+    """Put blocks of samples one behind the other, in the shape of all."""
+    first = blocks[0]
+    arrays: dict[str, Any] = {
+        name: np.concatenate([getattr(block, name) for block in blocks]).reshape(shape)
+        for name in (item.name for item in fields(first))
+        if name not in ("index", "axes")
+    }
+    return replace(first, **arrays)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
