@@ -214,8 +214,8 @@ def print_wandering(units: int) -> None:
     print(
         f"{units} units a line, whose bias wanders; percent whose interval of the drift holds the"
     )
-    print("truth, in which a jump of the bias is named, and in which a note tells of wandering")
-    print("calibrations  walk/ug in a root year  drift  jump   note")
+    print("truth, and that of a walk, in which a jump is named, and in which a note tells of it")
+    print("calibrations  walk/ug in a root year  drift  walk   jump   note")
     for number, kind in enumerate(WALKS):
         rng = np.random.default_rng([50, number])
         done = np.array([wandering(kind, rng) for _ in range(units)])
@@ -224,10 +224,12 @@ def print_wandering(units: int) -> None:
 
 
 def wandering(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
-    """One unit: whether the drift is held, a jump is named, and a note tells of wandering."""
+    """One unit: whether both drifts are held, a jump is named, and a note tells of wandering."""
     found = accelcal.history(unit(kind, rng), alpha=0.01)
     noted = any(note.startswith("the bias wanders") for note in found.notes)
-    return holds(found.trends[0].drift, DRIFT), bool(found.trends[0].jumps), noted
+    trend = found.trends[0]
+    held = [holds(drift, DRIFT) for drift in (trend.drift, trend.drift_of_a_walk)]
+    return *held, bool(trend.jumps), noted
 
 
 def has_jump(frame: pd.DataFrame) -> bool:

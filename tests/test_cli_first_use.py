@@ -242,7 +242,7 @@ RECORDS = {
     ),
     "days": (
         lambda i: (45000.0 + 5.0 * i / 86400.0, i),
-        "time '45000.0' counts days, as a spreadsheet does with dates; name the column 'time [d]',",
+        "time '45000.0' may count days, as a spreadsheet does with dates; name the column",
     ),
     "short times": (lambda i: (1e-300 * i, i), "time does not increase in launch '1';"),
 }

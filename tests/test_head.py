@@ -267,6 +267,17 @@ def test_units_of_one_stroke_and_clamping_are_calibrated(runs):
             assert 0.0 < unit.coefficients["k2_o"].after.expanded_uncertainty < 1e-3
 
 
+def test_the_words_of_a_certificate_may_have_other_signs():
+    rows = "\n".join(f"{45 * i};{i};1.2" for i in range(8))
+    columns = "Winkel;Abweichung in Winkelsekunden;Erweiterte Messunsicherheit U in Winkelsekunden"
+    found = accelcal.read_head(io.StringIO(f"# Facteur d’élargissement: 2\n{columns}\n{rows}\n"))
+    of_a_second = np.radians(1.0 / 3600.0)
+    np.testing.assert_allclose(found.errors, of_a_second * np.arange(8), rtol=1e-12)
+    np.testing.assert_allclose(
+        np.diagonal(found.covariance_matrix), (0.6 * of_a_second) ** 2, rtol=1e-12
+    )
+
+
 def test_the_only_noise_that_is_told_is_moderated_by_no_other():
     variances, doubt = moderated(np.array([2.0]), np.array([1.5]))
     assert (variances.tolist(), doubt.tolist()) == ([2.0], [0.0])

@@ -19,6 +19,7 @@ from accelcal.recalibrations.entries import entries_of, year
 from accelcal.recalibrations.history import _told
 from accelcal.recalibrations.jumps import line_with_steps, search_jumps
 from accelcal.recalibrations.regression import fit_line, proportions
+from accelcal.recalibrations.wandering import line_of_a_walk
 from accelcal.results.result import all_to_json
 
 UG = 1e-6
@@ -333,7 +334,7 @@ def test_a_frame_that_a_spreadsheet_saved_again_tells_the_same(tmp_path, comma):
     table = calibrations_and_their_frame(6)[1]
     table.to_csv(tmp_path / "r.csv", index=False)
     table.to_csv(tmp_path / "again.csv", index=False, sep=";", decimal=comma)
-    table.to_csv(tmp_path / "tabs.txt", index=False, sep="\t")
+    table.to_csv(tmp_path / "tabs.txt", index=False, sep="\t", decimal=comma)
     wanted, *found = (
         read_entries([str(tmp_path / name)]) for name in ("r.csv", "again.csv", "tabs.txt")
     )
@@ -715,3 +716,58 @@ def test_a_unit_that_wanders_is_told_of():
         for s in range(20)
     ]
     assert sum(told) <= 3
+
+
+def test_the_drift_of_a_walk_is_that_of_generalised_least_squares():
+    """By one share alone it is that of scipy's inverse of the covariance."""
+    rng = np.random.default_rng(3)
+    time = np.sort(rng.uniform(0.0, 10.0, 9))
+    columns = np.stack([np.ones(9), time - time.mean()], axis=1)
+    values = 3.0 * time + np.cumsum(rng.standard_normal(9))
+    variance = rng.uniform(0.5, 2.0, 9)
+    found, uncertainty = line_of_a_walk(time, columns, values, variance)
+    walk = np.minimum.outer(time - time[0], time - time[0])
+    left = np.eye(9) - columns @ np.linalg.pinv(columns)
+    walk *= np.trace(left @ np.diag(variance)) / np.trace(left @ walk)
+    drifts, errors, chances = [], [], []
+    for share in (0.25, 0.5, 0.75, 1.0):
+        inverse = np.linalg.inv((1.0 - share + 1e-6) * np.diag(variance) + share * walk)
+        normal = columns.T @ inverse @ columns
+        line = np.linalg.solve(normal, columns.T @ inverse @ values)
+        rest = values - columns @ line
+        squares = rest @ inverse @ rest
+        drifts.append(line[1])
+        errors.append(squares / 7.0 * np.linalg.inv(normal)[1, 1])
+        sizes = np.linalg.slogdet(inverse)[1] - np.linalg.slogdet(normal)[1]
+        chances.append(0.5 * sizes - 3.5 * np.log(squares))
+    weights = np.exp(np.array(chances) - max(chances))
+    mean = np.average(drifts, weights=weights)
+    assert found[1] == pytest.approx(mean, rel=1e-6)
+    squared = np.average(np.array(errors) + (np.array(drifts) - mean) ** 2, weights=weights)
+    assert uncertainty[1] == pytest.approx(squared**0.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("count", [5, 12])
+def test_the_interval_of_a_walk_holds_a_drift_beside_it(count):
+    """That of the drift holds it in less than 75 %."""
+    held = np.zeros(2)
+    for seed in range(120):
+        rng = np.random.default_rng([60, seed])
+        walk = 20.0 * UG * np.cumsum(rng.standard_normal(count))
+        table = frame(count, seed=seed)
+        trend = accelcal.history(table.assign(k0=table["k0"] + walk)).trends[0]
+        for place, told in enumerate((trend.drift, trend.drift_of_a_walk)):
+            held[place] += abs(told.value - 5.0 * UG) <= told.expanded_uncertainty
+        assert trend.drift_of_a_walk.expanded_uncertainty >= trend.drift.expanded_uncertainty
+    assert held[0] < 90
+    assert held[1] > 105
+
+
+def test_a_history_without_the_drift_of_a_walk_is_read():
+    document = json.loads(accelcal.history(frame(), alpha=0.01).to_json())
+    for trend in document["trends"]:
+        assert trend.pop("drift_of_a_walk")["unit"].endswith("/year")
+    again = accelcal.History.from_json(json.dumps(document))
+    assert [trend.drift_of_a_walk for trend in again.trends] == [None, None]
+    assert "adds up as a random walk" not in str(again)
+    assert "adds up as a random walk" in str(accelcal.history(frame()))

@@ -2,6 +2,8 @@
 
 import json
 import math
+import time
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
@@ -64,6 +66,24 @@ def test_series_of_other_order_are_refused():
     with pytest.raises(InputError, match="time and output are Series of different indices"):
         Launch("1", pandas.Series([0.0, 1.0, 2.0]), output)
     assert Launch("1", [0.0, 1.0, 2.0], output).output.tolist() == [0.1, 0.2, 0.1]
+
+
+@pytest.mark.parametrize("zone", ["UTC", "Europe/Berlin"])
+def test_dates_without_zone_are_those_of_no_clock_that_is_set_back(zone, monkeypatch):
+    dates = [datetime(2026, 10, 25, 2, 59, 59) + timedelta(seconds=n) for n in range(3)]
+    with monkeypatch.context() as here:
+        here.setenv("TZ", zone)
+        time.tzset()
+        launch = Launch("1", dates, [0.1, 0.2, 0.1])
+    time.tzset()
+    assert launch.duration == 2.0
+
+
+def test_a_mixture_is_no_time():
+    date = datetime(2026, 10, 25, 2, 0, 0)
+    for other in (None, 3.0, date.replace(tzinfo=UTC)):
+        with pytest.raises(InputError, match="time is list"):
+            Launch("1", [date, other, date], [0.1, 0.2, 0.1])
 
 
 def test_no_time_is_no_date():

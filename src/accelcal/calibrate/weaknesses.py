@@ -14,7 +14,15 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.turns import LARGEST_RATIOS
 from accelcal.geometry import side_of
 from accelcal.model import COEFFICIENTS
-from accelcal.results.beyond_uncertainty import FEWER, LEFT_OUT
+from accelcal.results.beyond_uncertainty import (
+    FEWER,
+    LEFT_OUT,
+    NO_HEAT,
+    NO_SHIFT,
+    NO_SUCH_SHIFT,
+    NOT_COUNTED,
+    NOT_IN_U,
+)
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, first_of, of_each
 from accelcal.temperature.error_component import Slopes
@@ -161,7 +169,7 @@ def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
         names = " and ".join(model.doubtful)
         yield Sentence(True, f"{names}: not sure, as the notes of the discovery say")
     for note in model.otherwise:
-        yield Sentence(True, f"U does not count what else the discovery found possible: {note}")
+        yield Sentence(True, f"{NOT_COUNTED} what else the discovery found possible: {note}")
 
 
 # -- what is estimated -----------------------------------------------------------------------------
@@ -315,7 +323,7 @@ def _of_launch(estimate: JointEstimate) -> Iterator[Sentence]:
         own, declared = (" and ".join(names) for names in (unknown.values(), unknown))
         yield Sentence(
             True,
-            f"U of {own} includes no shift from launch to launch, which is neither declared nor"
+            f"U of {own} {NO_SHIFT}, which is neither declared nor"
             f" measured; declare {declared}, or repeat a temperature",
         )
 
@@ -335,7 +343,7 @@ def _of_laws(fitted: Fitted) -> Iterator[Sentence]:
     if unknown := _unknown_shifts(fitted.estimate):
         yield Sentence(
             has_laws,
-            f"{' and '.join(unknown)} not declared: U of the laws includes no such shift from run"
+            f"{' and '.join(unknown)} not declared: {NO_SUCH_SHIFT} from run"
             " to run, which makes their slopes less certain",
         )
     for said in said_of_meanings(fitted.tables, fitted.estimate):
@@ -364,8 +372,8 @@ def _of_temperature(fitted: Fitted) -> Iterator[Sentence]:
         yield Sentence(
             by_heat * np.abs(slopes.K1) > slopes.K1_uncertainty,
             lambda ppm: (
-                "temperature_uncertainty not declared: U of the laws includes no error of the"
-                f" temperature but its scatter within the runs; {_USUAL_ERROR:g} degC would"
+                f"temperature_uncertainty not declared: {NO_HEAT}"
+                f" but its scatter within the runs; {_USUAL_ERROR:g} degC would"
                 f" change K1 by {ppm:.0f} ppm"
             ),
             [np.rint(1e6 * by_heat)],
@@ -373,6 +381,6 @@ def _of_temperature(fitted: Fitted) -> Iterator[Sentence]:
     elif declared > 0.0:
         yield Sentence(
             np.isnan(slopes.K1),
-            f"temperature_uncertainty of {declared:g} degC is not in U of the coefficients, as"
+            f"temperature_uncertainty of {declared:g} degC {NOT_IN_U}, as"
             " their slopes are unknown; they hold at the temperature that the run really had",
         )

@@ -290,7 +290,7 @@ class Disturbance:
     --------
     >>> import accelcal
     >>> accelcal.effect("hysteresis").of(2e-5).values
-    {'half_width': 2e-05}
+    {'half_width': 2e-05, 'approach': 1.0}
     """
 
     effect: Effect

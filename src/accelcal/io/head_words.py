@@ -60,11 +60,11 @@ _SUFFIX = re.compile(r"(.+?)\s*[/,]\s*(.+)|(.+?)(?:[_ ]in)?[_ ](\S+)")
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[\s_\-]+", "_", name.strip()).casefold().replace("ё", "е")
+    return re.sub(r"[\s_\-]+", "_", name.strip()).casefold().replace("ё", "е").replace("’", "'")
 
 
 _ROLES = {_plain(name): role for role, names in HEAD_COLUMNS.items() for name in names}
-_ROLES |= {_plain(name): "uncertainty" for name in EXPANDED}
+_ROLES |= {_plain(name) + sign: "uncertainty" for name in EXPANDED for sign in ("", "_u")}
 _KEYS = {_plain(name): key for key, names in HEAD_KEYS.items() for name in names}
 
 

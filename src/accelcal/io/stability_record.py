@@ -52,7 +52,7 @@ _LONGEST = 1e12
 _SHORTEST = 1e-9
 """Steps of time below it are none [s]."""
 
-_IN_DAYS = "name the column 'time [d]', or write seconds, or dates such as 2026-03-31 08:15:00"
+_IN_DAYS = "name the column 'time [d]', or 'time [s]' if it is in seconds, or write dates"
 
 Roles = dict[str, Column]
 
@@ -241,8 +241,9 @@ def _seconds(columns: Roles) -> Array:
         seconds: Array = (found - found[0]) / np.timedelta64(1, "s")
         return seconds
     column.check(np.abs(found) <= _LONGEST, "{} is no time of a record", "write seconds")
-    if found.size > 1 and not column.unit and is_in_days(found):
-        raise column.refuse(0, "{} counts days, as a spreadsheet does with dates", _IN_DAYS)
+    launches = [found] if launch is None else [found[launch == i] for i in np.unique(launch)]
+    if not column.unit and all(map(is_in_days, launches)):
+        raise column.refuse(0, "{} may count days, as a spreadsheet does with dates", _IN_DAYS)
     return in_seconds(column, found)
 
 

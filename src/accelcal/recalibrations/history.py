@@ -29,7 +29,7 @@ from accelcal.recalibrations.jumps import (
     search_jumps,
 )
 from accelcal.recalibrations.regression import Fit, fit_line
-from accelcal.recalibrations.wandering import chance_of_neighbours
+from accelcal.recalibrations.wandering import chance_of_neighbours, line_of_a_walk
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Jump, Point, Trend
@@ -229,10 +229,13 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> tuple[Trend
             strict=True,
         )
     )
+    sigma = np.hypot(uncertainty, fit.scatter)
+    of_a_walk = _of_a_walk(fit, time, values, sigma**2)
     trend = Trend(
         name=followed.name,
         symbol=followed.symbol,
         drift=_told(fit, 1, f"{unit}/year"),
+        drift_of_a_walk=_told(of_a_walk, 1, f"{unit}/year"),
         scatter=fit.scatter,
         scatter_limits=fit.scatter_limits,
         jumps=_jumps(search, fit, chosen, unit),
@@ -241,9 +244,21 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> tuple[Trend
         reference=followed.reference,
         reference_unit=followed.reference_unit,
     )
-    sigma = np.hypot(uncertainty, fit.scatter)
     walks = _wandering(followed.name, chance_of_neighbours(columns, values, sigma))
     return trend, (*_heated(followed.name, chosen, heated), *walks)
+
+
+def _of_a_walk(fit: Fit, time: Array, values: Array, variance: Array) -> Fit:
+    """The line if the values walk, of which jumps are then a part; no surer than without a walk."""
+    columns = line_with_steps(time, ())
+    line, uncertainty = line_of_a_walk(time, columns, values, variance)
+    return replace(
+        fit,
+        coefficients=line,
+        uncertainties=np.maximum(uncertainty, fit.uncertainties[: line.size]),
+        dof=values.size - line.size,
+        shared=fit.shared[: line.size],
+    )
 
 
 def _wandering(name: str, chance: float) -> Iterator[str]:

@@ -42,6 +42,9 @@ def _trend(trend: Trend, alpha: float) -> Iterator[str]:
     where = "" if not trend.reference else f", from {trend.reference:.9g} {trend.reference_unit}"
     yield f"{trend.name} {trend.symbol}{where} [{unit}]"
     yield f"  drift    {_interval(trend.drift)} {unit}/year{_significance(trend.drift)}"
+    if trend.drift_of_a_walk is not None:
+        told = f"{_interval(trend.drift_of_a_walk)} {unit}/year"
+        yield f"           {told} if what scatters, jumps included, adds up as a random walk"
     yield f"  scatter  {_scatter(trend, unit)}"
     for jump in trend.jumps:
         size, chance = _interval(jump.size), p_value(jump.p_value)

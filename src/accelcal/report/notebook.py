@@ -200,7 +200,12 @@ def gate_html(gate: Gate) -> str:
 
 def history_html(history: History) -> str:
     """Write the drift and the jumps of a unit."""
-    rows = [(trend.name, "drift", "", *_interval(trend.drift)) for trend in history.trends]
+    drifts = [
+        (trend.name, name, drift)
+        for trend in history.trends
+        for name, drift in (("drift", trend.drift), ("drift of a walk", trend.drift_of_a_walk))
+    ]
+    rows = [(of, name, "", *_interval(drift)) for of, name, drift in drifts if drift is not None]
     rows += [
         (trend.name, f"jump {j.after} … {j.before}", p_value(j.p_value), *_interval(j.size))
         for trend in history.trends

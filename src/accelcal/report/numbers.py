@@ -184,10 +184,14 @@ def sized(quantity: Quantity) -> str:
     --------
     >>> sized(Quantity(2.04e-5, 7e-7, "rad", 1.4e-6)), sized(Quantity(57.0, None, "1"))
     ('20.4 +- 1.4 urad', '57')
+    >>> sized(Quantity(0.0, None, "1"))
+    '0'
     """
     if quantity.value is None:
         return "unknown"
     factor, unit = readable(quantity.unit, quantity.value)
+    if quantity.standard_uncertainty is None and quantity.value == 0.0:
+        return f"0 {plain(written(quantity.unit))}".rstrip()  # of no prefix
     if quantity.standard_uncertainty is None:
         return f"{factor * quantity.value:g} {plain(unit)}".rstrip()
     half = quantity.expanded_uncertainty or 2.0 * quantity.standard_uncertainty

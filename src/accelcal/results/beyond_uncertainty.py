@@ -12,12 +12,23 @@ LEFT_OUT = "the intervals leave it out"
 EXTRAPOLATED = "U holds nothing of a curvature"
 FEWER = "may hold the truth in fewer than 95 of 100 cases"
 
-_SAID_BY = (LESS_CERTAIN, LEFT_OUT, EXTRAPOLATED, FEWER)
+NOT_COUNTED = "U does not count"
+NO_SHIFT = "includes no shift from launch to launch"
+NO_SUCH_SHIFT = "U of the laws includes no such shift"
+NO_HEAT = "U of the laws includes no error of the temperature"
+NOT_IN_U = "is not in U of the coefficients"
+
+_TOO_SMALL = (LESS_CERTAIN, LEFT_OUT, EXTRAPOLATED, FEWER)
+_OF_USE = (NOT_COUNTED, NO_SHIFT, NO_SUCH_SHIFT, NO_HEAT, NOT_IN_U)
 """By these words the sentences are known, in results from files too."""
 
 
 def beyond_uncertainty(
-    calibration: Calibration, tables: Sequence[TableCalibration], *, by_laws: bool
+    calibration: Calibration,
+    tables: Sequence[TableCalibration],
+    *,
+    by_laws: bool,
+    in_use: bool = False,
 ) -> list[str]:
     """List the sentences of a calibration by which its uncertainties are too small.
 
@@ -29,6 +40,9 @@ def beyond_uncertainty(
         Those of its tables that are used.
     by_laws : bool
         Whether its temperature laws are used too.
+    in_use : bool, default False
+        Whether to list launches, temperatures and other effects too, which those who use the
+        numbers for an acceleration count themselves.
 
     Returns
     -------
@@ -49,4 +63,5 @@ def beyond_uncertainty(
     if by_laws:
         models = calibration.temperature_model, calibration.second_axis_model
         said += [text for model in models if model for text in model.warnings]
-    return [text for text in dict.fromkeys(said) if any(words in text for words in _SAID_BY)]
+    known_by = (*_TOO_SMALL, *_OF_USE) if in_use else _TOO_SMALL
+    return [text for text in dict.fromkeys(said) if any(words in text for words in known_by)]

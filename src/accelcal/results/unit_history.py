@@ -110,7 +110,10 @@ class Trend(ReadByFields):
     name, symbol : str
         ``"bias"``, k0, or ``"scale factor"``, K1 over its mean, less 1.
     drift : Quantity
-        Slope of the line per year, of 365.25 days.
+        Slope of the line per year, of 365.25 days, if what scatters is new at each calibration.
+    drift_of_a_walk : Quantity or None
+        The same if a quarter or more of what scatters, jumps included, stays and adds up as a
+        random walk; None in documents that do not have it.
     scatter : float
         Standard deviation from calibration to calibration beyond the stated uncertainties, as from
         launch to launch [unit of the points].
@@ -130,10 +133,12 @@ class Trend(ReadByFields):
     """
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"points": list_of(Point.from_document, 1)}
+    _MISSING: ClassVar[Mapping[str, Any]] = {"drift_of_a_walk": None}
 
     name: str
     symbol: str
     drift: Quantity
+    drift_of_a_walk: Quantity | None
     scatter: float
     scatter_limits: tuple[float, float]
     jumps: tuple[Jump, ...]
@@ -152,7 +157,7 @@ class Trend(ReadByFields):
         return {
             **members(self, "name symbol"),
             "reference": {"value": self.reference, "unit": self.reference_unit},
-            **members(self, "drift"),
+            **members(self, "drift drift_of_a_walk"),
             "scatter": {"value": self.scatter, "low": low, "high": high, "unit": unit},
             **members(self, "jumps"),
             "no_other_jump_p_value": self.no_other_jump,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
+from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from typing import Any
 
@@ -131,12 +132,24 @@ def _seconds(time: Any) -> Any:
     values = np.asarray(time)
     if values.ndim != 1 or not values.size:
         return time
-    if values.dtype.kind == "O" and hasattr(values[0], "timestamp"):
-        values = np.array([value.timestamp() for value in values])  # of a time zone
-        return values - values[0]
+    if values.dtype.kind == "O":
+        values = _without_zone(values)
     if values.dtype.kind not in "mM":
         return time
+    values = values.astype(f"{values.dtype.kind}8[us]")
     return (values - values[0]) / np.timedelta64(1, "s")
+
+
+def _without_zone(values: NDArray[Any]) -> NDArray[Any]:
+    """Dates of Python or pandas as those of numpy, of a zone in UTC; durations alike."""
+    if all(isinstance(value, timedelta) for value in values):
+        return values.astype("timedelta64[us]")
+    zones = {getattr(value, "tzinfo", None) is not None for value in values}
+    if not all(isinstance(value, datetime) for value in values) or len(zones) > 1:
+        return values
+    if True in zones:
+        values = np.array([value.astimezone(UTC).replace(tzinfo=None) for value in values])
+    return values.astype("datetime64[us]")
 
 
 def _check(launch: Launch) -> None:

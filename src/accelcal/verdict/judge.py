@@ -82,7 +82,7 @@ def judge(calibration: Calibration, specification: Specification) -> Verdict:
         rule=specification.rule,
         rule_statement=RULES[specification.rule].statement,
         judgements=tuple(_judgement(each, calibration) for each in found),
-        notes=tuple(beyond_uncertainty(calibration, calibration.tables, by_laws=True)),
+        notes=tuple(beyond_uncertainty(calibration, calibration.tables, by_laws=True, in_use=True)),
     )
 
 

@@ -16,7 +16,7 @@ from accelcal.results.result import all_from_json
 if TYPE_CHECKING:
     import pandas as pd
 
-_DECIMAL_COMMA = re.compile(r";-?\d+,\d+(?:[eE][+-]?\d+)?(?:;|$)", re.MULTILINE)
+_DECIMAL_COMMA = re.compile(r"[;\t]-?\d+,\d+(?:[eE][+-]?\d+)?(?:[;\t]|$)", re.MULTILINE)
 """A number as a German spreadsheet writes it."""
 
 
@@ -60,7 +60,7 @@ def _frame(text: str) -> pd.DataFrame:
     separator = max(",;\t", key=headings.count)
     options: Any = {
         "sep": separator,
-        "decimal": "," if separator == ";" and _DECIMAL_COMMA.search(text) else ".",
+        "decimal": "," if separator != "," and _DECIMAL_COMMA.search(text) else ".",
         "dtype": {"serial": str, "date": str, "run": str, "source": str, "sha256": str},
         "keep_default_na": False,  # only what is empty is missing: a serial may be NA
         "na_values": [""],
