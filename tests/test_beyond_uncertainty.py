@@ -81,7 +81,7 @@ def test_a_verdict_says_it(case):
     limit = accelcal.Limit("bias", "mg", maximum=5.0)
     verdict = accelcal.judge(calibration, accelcal.Specification("AL-15", (limit,)))
     assert is_said(verdict.notes, said)
-    assert is_said([str(verdict)], f"U does not count all: {verdict.notes[0]}")
+    assert is_said([str(verdict)], f"note: {verdict.notes[-1]}")
     assert is_said([verdict._repr_html_()], said)
     judged = accelcal.Calibration.from_json(replace(calibration, verdict=verdict).to_json())
     assert judged.verdict == verdict

@@ -278,6 +278,20 @@ def test_the_words_of_a_certificate_may_have_other_signs():
     )
 
 
+@pytest.mark.parametrize("lines", [True, False])
+def test_a_standard_uncertainty_is_not_divided_by_a_coverage_factor(lines):
+    of_a_second = np.radians(1.0 / 3600.0)
+    for word, size in (("Standardunsicherheit", 0.5), ("uncertainty", 0.25)):
+        if lines:
+            text = f"# k: 2\n# {word}: 0.5 arcsec\nangle,error [arcsec]\n0,1\n90,2\n"
+        else:
+            text = f"# k: 2\nangle,error [arcsec],{word} [arcsec]\n0,1,0.5\n90,2,0.5\n"
+        found = accelcal.read_head(io.StringIO(text))
+        np.testing.assert_allclose(
+            np.diagonal(found.covariance_matrix), (size * of_a_second) ** 2, rtol=1e-12
+        )
+
+
 def test_the_only_noise_that_is_told_is_moderated_by_no_other():
     variances, doubt = moderated(np.array([2.0]), np.array([1.5]))
     assert (variances.tolist(), doubt.tolist()) == ([2.0], [0.0])

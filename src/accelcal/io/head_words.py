@@ -9,6 +9,12 @@ from types import MappingProxyType
 from accelcal.io.vocabulary import COLUMNS, Heading, split_unit
 from accelcal.units import size_of
 
+STANDARD = (
+    *("standard_uncertainty", "standardunsicherheit", "incertitude_type"),
+    "стандартная_неопределённость",
+)
+"""Headings and keys of an uncertainty that is no expanded one, whatever factor is declared."""
+
 HEAD_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "angle": (
@@ -23,10 +29,8 @@ HEAD_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "correction": ("correction", "korrektur", "korrektion", "поправка"),
         "uncertainty": (
-            *("uncertainty", "standard_uncertainty", "u", "std"),
-            *("unsicherheit", "messunsicherheit", "standardunsicherheit"),
-            *("incertitude", "incertitude_type"),
-            *("неопределённость", "стандартная_неопределённость"),
+            *("uncertainty", "u", "std", "unsicherheit", "messunsicherheit", "incertitude"),
+            *("неопределённость", *STANDARD),
         ),
     }
 )
@@ -40,7 +44,10 @@ EXPANDED = (
 
 HEAD_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "uncertainty": tuple(name for name in HEAD_COLUMNS["uncertainty"] if name != "u"),
+        "uncertainty": tuple(
+            name for name in HEAD_COLUMNS["uncertainty"] if name not in ("u", *STANDARD)
+        ),
+        "standard": STANDARD,
         "expanded": EXPANDED,
         "coverage": (
             *("coverage", "coverage_factor", "stroke"),  # ``k`` is read as a stroke
@@ -140,3 +147,25 @@ def is_expanded(heading: str) -> bool:
     plain = _plain(name)
     found = (_plain(word) for word in EXPANDED)
     return name == "U" or re.match(r"U[_ ,/]", name) is not None or plain.startswith(tuple(found))
+
+
+def is_standard(heading: str) -> bool:
+    """Tell whether a heading says that its uncertainty is a standard one.
+
+    Parameters
+    ----------
+    heading : str
+        A heading of an uncertainty.
+
+    Returns
+    -------
+    bool
+        True for the words in `STANDARD`.
+
+    Examples
+    --------
+    >>> is_standard("Standardunsicherheit [arcsec]"), is_standard("uncertainty [arcsec]")
+    (True, False)
+    """
+    plain = _plain(split_unit(heading.strip())[0])
+    return plain.startswith(tuple(map(_plain, STANDARD)))

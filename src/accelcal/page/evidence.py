@@ -22,7 +22,7 @@ from accelcal.page.typeset import typeset
 from accelcal.report.calibration import error_rows
 from accelcal.report.calibration_rows import residuals_by_angle, table_title
 from accelcal.report.numbers import significant
-from accelcal.report.verdict import BEYOND, limit_row, remark
+from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Gate
 from accelcal.results.table import TableCalibration
@@ -57,7 +57,7 @@ def verdict(calibration: Calibration) -> Section | None:
     source = f" ({found.source})" if found.source else ""
     blocks: list[Block] = [
         Table(f"Limits of {found.specification}", headings, rows, frozenset({3, 4}), _OUTCOMES),
-        *(Paragraph(f"{BEYOND}{typeset(note)}.") for note in found.notes),
+        *(Paragraph(f"Note: {typeset(note)}.") for note in found.notes),
         Paragraph(f"Decision rule: {typeset(found.rule_statement)}"),
         Paragraph(f"Data sheet: {found.specification}{source}."),
     ]

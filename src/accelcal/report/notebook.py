@@ -22,7 +22,7 @@ from accelcal.report.html import items, long_table, result, safe, table
 from accelcal.report.numbers import matching_digits, readable, significant, written
 from accelcal.report.stability import HEADING, bound_rows, component_rows, noise_rows
 from accelcal.report.stand_discovery import head_rows, title
-from accelcal.report.verdict import BEYOND, limit_row, remark
+from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.table import TableCalibration
@@ -187,7 +187,7 @@ def verdict_html(verdict: Verdict) -> str:
         table("limits", ("", "", "value", "± U", "limit", ""), map(limit_row, limits)),
         notes=[
             *said,
-            *(f"{BEYOND}{note}" for note in verdict.notes),
+            *verdict.notes,
             f"decision rule: {verdict.rule_statement}",
         ],
     )

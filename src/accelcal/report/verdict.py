@@ -9,9 +9,6 @@ from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import matching_digits
 from accelcal.results.verdict import Judgement, Verdict
 
-BEYOND = "U does not count all: "
-"""Begins what the calibration says that its uncertainties do not count."""
-
 _HEADING = ("", "", "value", "+- U", "limit", "")
 
 
@@ -44,7 +41,7 @@ def _lines(verdict: Verdict) -> Iterator[str]:
         if said := remark(limit):
             yield from hanging(f"{limit.symbol}: {said}", indent="  ")
     for note in verdict.notes:
-        yield from hanging(f"{BEYOND}{note}", indent="  ")
+        yield from hanging(f"note: {note}", indent="  ")
     yield from hanging(f"decision rule: {verdict.rule_statement}", indent="  ")
 
 

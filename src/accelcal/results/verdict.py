@@ -73,8 +73,8 @@ class Verdict(StoredPart, TabularResult):
     judgements : tuple of Judgement
         In the order of the data sheet; a limit has one for each place where it holds.
     notes : tuple of str
-        What the calibration says that its uncertainties do not count: what passes by them may be
-        in doubt nevertheless.
+        Checks of the calibration that warn, and what it says that its uncertainties do not count:
+        what passes by them may be in doubt nevertheless.
 
     Raises
     ------

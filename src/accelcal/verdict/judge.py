@@ -18,6 +18,7 @@ from accelcal.results.beyond_uncertainty import beyond_uncertainty
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures
+from accelcal.results.usable import gates_that_warn
 from accelcal.results.verdict import OUTCOMES, Judgement, Verdict
 from accelcal.specification import RULES, Limit, Specification
 from accelcal.verdict.conformity import (
@@ -82,7 +83,10 @@ def judge(calibration: Calibration, specification: Specification) -> Verdict:
         rule=specification.rule,
         rule_statement=RULES[specification.rule].statement,
         judgements=tuple(_judgement(each, calibration) for each in found),
-        notes=tuple(beyond_uncertainty(calibration, calibration.tables, by_laws=True, in_use=True)),
+        notes=(
+            *gates_that_warn(calibration, calibration.tables),
+            *beyond_uncertainty(calibration, calibration.tables, by_laws=True, in_use=True),
+        ),
     )
 
 
