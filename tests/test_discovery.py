@@ -231,6 +231,25 @@ def test_hysteresis_is_alone_however_the_runs_begin(approach, seed):
     assert found.unexplained is None
 
 
+@pytest.mark.parametrize("tau", [180.0, 300.0])
+def test_a_warm_up_is_not_taken_for_runs_that_begin_at_rest(tau):
+    plan = TumblePlan(strokes=4)
+    hidden = [effect("hysteresis").of(3e-5), effect("warm-up").of(2.5e-5, tau=tau)]
+    for seed in range(4):
+        found = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=seed))
+        assert set(ids(found)) == {"hysteresis", "warm-up"}
+        (lag,) = (item for item in found.effects if item.id == "hysteresis")
+        assert lag.parameters["approach"].value == 1.0
+
+
+def test_that_runs_begin_at_rest_is_said_to_rest_on_their_first_readings():
+    hidden = [effect("hysteresis").of(3e-5, approach=0.0)]
+    found = accelcal.discover(accelcal.simulate(effects=hidden, seed=1))
+    told = "hysteresis: how the runs begin (approach = 0) rests on their first readings"
+    assert any(note.startswith(told) for note in found.notes)
+    assert "approach = 0\n" in str(found)
+
+
 def test_how_a_run_begins_is_said_to_be_open_where_it_does_not_show():
     hidden = [effect("hysteresis").of(5e-6)]
     said = [accelcal.discover(accelcal.simulate(effects=hidden, seed=s)).notes for s in range(6)]

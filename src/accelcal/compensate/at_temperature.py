@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -58,6 +58,13 @@ class CoefficientsAt(Correlated, FrozenMapping[Quantity]):
     ) -> None:
         super().__init__(quantities)
         self.covariance_names, self.covariance_matrix = names, matrix
+
+    def copy(self) -> Self:
+        """Return the coefficients with their covariance: they stay as they are.
+
+        One to be changed is ``dict(coefficients)``.
+        """
+        return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (dict(self), self.covariance_names, self.covariance_matrix)

@@ -19,6 +19,7 @@ from accelcal.discovery.other_laws import Alternative, other_laws, other_places
 from accelcal.discovery.passing import SMALL_UNITS
 from accelcal.discovery.solution import changes, parameters_of, solution
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
+from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.results.discovery import IF_IT_IS
 from accelcal.results.findings import Change
@@ -89,6 +90,7 @@ def caveats(
     yield from _put_together(family, found)
     yield from _of_any_pattern(family, found)
     yield from _of_the_first_readings(comparison, best)
+    yield from map(Caveat, _of_the_start(best))
     yield from _of_few_readings(comparison, best)
     yield from _of_the_wrong_sense(comparison, best)
     yield from _of_the_chamber(comparison, found)
@@ -185,6 +187,17 @@ def _of_the_first_readings(
                 " backlash make such a difference: turn the head there once before the first"
                 " reading",
                 [item.effect.id],
+            )
+
+
+def _of_the_start(instances: Sequence[Instance]) -> Iterator[str]:
+    """How runs begin, which their first readings alone tell."""
+    for item in instances:
+        if item.shape.get(APPROACH, USUAL) != USUAL:
+            yield (
+                f"{item.effect.id}: how the runs begin (approach = {item.shape[APPROACH]:g}) rests"
+                " on their first readings; if the head was turned to the first position in the"
+                " sense of the stroke, a warm-up that is over after a reading or two is there"
             )
 
 

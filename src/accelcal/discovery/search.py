@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from accelcal.discovery.explanation import Explanation, best_instances, explanation
-from accelcal.discovery.family import Family, Judgement, judge
+from accelcal.discovery.family import Family, Judgement, chance, judge
+from accelcal.discovery.spans import orthonormal, without
+from accelcal.effects.time import APPROACH, USUAL
 
 _BEAM = 12
 """Sets of effects from which larger sets are made."""
@@ -47,10 +51,33 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
         # a bent law, or one a little less sure, is no name but a doubt about what is named
         passing = sorted((e for e in tried if e.passes), key=lambda e: not _is_sure(e, alpha))
         if passing and _is_sure(passing[0], alpha):
-            return Findings(before, tuple(passing), None)
+            more = _beside_another_start(family, passing[0], alpha)
+            return Findings(before, (*more, *passing), None)
         nearest = max([*needed, *filter(None, [nearest])], key=_nearness, default=None)
         beam = [_indices(family, e) for e in tried[:_BEAM]]
     return Findings(before, (), nearest)
+
+
+def _beside_another_start(
+    family: Family, found: Explanation, alpha: float
+) -> tuple[Explanation, ...]:
+    """Set with one effect more, where runs that begin otherwise than usual hide its first readings.
+
+    Such a beginning is chosen to suit them, so that what is left of a decay may pass for noise. It
+    takes two parameters more than the beginning, and they must be worth it.
+    """
+    if all(item.shape.get(APPROACH, USUAL) == USUAL for item in found.instances):
+        return ()
+    space, seen = family.space, family.comparison.seen
+    for more in _larger(family, [_indices(family, found)], alpha):
+        others = [i for i in more.instances if i.shape.get(APPROACH, USUAL) != USUAL]
+        if others or not more.passes or not _is_sure(more, alpha):
+            continue
+        variance = space.variance(without(seen, orthonormal(more.directions)))
+        ratio = np.array((more.squares - found.squares) / 2.0 / variance)
+        if chance(ratio, space.dof, 2) * family.tries.max() < alpha:
+            return (more,)
+    return ()
 
 
 def _nearness(found: Explanation) -> tuple[bool, float]:

@@ -22,7 +22,10 @@ _SHOWN_BY = 2
 _APPROACH = 45.0
 """The head comes to the first position of a run from this far beside it [deg]."""
 
-_SENSES = (0.0, -1.0, 1.0)
+APPROACH, USUAL = "approach", 1.0
+"""Parameter that tells how it comes there, and its value where nothing else is said."""
+
+_SENSES = (0.0, -1.0, USUAL)
 """Senses in which it comes there, against or with the stroke; 0 where it is at rest there."""
 
 
@@ -225,11 +228,11 @@ EFFECTS = (
         parameters=(
             Parameter("half_width", "g", "half the width w of the play", minimum=0.0, small=1e-6),
             Parameter(
-                "approach",
+                APPROACH,
                 "1",
                 "how the head comes to the first position of each run: in the sense of the stroke"
                 " (1), against it (-1), or at rest there (0)",
-                default=1.0,
+                default=USUAL,
                 minimum=-1.0,
                 linear=False,
                 search=_approaches,

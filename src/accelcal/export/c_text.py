@@ -41,18 +41,18 @@ def header_of(template: str, parts: Mapping[str, str], prefix: str) -> str:
     differ in signs alone have one prefix, and so have two calibrations of a unit; the guard holds a
     checksum, so that the second of two such headers is no silent nothing.
     """
-    guards = {"@BEGIN@": _BEGIN, "@END@": _END}
+    guards = {"@BEGIN@": _BEGIN, "@END@": _END, "@GUARD@": f"{prefix.upper()}_H"}
     for mark, part in {**guards, **parts, "@P@": prefix}.items():
         template = template.replace(mark, part)
     return template.replace("@STAMP@", f"{crc32(template.encode()):#010x}u")
 
 
 _BEGIN = """\
-#ifndef @P@_H
-#define @P@_H @STAMP@"""
+#ifndef @GUARD@
+#define @GUARD@ @STAMP@"""
 
 _END = """\
-#elif @P@_H != @STAMP@
+#elif @GUARD@ != @STAMP@
 #error "two calibrations have the names @P@_...: include one of them alone in a source file"
 #endif
 """

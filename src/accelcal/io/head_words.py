@@ -29,7 +29,8 @@ HEAD_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "correction": ("correction", "korrektur", "korrektion", "поправка"),
         "uncertainty": (
-            *("uncertainty", "u", "std", "unsicherheit", "messunsicherheit", "incertitude"),
+            *("uncertainty", "measurement_uncertainty", "u", "std"),
+            *("unsicherheit", "messunsicherheit", "incertitude"),
             *("неопределённость", *STANDARD),
         ),
     }

@@ -19,7 +19,7 @@ NO_HEAT = "U of the laws includes no error of the temperature"
 NOT_IN_U = "is not in U of the coefficients"
 
 _TOO_SMALL = (LESS_CERTAIN, LEFT_OUT, EXTRAPOLATED, FEWER)
-_OF_USE = (NOT_COUNTED, NO_SHIFT, NO_SUCH_SHIFT, NO_HEAT, NOT_IN_U)
+OF_USE = (NOT_COUNTED, NO_SHIFT, NO_SUCH_SHIFT, NO_HEAT, NOT_IN_U)
 """By these words the sentences are known, in results from files too."""
 
 
@@ -28,7 +28,7 @@ def beyond_uncertainty(
     tables: Sequence[TableCalibration],
     *,
     by_laws: bool,
-    in_use: bool = False,
+    also: Sequence[str] = (),
 ) -> list[str]:
     """List the sentences of a calibration by which its uncertainties are too small.
 
@@ -40,9 +40,9 @@ def beyond_uncertainty(
         Those of its tables that are used.
     by_laws : bool
         Whether its temperature laws are used too.
-    in_use : bool, default False
-        Whether to list launches, temperatures and other effects too, which those who use the
-        numbers for an acceleration count themselves.
+    also : sequence of str, optional
+        Words of further sentences: of `OF_USE`, which name what those who use the numbers for an
+        acceleration mostly count themselves.
 
     Returns
     -------
@@ -63,5 +63,6 @@ def beyond_uncertainty(
     if by_laws:
         models = calibration.temperature_model, calibration.second_axis_model
         said += [text for model in models if model for text in model.warnings]
-    known_by = (*_TOO_SMALL, *_OF_USE) if in_use else _TOO_SMALL
-    return [text for text in dict.fromkeys(said) if any(words in text for words in known_by)]
+    return [
+        text for text in dict.fromkeys(said) if any(words in text for words in (*_TOO_SMALL, *also))
+    ]

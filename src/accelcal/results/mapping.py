@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any, NoReturn, Self, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 Value = TypeVar("Value")
 
@@ -29,8 +29,6 @@ class FrozenMapping(dict[str, Value]):
     {'K1': 1.35}
     >>> FrozenMapping({"K1": 1.35}) == {"K1": 1.35}
     True
-    >>> type(FrozenMapping({"K1": 1.35}).copy()).__name__
-    'FrozenMapping'
     """
 
     __slots__ = ()
@@ -40,13 +38,6 @@ class FrozenMapping(dict[str, Value]):
 
     __setitem__ = __delitem__ = __ior__ = _refuse
     clear = pop = popitem = setdefault = update = _refuse
-
-    def copy(self) -> Self:
-        """Return the mapping itself, with all that it has: it stays as it is, like a tuple.
-
-        One to be changed is ``dict(mapping)``.
-        """
-        return self
 
     def __hash__(self) -> int:  # type: ignore[override]
         return hash(frozenset(self.items()))

@@ -14,7 +14,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arrays import Array
 from accelcal.model import COEFFICIENT_OF
 from accelcal.numerics.probability import LEVEL, dof_of_student_quantile, student_survival
-from accelcal.results.beyond_uncertainty import beyond_uncertainty
+from accelcal.results.beyond_uncertainty import OF_USE, beyond_uncertainty
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures
@@ -85,7 +85,7 @@ def judge(calibration: Calibration, specification: Specification) -> Verdict:
         judgements=tuple(_judgement(each, calibration) for each in found),
         notes=(
             *gates_that_warn(calibration, calibration.tables),
-            *beyond_uncertainty(calibration, calibration.tables, by_laws=True, in_use=True),
+            *beyond_uncertainty(calibration, calibration.tables, by_laws=True, also=OF_USE),
         ),
     )
 

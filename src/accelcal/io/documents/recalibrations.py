@@ -16,7 +16,7 @@ from accelcal.results.result import all_from_json
 if TYPE_CHECKING:
     import pandas as pd
 
-_DECIMAL_COMMA = re.compile(r"[;\t]-?\d+,\d+(?:[eE][+-]?\d+)?(?:[;\t]|$)", re.MULTILINE)
+_DECIMAL_COMMA = re.compile(r'[;\t]"?-?\d+,\d+(?:[eE][+-]?\d+)?"?(?:[;\t]|$)', re.MULTILINE)
 """A number as a German spreadsheet writes it."""
 
 
