@@ -98,3 +98,27 @@ def test_what_u_counts_is_said_in_the_report_alone():
     calibration = accelcal.fit(accelcal.simulate(seed=1))
     assert calibration.warnings
     assert beyond_uncertainty(calibration, calibration.tables, by_laws=True) == []
+
+
+def test_what_else_a_discovery_found_possible_is_said_where_use_does_not_count_it():
+    """Of an error of a head position another one explains the readings as well."""
+    hidden = [accelcal.effect("position-error").of(1.4e-4, at=45.0)]
+    record = accelcal.simulate(effects=hidden, seed=0)
+    calibration = accelcal.fit(record, model=accelcal.discover(record))
+    said = "U does not count what else the discovery found possible"
+    assert is_said(calibration.warnings, said)
+    assert is_said(told(lambda: accelcal.coefficients_at(calibration, 20.0)), said)
+    assert is_said(accelcal.budget(calibration, 1.0).warnings, said)
+
+
+def test_a_verdict_says_which_checks_warn_and_what_is_in_no_interval():
+    curved = [accelcal.effect("fourth-order").of(3e-4)]
+    record = accelcal.simulate(effects=curved, seed=1)
+    limit = accelcal.Limit("bias", "mg", maximum=5.0)
+    sheet = accelcal.Specification("AL-15", (limit,))
+    verdict = accelcal.judge(accelcal.fit(record), sheet)
+    assert is_said(verdict.notes, "checks of the calibration warn, lack of fit")
+    alone = accelcal.simulate(plan=TumblePlan(temperatures=(20.0,)), seed=1)
+    undeclared = alone.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
+    notes = accelcal.judge(accelcal.fit(undeclared), sheet).notes
+    assert is_said(notes, "includes no shift from launch to launch")

@@ -33,12 +33,11 @@ from accelcal.compensate.covariance import (
     errors_of_table,
     standard_uncertainty,
 )
-from accelcal.effects.left_in_use import left_in_use, static_in_use
+from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
 from accelcal.model import LAWS
-from accelcal.results.beyond_uncertainty import NOT_COUNTED, beyond_uncertainty
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
@@ -115,9 +114,7 @@ def compensation(
     else:
         found = _from_tables(calibration, tables)
     by_laws = model is not None and run is None
-    # what else a static effect could be is counted, see `accelcal.effects.static`
-    also = () if static_in_use(calibration) else (NOT_COUNTED,)
-    beyond = beyond_uncertainty(calibration, tables, by_laws=by_laws, also=also)
+    beyond = beyond_in_use(calibration, tables, by_laws=by_laws)
     launch = Launch() if same_launch else _next_launch(calibration)
     new_launch = [] if same_launch else unknown_launch(calibration)
     said = (*gates_that_warn(calibration, tables), *beyond, *found.assumptions, *new_launch)

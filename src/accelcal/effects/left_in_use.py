@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
+from accelcal.results.beyond_uncertainty import NOT_COUNTED, beyond_uncertainty
 from accelcal.results.calibration import Calibration
 from accelcal.results.findings import FoundEffect
+from accelcal.results.table import TableCalibration
 
 _NOT_IN_USE = ("angle", "temperature", "readings")
 """What effects of the stand, the chamber and the voltmeter act on."""
@@ -67,3 +69,23 @@ def static_in_use(calibration: Calibration) -> list[FoundEffect]:
 
     static = [entry.id for entry in catalogue() if entry.static]
     return [item for item in calibration.effects if item.id in static]
+
+
+def beyond_in_use(
+    calibration: Calibration, tables: Sequence[TableCalibration], *, by_laws: bool
+) -> list[str]:
+    """List the sentences by which uncertainties are too small, to who uses the coefficients.
+
+    Parameters
+    ----------
+    calibration, tables, by_laws
+        As of `accelcal.results.beyond_uncertainty.beyond_uncertainty`.
+
+    Returns
+    -------
+    list of str
+        The sentences, with what else the effects of the calibration could be: of a static effect
+        its use counts that, see `accelcal.effects.static`.
+    """
+    also = () if static_in_use(calibration) else (NOT_COUNTED,)
+    return beyond_uncertainty(calibration, tables, by_laws=by_laws, also=also)

@@ -7,12 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.effects.left_in_use import left_in_use, static_in_use
+from accelcal.effects.left_in_use import beyond_in_use, left_in_use, static_in_use
 from accelcal.effects.static import how_taken_up
 from accelcal.error_budget.coefficients import Coefficients, nearest_tables
 from accelcal.error_budget.conditions import Conditions
 from accelcal.error_budget.random_part import FEW_LAUNCHES, NOT_IDENTIFIED, RandomPart
-from accelcal.results.beyond_uncertainty import NOT_COUNTED, beyond_uncertainty
 from accelcal.results.calibration import Calibration
 from accelcal.results.usable import gates_that_warn, not_determined
 
@@ -59,8 +58,7 @@ def weaknesses(
         A sentence for each weakness.
     """
     yield from gates_that_warn(calibration, calibration.tables)
-    also = () if static_in_use(calibration) else (NOT_COUNTED,)
-    yield from beyond_uncertainty(calibration, calibration.tables, by_laws=True, also=also)
+    yield from beyond_in_use(calibration, calibration.tables, by_laws=True)
     yield from how_taken_up(calibration)
     taken_up = [item.id for item in static_in_use(calibration)]
     yield from left_in_use(calibration, taken_up)
