@@ -256,7 +256,6 @@ def _of_a_walk(fit: Fit, time: Array, values: Array, variance: Array) -> Fit:
         fit,
         coefficients=line,
         uncertainties=np.maximum(uncertainty, fit.uncertainties[: line.size]),
-        dof=values.size - line.size,
         shared=fit.shared[: line.size],
     )
 
