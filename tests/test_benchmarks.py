@@ -130,10 +130,12 @@ def test_history():
 
 def test_history_of_units_that_wander():
     printed = run("history.py", "--wandering", "--smoke")
-    lines = re.findall(r"^ +(\d+) +(\d+) +([\d.]+) +([\d.]+) +([\d.]+)$", printed, re.M)
+    cells = r" +([\d.]+)" * 4
+    lines = re.findall(rf"^ +(\d+) +(\d+){cells}$", printed, re.M)
     assert len(lines) == 8
     still = [line for line in lines if line[1] == "0"]
-    assert all(float(held) >= 100.0 * 47 / 60 for _, _, held, _, _ in still)
+    assert all(float(held) >= 100.0 * 47 / 60 for _, _, held, *_ in still)
+    assert all(float(of_a_walk) >= 100.0 * 45 / 60 for _, _, _, of_a_walk, *_ in lines)
     assert all(float(noted) <= 12.0 for *_, noted in still)
     assert float(lines[-1][-1]) > 15.0  # of 30 calibrations, 39 % of 400 units
 

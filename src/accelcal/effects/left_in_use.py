@@ -87,5 +87,6 @@ def beyond_in_use(
         The sentences, with what else the effects of the calibration could be: of a static effect
         its use counts that, see `accelcal.effects.static`.
     """
-    also = () if static_in_use(calibration) else (NOT_COUNTED,)
+    other = calibration.effects and not static_in_use(calibration)
+    also = (NOT_COUNTED,) if other else ()
     return beyond_uncertainty(calibration, tables, by_laws=by_laws, also=also)
