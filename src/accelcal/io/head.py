@@ -11,7 +11,7 @@ from accelcal.errors import TableError, located
 from accelcal.head_angles import head_positions
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import number_and_unit
-from accelcal.io.head_words import HEAD_KEYS, head_heading, head_key, is_expanded, is_standard
+from accelcal.io.head_words import HEAD_KEYS, head_heading, head_key, kind_of_uncertainty
 from accelcal.io.layout import Declared
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_document
@@ -115,22 +115,24 @@ def _uncertainty(table: SmallTable, size: int) -> Array:
     cover = _positive("coverage", declared) if "coverage" in declared else None
     if "uncertainty" in table.columns:
         column = table.columns["uncertainty"]
-        if cover is None and is_expanded(column.heading):
+        kind = kind_of_uncertainty(column.heading)
+        if cover is None and kind == "expanded":
             raise table.layout.refuse(f"column {column.heading} is expanded", _HOW_FAR)
         values = complete_numbers(column) * _factor(column)
         column.check(values > 0.0, "{} is not above 0", "write the standard uncertainty")
-        return values / (1.0 if is_standard(column.heading) else cover or 1.0)
-    key = next((key for key in ("standard", "expanded", "uncertainty") if key in declared), "")
-    if not key:
-        raise table.layout.refuse("the uncertainty of the errors is not given", _HOW_SURE)
-    if cover is None and key == "expanded":
-        raise declared[key].refuse("the uncertainty is expanded", _HOW_FAR)
-    written = declared[key].value
-    unit = size_of(number_and_unit(written, ",")[1], "angle")
-    if unit is None:
-        raise declared[key].refuse(f"uncertainty {written!r} has no unit of an angle", _HOW_SURE)
-    found = _positive(key, declared, unit)
-    return np.full(size, found if key == "standard" else found / (cover or 1.0))
+    else:
+        kind = next((key for key in ("standard", "expanded", "uncertainty") if key in declared), "")
+        if not kind:
+            raise table.layout.refuse("the uncertainty of the errors is not given", _HOW_SURE)
+        if cover is None and kind == "expanded":
+            raise declared[kind].refuse("the uncertainty is expanded", _HOW_FAR)
+        written = declared[kind].value
+        unit = size_of(number_and_unit(written, ",")[1], "angle")
+        if unit is None:
+            problem = f"uncertainty {written!r} has no unit of an angle"
+            raise declared[kind].refuse(problem, _HOW_SURE)
+        values = np.full(size, _positive(kind, declared, unit))
+    return values if kind == "standard" else values / (cover or 1.0)
 
 
 def _positive(key: str, declared: Mapping[str, Declared], unit: float = 1.0) -> float:

@@ -126,8 +126,8 @@ def head_key(key: str) -> str:
     return _KEYS.get(_plain(key), key)
 
 
-def is_expanded(heading: str) -> bool:
-    """Tell whether a heading says that its uncertainty is expanded.
+def kind_of_uncertainty(heading: str) -> str:
+    """Tell what a heading says of its uncertainty.
 
     Parameters
     ----------
@@ -136,37 +136,21 @@ def is_expanded(heading: str) -> bool:
 
     Returns
     -------
-    bool
-        True for a capital U and the words in `EXPANDED`.
+    str
+        Of `HEAD_KEYS`: ``"expanded"`` for a capital U and the words in `EXPANDED`, ``"standard"``
+        for those in `STANDARD`, else ``"uncertainty"``.
 
     Examples
     --------
-    >>> is_expanded("U [arcsec]"), is_expanded("u [arcsec]"), is_expanded("expanded uncertainty")
-    (True, False, True)
+    >>> [kind_of_uncertainty(f"{name} [arcsec]") for name in ("U", "u", "expanded uncertainty")]
+    ['expanded', 'uncertainty', 'expanded']
+    >>> kind_of_uncertainty("Standardunsicherheit [arcsec]")
+    'standard'
     """
     name = split_unit(heading.strip())[0].strip()
     plain = _plain(name)
-    found = (_plain(word) for word in EXPANDED)
-    return name == "U" or re.match(r"U[_ ,/]", name) is not None or plain.startswith(tuple(found))
-
-
-def is_standard(heading: str) -> bool:
-    """Tell whether a heading says that its uncertainty is a standard one.
-
-    Parameters
-    ----------
-    heading : str
-        A heading of an uncertainty.
-
-    Returns
-    -------
-    bool
-        True for the words in `STANDARD`.
-
-    Examples
-    --------
-    >>> is_standard("Standardunsicherheit [arcsec]"), is_standard("uncertainty [arcsec]")
-    (True, False)
-    """
-    plain = _plain(split_unit(heading.strip())[0])
-    return plain.startswith(tuple(map(_plain, STANDARD)))
+    if plain.startswith(tuple(map(_plain, STANDARD))):
+        return "standard"
+    is_capital = name == "U" or re.match(r"U[_ ,/]", name) is not None
+    is_expanded = is_capital or plain.startswith(tuple(map(_plain, EXPANDED)))
+    return "expanded" if is_expanded else "uncertainty"
