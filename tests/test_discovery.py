@@ -248,6 +248,7 @@ def test_that_runs_begin_at_rest_is_said_to_rest_on_their_first_readings():
     told = "hysteresis: how the runs begin (approach = 0) rests on their first readings"
     assert any(note.startswith(told) for note in found.notes)
     assert "approach = 0\n" in str(found)
+    assert "<td>approach</td><td>0</td><td></td><td></td>" in found._repr_html_()
 
 
 def test_how_a_run_begins_is_said_to_be_open_where_it_does_not_show():

@@ -19,7 +19,13 @@ from accelcal.report.disagreement import run_rows
 from accelcal.report.discovery import NOT_SURE, gap_rows
 from accelcal.report.findings import factor_rows, p_value
 from accelcal.report.html import items, long_table, result, safe, table
-from accelcal.report.numbers import matching_digits, readable, significant, written
+from accelcal.report.numbers import (
+    is_number_of,
+    matching_digits,
+    readable,
+    significant,
+    written,
+)
 from accelcal.report.stability import HEADING, bound_rows, component_rows, noise_rows
 from accelcal.report.stand_discovery import head_rows, title
 from accelcal.report.verdict import limit_row, remark
@@ -270,6 +276,8 @@ def _interval(quantity: Quantity) -> tuple[str, str, str]:
     """Value, half width of the 95 % interval, unit, in a unit that is easily read."""
     if quantity.value is None:
         return ("not determined" if quantity.unit else "", "", quantity.unit)
+    if is_number_of(quantity):
+        return (f"{quantity.value:g}", "", "")
     factor, unit = readable(quantity.unit, quantity.value)
     return (*matching_digits(quantity.value, quantity.expanded_uncertainty, factor), unit)
 

@@ -177,6 +177,18 @@ def plain(unit: str) -> str:
     return "" if unit == "1" else unit.translate(_PLAIN)
 
 
+def is_number_of(quantity: Quantity) -> bool:
+    """Tell a whole number that is no ratio: of a reading, or of one way among several.
+
+    Examples
+    --------
+    >>> is_number_of(Quantity(0.0, None, "1")), is_number_of(Quantity(0.0, 1e-6, "1"))
+    (True, False)
+    """
+    known = quantity.value is not None and quantity.standard_uncertainty is None
+    return known and quantity.unit == "1" and float(quantity.value or 0.0).is_integer()
+
+
 def sized(quantity: Quantity) -> str:
     """Tell a size with its half width, where there is one, in the unit in which it is best read.
 
@@ -189,9 +201,9 @@ def sized(quantity: Quantity) -> str:
     """
     if quantity.value is None:
         return "unknown"
+    if is_number_of(quantity):
+        return f"{quantity.value:g}"
     factor, unit = readable(quantity.unit, quantity.value)
-    if quantity.standard_uncertainty is None and quantity.value == 0.0:
-        return f"0 {plain(written(quantity.unit))}".rstrip()  # of no prefix
     if quantity.standard_uncertainty is None:
         return f"{factor * quantity.value:g} {plain(unit)}".rstrip()
     half = quantity.expanded_uncertainty or 2.0 * quantity.standard_uncertainty
