@@ -324,7 +324,7 @@ def outlier(stack: TableStack, level: float) -> GateStack:
         names = " or ".join(stack.place(index, int(reading)) for reading in alike)
         others = "stroke" if pair else "strokes"
         own_unit = stack.plan.size[worst] / stack.scale[index]
-        away = (found.residual / free)[worst, index] * own_unit
+        away = (found.residual[worst] / free[worst])[index] * own_unit
         t = math.sqrt(ratio[index])
         return f"{names} is {acceleration(away)} from the other {others}, t = {t:.3g}"
 
