@@ -8,7 +8,7 @@ correlation that suits it best.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -53,9 +53,15 @@ _FIRST, _DRAWS, _POSSIBLE = 99, 999, 0.04
 class _Kind(NamedTuple):
     """Disturbances of one kind, s of them with k amplitudes each."""
 
-    columns: Array  # (n, s, k) [g per g]
+    each: int  # amplitudes
+    actions: Any  # sparse array, (s * k, n), as most act on a few readings [g per g]
     variances: tuple[float, ...]  # of the amplitudes that are tried, over that of the noise
     told: Callable[[int, float, Array], str]  # of which one, its variance, what it does [g]
+
+    def columns(self, place: int) -> Array:
+        """What the amplitudes of one of them do, shape (n, k)."""
+        own = self.actions[place * self.each : (place + 1) * self.each]
+        return np.asarray(own.toarray().T)
 
 
 class _Noise(NamedTuple):
@@ -93,7 +99,7 @@ def passing(
         _shifts(c, labels, others),
         _strokes(c, labels),
     ]
-    kinds = [kind for kind in kinds if kind.columns.size]
+    kinds = [kind for kind in kinds if kind.actions.size]
     if not kinds:
         return None
     relative = comparison.noise.relative
@@ -130,7 +136,7 @@ def shift_in_place_of_one(
     """
     space = comparison.space
     kind = _shifts(comparison.model.conditions, comparison.record.run_labels, [*SMALL_UNITS])
-    columns = kind.columns[:, :, 0]
+    columns = kind.actions.toarray().T
     if space.dof > _MOST or not columns.size:
         return None
     units, seen = comparison.directions(*instances), space.see(columns)
@@ -161,10 +167,10 @@ def _left_by_what_repeats(comparison: Comparison, instances: Sequence[Instance])
 
 def _described(kind: _Kind, which: int, see: Array, white: Array) -> tuple[str, Array]:
     """Words for a disturbance of a kind, in the size that suits an error, and its columns."""
-    variance, place = np.unravel_index(which, (len(kind.variances), kind.columns.shape[1]))
-    columns = kind.columns[:, place]
+    variance, place = divmod(which, kind.actions.shape[0] // kind.each)
+    columns = kind.columns(place)
     sizes = np.linalg.lstsq(see @ columns, white)[0]
-    return kind.told(int(place), kind.variances[variance], columns @ sizes), columns
+    return kind.told(place, kind.variances[variance], columns @ sizes), columns
 
 
 # -- kinds of disturbances -------------------------------------------------------------------------
@@ -172,6 +178,8 @@ def _described(kind: _Kind, which: int, see: Array, white: Array) -> tuple[str, 
 
 def _oscillations(c: Conditions, labels: Sequence[str]) -> _Kind:
     """A bias of one period in all runs, with a phase and a size in each."""
+    from scipy.sparse import csr_array  # type: ignore[import-untyped]
+
     runs = dummies(c.run)
     longest, most = float(c.run_time.max()), float(runs.sum(axis=0).max())
     fastest = min(_FASTEST, most / 2.0) if longest > 0.0 else 0.0
@@ -184,8 +192,8 @@ def _oscillations(c: Conditions, labels: Sequence[str]) -> _Kind:
         period = longest / counts[place] / 60.0
         return structure(c, labels, f"the bias oscillates, period {period:.3g} min", bias)
 
-    columns = columns.reshape(*phase.shape, 2 * runs.shape[1])
-    return _Kind(c.gain[:, None, None] * columns, (np.inf,), told)
+    actions = c.gain * columns.reshape(c.gain.size, -1).T
+    return _Kind(2 * runs.shape[1], csr_array(actions), (np.inf,), told)
 
 
 def _shifts(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -> _Kind:
@@ -212,10 +220,7 @@ def _shifts(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -
             f" readings of run {labels[c.run[own[0]]]}, from {first} to {last}"
         )
 
-    shifted = np.zeros((c.number.size, len(found), 1))
-    for place, (what, own) in enumerate(found):
-        shifted[own, place, 0] = acting[what][own]
-    return _Kind(shifted, (np.inf,), told)
+    return _Kind(1, _acting([(own, acting[what][own]) for what, own in found], c), (np.inf,), told)
 
 
 def _stretches(c: Conditions) -> Iterator[Ints]:
@@ -235,19 +240,30 @@ def _stretches(c: Conditions) -> Iterator[Ints]:
 
 def _strokes(c: Conditions, labels: Sequence[str]) -> _Kind:
     """Readings of one stroke of a run that have larger noise."""
-    found = [own for own in (dummies(c.run, c.stroke) > 0.0).T if own.sum() >= _FEWEST]
-    columns = np.zeros((c.number.size, len(found), max(map(np.count_nonzero, found), default=0)))
-    for place, own in enumerate(found):
-        columns[own, place, : own.sum()] = np.eye(int(own.sum()))
+    strokes = map(np.flatnonzero, dummies(c.run, c.stroke).T)
+    found = [own for own in strokes if own.size >= _FEWEST]
+    most = max((own.size for own in found), default=0)
+    singly = [own[i : i + 1] for own in found for i in range(most)]  # none beyond the end
 
     def told(place: int, variance: float, _: Array) -> str:
-        first = int(np.argmax(found[place]))
+        first = found[place][0]
         return (
             f"the noise of stroke {c.stroke[first]} in run {labels[c.run[first]]} is about"
             f" {np.sqrt(1.0 + variance):.0f} times that of the other readings"
         )
 
-    return _Kind(columns, tuple(ratio**2 - 1.0 for ratio in _RATIOS), told)
+    actions = _acting([(own, np.ones(own.size)) for own in singly], c)
+    return _Kind(most, actions, tuple(ratio**2 - 1.0 for ratio in _RATIOS), told)
+
+
+def _acting(found: Sequence[tuple[Ints, Array]], c: Conditions) -> Any:
+    """Rows that act on some readings, a sparse array of shape (rows, n)."""
+    from scipy.sparse import csr_array
+
+    ends = np.cumsum([0, *(own.size for own, _ in found)])
+    readings = np.concatenate([np.zeros(0, dtype=np.intp), *(own for own, _ in found)])
+    values = np.concatenate([np.zeros(0), *(action for _, action in found)])
+    return csr_array((values, readings, ends), (len(found), c.number.size))
 
 
 # -- how likely they are ---------------------------------------------------------------------------
@@ -263,8 +279,7 @@ def _noise(
 
 
 def _seen(see: Array, kind: _Kind) -> _Seen:
-    n, number, each = kind.columns.shape
-    seen = (see @ kind.columns.reshape(n, -1)).reshape(-1, number, each).transpose(1, 2, 0)
+    seen = (kind.actions @ see.T).reshape(-1, kind.each, len(see))
     values, vectors = np.linalg.eigh(seen @ seen.mT)
     kept = values > 1e-6 * values.max()
     values = np.where(kept, values, 1.0)
