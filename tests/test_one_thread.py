@@ -1,8 +1,11 @@
-"""Products of matrices so small at a time that OpenBLAS leaves them to one thread."""
+"""What stays in one thread: products of matrices, by their size or while a search goes on."""
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
+import accelcal
+from accelcal.discovery import compare, discover
 from accelcal.numerics import one_thread
 from accelcal.numerics.one_thread import multiply
 
@@ -22,3 +25,25 @@ def test_a_product_of_many_columns_is_made_in_parts(monkeypatch, stack, columns)
 def test_a_matrix_larger_than_one_thread_takes_goes_column_by_column(monkeypatch):
     monkeypatch.setattr(one_thread, "_ALONE", 1)
     assert multiply(np.eye(3), np.eye(3)).tolist() == np.eye(3).tolist()
+
+
+def blas_threads():
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+
+def test_a_search_and_a_comparison_work_in_one_thread(monkeypatch):
+    seen = []
+
+    def watched(function):
+        return lambda *given: (seen.append(blas_threads()), function(*given))[1]
+
+    monkeypatch.setattr(discover, "_searched", watched(discover._searched))
+    monkeypatch.setattr(compare, "_judged", watched(compare._judged))
+    record = accelcal.simulate(seed=1)
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = blas_threads()
+        accelcal.discover(record)
+        accelcal.compare(accelcal.fit(record), record)
+        assert blas_threads() == before
+    assert len(seen) >= 2
+    assert all(threads == {1} for threads in seen)

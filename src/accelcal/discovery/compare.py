@@ -50,6 +50,7 @@ from accelcal.discovery.where import pattern, shares, structure
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.numerics.decimal_steps import decimal_step
+from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord, naming
 from accelcal.results.calibration import Calibration
@@ -225,6 +226,7 @@ def _step(found: Compensation, record: TumbleRecord) -> float:
     return step / abs(found.K1.at_T0)
 
 
+@in_one_thread()
 def _whatever_the_head(seen: _Seen, same: bool | None, turned_over: bool) -> _Judged:
     """Judge by one head, or by two; where nothing tells which, by what is more uncertain.
 

@@ -41,6 +41,7 @@ from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
 from accelcal.logs import tell
+from accelcal.numerics.one_thread import in_one_thread
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
@@ -156,7 +157,7 @@ def discover(
 def answered(record: TumbleRecord, question: Question) -> Discovery:
     """Search a record in one clamping, as `discover` does."""
     tell("searching %r among %d effects", record.source, len(question.effects))
-    with naming(record):
+    with naming(record), in_one_thread():
         refuse_too_many(record)
         found, mended = faults(record, question.reference, question.delta0, question.alpha)
         look = _beyond_disturbances(_searched(mended, question))
