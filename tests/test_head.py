@@ -475,6 +475,17 @@ ARCSEC = np.pi / 648000.0
         "0;1,5;1\n90;-0,5;1\n",
         "Положение;Поправка (угл. сек.);Неопределённость (угл. сек.)\n0;-1,5;0,5\n90;0,5;0,5\n",
         "angle,deviation_arcsec,incertitude_arcsec\n0,1.5,0.5\n90,-0.5,0.5\n",
+        "angle,error [arcsec],U (k=2) [arcsec]\n0,1.5,1\n90,-0.5,1\n",
+        'Nennwinkel in Grad;Fehler, ";U (k = 2), "\n0;1,5;1\n90;-0,5;1\n',
+        "Winkel [Grad];Fehler [arcsec];Erweiterte Messunsicherheit U (k = 2, P = 95 %) in arcsec\n"
+        "0;1,5;1\n90;-0,5;1\n",
+        'Angle nominal (degrés);Erreur en secondes d’arc;Incertitude élargie (k=2, 95 %) ["]\n'
+        "0;1,5;1\n90;-0,5;1\n",
+        "Угол в градусах;Погрешность, угловых секунд;"
+        "Расширенная неопределённость U (k = 2), угл. с\n0;1,5;1\n90;-0,5;1\n",
+        "# k: 2\nangle,error [arcsec],U95 (arcsec; k=2)\n0,1.5,1\n90,-0.5,1\n",
+        "# Erweiterte Unsicherheit U (k=2): 1,0 arcsec\nangle,error [arcsec]\n0,1.5\n90,-0.5\n",
+        "# uncertainty: 1 arcsec (k = 2)\nangle,error [arcsec]\n0,1.5\n90,-0.5\n",
     ],
 )
 def test_certificates_in_other_languages(text):
@@ -506,6 +517,24 @@ def test_an_expanded_uncertainty_needs_its_factor(text):
         accelcal.read_head(io.StringIO(text))
     found = accelcal.read_head(io.StringIO("# coverage: 2\n" + text))
     np.testing.assert_allclose(found.covariance, (0.5 * ARCSEC) ** 2 * np.eye(2), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("# k: 3\nangle,error [arcsec],U (k=2) [arcsec]", "factor 2, and not 3; write one of"),
+        (
+            "angle,error [arcsec],standard_uncertainty (k=2) [arcsec]",
+            "a standard uncertainty has n",
+        ),
+        ("angle,error [arcsec],U (k=0) [arcsec]", "factor 0, and not 1"),
+        ("angle,error [arcsec],U (95 %) [arcsec]", "is expanded; say by which factor"),
+        ("Winkel [grad],error [arcsec],u [arcsec]", "is in grad; give it in rad"),
+    ],
+)
+def test_what_a_heading_does_not_tell_for_certain_is_refused(text, message):
+    with pytest.raises(accelcal.TableError, match=message):
+        accelcal.read_head(io.StringIO(f"{text}\n0,1,1\n90,2,1\n"))
 
 
 CERTIFICATE = "# uncertainty: 0.5 arcsec\nangle,error [arcsec]\n0,1\n45,2\n"

@@ -96,18 +96,23 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "rad": ("radian", "radians", "рад"),
         "mrad": ("milliradian", "milliradians", "мрад"),
         "urad": ("µrad", "μrad", "microradian", "microradians", "мкрад"),
-        "deg": ("°", "degree", "degrees", "град", "град.", "градус", "градусы"),
+        "deg": (
+            *("°", "degree", "degrees", "Grad", "degré", "degrés"),
+            *("град", "град.", "градус", "градусы", "градусов", "градусах"),
+        ),
         "arcmin": (
             *("'", "′", "’", "arcmins", "arcminute", "arcminutes", "arc-minutes", "arc minutes"),
             *("Winkelminute", "Winkelminuten", "Bogenminute", "Bogenminuten"),
-            *("угл. мин", "угл. мин.", "угл.мин", "угл.мин.", "угловые минуты", "minutes d'arc"),
+            *("угл. мин", "угл. мин.", "угл.мин", "угл.мин.", "угловые минуты"),
+            *("угловых минут", "угловых минутах", "minutes d'arc", "minutes d’arc"),
         ),
         "arcsec": (
             *('"', "″", "”", "''", "′′", "arcsecs", "arcsecond", "arcseconds"),
             *("arc-seconds", "arc seconds"),
             *("Winkelsekunde", "Winkelsekunden", "Bogensekunde", "Bogensekunden"),
             *("угл. с", "угл. с.", "угл.с", "угл. сек", "угл. сек.", "угл.сек", "угл.сек."),
-            *("угловые секунды", "secondes d'arc"),
+            *("угловые секунды", "угловых секунд", "угловых секундах"),
+            *("secondes d'arc", "secondes d’arc"),
         ),
         "%": ("percent",),
         "degC": ("°C", "C", "deg_C", "deg C", "Celsius", "°\N{CYRILLIC CAPITAL LETTER ES}"),
@@ -121,6 +126,9 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Unit -> other ways of writing it."""
+
+AS_WRITTEN = frozenset({"Grad"})
+"""Spellings of which another case may be another unit: the German degree, and grad for gon."""
 
 _CYRILLIC = re.compile("[\u0400-\u04ff]")
 _EXACT = {name: name for name in OUTPUT_UNITS} | {
@@ -141,7 +149,7 @@ _EXACT_OF = {
     for kind, units in UNITS.items()
 }
 _FOLDED_OF = {
-    kind: {spelling.casefold(): spelling for spelling in reversed(exact)}
+    kind: {way.casefold(): way for way in reversed(exact) if way not in AS_WRITTEN}
     for kind, exact in _EXACT_OF.items()
 }
 

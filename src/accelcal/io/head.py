@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -11,7 +11,13 @@ from accelcal.errors import TableError, located
 from accelcal.head_angles import head_positions
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import number_and_unit
-from accelcal.io.head_words import HEAD_KEYS, head_heading, head_key, kind_of_uncertainty
+from accelcal.io.head_words import (
+    HEAD_KEYS,
+    head_heading,
+    head_key,
+    kind_of_uncertainty,
+    without_factor,
+)
 from accelcal.io.layout import Declared
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_document
@@ -38,7 +44,7 @@ def read_head(source: Source) -> HeadCalibration:
         ``error`` (true minus nominal) and ``uncertainty`` (standard), the last two in arcsec,
         arcmin, urad, mrad, rad or deg by their headings, which may be German, French or Russian.
         A line ``# uncertainty: 0.5 arcsec`` stands for the column, and ``# coverage: 2`` or
-        ``# k: 2`` says that it is expanded by that factor.
+        ``# k: 2``, or ``U (k=2)`` in the heading, says that it is expanded by that factor.
 
     Returns
     -------
@@ -112,32 +118,49 @@ def _factor(column: Column, default: str | None = None) -> float:
 def _uncertainty(table: SmallTable, size: int) -> Array:
     """Standard uncertainty of each position [rad]."""
     declared = table.layout.declared
-    cover = _positive("coverage", declared) if "coverage" in declared else None
     if "uncertainty" in table.columns:
         column = table.columns["uncertainty"]
         kind = kind_of_uncertainty(column.heading)
-        if cover is None and kind == "expanded":
-            raise table.layout.refuse(f"column {column.heading} is expanded", _HOW_FAR)
+        what, beside = f"column {column.heading}", without_factor(column.heading)[1]
+        cover = _cover(kind, what, beside, declared, table.layout.refuse)
         values = complete_numbers(column) * _factor(column)
         column.check(values > 0.0, "{} is not above 0", "write the standard uncertainty")
     else:
         kind = next((key for key in ("standard", "expanded", "uncertainty") if key in declared), "")
         if not kind:
             raise table.layout.refuse("the uncertainty of the errors is not given", _HOW_SURE)
-        if cover is None and kind == "expanded":
-            raise declared[kind].refuse("the uncertainty is expanded", _HOW_FAR)
-        written = declared[kind].value
-        unit = size_of(number_and_unit(written, ",")[1], "angle")
+        written = declared[kind]
+        bare, beside = without_factor(written.value)
+        cover = _cover(kind, "the uncertainty", beside, declared, written.refuse)
+        unit = size_of(number_and_unit(bare, ",")[1], "angle")
         if unit is None:
-            problem = f"uncertainty {written!r} has no unit of an angle"
-            raise declared[kind].refuse(problem, _HOW_SURE)
-        values = np.full(size, _positive(kind, declared, unit))
-    return values if kind == "standard" else values / (cover or 1.0)
+            problem = f"uncertainty {written.value!r} has no unit of an angle"
+            raise written.refuse(problem, _HOW_SURE)
+        values = np.full(size, _positive(kind, written._replace(value=bare), unit))
+    return values / cover
 
 
-def _positive(key: str, declared: Mapping[str, Declared], unit: float = 1.0) -> float:
+def _cover(
+    kind: str,
+    what: str,
+    beside: float | None,
+    declared: Mapping[str, Declared],
+    refuse: Callable[[str, str], TableError],
+) -> float:
+    """Factor that an uncertainty is expanded by, as it stands beside it or in a line of its own."""
+    line = _positive("coverage", declared["coverage"]) if "coverage" in declared else None
+    if kind == "standard":
+        line = 1.0
+    if beside is not None and not beside == (line or beside) > 0.0:
+        other = "a standard uncertainty has none" if kind == "standard" else f"not {line or 1:g}"
+        raise refuse(f"{what} has the coverage factor {beside:g}, and {other}", "write one of them")
+    if line is None and beside is None and kind == "expanded":
+        raise refuse(f"{what} is expanded", _HOW_FAR)
+    return line or beside or 1.0
+
+
+def _positive(key: str, written: Declared, unit: float = 1.0) -> float:
     """Number of a header line, times the size of its unit."""
-    written = declared[key]
     try:
         found = scaled(number_and_unit(written.value, ",")[0], unit)
     except ValueError:

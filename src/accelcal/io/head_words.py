@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from accelcal.io.vocabulary import COLUMNS, Heading, split_unit
+from accelcal.io.vocabulary import COLUMNS, LONGEST, Heading, split_unit
 from accelcal.units import size_of
 
 STANDARD = (
@@ -20,7 +20,14 @@ HEAD_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "angle": (
             *COLUMNS["angle"],
             *COLUMNS["position"],
-            *("nominal", "nominal_angle", "nennwinkel", "sollwinkel", "номинальный_угол"),
+            *(
+                "nominal",
+                "nominal_angle",
+                "angle_nominal",
+                "nennwinkel",
+                "sollwinkel",
+                "номинальный_угол",
+            ),
         ),
         "error": (
             *("error", "deviation", "fehler", "abweichung", "winkelabweichung"),
@@ -38,7 +45,7 @@ HEAD_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 """What a column holds -> the headings it may have, in any case, with ``е`` for ``ё`` as well."""
 
 EXPANDED = (
-    *("expanded_uncertainty", "erweiterte_unsicherheit", "erweiterte_messunsicherheit"),
+    *("expanded_uncertainty", "u95", "erweiterte_unsicherheit", "erweiterte_messunsicherheit"),
     *("incertitude_élargie", "расширенная_неопределённость"),
 )
 """Headings of an uncertainty, beside a capital U, that is expanded by a factor."""
@@ -64,7 +71,18 @@ HEAD_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """What a header line declares -> the keys it may have, in any case."""
 
-_SUFFIX = re.compile(r"(.+?)\s*[/,]\s*(.+)|(.+?)(?:[_ ]in)?[_ ](\S+)")
+_BEFORE_UNIT = re.compile(r"\s*[/,]\s*|(?:[_ ](?:in|en|в))?[_ ]")
+_NUMBER = r"[0-9]+(?:[.,][0-9]+)?"
+_COVER = re.compile(
+    rf"[,;]?\s*(?:\b[kк]\s*=\s*({_NUMBER})|(?:[pP]\s*[=≈]\s*)?{_NUMBER}\s*%|[pP]\s*=\s*0[.,]9[0-9]*)"
+)
+"""A coverage factor or probability beside an uncertainty, as in ``U (k = 2, 95 %)``."""
+
+_LEFT_BEHIND = (
+    (re.compile(r"\s*[\[(]\s*[\])]"), ""),
+    (re.compile(r"([\[(])\s*[,;]\s*"), r"\1"),
+)
+"""What is left of brackets where these were, and what becomes of it."""
 
 
 def _plain(name: str) -> str:
@@ -74,6 +92,38 @@ def _plain(name: str) -> str:
 _ROLES = {_plain(name): role for role, names in HEAD_COLUMNS.items() for name in names}
 _ROLES |= {_plain(name) + sign: "uncertainty" for name in EXPANDED for sign in ("", "_u")}
 _KEYS = {_plain(name): key for key, names in HEAD_KEYS.items() for name in names}
+_KEYS |= {_plain(name) + "_u": "expanded" for name in EXPANDED}
+
+
+def without_factor(text: str) -> tuple[str, float | None]:
+    """Take the coverage factor off a heading or value of an uncertainty.
+
+    Parameters
+    ----------
+    text : str
+        As written.
+
+    Returns
+    -------
+    str
+        The rest, without a coverage probability too.
+    float or None
+        The factor; None where there is none.
+
+    Examples
+    --------
+    >>> without_factor("U (k = 2) [arcsec]"), without_factor('U (95 %), "')
+    (('U [arcsec]', 2.0), ('U, "', None))
+    >>> without_factor("1,0 arcsec (k=1,96; P=95 %)")
+    ('1,0 arcsec', 1.96)
+    """
+    if len(text) > LONGEST:
+        return text.strip(), None
+    found = [match[1] for match in _COVER.finditer(text) if match[1]]
+    rest = _COVER.sub("", text)
+    for pattern, new in _LEFT_BEHIND:
+        rest = pattern.sub(new, rest)
+    return rest.strip(), float(found[0].replace(",", ".")) if found else None
 
 
 def head_heading(text: str) -> Heading:
@@ -96,13 +146,20 @@ def head_heading(text: str) -> Heading:
     >>> head_heading("Погрешность, угл. с")[1:3], head_heading("room").role
     (('error', 'угл. с'), None)
     """
-    name, unit = split_unit(text.strip())
-    suffix = _SUFFIX.fullmatch(name)
-    if _plain(name) not in _ROLES and not unit and suffix:
-        before, behind = suffix[1] or suffix[3], suffix[2] or suffix[4]
-        if size_of(behind, "angle"):
-            name, unit = before, behind
+    name, unit = _name_and_unit(text)
     return Heading(text, _ROLES.get(_plain(name)), unit or None)
+
+
+def _name_and_unit(heading: str) -> tuple[str, str]:
+    """Take unit and coverage factor off a heading."""
+    name, unit = split_unit(without_factor(heading)[0])
+    if _plain(name) in _ROLES or unit or len(name) > LONGEST:
+        return name.strip(), unit
+    for mark in _BEFORE_UNIT.finditer(name):
+        before, behind = name[: mark.start()], name[mark.end() :]
+        if before and behind and size_of(behind, "angle"):
+            return before, behind
+    return name, ""
 
 
 def head_key(key: str) -> str:
@@ -147,10 +204,9 @@ def kind_of_uncertainty(heading: str) -> str:
     >>> kind_of_uncertainty("Standardunsicherheit [arcsec]")
     'standard'
     """
-    name = split_unit(heading.strip())[0].strip()
+    name = _name_and_unit(heading)[0]
     plain = _plain(name)
     if plain.startswith(tuple(map(_plain, STANDARD))):
         return "standard"
-    is_capital = name == "U" or re.match(r"U[_ ,/]", name) is not None
-    is_expanded = is_capital or plain.startswith(tuple(map(_plain, EXPANDED)))
+    is_expanded = name == "U" or plain.startswith(tuple(map(_plain, EXPANDED)))
     return "expanded" if is_expanded else "uncertainty"

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from accelcal.io.signs import with_hyphen
-from accelcal.units import UNITS, is_output_unit, spellings
+from accelcal.units import AS_WRITTEN, UNITS, is_output_unit, spellings
 
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -122,6 +122,7 @@ _WRONG_UNITS = {
 _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
 _PAIR = re.compile(r"([^:=]+)[:=](.+)")
+_KEY_WITH_BRACKETS = re.compile(r"((?:[^:=(\[]|[(\[][^)\]]*[)\]])*)[:=](.*)")
 _BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")
 _SUFFIX = re.compile(r"(.+?)\s*[/,]\s*(.+)|(.+)[_ ]([^_ ]+)")
 _STROKES = (
@@ -246,11 +247,12 @@ def has_unit(quantity: str, unit: str) -> bool:
     >>> has_unit("temperature", "DEGC"), has_unit("temperature", "K")
     (True, False)
     """
-    return unit.casefold() in _folded_units(UNITS_OF.get(quantity, ()))
+    units = UNITS_OF.get(quantity, ())
+    return unit in units or unit.casefold() in _folded_units(units)
 
 
 def _folded_units(units: Iterable[str]) -> set[str]:
-    return {unit.casefold() for unit in units}
+    return {unit.casefold() for unit in units if unit not in AS_WRITTEN}
 
 
 def canonical_key(text: str) -> str | None:
@@ -333,7 +335,8 @@ def header_line(text: str) -> tuple[str, str]:
     >>> header_line("T0 [degC]: 20"), header_line("Coverage = 2"), header_line("made by hand")
     (('reference_temperature', '20 degC'), ('coverage', '2'), ('', ''))
     """
-    key, *value = re.split("[:=]", text, maxsplit=1)
+    match = _KEY_WITH_BRACKETS.fullmatch(text)
+    key, *value = match.groups() if match else re.split("[:=]", text, maxsplit=1)
     name, unit = split_unit(key.strip())
     known = canonical_key(name) or name.casefold()
     return (known, f"{value[0].strip()} {unit}".strip()) if value else ("", "")
