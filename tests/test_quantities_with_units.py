@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 
 import click
 import pytest
@@ -150,6 +151,86 @@ def test_an_option_in_another_unit_is_refused(capsys):
     assert main(["fit", "table.csv", "--launch-uncertainty", "2 arcsec"]) == 2
     said = "'2 arcsec' has another unit; it is one of g, mg, ug, ng"
     assert f"invalid value for '--launch-uncertainty': {said}" in capsys.readouterr().err
+
+
+def of_check(capsys, *arguments):
+    code = main(["check", "table.csv", *arguments])
+    told = capsys.readouterr()
+    return code, re.sub("  +", ": ", told.out) + told.err
+
+
+def test_a_resolution_of_an_option_is_in_the_unit_of_the_table(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "table.csv").write_text("# unit: mA\n" + TABLE)
+    assert "resolution: 0.0001 mA" in of_check(capsys, "--resolution", "0.1 uA")[1]
+    assert "resolution: 0.1 uA" in of_check(capsys, "--resolution", "0.1uA", "--unit", "uA")[1]
+    code, told = of_check(capsys, "--resolution", "0.1 uV")
+    assert (code, told) == (2, "table.csv: resolution is given in 'uV'; give it in mA\n")
+    code, told = of_check(capsys, "--resolution", "0.1 furlong")
+    assert code == 2
+    assert "'0.1 furlong' is in no output unit; it is one of V, mV" in told
+    (tmp_path / "table.csv").write_text(TABLE)
+    code, told = of_check(capsys, "--resolution", "0.1 uA")
+    assert "give it in the output unit, or declare that unit, as in '# unit: mA'" in told
+
+
+def test_an_acceleration_of_an_option_may_be_in_metres(tmp_path, monkeypatch, capsys):
+    """It is a multiple of the local gravity, which the table or --g tells."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "table.csv").write_text("# g: 9.81\n" + TABLE)
+    for flag, name in (("--launch-uncertainty", "launch"), ("--head-uncertainty", "head")):
+        assert f"{name}_uncertainty: 2e-05 " in of_check(capsys, flag, "1.962e-4 m/s²")[1]
+        told = of_check(capsys, flag, "1.964e-4 m/s2", "--g", "9.82")[1]
+        assert f"{name}_uncertainty: 2e-05 " in told
+    (tmp_path / "table.csv").write_text(TABLE)
+    code, told = of_check(capsys, "--launch-uncertainty", "20 mGal")
+    assert (code, told.count("\n")) == (2, 1)
+    assert "without the local gravity; give it in g, or declare '# g: ...', in m/s^2" in told
+    assert main(["design", "--noise", "2e-5 m/s^2"]) == 2
+    assert "no multiple of the local gravity, which is not known here" in capsys.readouterr().err
+
+
+def test_a_batch_converts_what_is_declared_by_each_table(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data").mkdir()
+    for seed in (1, 2):
+        accelcal.write_table(accelcal.simulate(seed=seed), f"data/{seed}.csv")
+    options = {
+        "--resolution": ("0.5 uA", "5e-4"),
+        "--launch-uncertainty": ("1 mGal", repr(1e-5 / 9.81)),
+    }
+    for i in range(2):
+        given = [part for flag, forms in options.items() for part in (flag, forms[i])]
+        assert main(["batch", "data", "-o", f"{i}.csv", "--g", "9.81", *given]) == 0
+        capsys.readouterr()
+    assert (tmp_path / "0.csv").read_text() == (tmp_path / "1.csv").read_text()
+    assert main(["batch", "data", "-o", "x.csv", "--unit", "mV", "--resolution", "0.1 uA"]) == 2
+    assert "resolution is given in 'uA'; give it in mV" in capsys.readouterr().err
+
+
+def test_a_simulated_resolution_may_have_a_unit(capsys):
+    told = []
+    for step in ("0.1 uA", "1e-4"):
+        assert main(["simulate", "--seed", "1", "--resolution", step]) == 0
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1]
+    assert main(["simulate", "--resolution", "0.1 uV"]) == 2
+    assert "outputs are in mA; give it in that unit" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "value"),
+    [
+        ("head_uncertainty", "2 arcsec", 2.0 * ARCSEC),
+        ("launch_uncertainty", "20 ug", 2e-5),
+        ("launch_sf_uncertainty", "15ppm", 15e-6),
+        ("local_gravity", "981 Gal", 9.81),
+    ],
+)
+def test_what_a_caller_declares_may_have_a_unit(name, text, value):
+    assert getattr(declared(**{name: text}).apparatus, name) == pytest.approx(value, rel=1e-15)
+    with pytest.raises(TableError, match=f"^<table>: {name} is given in 'furlong'; give it in"):
+        declared(**{name: "2 furlong"})
 
 
 def test_targets_take_the_same_units():

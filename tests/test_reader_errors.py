@@ -524,7 +524,8 @@ ERRORS = {
     ),
     "resolution without the unit of outputs": (
         "# resolution: 1 uV\n" + OK,
-        "1: resolution is given in 'uV'; give it in the output unit",
+        "1: resolution is given in 'uV'; give it in the output unit, or declare that unit, as in"
+        " '# unit: mA'",
     ),
     "positions": (
         "# positions: many\n" + OK,

@@ -25,6 +25,7 @@ from accelcal.specification import Specification
 from accelcal.version import __version__
 
 _GOOD_TABLE = (
+    "# g: 9.8\n"
     "temperature,angle,stroke,output\n20,0,1,1.3\n20,45,1,0.9\n20,90,1,0.0\n20,135,1,-0.9\n"
     "20,180,1,-1.3\n20,225,1,-0.9\n20,270,1,0.1\n20,315,1,0.9\n"
 )
@@ -75,7 +76,10 @@ class Settings:
         """
         if self._is_usual():
             return
-        record = read_table(io.StringIO(_GOOD_TABLE), overrides=self.overrides)
+        given = dict(self.overrides)
+        if isinstance(given.get("resolution"), str) and not given.get("unit"):
+            del given["resolution"]  # each table tells whether its outputs have such a unit
+        record = read_table(io.StringIO(_GOOD_TABLE), overrides=given)
         self.options.check()
         self.options.warn(stacklevel=4)
         check_names(self.options.coefficients)

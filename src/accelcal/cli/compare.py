@@ -29,7 +29,7 @@ def compare(
     serial: str | None,
     same_head: bool | None,
     form: str,
-    **declared: float | None,
+    **declared: float | str | None,
 ) -> None:
     """Show where the readings of DATA disagree with CAL.json.
 

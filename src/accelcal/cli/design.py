@@ -11,7 +11,6 @@ from accelcal.cli.files import JSON, Command, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     acceleration_option,
-    apparatus_options,
     degrees_option,
     effects_option,
     format_option,
@@ -19,6 +18,7 @@ from accelcal.cli.options import (
     number_option,
     output_option,
     picture_option,
+    planned_apparatus_options,
     seconds_option,
     seed_option,
 )
@@ -89,7 +89,7 @@ def target(text: str) -> tuple[str, float]:
 @hours_option("--soak-time", "H", "Time to reach a temperature [default: 2 h].")
 @hours_option("--mount-time", "H", "Time to mount the unit [default: 1 h].")
 @acceleration_option("--noise", "G", "Noise of a reading [default: 5e-6 g].")
-@apparatus_options
+@planned_apparatus_options
 @degrees_option(
     "--temperature-uncertainty",
     "DEG",

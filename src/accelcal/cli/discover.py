@@ -70,7 +70,7 @@ def discover(
     serial: str | None,
     page: str | None,
     form: str,
-    **declared: float | None,
+    **declared: float | str | None,
 ) -> None:
     """Find and name the effects that the model lacks in DATA.
 

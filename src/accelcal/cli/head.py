@@ -11,8 +11,8 @@ from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import Rows, deliver_result
 from accelcal.cli.options import (
-    angle_option,
     data_argument,
+    declared_angle_option,
     fixture_angle_option,
     format_option,
     output_option,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.command(cls=Command)
 @data_argument(many=True)
 @output_option("the calibration of the head as JSON", metavar="HEAD.json", file=JSON)
-@angle_option(
+@declared_angle_option(
     "--head-uncertainty",
     "G",
     "Standard uncertainty of one head position before the test [rad, or g].",
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 def head(
     data: Sequence[str],
     path: str | None,
-    head_uncertainty: float | None,
+    head_uncertainty: float | str | None,
     delta0: float | None,
     picture: str | None,
     form: str,

@@ -9,7 +9,14 @@ from typing import Any, TypeVar, cast
 import click
 
 from accelcal.cli.files import PICTURE, REPORT, FileToRead, FileToWrite
-from accelcal.cli.values import fixture_angle, number, numbers, quantity
+from accelcal.cli.values import (
+    fixture_angle,
+    number,
+    numbers,
+    quantity,
+    quantity_of_table,
+    step_of_output,
+)
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -81,6 +88,12 @@ acceleration_option = partial(_valued_option, quantity("g", "acceleration"))
 
 angle_option = partial(_valued_option, quantity("rad", "angle", "acceleration"))
 """An option that is an angle of the head [rad], or the acceleration [g] that it makes."""
+
+declared_acceleration_option = partial(_valued_option, quantity_of_table("g", "acceleration"))
+"""An acceleration [g] that is declared of a table."""
+
+declared_angle_option = partial(_valued_option, quantity_of_table("rad", "angle", "acceleration"))
+"""An angle of the head [rad], or acceleration [g], that is declared of a table."""
 
 ratio_option = partial(_valued_option, quantity("1", "ratio"))
 """An option that is a part of one."""
@@ -225,22 +238,29 @@ def plan_options(lead: str = "") -> Callable[[Function], Function]:
     )
 
 
-apparatus_options = together(
-    angle_option(
-        "--head-uncertainty",
-        "G",
-        "Standard uncertainty of one head position [rad, or g: the same number].",
-    ),
-    acceleration_option(
-        "--launch-uncertainty", "G", "Standard uncertainty of the bias from run to run [g]."
-    ),
-    ratio_option(
-        "--launch-sf-uncertainty",
-        "REL",
-        "Relative standard uncertainty of the scale factor from run to run.",
-    ),
-)
-"""What is declared of head and launch, as by the header lines of a table."""
+def _options_of_stand(angle: Any, acceleration: Any) -> Callable[[Function], Function]:
+    return together(
+        angle(
+            "--head-uncertainty",
+            "G",
+            "Standard uncertainty of one head position [rad, or g: the same number].",
+        ),
+        acceleration(
+            "--launch-uncertainty", "G", "Standard uncertainty of the bias from run to run [g]."
+        ),
+        ratio_option(
+            "--launch-sf-uncertainty",
+            "REL",
+            "Relative standard uncertainty of the scale factor from run to run.",
+        ),
+    )
+
+
+apparatus_options = _options_of_stand(declared_angle_option, declared_acceleration_option)
+"""What is declared of head and launch, in place of the header lines of a table."""
+
+planned_apparatus_options = _options_of_stand(angle_option, acceleration_option)
+"""The same of a test that is planned."""
 
 reading_options = together(
     reference_temperature_option,
@@ -249,7 +269,7 @@ reading_options = together(
     degrees_option(
         "--temperature-uncertainty", "DEG", "Standard uncertainty of a temperature [degC]."
     ),
-    number_option("--resolution", "U", "Step of the output [output unit]."),
+    _valued_option(step_of_output, "--resolution", "U", "Step of the output [output unit]."),
     click.option("--unit", metavar="UNIT", help="Unit of the output, such as mA."),
     count_option("--positions", "N", "Positions in a turn."),
     click.option(

@@ -15,13 +15,12 @@ from accelcal.cli.options import (
     effects_option,
     file_option,
     gravity_option,
-    number_option,
     output_option,
     plan_options,
     ratio_option,
     seed_option,
 )
-from accelcal.cli.values import fixture_angle, setting, words
+from accelcal.cli.values import fixture_angle, setting, step_of_output, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -75,8 +74,12 @@ def settings(text: str) -> Settings:
     "DEG",
     "True minus recorded temperature, from run to run [default: 0 degC].",
 )
-@number_option(
-    "--resolution", "MA", "Step of the output, 0 for none [default: 1e-7 mA].", default=1e-7
+@click.option(
+    "--resolution",
+    type=step_of_output,
+    metavar="MA",
+    help="Step of the output, 0 for none [default: 1e-7 mA].",
+    default="1e-7",
 )
 @click.option("--times", "timed", is_flag=True, help="Write a column of times.")
 @click.option("--undeclared", is_flag=True, help="Do not declare the uncertainties in the header.")
@@ -145,6 +148,7 @@ def _simulated(options: dict[str, Any]) -> TumbleRecord:
         raise InputError("--positions and --angles; give one of the two")
     if "serial" in given:
         accelerometer = replace(accelerometer, serial=given["serial"])
+    given["resolution"] = _resolution(given["resolution"], accelerometer.unit)
     planned = [item.name for item in fields(TumblePlan) if item.name in given]
     return run(
         accelerometer,
@@ -157,6 +161,21 @@ def _simulated(options: dict[str, Any]) -> TumbleRecord:
         seed=given.get("seed"),
         declare=not given["undeclared"],
     )
+
+
+def _resolution(step: float | str, unit: str | None) -> float:
+    """Step in the unit of the outputs."""
+    if not isinstance(step, str):
+        return step
+    from accelcal.io.declarations import number_and_unit
+    from accelcal.units import conversion_factor, scaled
+
+    number, own = number_and_unit(step, ".")
+    factor = conversion_factor(own, unit or "")
+    if factor is None:
+        outputs = f"outputs are in {unit}" if unit else "the unit of the outputs is not known"
+        raise InputError(f"--resolution {step!r}: {outputs}; give it in that unit")
+    return scaled(number, factor)
 
 
 def _simulated_model(path: str | None, serial: str | None) -> Twin:

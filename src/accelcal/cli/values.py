@@ -9,7 +9,7 @@ from collections.abc import Callable
 import click
 
 from accelcal.errors import InputError
-from accelcal.units import UNITS, scaled, size_of
+from accelcal.units import OUTPUT_UNITS, UNITS, is_output_unit, scaled, size_of
 
 _WITH_UNIT = re.compile(r"([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s,].*)?")
 _LARGEST = 1e12
@@ -77,12 +77,46 @@ def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
             return number(text.strip())
         size, whole = size_of(match[2], *kinds), size_of(unit, *kinds)
         if size is None or whole is None:
+            if "acceleration" in kinds and size_of(match[2], "gravity"):
+                raise click.BadParameter(
+                    f"{text!r} is no multiple of the local gravity, which is not known here; give"
+                    " it in g."
+                )
             known = ", ".join(name for kind in kinds for name in UNITS[kind])
             raise click.BadParameter(f"{text!r} has another unit; it is one of {known}.")
         number(match[1])
         return number(repr(scaled(match[1], size / whole)))
 
     return converted
+
+
+def quantity_of_table(unit: str, *kinds: str) -> Callable[[str], float | str]:
+    """Make the type of an option that is declared of a table, as `quantity` does.
+
+    An acceleration may be in m/s^2 as well: it stays a text, as the table tells the local gravity.
+    """
+    in_unit = quantity(unit, *kinds)
+
+    def converted(text: str) -> float | str:
+        match = _WITH_UNIT.fullmatch(text.strip())
+        if match and match[2] and "acceleration" in kinds and size_of(match[2], "gravity"):
+            number(match[1])
+            return text.strip()
+        return in_unit(text)
+
+    return converted
+
+
+def step_of_output(text: str) -> float | str:
+    """Type of an option: a step of the outputs; with a unit a text, as each table tells its own."""
+    match = _WITH_UNIT.fullmatch(text.strip())
+    if not match or not match[2]:
+        return number(text.strip())
+    if not is_output_unit(match[2]):
+        known = ", ".join(OUTPUT_UNITS)
+        raise click.BadParameter(f"{text!r} is in no output unit; it is one of {known}.")
+    number(match[1])
+    return text.strip()
 
 
 def fixture_angle(text: str) -> float:

@@ -26,6 +26,8 @@ APPARATUS = tuple(item.name for item in fields(Apparatus))
 OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial", "serials")
 """What a caller may declare instead of the header."""
 
+_QUANTITIES = (*APPARATUS, "reference_temperature")
+
 _NUMBER = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
 
 
@@ -62,7 +64,7 @@ def declarations(
         Output unit that the table shows.
     overrides : mapping of str to object
         Declarations of the caller by the names in `OVERRIDES`; they win over the header. None
-        leaves the header's.
+        leaves the header's. A quantity may be a text with its unit, as ``"2 arcsec"``.
 
     Returns
     -------
@@ -76,13 +78,14 @@ def declarations(
     InputError
         If `overrides` does.
     """
-    given = _checked(overrides)
-    declared = {key: text for key, text in layout.declared.items() if key not in given}
+    given, texts = _checked(overrides, layout.source)
+    declared = {key: text for key, text in layout.declared.items() if key not in given} | texts
     values: dict[str, Any] = {key: text.value or None for key, text in declared.items()}
     for key in (*APPARATUS, "reference_temperature", "delta0"):
         if key in declared:
             gravity = given.get("local_gravity", values.get("local_gravity"))
-            values[key] = declared_number(key, declared[key], decimal, unit, gravity)
+            mark = "." if key in texts else decimal
+            values[key] = declared_number(key, declared[key], mark, unit, gravity)
     values["positions"] = _positions(declared.get("positions"))
     values["unit"] = unit
     values |= given
@@ -170,9 +173,13 @@ def _refuse_unknown(given: Iterable[str], known: Sequence[str]) -> None:
             raise InputError(f"{name!r} cannot be declared; it is one of {', '.join(known)}")
 
 
-def _checked(overrides: Mapping[str, object]) -> dict[str, Any]:
+def _checked(
+    overrides: Mapping[str, object], source: str
+) -> tuple[dict[str, Any], dict[str, Declared]]:
+    """Values of the caller, and texts that are read as header lines are."""
     given: dict[str, Any] = {key: value for key, value in overrides.items() if value is not None}
     _refuse_unknown(given, OVERRIDES)
+    texts = {key: given.pop(key) for key in _QUANTITIES if _has_unit(given.get(key))}
     if "unit" in given:
         given["unit"] = output_unit(given["unit"])
     if "positions" in given:
@@ -180,7 +187,11 @@ def _checked(overrides: Mapping[str, object]) -> dict[str, Any]:
     if "reference_temperature" in given:
         T0 = given["reference_temperature"]
         check_number(-273.15, MAXIMUM_TEMPERATURE, reference_temperature=T0)
-    return given
+    return given, {key: Declared(text, 0, source) for key, text in texts.items()}
+
+
+def _has_unit(value: Any) -> bool:
+    return isinstance(value, str) and number_and_unit(value, ".")[1] != ""
 
 
 def declared_number(
@@ -225,7 +236,8 @@ def declared_number(
     if not np.isfinite(value):
         raise declared.refuse(f"{key} is {value}", "it is a finite number")
     if key in APPARATUS:
-        located(lambda: Apparatus(**{key: value}), source=declared.source, line=declared.line)
+        line = declared.line or None
+        located(lambda: Apparatus(**{key: value}), source=declared.source, line=line)
     if key == "reference_temperature" and not -273.15 <= value <= MAXIMUM_TEMPERATURE:
         problem, remedy = f"{key} is {value:g}", "it is a temperature of the test in degC"
         raise declared.refuse(problem, remedy)
@@ -276,7 +288,8 @@ def _size(
         size = metres / gravity
     if size is None:
         names = (name for kind in kinds for name in UNITS[kind])
-        right = ", ".join(names) or output_unit or "the output unit"
+        undeclared = "the output unit, or declare that unit, as in '# unit: mA'"
+        right = ", ".join(names) or output_unit or undeclared
         raise declared.refuse(f"{key} is given in {shown(unit)}", f"give it in {right}")
     return size
 

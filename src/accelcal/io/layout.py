@@ -37,7 +37,7 @@ Recognise = Callable[[str], Heading]
 
 
 class Declared(NamedTuple):
-    """Value of a header line ``# key: value``, and its place."""
+    """Value of a header line ``# key: value``, and its place; of line 0 is what a caller gave."""
 
     value: str
     line: int
@@ -45,7 +45,7 @@ class Declared(NamedTuple):
 
     def refuse(self, problem: str, remedy: str) -> TableError:
         """Make the error of the header line."""
-        return TableError(problem, remedy, source=self.source, line=self.line)
+        return TableError(problem, remedy, source=self.source, line=self.line or None)
 
 
 class Layout(NamedTuple):

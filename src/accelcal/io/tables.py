@@ -105,8 +105,8 @@ def read_tables(
         A table in one of the forms of the guide; ``"-"`` reads standard input.
     overrides : mapping of str to object, optional
         Declarations that win over the header: fields of `Apparatus`, `reference_temperature`,
-        `positions`, `unit`, `serial`, or `serials`, a text with the headings of the columns of
-        several accelerometers, separated by commas. None leaves the header's.
+        `positions`, `unit`, `serial`, or `serials`, the headings of the columns of several
+        accelerometers with commas between. A quantity may be a text as ``"2 arcsec"``.
 
     Returns
     -------
