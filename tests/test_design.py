@@ -265,17 +265,54 @@ def test_negative_times_are_refused(name):
 
 
 @pytest.mark.parametrize(
-    ("text", "value"),
-    [("5ppm", 5e-6), ("2 ug/g^2", 2e-6), ("0.1mg", 1e-4), ("1arcsec", 4.848e-6), ("3e-6", 3e-6)],
+    ("name", "text", "value"),
+    [
+        ("K1", "5ppm", 5e-6),
+        ("K1", "0.001 %", 1e-5),
+        ("K2", "2 ug/g^2", 2e-6),
+        ("k3", "2 ug/g3", 2e-6),
+        ("k0", "0.1mg", 1e-4),
+        ("K0", "2 \u00b5g", 2e-6),
+        ("M", "1arcsec", 4.848e-6),
+        ("delta0", "5 Bogensekunden", 5 * 4.848e-6),
+        ("M_ip", "3e-6", 3e-6),
+        ("lam1", "0.1ug/degC", 1e-7),
+        ("beta2", "1 ppm/degC", 1e-6),
+        ("gam1", "0.1urad/degC", 1e-7),
+        ("k0 at T0", "2ug", 2e-6),
+    ],
 )
-def test_targets_have_units(text, value):
-    assert target_value(text) == pytest.approx(value, rel=1e-3)
+def test_targets_have_units(name, text, value):
+    assert target_value(name, text) == pytest.approx(value, rel=1e-3)
 
 
 @pytest.mark.parametrize("text", ["", "ppm", "-1ppm", "5 furlong", "1e999", "nan", "0", "1.2.3"])
 def test_what_is_no_uncertainty_is_refused(text):
-    with pytest.raises(InputError, match="is no uncertainty"):
-        target_value(text)
+    with pytest.raises(InputError, match="K1 is relative; write a number above zero with %, ppm"):
+        target_value("K1", text)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("M", "1%", "M is in rad; write a number above zero with rad, mrad"),
+        ("delta", "2ug", "delta is in rad; write"),
+        ("k0", "5ppm", "k0 is in g; write a number above zero with g, mg, ug, ng or none"),
+        ("K2", "5urad", r"K2 is in g/g\^2; write .* as in K2=2ug/g\^2"),
+        ("K2", "5ug/degC", r"K2 is in g/g\^2"),
+        ("K1", "1arcsec", "K1 is relative; write"),
+        ("lam1", "2ug/g^2", "lam1 is in g/degC; write .* as in lam1=2ug/degC"),
+        ("beta1", "1ug/degC", "beta1 is in 1/degC; write"),
+        ("delta0", "1 %", "delta0 is in rad; write"),
+        ("K7", "1ppm", "coefficient 'K7' is unknown"),
+    ],
+)
+def test_a_target_in_a_unit_of_something_else_is_refused(name, text, told):
+    """M=1% was taken for 0.01 rad."""
+    with pytest.raises(InputError, match=told):
+        target_value(name, text)
+    with pytest.raises(InputError, match=told):
+        compared(positions=[8], targets={name: text})
 
 
 # -- results ---------------------------------------------------------------------------------------

@@ -146,7 +146,7 @@ def test_optimal(capsys, tmp_path):
     [
         ([*QUICK, "--target", "K9=1ppm"], "coefficient 'K9' is unknown"),
         ([*QUICK, "--target", "K1=4ppm"], "cannot be reached with this stand"),
-        ([*QUICK, "--target", "K1=5 furlongs"], "is no uncertainty"),
+        ([*QUICK, "--target", "K1=5 furlongs"], "K1 is relative; write a number above zero"),
         ([*QUICK, "--target", "K1=9ppm", "--target", "K1=8ppm"], "has two targets"),
         ([*QUICK, "--reading-time", "-3"], "time of a reading is -3"),
         ([*QUICK, "--noise", "-1"], "reading is -1"),

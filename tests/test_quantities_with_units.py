@@ -234,5 +234,5 @@ def test_what_a_caller_declares_may_have_a_unit(name, text, value):
 
 
 def test_targets_take_the_same_units():
-    for text in ("5 ppm", "5\u00b5rad", "5e-4 %", "5 ug/g^2"):
-        assert target_value(text) == 5e-6
+    for name, text in (("K1", "5 ppm"), ("M", "5\u00b5rad"), ("K1", "5e-4 %"), ("K2", "5 ug/g^2")):
+        assert target_value(name, text) == 5e-6

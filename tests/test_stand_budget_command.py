@@ -217,6 +217,7 @@ def test_targets_that_mean_nothing_are_refused(targets, told):
 @pytest.mark.parametrize(
     ("symbol", "given", "size"),
     [
+        ("k0", "5 \u00b5g", 5e-6),
         ("K1", "10 ppm", 13.5e-6),
         ("K1", "2e-5 mA/g", 2e-5),
         ("K1", 2e-5, 2e-5),

@@ -44,7 +44,7 @@ def target(text: str) -> tuple[str, float]:
 
     name, _, value = text.partition("=")
     try:
-        return name.strip(), target_value(value)
+        return name.strip(), target_value(name.strip(), value)
     except InputError as error:
         raise click.BadParameter(f"{error}.") from None
 

@@ -9,22 +9,26 @@ from collections.abc import Mapping, Sequence
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_choice, mapping_of
 from accelcal.errors import InputError
-from accelcal.model import COEFFICIENTS, ERROR_TERMS, SLOPES
+from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, SLOPES, law_units
 from accelcal.planning.prediction import AT_T0
 from accelcal.results.designs import Forecast, TestDesign
-from accelcal.units import scaled, size_of
+from accelcal.units import UNITS, scaled, size_of
 
 NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *AT_T0, *SLOPES, "delta0")
 """Everything of which an uncertainty can be asked for."""
 
-_KINDS = ("acceleration", "angle", "ratio")
+_KINDS = {"g": "acceleration", "rad": "angle", "1": "ratio"}
+_USUAL = {"g": "2ug", "rad": "5urad", "1": "5ppm"}
+_WRITTEN = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([^/]*?)\s*(?:/\s*(\S+)\s*)?")
 
 
-def target_value(text: str) -> float:
+def target_value(name: str, text: str) -> float:
     """Read an uncertainty with its unit.
 
     Parameters
     ----------
+    name : str
+        Of what, one of `NAMES`.
     text : str
         As ``"5ppm"``, ``"2ug"``, ``"2e-6"``, ``"0.1ug/degC"``.
 
@@ -36,27 +40,51 @@ def target_value(text: str) -> float:
     Raises
     ------
     InputError
-        If it is no positive number with such a unit.
+        If there is no such name, or it is no positive number with a unit of that.
 
     Examples
     --------
-    >>> target_value("2 ug/g^2"), target_value("1e-7")
+    >>> target_value("K2", "2 ug/g^2"), target_value("K1", "1e-7")
     (2e-06, 1e-07)
+    >>> target_value("K1", "1 ug")
+    Traceback (most recent call last):
+    accelcal.errors.InputError: target K1='1 ug', and K1 is relative; write a number above zero \
+with %, ppm, ppb or none, as in K1=5ppm
     """
-    match = re.fullmatch(
-        r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([^\s/]*)(?:/(?:g\^?[23]?|degC))?\s*", text
-    )
-    size = size_of(match[2] or "1", *_KINDS) if match else None
+    check_choice(NAMES, coefficient=name)
+    unit, _, per = _unit_of(name).partition("/")
+    match = _WRITTEN.fullmatch(text)
+    size = _size(match[2], match[3], unit, per) if match else None
     try:
         value = scaled(match[1], size) if match and size else math.nan
     except ValueError:
         value = math.nan
     if not 0.0 < value < math.inf:
+        behind = f"/{per}" if per else ""
+        known = ", ".join(own for own in UNITS[_KINDS[unit]] if own != "1")
+        own = "relative" if _unit_of(name) == "1" else f"in {_unit_of(name)}"
         raise InputError(
-            f"target {text!r} is no uncertainty; write a number above zero with g, mg, ug, ppm,"
-            " rad, mrad, urad, arcsec or none, as in K1=5ppm"
+            f"target {name}={text!r}, and {name} is {own}; write a number above zero with {known}"
+            f" or none, as in {name}={_USUAL[unit]}{behind}"
         )
     return value
+
+
+def _unit_of(name: str) -> str:
+    """Unit of an uncertainty; that of K1 is a part of it, and other coefficients are over K1."""
+    if name in SLOPES:
+        return law_units()[SLOPES[name][0]][1]
+    if name in AT_T0:
+        return AT_T0[name][1]
+    units = {**ERROR_UNITS, "K1": "1", "delta0": "rad"}
+    return units[ERROR_TERMS.get(name, name)]
+
+
+def _size(given: str, given_per: str | None, unit: str, per: str) -> float | None:
+    """Size of a unit as written, whose denominator may be left out; None where it is another."""
+    if given_per and (not given or given_per.replace("^", "") != per.replace("^", "")):
+        return None
+    return size_of(given, _KINDS[unit]) if given else 1.0
 
 
 def checked_targets(targets: Mapping[str, float | str] | None) -> dict[str, float]:
@@ -78,9 +106,10 @@ def checked_targets(targets: Mapping[str, float | str] | None) -> dict[str, floa
         If a name is unknown or a size is not a positive number.
     """
     asked = mapping_of(targets, "targets", "{'K1': 5e-6}")
-    found = {n: target_value(t) if isinstance(t, str) else t for n, t in asked.items()}
-    for name, value in found.items():
+    for name in asked:
         check_choice(NAMES, coefficient=name)
+    found = {n: target_value(n, t) if isinstance(t, str) else t for n, t in asked.items()}
+    for name, value in found.items():
         check_number(**{f"target {name}": value})
         if not value > 0.0:
             raise InputError(f"target {name}={value:g}; an uncertainty is a number above zero")

@@ -21,7 +21,7 @@ from accelcal.results.stand_requirements import (
     TargetReached,
 )
 from accelcal.stand_uncertainty.linear import effective_dof
-from accelcal.units import UNITS
+from accelcal.units import UNITS, size_of
 
 _FARTHEST = 100.0
 """Times the present size to which a linear budget is extrapolated."""
@@ -147,13 +147,12 @@ def _factor(symbol: str, given: str, unit: str, nominal: float) -> float:
     relative = symbol in ("K1", "K1 per m/s^2")
     kind = "ratio" if relative else _KINDS.get(unit.partition("/")[0], "")
     whole = nominal if relative else 1.0
-    sizes = {name: size * whole for name, size in UNITS.get(kind, {}).items()}
     numerator, _, per = given.partition("/")
-    if numerator not in sizes or (per and per != unit.partition("/")[2]):
-        raise InputError(
-            f"target {symbol}: unit {given!r} is none of it; use {', '.join([unit, *sizes])}"
-        )
-    return sizes[numerator]
+    size = size_of(numerator, kind) if kind and numerator else None
+    if size is None or (per and per != unit.partition("/")[2]):
+        known = ", ".join(dict.fromkeys([unit, *UNITS.get(kind, {})]))
+        raise InputError(f"target {symbol}: unit {given!r} is none of it; use {known}")
+    return size * whole
 
 
 def _told(
