@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+import re
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -307,8 +308,42 @@ def test_a_stand_is_read():
     assert found.conditions.ranges == (1.0, 0.1)
     common = read_stand(StringIO(SMALL.replace('["position", "run"]', '"never"')))
     assert common.components[0].varies == ()
+    for unit in ("Winkelsekunden", "\u2033", "угл. с"):
+        assert read_stand(StringIO(SMALL.replace('"arcsec"', f'"{unit}"'))) == found
     usual = read_stand(StringIO(SMALL.replace('varies = ["position", "run"]', "")))
     assert usual.components[0].varies == ("position",)
+
+
+@pytest.mark.parametrize(
+    ("kind", "unit", "size"),
+    [
+        ("head-position", "\u00b5rad", 1e-6),
+        ("head-position", "mm/s", None),
+        ("foundation-drift", "Bogensekunden/day", math.pi / 648000),
+        ("foundation-drift", "arcsec/d", math.pi / 648000),
+        ("foundation-drift", "\u00b5rad / h", 24e-6),
+        ("foundation-drift", "arcsec", None),
+        ("chamber-temperature", "\u00b0C", 1.0),
+        ("launch-bias", "micro-g", 1e-6),
+        ("launch-bias", "mm/s^2", None),
+        ("launch-bias", "m/s\u00b2", 1.0 / 9.81),
+        ("head-position", "mGal", 1e-5 / 9.81),
+        ("resistor-tolerance", "percent", 1e-2),
+        ("voltmeter-offset", "microvolts", 1e-6),
+        ("voltmeter-offset", "MV", None),
+    ],
+)
+def test_units_of_a_stand_are_those_of_header_lines(kind, unit, size):
+    """Their names alone were taken."""
+    text = SMALL.replace("[conditions]", "[conditions]\ngravity_m_per_s2 = 9.81")
+    text = re.sub("varies = .*", "", text.replace('"head-position"', f'"{kind}"'))
+    text = text.replace("half_width = 2", "half_width = 2e-6").replace("arcsec", unit)
+    if size is None:
+        with pytest.raises(TableError, match=r"components.head: unit .* is none of an? .*; use"):
+            read_stand(StringIO(text))
+        return
+    (found,) = read_stand(StringIO(text)).components
+    assert found.distribution.standard == pytest.approx(1e-6 * size)
 
 
 @pytest.mark.parametrize(
@@ -329,6 +364,7 @@ def test_a_stand_is_read():
         ("half_width = 2", "half_width = nan", "half_width is nan"),
         ("half_width = 2", "half_width = true", "half_width is True; it is a number"),
         ('"arcsec"', '"kg"', "unit 'kg' is none of an angle"),
+        ('"arcsec"', '"m/s^2"', "unit 'm/s^2' needs the local gravity; add gravity_m_per_s2 to"),
         ('unit = "arcsec"', "", "components.head: key 'unit' is missing"),
         ('"normal"', '"gaussian"', "distribution 'gaussian' is unknown"),
         ('"head-position"', '"head"', "kind 'head' is unknown"),

@@ -12,9 +12,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.stand_uncertainty.readings import Readings, StandError
-from accelcal.units import DAY, UNITS
-
-_ANGLES = UNITS["angle"]
+from accelcal.units import DAY, UNITS, size_of
 
 
 class ErrorQuantity(NamedTuple):
@@ -28,39 +26,50 @@ class ErrorQuantity(NamedTuple):
         Unit in which it is calculated.
     largest : float
         Standard uncertainty in this unit that no instrument reaches.
-    sizes : mapping of str to float
-        Units in which it may be written, with their sizes in `unit`.
+    kinds : tuple of str
+        What its unit may be a unit of, of `accelcal.units.UNITS`.
+    per : mapping of str to float
+        What may stand behind a stroke of its unit, with its size; empty where nothing does.
     """
 
     name: str
     unit: str
     largest: float
-    sizes: Mapping[str, float]
+    kinds: tuple[str, ...]
+    per: Mapping[str, float] = MappingProxyType({})
+
+    def size(self, unit: str) -> float | None:
+        """Size of a unit as written in `unit`; None where it is none of the quantity."""
+        numerator, _, behind = unit.partition("/") if self.per else (unit, "", "")
+        whole = self.per.get(behind.strip()) if self.per else 1.0
+        size = size_of(numerator, *self.kinds) if numerator.strip() else None
+        return None if size is None or whole is None else size * whole
+
+    @property
+    def units(self) -> str:
+        """Units in which it may be written."""
+        behind = [f"/{name}" for name in self.per] or [""]
+        names = [name for kind in self.kinds for name in UNITS[kind]]
+        return ", ".join(name + per for per in behind for name in names)
 
 
 ERROR_QUANTITIES: Mapping[str, ErrorQuantity] = MappingProxyType(
     {
         # an angle error acts on a horizontal input axis as so many g: 1 rad is 1 g
-        "angle": ErrorQuantity("an angle", "rad", 0.1, {**_ANGLES, **UNITS["acceleration"]}),
+        "angle": ErrorQuantity("an angle", "rad", 0.1, ("angle", "acceleration")),
         "angle/day": ErrorQuantity(
-            "an angle in time",
-            "rad/day",
-            0.1,
-            {f"{unit}/day": size for unit, size in _ANGLES.items()}
-            | {f"{unit}/h": 24.0 * size for unit, size in _ANGLES.items()},
+            "an angle in time", "rad/day", 0.1, ("angle",), {"day": 1.0, "d": 1.0, "h": 24.0}
         ),
-        "acceleration": ErrorQuantity("an acceleration", "g", 1.0, UNITS["acceleration"]),
-        "ratio": ErrorQuantity("a ratio", "1", 0.5, UNITS["ratio"]),
-        "temperature": ErrorQuantity(
-            "a temperature", "degC", 100.0, UNITS["temperature difference"]
-        ),
-        "voltage": ErrorQuantity("a voltage", "V", 1000.0, UNITS["voltage"]),
+        "acceleration": ErrorQuantity("an acceleration", "g", 1.0, ("acceleration",)),
+        "ratio": ErrorQuantity("a ratio", "1", 0.5, ("ratio",)),
+        "temperature": ErrorQuantity("a temperature", "degC", 100.0, ("temperature difference",)),
+        "voltage": ErrorQuantity("a voltage", "V", 1000.0, ("voltage",)),
     }
 )
 """Quantity of a `accelcal.stand_uncertainty.kinds.Kind` -> what there is to know of it."""
 
 
-def size_of_unit(unit: str, quantity: str) -> float:
+def size_of_unit(unit: str, quantity: str, gravity: float | None = None) -> float:
     """Size of a unit.
 
     Parameters
@@ -69,6 +78,8 @@ def size_of_unit(unit: str, quantity: str) -> float:
         The unit as written.
     quantity : str
         What it is a unit of, of `ERROR_QUANTITIES`.
+    gravity : float, optional
+        Local gravity [m/s^2], by which an acceleration may be given in m/s^2.
 
     Returns
     -------
@@ -78,17 +89,25 @@ def size_of_unit(unit: str, quantity: str) -> float:
     Raises
     ------
     InputError
-        If it is none of the quantity.
+        If it is none of the quantity, or of a gravity and this is not known.
 
     Examples
     --------
-    >>> size_of_unit("ppm", "ratio")
-    1e-06
+    >>> size_of_unit("ppm", "ratio"), size_of_unit("µrad", "angle")
+    (1e-06, 1e-06)
     """
-    name, _, _, sizes = ERROR_QUANTITIES[quantity]
-    if unit not in sizes:
-        raise InputError(f"unit {unit!r} is none of {name}; use {', '.join(sizes)}")
-    return sizes[unit]
+    found = ERROR_QUANTITIES[quantity]
+    size = found.size(unit)
+    if size is not None:
+        return size
+    metres = size_of(unit, "gravity") if "acceleration" in found.kinds else None
+    if metres is None:
+        raise InputError(f"unit {unit!r} is none of {found.name}; use {found.units}")
+    if gravity is None:
+        raise InputError(
+            f"unit {unit!r} needs the local gravity; add gravity_m_per_s2 to [conditions], or use g"
+        )
+    return metres / gravity
 
 
 @dataclass(frozen=True, slots=True)

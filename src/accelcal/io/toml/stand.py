@@ -95,10 +95,12 @@ def _stand(document: Mapping[str, Any], name: str) -> Stand:
     if document.get("schema", SCHEMA) != SCHEMA:
         raise InputError(f"schema {document['schema']!r} is none of a stand; write {SCHEMA!r}")
     check_keys(document, _KEYS, _TYPE_NAMES, required=("schema", "name", "components"))
+    conditions = _conditions(document.get("conditions", {}))
+    gravity, components = conditions.gravity, document["components"].items()
     return Stand(
         name=document["name"],
-        components=tuple(_component(*item) for item in document["components"].items()),
-        conditions=_conditions(document.get("conditions", {})),
+        components=tuple(_component(key, entry, gravity) for key, entry in components),
+        conditions=conditions,
         source=document.get("source", name),
     )
 
@@ -115,19 +117,21 @@ def _conditions(entry: Mapping[str, Any]) -> StandConditions:
     return StandConditions(**found)
 
 
-def _component(name: str, entry: Any) -> StandComponent:
+def _component(name: str, entry: Any, gravity: float | None) -> StandComponent:
     where = f"components.{name}: "
     if not isinstance(entry, dict):
         raise InputError(f"components.{name} is {entry!r}; make it a table [components.{name}]")
     required = ("kind", "unit", "distribution")
     check_keys(entry, _COMPONENT_KEYS, _TYPE_NAMES, required=required, where=where)
     try:
-        return _checked_component(name, entry)
+        return _checked_component(name, entry, gravity)
     except InputError as error:
         raise InputError(f"{where}{error}") from None
 
 
-def _checked_component(name: str, entry: Mapping[str, Any]) -> StandComponent:
+def _checked_component(
+    name: str, entry: Mapping[str, Any], gravity: float | None
+) -> StandComponent:
     kind = entry["kind"]
     if kind not in KINDS:
         raise InputError(f"kind {kind!r} is unknown; there are {', '.join(KINDS)}")
@@ -135,11 +139,11 @@ def _checked_component(name: str, entry: Mapping[str, Any]) -> StandComponent:
         raise InputError("order goes with kind head-harmonic only; leave it out")
     rest = {key: entry[key] for key in ("order", "fixed", "origin") if key in entry}
     varies = _varies(entry["varies"]) if "varies" in entry else KINDS[kind].varies
-    return StandComponent(name, kind, _distribution(entry), varies, **rest)
+    return StandComponent(name, kind, _distribution(entry, gravity), varies, **rest)
 
 
-def _distribution(entry: Mapping[str, Any]) -> Distribution:
-    unit = size_of_unit(entry["unit"], KINDS[entry["kind"]].quantity)
+def _distribution(entry: Mapping[str, Any], gravity: float | None) -> Distribution:
+    unit = size_of_unit(entry["unit"], KINDS[entry["kind"]].quantity, gravity)
     sizes = {key: float(entry[key]) for key in _SIZES if key in entry}
     for key in {"standard", "half_width"} & set(sizes):
         sizes[key] *= unit
