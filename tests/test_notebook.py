@@ -145,6 +145,39 @@ def test_a_quantity_has_the_digits_of_its_uncertainty(quantity, text):
     assert repr(quantity) == f"<Quantity {text}>"
 
 
+BIAS = Quantity(3.323e-3, 7.6e-6, "g", 1.5e-5)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "spec", "text"),
+    [
+        (BIAS, "", "3.323 +- 0.015 mg (95 %)"),
+        (BIAS, ".6f", "0.003323 +- 0.000015 g (95 %)"),
+        (BIAS, "+.2e", "+3.32e-03 +- +1.50e-05 g (95 %)"),
+        (BIAS, ".3", "0.00332 +- 1.5e-05 g (95 %)"),
+        (BIAS, "<26", "3.323 +- 0.015 mg (95 %)  "),
+        (BIAS, ".5s", "3.323"),
+        (Quantity(9e-6, 2e-6, "1"), ".1e", "9.0e-06 +- 4.0e-06 (95 %)"),
+        (Quantity(3.323e-3, None, "g"), ".4f", "0.0033 g"),
+        (Quantity(None, None, "g"), ".4f", "unknown"),
+        (Quantity(None, None, "g"), ">9", "  unknown"),
+    ],
+)
+def test_a_quantity_can_be_formatted(quantity, spec, text):
+    """A format was refused without a word on what to write."""
+    assert format(quantity, spec) == text
+    with pytest.raises(ValueError, match="Unknown format code '%'"):
+        format(BIAS, ".1%")
+
+
+def test_a_quantity_is_no_bare_number():
+    """The text is in mg and the value in g."""
+    with pytest.raises(
+        TypeError, match=r"^3.323 \+- 0.015 mg \(95 %\) is no bare .* \.value, in g"
+    ):
+        float(BIAS)
+
+
 def test_parts_of_results_fit_into_a_line(results):
     parts = [*results["Calibration"].tables, *results["DesignComparison"].designs]
     parts = [*results["Discovery"].effects, *results["History"].trends, *parts]

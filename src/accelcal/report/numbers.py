@@ -105,6 +105,9 @@ def time_unit(seconds: float) -> tuple[float, str]:
     return 1.0, "s"
 
 
+_OF_NUMBERS = re.compile(r"[eEfFgG]$|\.[0-9]+$")
+"""A format of numbers, and not of texts."""
+
 _PREFIXES = ((1e6, "µ", 2e-3), (1e3, "m", 2.0))
 _SMALL = 0.1
 _DOWN = {"": ("m", "µ", "n"), "m": ("µ", "n", "p"), "u": ("n", "p", "f"), "k": ("", "m", "µ")}
@@ -221,6 +224,26 @@ def told(quantity: Quantity) -> str:
     """
     known = quantity.standard_uncertainty is not None
     return f"{sized(quantity)} (95 %)" if known else sized(quantity)
+
+
+def formatted(quantity: Quantity, spec: str) -> str:
+    """Write a quantity as a format asks: its numbers in its own unit, else the text of `told`.
+
+    Examples
+    --------
+    >>> bias = Quantity(3.323e-3, 7.6e-6, "g", 1.5e-5)
+    >>> formatted(bias, ".6f"), formatted(bias, ">25")
+    ('0.003323 +- 0.000015 g (95 %)', ' 3.323 +- 0.015 mg (95 %)')
+    """
+    if not _OF_NUMBERS.search(spec):
+        return format(told(quantity), spec)
+    if quantity.value is None:
+        return told(quantity)
+    unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+    if quantity.standard_uncertainty is None:
+        return f"{quantity.value:{spec}}{unit}"
+    half = quantity.expanded_uncertainty or 2.0 * quantity.standard_uncertainty
+    return f"{quantity.value:{spec}} +- {half:{spec}}{unit} (95 %)"
 
 
 def written(unit: str) -> str:

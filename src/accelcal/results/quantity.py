@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NoReturn
 
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_written
@@ -48,6 +48,8 @@ class Quantity(StoredPart):
     1.973684210526316
     >>> print(bias)
     3.323 +- 0.015 mg (95 %)
+    >>> f"{bias:.6f}", bias.value
+    ('0.003323 +- 0.000015 g (95 %)', 0.003323)
     """
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
@@ -78,6 +80,18 @@ class Quantity(StoredPart):
 
     def __repr__(self) -> str:
         return visible(f"<Quantity {self}>")
+
+    def __format__(self, spec: str) -> str:
+        """Write it as `str` does; by a format of numbers, value and half width in `unit`."""
+        from accelcal.report.numbers import formatted
+
+        return formatted(self, spec)
+
+    def __float__(self) -> NoReturn:
+        """Refuse, as the text may be in another unit than `value`."""
+        raise TypeError(
+            f"{self} is no bare number; take .value, in {self.unit}, or .standard_uncertainty"
+        )
 
     @property
     def coverage_factor(self) -> float | None:
