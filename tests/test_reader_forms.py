@@ -1327,6 +1327,29 @@ def test_a_date_with_a_time_of_day_has_the_day_as_written():
     assert record.metadata["start"] == "2024-05-31T22:30:00.000000"
 
 
+@pytest.mark.parametrize(
+    ("cells", "date"),
+    [
+        (("2024-05-31T00:30+02:00", "2024-05-31T00:31+02:00"), "2024-05-31"),
+        (("2024-05-31T00:30:00+02:00", "2024-05-30T22:31:00Z"), "2024-05-30"),
+        (("2024-05-31 20:30:00-05:00", "2024-05-31 23:31:00-05:00"), "2024-05-31"),
+        (("2024-05-30T22:30:00Z", "2024-05-30T22:31:00Z"), "2024-05-30"),
+    ],
+)
+def test_the_date_of_times_in_a_zone_is_that_of_its_place(cells, date):
+    """Half past midnight east of Greenwich was of the day before."""
+    record = read(clocked(*cells, headings="time"))
+    assert record.date == date
+    assert record.time.tolist()[0] == 0.0
+
+
+def test_a_day_in_a_zone_beside_clock_times_is_that_day():
+    cells = ("2024-05-31T00:00:00+02:00,0:30", "2024-05-31T00:00:00+02:00,0:31")
+    record = read(clocked(*cells, "2024-06-01T00:00:00+02:00,0:32", headings="date,time"))
+    assert (record.date, record.metadata["start"][:16]) == ("2024-05-31", "2024-05-31T00:30")
+    assert record.time.tolist() == [0.0, 60.0, 86520.0]
+
+
 def test_dates_with_times_of_day_go_over_midnight():
     record = read(clocked(*DATED, headings="date", above="# date: 2024-05-31\n"))
     assert record.time.tolist() == SECONDS

@@ -17,7 +17,7 @@ from accelcal.io.columns import Table
 from accelcal.io.places import MAXIMUM_ANGLE, places_of_rows
 from accelcal.io.signs import mounting_written
 from accelcal.io.strokes import Directions, strokes_of_rows
-from accelcal.io.times import DAY, in_seconds, times
+from accelcal.io.times import DAY, days, in_seconds, times
 from accelcal.io.wording import all_outputs, listed
 from accelcal.numerics.grouping import group_after_group
 from accelcal.numerics.sorting import distinct
@@ -53,6 +53,8 @@ class Readings:
         As in a `TumbleRecord`.
     time : ndarray of float, datetime64 or timedelta64, or None
         Seconds, dates of UTC, or clock times counted from a midnight.
+    day : ndarray of datetime64, or None
+        Days of the times as written; None where they have none.
     clamping, std, count : ndarray of float, or None
         As in a `TumbleRecord`.
     run, serial : ndarray of int, or None
@@ -76,6 +78,7 @@ class Readings:
     line: Ints
     mounting: NDArray[np.str_]
     time: NDArray[Any] | None
+    day: NDArray[np.datetime64] | None
     clamping: Array | None
     std: Array | None
     count: Array | None
@@ -210,9 +213,9 @@ def notes_of_midnight(readings: Readings) -> list[str]:
     """
     if readings.time is None or readings.time.dtype.kind != "m":
         return []
-    days = readings.time // DAY
-    found = days > 0
-    found[1:] &= np.diff(days) != 0
+    passed = readings.time // DAY
+    found = passed > 0
+    found[1:] &= np.diff(passed) != 0
     where = listed(readings.line[found])
     return [f"the clock passes midnight: another day begins at {where}"] if found.any() else []
 
@@ -251,9 +254,11 @@ def _by_row(
 ) -> tuple[dict[str, NDArray[Any] | None], tuple[str, ...]]:
     """Other fields of `Readings` that each row holds once, and the run labels."""
     run, run_labels = _labels(columns, "run")
+    time = _time(columns)
     return {
         "mounting": _mounting(columns.get("mounting"), size),
-        "time": _time(columns),
+        "time": time,
+        "day": None if time is None else days(columns["time"], time),
         "clamping": _clamping(columns.get("clamping")),
         "std": _not_below(columns, "std", 0.0),
         "count": _not_below(columns, "count", 1.0),

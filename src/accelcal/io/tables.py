@@ -357,7 +357,7 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     notes += notes_of_pace(readings.time)
     _require_change(readings)
     time, start = _seconds(readings.time, common["date"])
-    days = _days(readings.time) if common["date"] is None else []
+    days = _days(readings.day) if common["date"] is None else []
     if len(days) > 1:
         notes.append(f"the readings are of {len(days)} days: the test counts as of {days[0]}")
     values = (
@@ -381,11 +381,9 @@ def _require_change(readings: Readings) -> None:
         raise readings.refuse(0, problem, remedy)
 
 
-def _days(time: NDArray[Any] | None) -> list[str]:
-    """Days of the readings in their order, by UTC; none where the times have no days."""
-    if time is None or time.dtype.kind != "M":
-        return []
-    return [str(day) for day in np.unique(time.astype("datetime64[D]"))]
+def _days(day: NDArray[np.datetime64] | None) -> list[str]:
+    """Days of the readings in their order; none where the times have no days."""
+    return [] if day is None else [str(own) for own in np.unique(day)]
 
 
 def _seconds(time: NDArray[Any] | None, date: str | None) -> tuple[Array | None, dict[str, str]]:

@@ -28,6 +28,9 @@ _DAY_AND_CLOCK = re.compile(r"(\S+?)[Tt ] *(\d.*)")
 _ISO = re.compile(r"[12]\d{3}-\d\d-\d\d(?:[T ]\d\d:\d\d:\d\d(?:\.\d{1,6})?)?", re.ASCII)
 """Dates that NumPy reads as `date_of` does, and seven times as fast."""
 
+_ZONE = re.compile(r"[T ]\d[^\n]*[+-]")
+"""A clock time in another zone than UTC."""
+
 _MIDNIGHT = re.compile(r"[0:.,]+(?:Z|[+-].*)?")
 
 
@@ -73,6 +76,36 @@ def times(column: Column, dates: Column | None = None, group: Ints | None = None
         column.check(~np.isnan(values), "{} is missing", remedy)
         return values
     return _dates(column, "{} is not a date and time", "write it as 2024-05-31T14:30:00")
+
+
+def days(column: Column, found: NDArray[Any]) -> NDArray[np.datetime64] | None:
+    """Days of the times of a column, where the readings were taken.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+    found : ndarray, shape (n,)
+        Its times, as of `times`.
+
+    Returns
+    -------
+    ndarray of datetime64, shape (n,), or None
+        The days as written, which those of UTC need not be; None where the times have no days.
+
+    Examples
+    --------
+    >>> cells = ["2024-06-01T00:30:00+02:00", "2024-06-01T02:30:00+02:00"]
+    >>> column = Column("time", "time", None, cells, np.array([2, 3]), "a.csv")
+    >>> days(column, times(column)).astype(str).tolist()
+    ['2024-06-01', '2024-06-01']
+    """
+    if found.dtype.kind != "M":
+        return None
+    cells = list(map(str, column.cells))
+    if not _ZONE.search("\n".join(cells)):
+        return found.astype("datetime64[D]")
+    return np.array(list(map(_as_written, cells)), dtype="datetime64[D]")
 
 
 def in_seconds(column: Column, values: Array) -> Array:
@@ -159,12 +192,14 @@ def one_date(column: Column, *, timed: bool) -> str | None:
     return None if len(found) > 1 or next(iter(found)).casefold() in MISSING else found.pop()
 
 
-def _dates(column: Column, problem: str, remedy: str) -> NDArray[np.datetime64]:
+def _dates(
+    column: Column, problem: str, remedy: str, *, in_utc: bool = True
+) -> NDArray[np.datetime64]:
     cells = list(map(str, column.cells))
     if all(map(_ISO.fullmatch, cells)):
         with suppress(ValueError):  # one is no day of the calendar, as is told below
             return np.array(cells, dtype="datetime64[us]")
-    dates = list(map(_in_utc, cells))
+    dates = list(map(_in_utc if in_utc else _as_written, cells))
     column.check(np.array([date is not None for date in dates]), problem, remedy)
     return np.array(dates, dtype="datetime64[us]")
 
@@ -177,8 +212,14 @@ def _in_utc(text: str) -> datetime | None:
         return None
 
 
+def _as_written(text: str) -> datetime | None:
+    date = date_of(text)
+    return date.replace(tzinfo=None) if date else None
+
+
 def _days(column: Column) -> NDArray[np.datetime64]:
-    dates = _dates(column, "{} is not a date", "write it as 2024-05-31 in every row")
+    remedy = "write it as 2024-05-31 in every row"
+    dates = _dates(column, "{} is not a date", remedy, in_utc=False)
     return dates.astype("datetime64[D]")
 
 
