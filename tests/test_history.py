@@ -396,6 +396,40 @@ def test_a_fit_of_what_a_batch_fitted_counts_once(tmp_path):
     assert len(found.entries) == 3
 
 
+GIVEN_AGAIN = (
+    "calibrations that are given more than once, as in a table of batch and in a document of fit,"
+    " count once: "
+)
+
+
+def test_a_calibration_in_a_table_and_a_document_is_told_as_such():
+    """It was told as runs of one test."""
+    records = [replace(accelcal.simulate(seed=n), date=f"{2020 + n}-05-01") for n in range(3)]
+    sources = [f"{2020 + n}.csv" for n in range(3)]
+    records = [replace(r, source=name) for r, name in zip(records, sources, strict=True)]
+    once = [accelcal.fit(record) for record in records]
+    twice = accelcal.history([*once, *once[:2]])
+    plain = accelcal.history(once)
+    assert [note for note in twice.notes if note not in plain.notes] == [
+        GIVEN_AGAIN + "2020.csv, 2021.csv"
+    ]
+    assert twice.trends == plain.trends
+    other = accelcal.fit(records[1], coefficients=("K0", "K1"))
+    notes = [note for note in accelcal.history([*once, other]).notes if note not in plain.notes]
+    assert notes[0] == GIVEN_AGAIN + "2021.csv"
+    assert notes[1].startswith("calibrations of the same readings differ, as by other options of")
+    assert notes[1].endswith("their mean counts: 2021.csv; give one of each")
+
+
+def test_runs_and_copies_of_a_test_are_told_apart():
+    runs = pd.concat([frame(5, run="1"), frame(5, seed=2, run="again")])
+    found = accelcal.history(runs)
+    assert found.notes == ("runs of one test at the level are averaged",)
+    again = accelcal.history(pd.concat([runs, frame(5, run="1")[:2]]))
+    assert again.notes == (*found.notes, GIVEN_AGAIN + "2010.csv, 2011.csv")
+    assert again.trends == found.trends
+
+
 def test_sheets_of_one_workbook_are_no_copies():
     dates = ["2020-01-01", "2020-01-01", *(f"{2020 + n}-01-01" for n in range(1, 7))]
     sheets = [f"all.xlsx#{n}" for n in range(8)]

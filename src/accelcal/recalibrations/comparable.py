@@ -22,6 +22,8 @@ FEWEST = 3
 _ONE_LEVEL = 2.0  # degC; runs closer than this are at one level
 _ALIKE = 0.05  # degC; smaller differences change a scale factor by 25 ppm at most
 
+_ALIKE_READINGS = 0.01  # of a standard uncertainty, by which values of one calibration may differ
+
 BIAS_PER_DEGREE = 40e-6
 """Size of a usual temperature slope of the bias, that of the AL-15 of the paper [g/degC]."""
 
@@ -277,13 +279,52 @@ def _one_a_test(entries: list[Entry], notes: list[str]) -> list[Entry]:
     tests: dict[tuple[str, ...], list[Entry]] = {}
     for entry in entries:
         tests.setdefault(entry.test, []).append(entry)
-    if len({(entry.source, entry.date) for entry in entries}) < len(entries):
+    by_run = [_by_run(own) for own in tests.values()]
+    if any(len(runs) > 1 for runs in by_run):
         notes.append("runs of one test at the level are averaged")
     sources = [tuple(dict.fromkeys(run.source for run in runs)) for runs in tests.values()]
     copies = [f"{name} (as in {first})" for first, *others in sources for name in others]
     if copies:
         notes.append(f"the same readings again count once: {listed(copies)}")
-    return [_mean(runs) for runs in tests.values()]
+    notes.extend(_given_again([same for runs in by_run for same in runs]))
+    return [_mean([_mean(same) for same in runs]) for runs in by_run]
+
+
+def _by_run(entries: Sequence[Entry]) -> list[list[Entry]]:
+    """Tables of one test by their run; without its name by their order in a source."""
+    unnamed: Counter[str] = Counter()
+    found: dict[tuple[str, int], list[Entry]] = {}
+    for entry in entries:
+        if entry.run is None:
+            unnamed[entry.source] += 1
+        place = 0 if entry.run is not None else unnamed[entry.source]
+        found.setdefault((entry.run or "", place), []).append(entry)
+    return list(found.values())
+
+
+def _given_again(alike: Sequence[Sequence[Entry]]) -> Iterator[str]:
+    """Say which calibrations are given several times, and where they say different things."""
+    again = [same[0].source for same in alike if len(same) > len({own.source for own in same})]
+    if again:
+        yield (
+            "calibrations that are given more than once, as in a table of batch and in a document"
+            f" of fit, count once: {listed(list(dict.fromkeys(again)))}"
+        )
+    differ = [same[0].source for same in alike if len(same) > 1 and _differ(same)]
+    if differ:
+        yield (
+            "calibrations of the same readings differ, as by other options of fit, and their mean"
+            f" counts: {listed(list(dict.fromkeys(differ)))}; give one of each"
+        )
+
+
+def _differ(same: Sequence[Entry]) -> bool:
+    """Whether values of the same readings are apart by more than rounding and other libraries."""
+    for name in ("bias", "scale_factor"):
+        value, size, *_ = np.array([getattr(own, name) for own in same], dtype=float).T
+        if max(np.ptp(value), np.ptp(size)) > _ALIKE_READINGS * size.min():
+            return True
+    return False
 
 
 def _mean(runs: Sequence[Entry]) -> Entry:

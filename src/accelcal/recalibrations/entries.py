@@ -57,6 +57,8 @@ class Entry:
         Local gravity, where declared [m/s^2].
     sha256 : str or None
         SHA-256 of the file with the readings, where known.
+    run : str or None
+        Name of the run, where known.
     """
 
     serial: str | None
@@ -70,6 +72,7 @@ class Entry:
     warned: tuple[str, ...] = ()
     gravity: float | None = None
     sha256: str | None = None
+    run: str | None = None
 
     @property
     def test(self) -> tuple[str, ...]:
@@ -183,6 +186,7 @@ def _of_calibration(calibration: Calibration) -> list[Entry]:
             ),
             gravity=calibration.g_local_m_s2,
             sha256=calibration.provenance.get("sha256"),
+            run=table.run,
         )
         for table in calibration.tables
     ]
@@ -219,6 +223,7 @@ def _of_row(row: dict[str, Any]) -> Entry:
         ),
         gravity=_numbers(row.get("g_local_m_s2"))[0],
         sha256=_text(row.get("sha256")),
+        run=_text(row.get("run")),
     )
 
 
