@@ -110,10 +110,15 @@ def swapped(columns: Columns) -> None:
     columns["output"][[3, 4]] = columns["output"][[4, 3]]
 
 
-def mirrored(columns: Columns) -> None:
-    """The third stroke of the first run is written backwards."""
-    own = (columns["run"] == 0) & (columns["stroke"] == 3)
-    columns["output"][own] = columns["output"][own][::-1]
+def mirrored(*strokes: int) -> Callable[[Columns], None]:
+    """Some strokes of the first run are written backwards."""
+
+    def fault(columns: Columns) -> None:
+        for stroke in strokes:
+            own = (columns["run"] == 0) & (columns["stroke"] == stroke)
+            columns["output"][own] = columns["output"][own][::-1]
+
+    return fault
 
 
 def coarse(columns: Columns) -> None:
@@ -172,7 +177,8 @@ FAULTS: dict[str, tuple[str, Callable[[Columns], None]]] = {
         added(lambda c: -2e-4 * sine(c) * (c["angle"] == 135.0)),
     ),
     "two readings swapped": ("order of positions", swapped),
-    "one stroke mirrored": ("order of positions", mirrored),
+    "one stroke mirrored": ("order of positions", mirrored(3)),
+    "two strokes mirrored": ("order of positions", mirrored(3, 4)),
     "steps of 0.01 mA": ("resolution", coarse),
 }
 

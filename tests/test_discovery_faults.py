@@ -196,6 +196,21 @@ def test_mirrored_stroke_is_put_right(clean):
     assert mended.position[own].tolist() == clean.position[own[::-1]].tolist()
 
 
+def test_two_mirrored_strokes_are_put_right_together(clean):
+    """Each alone would leave most of the residuals."""
+    pair = stroke_of(clean), stroke_of(clean, stroke=4)
+
+    def change(output):
+        for own in pair:
+            output[own] = output[own[::-1]]
+
+    (fault,), mended = faults(changed(clean, change), 20.0)
+    assert "strokes 3 and 4 mirrored" in fault.finding
+    assert sorted(fault.readings) == sorted(np.concatenate(pair).tolist())
+    for own in pair:
+        assert mended.angle[own].tolist() == clean.angle[own[::-1]].tolist()
+
+
 def test_exchanged_positions_are_named():
     plan = accelcal.TumblePlan(temperatures=(20.0,), strokes=4)
     clean = accelcal.simulate(seed=3, plan=plan)

@@ -20,6 +20,7 @@ from accelcal.estimate.tables import prepare
 from accelcal.gates import order, plan
 from accelcal.gates.cells import Cells
 from accelcal.gates.stack import TableStack
+from accelcal.gates.stroke_groups import Basis, Groups, LeftOut
 from accelcal.gates.swaps import best_swap, swap_blocks
 from accelcal.gates.table import gates_of_stack
 from accelcal.numerics import grouping
@@ -155,6 +156,37 @@ def test_stroke_in_wrong_order(fault, strokes, who, how, positions, head):
     assert UNITS not in warned
 
 
+@pytest.mark.parametrize("positions", [8, 12])
+@pytest.mark.parametrize(
+    ("fault", "strokes", "who", "how"),
+    [
+        (mirrored(3, 4), 6, "strokes 3 and 4", "mirrored"),
+        (mirrored(2, 5), 7, "strokes 2 and 5", "mirrored"),
+        (mirrored(1, 2, 6), 8, "strokes 1, 2 and 6", "mirrored"),
+        (mirrored(3, 4), 4, "strokes (1 and 2|3 and 4), or all the others,", "mirrored"),
+        (shifted(5, 6), 6, "strokes 5 and 6", "shifted by one position"),
+        (times(-1.0, 1, 2), 6, "strokes 1 and 2", "of the other sign"),
+        (times(-1.0, 1, 2, 3), 7, "strokes 1, 2 and 3", "of the other sign"),
+    ],
+)
+def test_several_strokes_in_wrong_order(fault, strokes, who, how, positions):
+    warned = warnings_of(fitted(fault, positions, strokes=strokes))
+    assert_said(warned, ORDER, rf"with {who} {how}$|with {who} {how} ")
+
+
+@pytest.mark.parametrize("strokes", [4, 5, 6, 8])
+def test_a_misalignment_that_drifts_through_zero_is_no_wrong_order(strokes):
+    def tilting(readings, positions):
+        for run, j, k, y in readings:
+            tilt = 1e-3 * (k - (strokes + 1) / 2.0) - MISALIGNMENT
+            sine = math.sin(2.0 * math.pi * (j - 1) / positions)
+            yield [run, j, k, y + SCALE_FACTOR * tilt * sine]
+
+    warned = warnings_of(fitted(tilting, strokes=strokes))
+    assert ORDER not in warned
+    assert "drift" in warned
+
+
 def assert_said(warned, gate, pattern):
     assert gate in warned, warned
     assert re.search(pattern, warned[gate]), warned[gate]
@@ -205,25 +237,25 @@ def test_orders_are_judged_as_by_refitting_each():
     stack, fit, groups = stacked([table]), *fit_and_groups(table)
     for other in order._other_orders(table.record.angle, table.head):
         squares = order._squares_of_groups(stack, stack.output, fit, other, groups)
-        for k, name in enumerate(groups.names):
-            chosen = groups.readings(k)
+        for k in range(groups.number):
+            chosen = groups.strokes_of(k)[groups.strokes.cell]
             angle = np.where(chosen, other.angle, table.record.angle)
             output = np.where(chosen, other.sign, 1.0) * table.record.output
             design = prepare(replace(table.record, angle=angle, output=output)).design
             rest = np.linalg.lstsq(design, output, rcond=None)[1]
-            assert squares[0, k] == pytest.approx(rest.item(), rel=1e-6), (other.said, name)
+            assert squares[0, k] == pytest.approx(rest.item(), rel=1e-6), (other.said, k)
 
 
 def fit_and_groups(table):
-    fit = order._Basis.of(table.kept_design).fit(table.record.output[:, None])
-    return fit, order._Groups.of(Cells.of(table.record.stroke))
+    fit = Basis.of(table.kept_design).fit(table.record.output[:, None])
+    return fit, Groups.of(Cells.of(table.record.stroke))
 
 
 def test_no_order_of_a_group_is_better_than_leaving_it_out():
     table = prepared(missing=0.1, seed=3, strokes=5)
     stack, fit, groups = stacked([table]), *fit_and_groups(table)
-    left_out = order._LeftOut.of(fit.basis.columns, groups)
-    kept = [~groups.readings(k) for k in range(len(groups.names))]
+    left_out = LeftOut.of(fit.basis.columns, groups)
+    kept = [~groups.strokes_of(k)[groups.strokes.cell] for k in range(groups.number)]
     rest = [np.linalg.lstsq(table.kept_design[k], table.record.output[k])[1].item() for k in kept]
     without = left_out.squares(fit).item()
     assert without == pytest.approx(min(rest), rel=1e-6)

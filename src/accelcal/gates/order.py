@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.replicate_plan import rank_and_inverse
 from accelcal.gates.stack import TableStack
+from accelcal.gates.stroke_groups import Basis, Fit, Groups, LeftOut
+from accelcal.gates.stroke_sets import differ_by_waves, odd_strokes
 from accelcal.gates.swaps import SwapBlock, best_swap, swap_blocks
 from accelcal.gates.verdict import GateStack, gate_stack, times
 from accelcal.geometry import accelerations
 from accelcal.model import COEFFICIENTS, design_matrix
-from accelcal.numerics.grouping import products_of_groups
 from accelcal.numerics.sorting import distinct
 
 _MUCH_BETTER = 9.0  # another order must leave a ninth of the squared residuals, a third of the rms
@@ -61,128 +62,37 @@ class OtherOrder(NamedTuple):
     better: float
 
 
-class _Basis(NamedTuple):
-    """A basis of the columns of a design in which their normal matrix is one."""
-
-    columns: Array  # shape (n, p)
-    of_design: Array  # from the columns of the design, shape (p, p)
-
-    @classmethod
-    def of(cls, design: Array) -> _Basis:
-        columns, triangle = np.linalg.qr(design)
-        return cls(columns, np.linalg.inv(triangle))
-
-    def fit(self, output: Array) -> _Fit:
-        """Fit readings of shape (n, T)."""
-        values = self.columns.T @ output
-        residual = output - self.columns @ values
-        return _Fit(self, values, residual, (residual**2).sum(axis=0))
-
-
-class _Fit(NamedTuple):
-    """The fits in the order given."""
-
-    basis: _Basis
-    values: Array  # the coefficients in this basis, shape (p, T)
-    residual: Array  # shape (n, T)
-    squares: Array  # of the residuals, shape (T,)
-
-    def of_tables(self, rows: Places) -> _Fit:
-        arrays = (each[..., rows] for each in (self.values, self.residual, self.squares))
-        return _Fit(self.basis, *arrays)
-
-
-class _Groups(NamedTuple):
-    """Groups of strokes that may be wrong against the others: single ones, and those back."""
-
-    names: list[str]
-    single: slice  # strokes
-    back: Places  # strokes of one more group, none where there is no such group
-    strokes: Cells
-
-    @classmethod
-    def of(cls, strokes: Cells) -> _Groups:
-        numbers = strokes.key
-        if numbers.size < 2:
-            return cls([], slice(0, 0), np.zeros(0, dtype=np.intp), strokes)
-        names, single = [f"stroke {number}" for number in numbers.tolist()], slice(0, numbers.size)
-        if numbers.size == 2:
-            names, single = [f"stroke {numbers[0]} or {numbers[1]}"], slice(1, 2)
-        back = np.flatnonzero(numbers % 2 == 0)
-        if back.size < 2:
-            return cls(names, single, back[:0], strokes)
-        return cls([*names, "the forward or the back strokes"], single, back, strokes)
-
-    def sums(self, values: Array) -> Array:
-        """Sum over the readings of each group, from shape (n, T) to shape (groups, T)."""
-        return self._of_groups(self.strokes.sums(values))
-
-    def products(self, values: Array, columns: Array) -> Array:
-        """Sum values times columns over the readings of each group, shape (groups, T, k)."""
-        strokes = self.strokes
-        each = products_of_groups(values, columns, strokes.cell, strokes.members)
-        return self._of_groups(each)
-
-    def _of_groups(self, of_strokes: Array) -> Array:
-        single = of_strokes[self.single]
-        if not self.back.size:
-            return single
-        return np.concatenate([single, of_strokes[self.back].sum(axis=0, keepdims=True)])
-
-    def readings(self, group: int) -> Mask:
-        """Tell the readings of a group, shape (n,)."""
-        place = self.single.start + group
-        chosen = np.zeros(self.strokes.key.size, dtype=np.bool_)
-        chosen[place if place < self.single.stop else self.back] = True
-        return np.asarray(chosen[self.strokes.cell])
-
-
-class _LeftOut(NamedTuple):
-    """What fits without each group need."""
-
-    groups: _Groups
-    inverse: Array  # (1 - B' B)^-1 of the rows B of the basis of each group, shape (groups, p, p)
-
-    @classmethod
-    def of(cls, basis: Array, groups: _Groups) -> _LeftOut:
-        normal = np.eye(basis.shape[1]) - groups.products(basis, basis)
-        return cls(groups, rank_and_inverse(normal)[1])
-
-    def squares(self, fit: _Fit) -> Array:
-        """Least squared residuals of the fits without one of the groups, shape (T,).
-
-        Where r are those of a group in the whole fit, they are less by r (1 - B B')^-1 r, which is
-        r r + r B (1 - B' B)^-1 B' r.
-        """
-        pull = self.groups.products(fit.residual, fit.basis.columns)
-        taken = self.groups.sums(fit.residual**2) + (pull @ self.inverse * pull).sum(axis=2)
-        return np.asarray(fit.squares - taken.max(axis=0))
-
-
 class _OrderPlan(NamedTuple):
     """What the other orders of tables of one plan are."""
 
-    basis: _Basis
-    groups: _Groups
+    basis: Basis
+    groups: Groups
     orders: list[_Order]
-    left_out: _LeftOut
+    left_out: LeftOut
     swaps: list[SwapBlock]
 
 
 @once_a_plan
 def _order_plan(plan: TablePlan) -> _OrderPlan:
-    basis, groups = _Basis.of(plan.design), _Groups.of(plan.strokes)
+    basis, groups = Basis.of(plan.design), Groups.of(plan.strokes)
     orders = list(_other_orders(plan.angle, plan.head))
-    left_out, swaps = _LeftOut.of(basis.columns, groups), swap_blocks(basis.columns, groups.strokes)
+    left_out, swaps = LeftOut.of(basis.columns, groups), swap_blocks(basis.columns, groups.strokes)
     return _OrderPlan(basis, groups, orders, left_out, swaps)
 
 
 class _Found(NamedTuple):
-    """Best other order of strokes of each table: its squares, infinite for none, and its place."""
+    """Best other order of some strokes of each of T tables."""
 
-    squares: Array
-    order: Places
-    group: Places
+    squares: Array  # shape (T,), infinite where none is found
+    order: Places  # its place, shape (T,)
+    strokes: Mask  # shape (S, T)
+
+    def take(self, rows: Places, squares: Array, order: int, strokes: Mask) -> None:
+        """Take an order of some tables, where it is better than what is found."""
+        ahead = squares < self.squares[rows]
+        own = rows[ahead]
+        self.squares[own], self.order[own] = squares[ahead], order
+        self.strokes[:, own] = strokes[:, None]
 
 
 def order_of_positions(stack: TableStack) -> GateStack:
@@ -196,7 +106,7 @@ def order_of_positions(stack: TableStack) -> GateStack:
     Returns
     -------
     GateStack
-        A warning where mirroring, shifting or negating a stroke, or swapping two readings of it,
+        A warning where mirroring, shifting or negating strokes, or swapping two readings of one,
         would leave a third of the residuals or less.
 
     Notes
@@ -205,7 +115,7 @@ def order_of_positions(stack: TableStack) -> GateStack:
     proportion, a negative sign as a negative scale factor. A mirror turns the signs of M and M_ip
     and shows nowhere.
     """
-    rows = np.flatnonzero(~_is_clear(stack))
+    rows = np.flatnonzero(~_is_clear(stack) | differ_by_waves(stack.plan, stack.residual))
     better = _better_orders(stack, rows) if rows.size else {}
     bad = np.zeros(len(stack), dtype=np.bool_)
     bad[list(better)] = True
@@ -219,7 +129,7 @@ def order_of_positions(stack: TableStack) -> GateStack:
 
 
 def _is_clear(stack: TableStack) -> Mask:
-    """Tables of which no other order can fit far better, shape (T,).
+    """Tables of which no other order of a stroke, or of one direction, can fit far better, (T,).
 
     It leaves the strokes of one direction as they are. Whatever is fitted to these, the scatter of
     their readings at one angle is left.
@@ -243,7 +153,8 @@ def _better_orders(stack: TableStack, rows: Places) -> dict[int, Callable[[], st
         pair = [stack.place(int(rows[at]), reading) for reading in swap.pair[at].tolist()]
         how = f"{' and '.join(pair)} swapped"
         if other.squares[at] <= swap.squares[at]:
-            how = f"{plan.groups.names[other.group[at]]} {plan.orders[other.order[at]].said}"
+            who = _named(plan.groups.strokes.key, other.strokes[:, at])
+            how = f"{who} {plan.orders[other.order[at]].said}"
         ratio = times(float(np.sqrt(fit.squares[at] / best[at])))
         return f"the residuals would be {ratio} times smaller with {how}"
 
@@ -282,36 +193,67 @@ def order_of_strokes(table: PreparedTable, delta0: float) -> OtherOrder | None:
     least = max(left, float(_least(stack.output)[0]))
     if squares <= _MUCH_BETTER * least:
         return None
-    order, group = plan.orders[found.order[0]], int(found.group[0])
-    said = f"{plan.groups.names[group]} {order.said}"
-    chosen = plan.groups.readings(group)
+    order, wrong, strokes = plan.orders[found.order[0]], found.strokes[:, 0], plan.groups.strokes
+    said, chosen = f"{_named(strokes.key, wrong)} {order.said}", wrong[strokes.cell]
     return OtherOrder(said, left, chosen, order.angle, order.sign, squares / least)
 
 
-def _best_order(stack: TableStack, output: Array, fit: _Fit) -> _Found:
+def _named(numbers: NDArray[Any], wrong: Mask) -> str:
+    """Say which strokes are wrong, as far as the fit tells them from the others."""
+    own, others = numbers[wrong].tolist(), numbers[~wrong].tolist()
+    if len(own) == len(others) == 1:
+        return f"stroke {others[0]} or {own[0]}"
+    if len(own) == 1:
+        return f"stroke {own[0]}"
+    if {number % 2 for number in own}.isdisjoint(number % 2 for number in others):
+        return "the forward or the back strokes"
+    named = f"strokes {', '.join(map(str, own[:-1]))} and {own[-1]}"
+    return named if len(own) < len(others) else f"{named}, or all the others,"
+
+
+def _best_order(stack: TableStack, output: Array, fit: Fit) -> _Found:
     """The best of the other orders of strokes of each of some tables."""
+    tables, strokes = fit.squares.size, stack.plan.strokes.key.size
+    nothing = np.zeros(tables, dtype=np.intp), np.zeros((strokes, tables), dtype=np.bool_)
+    found = _Found(np.full(tables, np.inf), *nothing)
+    _look_at_groups(stack, output, fit, found)
+    _look_at_sets(stack, output, fit, found)
+    return found
+
+
+def _look_at_groups(stack: TableStack, output: Array, fit: Fit, found: _Found) -> None:
+    """Try the orders of single strokes, and of those of one direction."""
     plan = _order_plan(stack.plan)
     groups, orders = plan.groups, plan.orders
-    nothing = np.zeros(fit.squares.size, dtype=np.intp)
-    found = _Found(np.full(fit.squares.size, np.inf), nothing, nothing.copy())
-    if not groups.names:
-        return found
+    if not groups.number:
+        return
     # Leaving a group out fits at least as well as any order of it: where even that is not much
     # better, no order need be tried.
-    without = plan.left_out.squares(fit)
-    rows = np.flatnonzero(without <= fit.squares / _MUCH_BETTER)
+    rows = np.flatnonzero(plan.left_out.squares(fit) <= fit.squares / _MUCH_BETTER)
     if rows.size == 0:
-        return found
-    output, part = output[:, rows], fit.of_tables(rows)
-    each = [_squares_of_groups(stack, output, part, order, groups) for order in orders]
+        return
+    some, part = output[:, rows], fit.of_tables(rows)
+    each = [_squares_of_groups(stack, some, part, order, groups) for order in orders]
     best = np.stack(each, axis=1).reshape(rows.size, -1).argmin(axis=1)
-    found.order[rows], found.group[rows] = np.divmod(best, len(groups.names))
     for place in distinct(best).tolist():
-        order, group = divmod(place, len(groups.names))
-        own = best == place
-        chosen = groups.readings(group)
-        found.squares[rows[own]] = _squares(stack, output[:, own], orders[order], chosen)
-    return found
+        order, group = divmod(place, groups.number)
+        own, wrong = rows[best == place], groups.strokes_of(group)
+        found.take(own, _squares(stack, output[:, own], orders[order], wrong), order, wrong)
+
+
+def _look_at_sets(stack: TableStack, output: Array, fit: Fit, found: _Found) -> None:
+    """Try the orders of several strokes at once, of those that hold another wave than most."""
+    is_open = found.squares > fit.squares / _MUCH_BETTER
+    rows = np.flatnonzero(is_open & differ_by_waves(stack.plan, fit.residual))
+    if rows.size == 0:
+        return
+    for place, order in enumerate(_order_plan(stack.plan).orders):
+        odd = odd_strokes(stack.plan, output[:, rows], order.angle, order.sign)
+        sets, which = np.unique(odd, axis=1, return_inverse=True)
+        for number, wrong in enumerate(sets.T):
+            own = rows[which == number]
+            if wrong.any():
+                found.take(own, _squares(stack, output[:, own], order, wrong), place, wrong)
 
 
 def _other_orders(angle: Array, head: Array) -> Iterator[_Order]:
@@ -333,7 +275,7 @@ def _design(stack: TableStack, order: _Order) -> Array:
 
 
 def _squares_of_groups(
-    stack: TableStack, output: Array, fit: _Fit, order: _Order, groups: _Groups
+    stack: TableStack, output: Array, fit: Fit, order: _Order, groups: Groups
 ) -> Array:
     """Squared residuals after refitting with each group in another order, shape (T, groups).
 
@@ -350,7 +292,7 @@ def _squares_of_groups(
     return np.asarray(fit.squares[:, None] + (squares - (right @ inverse * right).sum(axis=2)).T)
 
 
-def _sums(groups: _Groups, basis: Array, residual: Array) -> tuple[Array, Array, Array]:
+def _sums(groups: Groups, basis: Array, residual: Array) -> tuple[Array, Array, Array]:
     """What each group adds to the squares, to the right-hand side and to the normal matrix."""
     return (
         groups.sums(residual**2),
@@ -359,7 +301,8 @@ def _sums(groups: _Groups, basis: Array, residual: Array) -> tuple[Array, Array,
     )
 
 
-def _squares(stack: TableStack, output: Array, order: _Order, chosen: Mask) -> Array:
-    """Squared residuals of one order, (T,), without the rounding errors of the update."""
+def _squares(stack: TableStack, output: Array, order: _Order, wrong: Mask) -> Array:
+    """Squared residuals of one order of some strokes, (T,), without rounding errors of updates."""
+    chosen = wrong[stack.plan.strokes.cell]
     design = np.where(chosen[:, None], _design(stack, order), stack.table.kept_design)
-    return _Basis.of(design).fit(np.where(chosen, order.sign, 1.0)[:, None] * output).squares
+    return Basis.of(design).fit(np.where(chosen, order.sign, 1.0)[:, None] * output).squares
