@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,9 +19,9 @@ from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
-from accelcal.compensate.inversion import FARTHEST, invert, invert_with, slope
+from accelcal.compensate.inversion import invert, invert_with, slope
 from accelcal.compensate.measured import MeasuredAcceleration, joined
-from accelcal.compensate.propagation import Part, interval_of_parts, linear_sum, propagated
+from accelcal.compensate.propagation import Part, interval_of_parts
 from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures
 from accelcal.compensate.triad import apply_triad, assumptions_of_triad, refuse_for_triad
 from accelcal.effects.static import Samples
@@ -207,13 +207,13 @@ def _solved(
 ) -> MeasuredAcceleration:
     """Accelerations of a block; the errors are those of the output and of the temperature."""
     output_uncertainty, temperature_uncertainty = errors
-    samples = _samples(found, rise, cross, found.K1.at_T0 * (1.0 + found.K1.change(rise)))
+    samples = found.samples(rise, cross)
     bracket = Y / samples.scale  # the bracket of the product model, k0 + a_i + ... [g]
     target = bracket - samples.bias - samples.tilt
     a_i = _solution(found, samples, target)
-    of_coefficients = _coefficient_error(found, a_i, bracket, rise, cross)
+    of_coefficients = found.error(samples, a_i, bracket)
     of_output = output_uncertainty / samples.scale
-    of_heat = temperature_uncertainty * _heat_sensitivity(found, bracket, samples, a_i)
+    of_heat = temperature_uncertainty * found.heat_sensitivity(samples, a_i, bracket)
     known = found.hysteresis**2 + of_output**2 + of_heat**2
     launch = found.launch
     parts = [
@@ -232,21 +232,14 @@ def _solved(
     )
 
 
-def _samples(found: Compensation, rise: Array, cross: Sequence[Array], scale: Array) -> Samples:
-    tilt, linear = np.zeros(()), np.ones(())
-    for axis, along in zip(found.axes, cross, strict=True):
-        tilt = tilt + (axis.delta.at_T0 + axis.delta.change(rise)) * along
-        linear = linear + axis.delta_ip * np.where(np.abs(along) <= FARTHEST, along, np.nan)
-    bias = found.k0.at_T0 + found.k0.change(rise)
-    return Samples(rise, cross, bias, tilt, linear, found.k2, found.k3, scale)
-
-
 def _solution(found: Compensation, samples: Samples, target: Array) -> Array:
     """Acceleration whose bracket, without bias and tilt, is the target [g]."""
     effects, linear = found.effects, samples.linear
     if effects is None:
-        return invert(target, linear, found.k2, found.k3)
-    return invert_with(lambda a: effects.total(samples, a), target, linear, found.k2, found.k3)
+        return invert(target, linear, samples.second, samples.third)
+    return invert_with(
+        lambda a: effects.total(samples, a), target, linear, samples.second, samples.third
+    )
 
 
 def _through(
@@ -259,7 +252,7 @@ def _through(
     """
     if found.effects is None:
         told = interval_of_parts(parts)
-        steepness = slope(a_i, samples.linear, found.k2, found.k3)
+        steepness = slope(a_i, samples.linear, samples.second, samples.third)
         u = np.where(np.isfinite(a_i), told.standard / steepness, np.nan)
         return a_i, u, told.factor * u
     of_effects = (Part(*part) for part in found.effects.parts(samples, a_i))
@@ -302,30 +295,3 @@ def _together(*arrays: Array) -> tuple[Array, ...]:
             f"output, temperature and acceleration across have the shapes {shapes}; give one value"
             " for all samples, or one for each"
         ) from None
-
-
-def _coefficient_error(
-    found: Compensation, a_i: Array, bracket: Array, rise: Array, cross: Sequence[Array]
-) -> Part:
-    """Variance of the bracket of the model from the coefficients [g^2]."""
-    along, relative = cross[0], bracket / (1.0 + found.K1.change(rise))
-    by_bias = np.ones_like(a_i)
-    rows = [by_bias, bracket, a_i**2, a_i**3, along, a_i * along]
-    for one_side in (np.maximum(rise, 0.0), np.minimum(rise, 0.0)):
-        rows += [by_bias * one_side, relative * one_side, along * one_side]
-    main = propagated(found.covariance, found.over_dof, rows)
-    if found.other is None:
-        return main
-    along = cross[1]
-    rows = [along, a_i * along, np.maximum(rise, 0.0) * along, np.minimum(rise, 0.0) * along]
-    return linear_sum(main, propagated(found.other.covariance, found.other.over_dof, rows))
-
-
-def _heat_sensitivity(found: Compensation, bracket: Array, samples: Samples, a_i: Array) -> Array:
-    """Change of the bracket of the model with temperature [g/degC]."""
-    rise, tilt = samples.rise, np.zeros(())
-    scale = found.K1.local_slope(rise) / (1.0 + found.K1.change(rise))
-    for axis, along in zip(found.axes, samples.cross, strict=True):
-        tilt = tilt + axis.delta.local_slope(rise) * along
-    of_effects = found.effects.heat_sensitivity(samples, a_i) if found.effects else 0.0
-    return np.asarray(found.k0.local_slope(rise) + scale * bracket + tilt + of_effects)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask
+from accelcal.compensate.inversion import FARTHEST
+from accelcal.compensate.propagation import Part, linear_sum, propagated
 from accelcal.compensate.ranges import (
     outside_temperatures,
     within_accelerations,
     within_temperatures,
 )
-from accelcal.effects.static import StaticEffects
+from accelcal.effects.static import Samples, StaticEffects
 from accelcal.model import LAWS
 from accelcal.results.covariance import Rows
 
@@ -246,6 +249,40 @@ class Compensation(KnownErrors):
         """The cross axes that were calibrated."""
         return (self.cross,) if self.other is None else (self.cross, self.other)
 
+    def samples(self, rise: Array, cross: Sequence[Array]) -> Samples:
+        """Coefficients of samples at T - T0, with accelerations along the cross axes."""
+        tilt, linear = np.zeros(()), np.ones(())
+        for axis, along in zip(self.axes, cross, strict=True):
+            tilt = tilt + (axis.delta.at_T0 + axis.delta.change(rise)) * along
+            linear = linear + axis.delta_ip * within_reach(along)
+        bias = self.k0.at_T0 + self.k0.change(rise)
+        scale = self.K1.at_T0 * (1.0 + self.K1.change(rise))
+        return Samples(rise, cross, bias, tilt, linear, self.k2, self.k3, scale)
+
+    def error(self, samples: Samples, a_i: Array, bracket: Array) -> Part:
+        """Variance of the bracket of the model from the coefficients [g^2]."""
+        rise, along = samples.rise, samples.cross[0]
+        relative = bracket / (1.0 + self.K1.change(rise))
+        by_bias = np.ones_like(a_i)
+        rows = [by_bias, bracket, a_i**2, a_i**3, along, a_i * along]
+        for one_side in (np.maximum(rise, 0.0), np.minimum(rise, 0.0)):
+            rows += [by_bias * one_side, relative * one_side, along * one_side]
+        main = propagated(self.covariance, self.over_dof, rows)
+        if self.other is None:
+            return main
+        along = samples.cross[1]
+        rows = [along, a_i * along, np.maximum(rise, 0.0) * along, np.minimum(rise, 0.0) * along]
+        return linear_sum(main, propagated(self.other.covariance, self.other.over_dof, rows))
+
+    def heat_sensitivity(self, samples: Samples, a_i: Array, bracket: Array) -> Array:
+        """Change of the bracket of the model with temperature [g/degC]."""
+        rise, tilt = samples.rise, np.zeros(())
+        scale = self.K1.local_slope(rise) / (1.0 + self.K1.change(rise))
+        for axis, along in zip(self.axes, samples.cross, strict=True):
+            tilt = tilt + axis.delta.local_slope(rise) * along
+        of_effects = self.effects.heat_sensitivity(samples, a_i) if self.effects else 0.0
+        return np.asarray(self.k0.local_slope(rise) + scale * bracket + tilt + of_effects)
+
     def within_temperatures(self, temperature: ArrayLike) -> Mask:
         """Tell which temperatures lie in the calibrated range."""
         return within_temperatures(self.temperatures, temperature)
@@ -257,3 +294,8 @@ class Compensation(KnownErrors):
     def within_accelerations(self, acceleration: ArrayLike) -> Mask:
         """Tell which accelerations lie in the tested range."""
         return within_accelerations(self.accelerations, acceleration)
+
+
+def within_reach(along: Array) -> Array:
+    """Accelerations along a cross axis, NaN beyond what any solution is looked for [g]."""
+    return np.where(np.abs(along) <= FARTHEST, along, np.nan)

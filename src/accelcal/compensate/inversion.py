@@ -20,6 +20,7 @@ __all__ = ["CLOSE", "FARTHEST", "MOST_STEPS", "invert", "invert_with"]
 __all__ += ["rising_branch", "slope"]
 
 Function = Callable[[Array], Array]
+Coefficient = Array | float
 
 FARTHEST = 1e4
 """No solution is looked for beyond this acceleration [g]."""
@@ -38,7 +39,7 @@ _DOUBLINGS = 40
 """More than lead from the narrowest to `FARTHEST`."""
 
 
-def invert(target: ArrayLike, linear: ArrayLike, second: float, third: float) -> Array:
+def invert(target: ArrayLike, linear: ArrayLike, second: Coefficient, third: Coefficient) -> Array:
     """Solve target = linear a + second a^2 + third a^3 on the branch through zero.
 
     Parameters
@@ -47,7 +48,7 @@ def invert(target: ArrayLike, linear: ArrayLike, second: float, third: float) ->
         Left side [g].
     linear : array_like
         Coefficient of a; it broadcasts [1].
-    second, third : float
+    second, third : ndarray or float
         Coefficients of a^2 [1/g] and of a^3 [1/g^2].
 
     Returns
@@ -100,7 +101,7 @@ def _root(
 
 
 def invert_with(
-    effects: Function, target: Array, linear: ArrayLike, second: float, third: float
+    effects: Function, target: Array, linear: ArrayLike, second: Coefficient, third: Coefficient
 ) -> Array:
     """Solve target = linear a + second a^2 + third a^3 + effects(a), near the solution without.
 
@@ -152,14 +153,16 @@ def _around(excess_of: Function, a: Array, width: Array) -> tuple[Array, Array, 
     return low, high, is_inside
 
 
-def rising_branch(linear: ArrayLike, second: float, third: float) -> tuple[Array, Array]:
+def rising_branch(
+    linear: ArrayLike, second: Coefficient, third: Coefficient
+) -> tuple[Array, Array]:
     """Ends of the branch through zero on which linear a + second a^2 + third a^3 rises.
 
     Parameters
     ----------
     linear : array_like
         Coefficient of a [1].
-    second, third : float
+    second, third : ndarray or float
         Coefficients of a^2 [1/g] and of a^3 [1/g^2].
 
     Returns
@@ -188,7 +191,7 @@ def rising_branch(linear: ArrayLike, second: float, third: float) -> tuple[Array
     return np.where(linear > 0.0, lowest, np.nan), np.where(linear > 0.0, highest, np.nan)
 
 
-def slope(a: Array, linear: Array, second: float, third: float) -> Array:
+def slope(a: Array, linear: Array, second: Coefficient, third: Coefficient) -> Array:
     """Derivative of linear a + second a^2 + third a^3.
 
     Parameters
@@ -197,7 +200,7 @@ def slope(a: Array, linear: Array, second: float, third: float) -> Array:
         Acceleration [g].
     linear : ndarray
         Coefficient of a [1].
-    second, third : float
+    second, third : ndarray or float
         Coefficients of a^2 [1/g] and of a^3 [1/g^2].
 
     Returns
@@ -208,5 +211,5 @@ def slope(a: Array, linear: Array, second: float, third: float) -> Array:
     return np.asarray((3.0 * third * a + 2.0 * second) * a + linear)
 
 
-def _cubic(a: Array, linear: Array, second: float, third: float) -> Array:
+def _cubic(a: Array, linear: Array, second: Coefficient, third: Coefficient) -> Array:
     return np.asarray(((third * a + second) * a + linear) * a)

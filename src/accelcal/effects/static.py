@@ -51,7 +51,7 @@ class Samples:
         Misalignments times accelerations along the cross axes [g].
     linear : ndarray
         Coefficient of a_i, the cross-couplings in it [1].
-    second, third : float
+    second, third : ndarray or float
         k2 [g/g^2] and k3 [g/g^3].
     scale : ndarray
         Scale factor [output unit / g].
@@ -62,8 +62,8 @@ class Samples:
     bias: Array
     tilt: Array
     linear: Array
-    second: float
-    third: float
+    second: Array | float
+    third: Array | float
     scale: Array
 
 
