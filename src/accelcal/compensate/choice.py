@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
-
-import numpy as np
 
 from accelcal.arguments.kinds import expect
 from accelcal.compensate.assumptions import (
@@ -19,27 +16,22 @@ from accelcal.compensate.assumptions import (
     without_covariance,
 )
 from accelcal.compensate.coefficients import (
-    PARAMETERS,
-    SLOPES,
     Compensation,
     CrossAxis,
     Launch,
     Law,
-    OtherAxis,
     Slope,
 )
 from accelcal.compensate.covariance import (
     errors_of_laws,
-    errors_of_table,
     standard_uncertainty,
 )
+from accelcal.compensate.of_table import by_table, cross_name, of_test, with_other
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.errors import InputError
-from accelcal.geometry import accelerations
 from accelcal.model import LAWS
 from accelcal.results.calibration import Calibration
-from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
@@ -52,9 +44,6 @@ from accelcal.results.usable import (
 )
 
 __all__ = ["compensation"]
-
-_CROSS_AXES = {"o": "a_p", "p": "a_o"}
-"""Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""
 
 _OF_LAWS = ("K0", "K1", "M")
 _COMMON = ("k2", "k3", "delta_ip")
@@ -144,7 +133,7 @@ def _next_launch(calibration: Calibration) -> Launch:
 def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:
     """One table, or one of each cross axis."""
     tables = _one_side(calibration, tables)
-    axes = [_cross_name(table) for table in tables]
+    axes = [cross_name(table) for table in tables]
     if len(set(axes)) < len(axes):
         names = ", ".join(f"{table.run} ({table.mounting})" for table in tables)
         raise InputError(
@@ -152,13 +141,13 @@ def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -
             " or calibrate at levels more than 5 degC apart, which tell the laws"
         )
     main, *others = tables
-    found = _by_table(calibration, main)
+    found = by_table(calibration, main)
     for table in others:
-        found = _with_other(found, _by_table(calibration, table))
+        found = with_other(found, by_table(calibration, table))
     said = (*unknown_level(main.temperature_degC), *not_determined([[table] for table in tables]))
     return replace(
         found,
-        undetermined=tuple(s for t in tables for s in lost_symbols([t], _cross_name(t))),
+        undetermined=tuple(s for t in tables for s in lost_symbols([t], cross_name(t))),
         assumptions=(*said, *without_covariance(main)),
     )
 
@@ -174,43 +163,27 @@ def _from_laws(
     main, levels = nearest_table(chosen, T0), known_temperatures(chosen)
     common = {name: nearest_table(_telling(chosen, name) or [main], T0) for name in _COMMON}
     found = _by_laws(calibration, model, main, common)
-    others = [t for t in tables if _cross_name(t) != _cross_name(main)]
+    others = [t for t in tables if cross_name(t) != cross_name(main)]
     groups, said = [chosen], []
     if others:
         groups.append(others)
         near, second = nearest_table(others, T0), calibration.second_axis_model
         if second is None or second.delta.at_T0 is None:
-            other = _by_table(calibration, near)
+            other = by_table(calibration, near)
         else:
             other = _by_laws(calibration, second, near, dict.fromkeys(_COMMON, near))
-        found = _with_other(found, other)
+        found = with_other(found, other)
         said = same_at_all_temperatures(other.cross, near)
     return replace(
         found,
         temperatures=(min(levels), max(levels)),
-        undetermined=tuple(s for g in groups for s in lost_symbols(g, _cross_name(g[0]))),
+        undetermined=tuple(s for g in groups for s in lost_symbols(g, cross_name(g[0]))),
         assumptions=(
             *one_sided(model),
             *not_determined(groups),
             *said,
             *without_covariance(main),
         ),
-    )
-
-
-def _by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
-    """What one table tells, at its own temperature."""
-    values, level = _values(calibration, table), table.temperature_degC
-    return Compensation(
-        k0=Law(values["k0"]),
-        K1=Law(values["K1"]),
-        k2=values["k2"],
-        k3=values["k3"],
-        cross=CrossAxis(_cross_name(table), Law(values["delta"]), values["delta_ip"]),
-        **errors_of_table(calibration, table)._asdict(),
-        T0=level,
-        temperatures=None if level is None else (level, level),
-        **_of_test(calibration, table),
     )
 
 
@@ -229,37 +202,13 @@ def _by_laws(
         K1=laws["K1"],
         k2=values["k2"],
         k3=values["k3"],
-        cross=CrossAxis(_cross_name(table), laws["delta"], values["delta_ip"]),
+        cross=CrossAxis(cross_name(table), laws["delta"], values["delta_ip"]),
         **errors_of_laws(model, laws, alone)._asdict(),
         T0=calibration.T0_degC,
         temperatures=None,
         hysteresis=0.0 if model.hysteresis is None else abs(model.hysteresis.value or 0.0),
-        **_of_test(calibration, table),
+        **of_test(calibration, table),
     )
-
-
-def _of_test(calibration: Calibration, table: TableCalibration) -> dict[str, Any]:
-    """What a compensation has of the test, whatever tells its coefficients."""
-    return {
-        "accelerations": _tested(table, calibration.delta0_rad),
-        "output_unit": calibration.output_unit,
-        "local_gravity": calibration.g_local_m_s2,
-        "serial": calibration.serial,
-    }
-
-
-def _with_other(found: Compensation, other: Compensation) -> Compensation:
-    """Take the other cross axis up, and of its covariance what belongs to that axis alone."""
-    names = (*PARAMETERS, *SLOPES)
-    own = [names.index(n) for n in ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")]
-    axis = OtherAxis(
-        other.cross.name,
-        other.cross.delta,
-        other.cross.delta_ip,
-        covariance=rows_of(np.array(other.covariance)[np.ix_(own, own)]),
-        over_dof=rows_of(np.array(other.over_dof)[np.ix_(own, own)]),
-    )
-    return replace(found, other=axis)
 
 
 def _one_side(
@@ -282,10 +231,6 @@ def _telling(tables: Sequence[TableCalibration], name: str) -> list[TableCalibra
     return [table for table in tables if table.error_model[name].value is not None]
 
 
-def _cross_name(table: TableCalibration) -> str:
-    return _CROSS_AXES[table.mounting[:1]]
-
-
 def _of_main_mounting(tables: Sequence[TableCalibration]) -> list[TableCalibration]:
     """Tables of the mounting that the laws are made from: the one that met most levels."""
     by_mounting: dict[str, list[TableCalibration]] = {}
@@ -293,19 +238,6 @@ def _of_main_mounting(tables: Sequence[TableCalibration]) -> list[TableCalibrati
         if all(table.coefficients[name].value is not None for name in _OF_LAWS):
             by_mounting.setdefault(table.mounting, []).append(table)
     return max(by_mounting.values(), key=len, default=[])
-
-
-# -- values ----------------------------------------------------------------------------------------
-
-
-def _values(calibration: Calibration, table: TableCalibration) -> dict[str, float]:
-    """`PARAMETERS` of a table, 0 where not determined (which `not_determined` tells)."""
-    scale_factor = table.coefficients["K1"].value
-    if not scale_factor:
-        raise InputError(f"run {table.run} has no scale factor K1; fit it with K1 among them")
-    errors = {name: quantity.value or 0.0 for name, quantity in table.error_model.items()}
-    delta = calibration.misalignment(table).value or 0.0
-    return {**errors, "delta": delta, "K1": scale_factor}
 
 
 def _law(law: TemperatureLaw, name: str) -> Law:
@@ -324,11 +256,3 @@ def _slope(slope: Quantity | None) -> Slope | None:
 
 def _borrowed(slope: Slope | None) -> Slope:
     return Slope() if slope is None else Slope(slope.value, abs(slope.value))
-
-
-def _tested(table: TableCalibration, delta0: float) -> tuple[float, float]:
-    """Lowest and highest a_i of the positions [g]."""
-    if not table.residuals.angle_deg:
-        return (-1.0, 1.0)
-    a_i = accelerations(table.residuals.angle_deg, delta0).input
-    return float(a_i.min()), float(a_i.max())

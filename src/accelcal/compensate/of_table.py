@@ -1,0 +1,128 @@
+"""What one table of a calibration gives to a compensation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from accelcal.compensate.coefficients import (
+    PARAMETERS,
+    SLOPES,
+    Compensation,
+    CrossAxis,
+    Law,
+    OtherAxis,
+)
+from accelcal.compensate.covariance import errors_of_table
+from accelcal.errors import InputError
+from accelcal.geometry import accelerations
+from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import rows_of
+from accelcal.results.table import TableCalibration
+
+_CROSS_AXES = {"o": "a_p", "p": "a_o"}
+"""Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""
+
+
+def by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
+    """What one table tells, at its own temperature.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    table : TableCalibration
+        One of its tables.
+
+    Returns
+    -------
+    Compensation
+        Without slopes.
+    """
+    values, level = _values(calibration, table), table.temperature_degC
+    return Compensation(
+        k0=Law(values["k0"]),
+        K1=Law(values["K1"]),
+        k2=values["k2"],
+        k3=values["k3"],
+        cross=CrossAxis(cross_name(table), Law(values["delta"]), values["delta_ip"]),
+        **errors_of_table(calibration, table)._asdict(),
+        T0=level,
+        temperatures=None if level is None else (level, level),
+        **of_test(calibration, table),
+    )
+
+
+def of_test(calibration: Calibration, table: TableCalibration) -> dict[str, Any]:
+    """What a compensation has of the test, whatever tells its coefficients.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    table : TableCalibration
+        One of its tables.
+
+    Returns
+    -------
+    dict
+        Fields of the compensation.
+    """
+    return {
+        "accelerations": _tested(table, calibration.delta0_rad),
+        "output_unit": calibration.output_unit,
+        "local_gravity": calibration.g_local_m_s2,
+        "serial": calibration.serial,
+    }
+
+
+def with_other(found: Compensation, other: Compensation) -> Compensation:
+    """Take the other cross axis up, and of its covariance what belongs to that axis alone.
+
+    Parameters
+    ----------
+    found : Compensation
+        That of the main axis.
+    other : Compensation
+        That of the other one.
+
+    Returns
+    -------
+    Compensation
+        Of both.
+    """
+    names = (*PARAMETERS, *SLOPES)
+    own = [names.index(n) for n in ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")]
+    axis = OtherAxis(
+        other.cross.name,
+        other.cross.delta,
+        other.cross.delta_ip,
+        covariance=rows_of(np.array(other.covariance)[np.ix_(own, own)]),
+        over_dof=rows_of(np.array(other.over_dof)[np.ix_(own, own)]),
+    )
+    return replace(found, other=axis)
+
+
+def cross_name(table: TableCalibration) -> str:
+    """Tell the cross axis that a table turned, ``"a_p"`` or ``"a_o"``."""
+    return _CROSS_AXES[table.mounting[:1]]
+
+
+def _values(calibration: Calibration, table: TableCalibration) -> dict[str, float]:
+    """`PARAMETERS` of a table, 0 where not determined (which `not_determined` tells)."""
+    scale_factor = table.coefficients["K1"].value
+    if not scale_factor:
+        raise InputError(f"run {table.run} has no scale factor K1; fit it with K1 among them")
+    errors = {name: quantity.value or 0.0 for name, quantity in table.error_model.items()}
+    delta = calibration.misalignment(table).value or 0.0
+    return {**errors, "delta": delta, "K1": scale_factor}
+
+
+def _tested(table: TableCalibration, delta0: float) -> tuple[float, float]:
+    """Lowest and highest a_i of the positions [g]."""
+    if not table.residuals.angle_deg:
+        return (-1.0, 1.0)
+    a_i = accelerations(table.residuals.angle_deg, delta0).input
+    return float(a_i.min()), float(a_i.max())
