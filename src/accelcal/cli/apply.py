@@ -50,6 +50,13 @@ if TYPE_CHECKING:
 @serial_option
 @click.option("--run", metavar="TEXT", help="Use the table of this run only.")
 @mounting_option
+@click.option(
+    "--by",
+    type=click.Choice(["laws", "levels"]),
+    default="laws",
+    show_default=True,
+    help="Coefficients by the temperature laws, or on straight lines between the levels.",
+)
 @number_option(
     "--output-uncertainty",
     "U",

@@ -15,9 +15,9 @@ from accelcal.arguments.numbers import (
     number_array,
     refuse_other_order,
 )
-from accelcal.arguments.options import check_flag
+from accelcal.arguments.options import check_choice, check_flag
 from accelcal.arrays import Array
-from accelcal.compensate.choice import compensation
+from accelcal.compensate.choice import BY, compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import invert, invert_with, slope
 from accelcal.compensate.measured import MeasuredAcceleration, joined
@@ -44,6 +44,7 @@ def apply(
     a_o: ArrayLike | None = None,
     *,
     run: str | int | None = None,
+    by: str = BY[0],
     extrapolate: bool = False,
     same_launch: bool = False,
     output_uncertainty: float = 0.0,
@@ -65,6 +66,9 @@ def apply(
         Acceleration along the pendulous and the output axis, 0 by default [g].
     run : str or int, optional
         Use the table of this run only.
+    by : {"laws", "levels"}, default "laws"
+        How the coefficients depend on temperature: by the laws of the calibration, or on straight
+        lines between its levels.
     extrapolate : bool, default False
         Accept temperatures outside the calibrated range, with a warning.
     same_launch : bool, default False
@@ -114,7 +118,9 @@ def apply(
     check_flag(extrapolate=extrapolate, same_launch=same_launch)
     if isinstance(calibration, TriadCalibration):
         heat = temperature_uncertainty or None
-        refuse_for_triad(a_p=a_p, a_o=a_o, run=run, temperature_uncertainty=heat)
+        check_choice(BY, by=by)
+        levels = None if by == BY[0] else by
+        refuse_for_triad(a_p=a_p, a_o=a_o, run=run, by=levels, temperature_uncertainty=heat)
         refuse_other_order({"output": output, "temperature": temperature})
         _warn(assumptions_of_triad(calibration, same_launch=same_launch))
         calibrated = calibration.temperatures
@@ -123,7 +129,7 @@ def apply(
         )
     else:
         check_side_by_side(output=output, temperature=temperature, a_p=a_p, a_o=a_o)
-        found = compensation(calibration, run, same_launch=same_launch)
+        found = compensation(calibration, run, by=by, same_launch=same_launch)
         _warn(found.assumptions)
         calibrated = found.temperatures
         measured = compensate(

@@ -8,12 +8,14 @@ from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
-from accelcal.compensate.choice import compensation
+from accelcal.compensate.choice import BY, compensation
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
+from accelcal.compensate.levels import LevelCompensation
 from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.compensate.ranges import CALIBRATE_THERE
 from accelcal.errors import AccelcalWarning, InputError
@@ -40,6 +42,7 @@ class CoefficientsAt(Correlated, FrozenMapping[Quantity]):
     The uncertainty of the output at 1 g, K1 (k0 + 1 g + k2 + k3) without the cross axis:
 
     >>> import numpy as np
+    from numpy.typing import ArrayLike
     >>> import accelcal
     >>> found = accelcal.coefficients_at(accelcal.fit(accelcal.simulate(seed=1)), 35.0)
     >>> found.covariance_names
@@ -75,9 +78,10 @@ def coefficients_at(
     temperature: float,
     *,
     run: str | int | None = None,
+    by: str = BY[0],
     extrapolate: bool = False,
 ) -> CoefficientsAt:
-    """Coefficients at a temperature, by the laws of a calibration, with their covariance.
+    """Coefficients at a temperature, by the laws of a calibration or between its levels.
 
     Parameters
     ----------
@@ -87,6 +91,9 @@ def coefficients_at(
         Temperature [degC].
     run : str or int, optional
         Use the table of this run only.
+    by : {"laws", "levels"}, default "laws"
+        How the coefficients depend on temperature: by the laws, or all on straight lines between
+        the levels of the calibration.
     extrapolate : bool, default False
         Accept a temperature outside the calibrated range, with a warning.
 
@@ -115,7 +122,8 @@ def coefficients_at(
     are those of the table nearest to T0. With J the derivatives by the values at T0 and by the
     slopes of the side of the temperature, and C their covariance, the covariance is J C J'. It is
     that of the laws: the shift to the next launch and the hysteresis, which `accelcal.apply`
-    counts, are not in it.
+    counts, are not in it. By levels the hysteresis is, see
+    `accelcal.compensate.levels.LevelTable`.
 
     Examples
     --------
@@ -127,7 +135,7 @@ def coefficients_at(
     """
     check_flag(extrapolate=extrapolate)
     check_number(temperature=temperature)
-    found = compensation(calibration, run, same_launch=True, effects=False)
+    found = compensation(calibration, run, by=by, same_launch=True, effects=False)
     for assumption in found.assumptions:
         warnings.warn(assumption, AccelcalWarning, stacklevel=2)
     if not found.within_temperatures(temperature):
@@ -139,8 +147,15 @@ def coefficients_at(
     by_laws = calibration.temperature_model is not None and run is None
     known = by_laws or bool(found.within_temperatures(temperature))
     units = {**ERROR_UNITS, "K1": calibration.tables[0].coefficients["K1"].unit}
+    if isinstance(found, LevelCompensation):
+        return _between_levels(found, rise, units)
     parts = {name: _at(found, name, rise) for name in PARAMETERS}
-    told = {name: _quantity(found, *parts[name], units[name], known) for name in PARAMETERS}
+    told = {
+        name: _quantity(found.covariance, found.over_dof, value, list(row), units[name])
+        if known
+        else Quantity(value, None, units[name])
+        for name, (value, row) in parts.items()
+    }
     names = tuple(name for name in PARAMETERS if told[name].standard_uncertainty is not None)
     jacobian = np.array([parts[name][1] for name in names]).reshape(
         -1, len(PARAMETERS) + len(SLOPES)
@@ -149,14 +164,36 @@ def coefficients_at(
     return CoefficientsAt(told, names, rows_of(jacobian @ covariance @ jacobian.T))
 
 
+def _between_levels(
+    found: LevelCompensation, rise: float, units: Mapping[str, str]
+) -> CoefficientsAt:
+    """Coefficients on the straight lines between levels."""
+    values = found.table.at(np.asarray(rise))
+    covariance, over_dof = found.table.errors_at(rise)
+    told = {}
+    for place, name in enumerate(PARAMETERS):
+        value = None if _symbol(found, name) in found.undetermined else float(values[place])
+        row = list(np.eye(len(PARAMETERS))[place])
+        told[name] = _quantity(covariance, over_dof, value, row, units[name])
+    names = tuple(name for name in PARAMETERS if told[name].standard_uncertainty is not None)
+    own = [PARAMETERS.index(name) for name in names]
+    return CoefficientsAt(told, names, rows_of(covariance[np.ix_(own, own)]))
+
+
+def _symbol(found: Compensation, name: str) -> str:
+    """Symbol of (2) for one of `PARAMETERS`."""
+    cross = found.cross
+    special = {"delta": cross.delta_symbol, "delta_ip": cross.coupling_symbol}
+    return special.get(name, name)
+
+
 def _at(found: Compensation, name: str, rise: float) -> tuple[float | None, Array]:
     """Value of one of them, and its derivatives by what the covariance is of."""
     names = (*PARAMETERS, *SLOPES)
     jacobian = np.zeros(len(names))
     jacobian[names.index(name)] = 1.0
     cross = found.cross
-    special = {"delta": cross.delta_symbol, "delta_ip": cross.coupling_symbol}
-    if special.get(name, name) in found.undetermined:
+    if _symbol(found, name) in found.undetermined:
         return None, jacobian
     if name not in LAWS:
         return {"k2": found.k2, "k3": found.k3, "delta_ip": cross.delta_ip}[name], jacobian
@@ -171,12 +208,12 @@ def _at(found: Compensation, name: str, rise: float) -> tuple[float | None, Arra
 
 
 def _quantity(
-    found: Compensation, value: float | None, jacobian: Array, unit: str, known: bool
+    covariance: ArrayLike, over_dof: ArrayLike, value: float | None, row: list[float], unit: str
 ) -> Quantity:
-    """One of them with its uncertainty, by the covariance of what the law is made of."""
-    if value is None or not known:
+    """One of them with its uncertainty, by the covariance of what it is made of."""
+    if value is None:
         return Quantity(value, None, unit)
-    told = interval_of_parts([propagated(found.covariance, found.over_dof, list(jacobian))])
+    told = interval_of_parts([propagated(covariance, over_dof, row)])
     standard, expanded, dof = (float(each) for each in (told.standard, told.expanded, told.dof))
     if math.isnan(standard):
         return Quantity(value, None, unit)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from accelcal.arguments.kinds import expect
+from accelcal.arguments.options import check_choice
 from accelcal.compensate.assumptions import (
     lost_symbols,
     one_sided,
@@ -15,6 +16,7 @@ from accelcal.compensate.assumptions import (
     unknown_level,
     without_covariance,
 )
+from accelcal.compensate.by_levels import level_compensation
 from accelcal.compensate.coefficients import (
     Compensation,
     CrossAxis,
@@ -43,7 +45,10 @@ from accelcal.results.usable import (
     tables_of_run,
 )
 
-__all__ = ["compensation"]
+__all__ = ["BY", "compensation"]
+
+BY = ("laws", "levels")
+"""How coefficients depend on temperature; the first is the default."""
 
 _OF_LAWS = ("K0", "K1", "M")
 _COMMON = ("k2", "k3", "delta_ip")
@@ -54,6 +59,7 @@ def compensation(
     calibration: Calibration,
     run: str | int | None = None,
     *,
+    by: str = BY[0],
     same_launch: bool = False,
     effects: bool = True,
 ) -> Compensation:
@@ -65,6 +71,9 @@ def compensation(
         The calibration.
     run : str or int, optional
         Use the table of this run only; by default the temperature laws, or the only table.
+    by : {"laws", "levels"}, default "laws"
+        How the coefficients depend on temperature: by the laws, or on straight lines between the
+        levels, see `accelcal.compensate.levels`.
     same_launch : bool, default False
         Leave the shift to the next launch out.
     effects : bool, default True
@@ -94,21 +103,33 @@ def compensation(
     ((-40.0, 80.0), ())
     """
     expect(calibration, Calibration)
+    check_choice(BY, by=by)
     refuse_misprinted(calibration)
     tables = tables_of_run(calibration, run)
     model = calibration.temperature_model
-    if model is not None and run is None:
+    by_laws = model is not None and run is None and by == "laws"
+    found: Compensation
+    if by == "levels":
+        _refuse_run(run)
+        found = level_compensation(calibration, tables)
+    elif model is not None and run is None:
         refuse_undetermined_laws(calibration)
         found = _from_laws(calibration, model, tables)
     else:
         found = _from_tables(calibration, tables)
-    by_laws = model is not None and run is None
     beyond = beyond_in_use(calibration, tables, by_laws=by_laws)
     launch = Launch() if same_launch else _next_launch(calibration)
     new_launch = [] if same_launch else unknown_launch(calibration)
     said = (*gates_that_warn(calibration, tables), *beyond, *found.assumptions, *new_launch)
     found = replace(found, launch=launch, assumptions=said)
     return _with_effects(calibration, found, taken_up=effects)
+
+
+def _refuse_run(run: str | int | None) -> None:
+    if run is not None:
+        raise InputError(
+            "run and by='levels' are both given: the table of one run has one level; leave one out"
+        )
 
 
 def _with_effects(calibration: Calibration, found: Compensation, *, taken_up: bool) -> Compensation:

@@ -54,10 +54,27 @@ def errors_of_table(calibration: Calibration, table: TableCalibration) -> _Error
         A misalignment that is free of the fixture angle has its own uncertainty and the
         correlations of the table. `SLOPES`, which are not in it, have no errors.
     """
-    names = table.covariance_names
-    if not names:
+    if not table.covariance_names:
         unknown = np.full((len(PARAMETERS), len(PARAMETERS)), np.nan)
         return _of_table(unknown, np.zeros_like(unknown))
+    jacobian = by_quotients(calibration, table)
+    return _of_table(*(jacobian @ told @ jacobian.T for told in (table.covariance, table.over_dof)))
+
+
+def by_quotients(calibration: Calibration, table: TableCalibration) -> Array:
+    """Derivatives of `PARAMETERS` by the coefficients in the covariance of a table.
+
+    Parameters
+    ----------
+    calibration, table
+        As of `errors_of_table`.
+
+    Returns
+    -------
+    ndarray, shape (6, p)
+        The derivatives; that of K1 is relative.
+    """
+    names = table.covariance_names
     values = {name: quantity.value or 0.0 for name, quantity in table.error_model.items()}
     scale_factor = table.coefficients["K1"].value or np.nan
     jacobian = np.zeros((len(PARAMETERS), len(names)))
@@ -68,7 +85,7 @@ def errors_of_table(calibration: Calibration, table: TableCalibration) -> _Error
     own, free = table.error_model["delta"], calibration.misalignment(table)
     if own.standard_uncertainty and free is not own:
         jacobian[PARAMETERS.index("delta")] *= standard_uncertainty(free) / own.standard_uncertainty
-    return _of_table(*(jacobian @ told @ jacobian.T for told in (table.covariance, table.over_dof)))
+    return jacobian
 
 
 def _of_table(covariance: Array, over_dof: Array) -> _Errors:

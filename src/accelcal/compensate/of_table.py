@@ -41,7 +41,7 @@ def by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
     Compensation
         Without slopes.
     """
-    values, level = _values(calibration, table), table.temperature_degC
+    values, level = values_of(calibration, table), table.temperature_degC
     return Compensation(
         k0=Law(values["k0"]),
         K1=Law(values["K1"]),
@@ -110,8 +110,26 @@ def cross_name(table: TableCalibration) -> str:
     return _CROSS_AXES[table.mounting[:1]]
 
 
-def _values(calibration: Calibration, table: TableCalibration) -> dict[str, float]:
-    """`PARAMETERS` of a table, 0 where not determined (which `not_determined` tells)."""
+def values_of(calibration: Calibration, table: TableCalibration) -> dict[str, float]:
+    """Tell `PARAMETERS` of a table, 0 where not determined.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    table : TableCalibration
+        One of its tables.
+
+    Returns
+    -------
+    dict of str to float
+        The misalignment is free of the fixture angle where that is known.
+
+    Raises
+    ------
+    InputError
+        If there is no scale factor.
+    """
     scale_factor = table.coefficients["K1"].value
     if not scale_factor:
         raise InputError(f"run {table.run} has no scale factor K1; fit it with K1 among them")

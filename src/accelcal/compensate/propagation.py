@@ -30,11 +30,21 @@ def propagated(covariance: ArrayLike, over_dof: ArrayLike, rows: Sequence[Array 
     unknown = np.isnan(told)
     variance = _squares(jacobian, np.where(unknown, 0.0, told))
     of_sources = np.asarray(over_dof, dtype=np.float64)
-    dof = _ratio(variance, _squares(jacobian, of_sources)) if of_sources.any() else math.inf
+    dof = ratio(variance, _squares(jacobian, of_sources)) if of_sources.any() else math.inf
     if unknown.any():
         used = (jacobian != 0.0).astype(float)
         variance = np.where(_squares(used, unknown) > 0.0, np.nan, variance)
     return Part(variance, dof)
+
+
+def variance_of(jacobian: Array, covariance: Array) -> Array:
+    """J C J', the rows of J one for each sample; NaN in C is NaN in what depends on it."""
+    unknown = np.isnan(covariance)
+    variance = _squares(jacobian, np.where(unknown, 0.0, covariance))
+    if not unknown.any():
+        return variance
+    used = (jacobian != 0.0).astype(float)
+    return np.where(_squares(used, unknown) > 0.0, np.nan, variance)
 
 
 def _squares(jacobian: Array, matrix: NDArray[Any]) -> Array:
@@ -46,7 +56,7 @@ def linear_sum(one: Part, other: Part) -> Part:
     """Sum of two parts that may be fully correlated."""
     first, second = np.sqrt(one.variance), np.sqrt(other.variance)
     total = first + second
-    return Part(total**2, _ratio(total, first / one.dof + second / other.dof))
+    return Part(total**2, ratio(total, first / one.dof + second / other.dof))
 
 
 def interval_of_parts(parts: Sequence[Part]) -> Intervals:
@@ -54,7 +64,7 @@ def interval_of_parts(parts: Sequence[Part]) -> Intervals:
     return combined([part.variance for part in parts], [np.asarray(part.dof) for part in parts])
 
 
-def _ratio(numerator: Array, denominator: Array) -> Array:
+def ratio(numerator: Array, denominator: Array) -> Array:
     """Quotient, infinite where the denominator is 0."""
     endless = np.full(np.shape(numerator), np.inf)
     return np.asarray(np.divide(numerator, denominator, out=endless, where=denominator != 0.0))

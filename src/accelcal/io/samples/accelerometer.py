@@ -53,7 +53,9 @@ class Accelerometer:
     def __init__(
         self, calibration: Calibration, headings: SampleHeadings, options: StreamOptions
     ) -> None:
-        found = compensation(calibration, options.run, same_launch=options.same_launch)
+        found = compensation(
+            calibration, options.run, by=options.by, same_launch=options.same_launch
+        )
         self.assumptions = found.assumptions
         self._found = found
         self._headings = headings

@@ -37,6 +37,8 @@ class StreamOptions:
         Serial number of the accelerometer; None takes that of the stream or calibration.
     run, mounting : str or None
         Use the tables of this run or mounting only.
+    by : str
+        How the coefficients depend on temperature, ``"laws"`` or ``"levels"``.
     same_launch : bool
         Leave the shift to the next launch out of the uncertainty.
     """
@@ -51,6 +53,7 @@ class StreamOptions:
     serial: str | None = None
     run: str | None = None
     mounting: str | None = None
+    by: str = "laws"
     same_launch: bool = False
 
 

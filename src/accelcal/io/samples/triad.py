@@ -45,7 +45,8 @@ class Triad:
         self, found: TriadCalibration, headings: SampleHeadings, options: StreamOptions
     ) -> None:
         heat = options.temperature_uncertainty or None
-        refuse_for_triad(temperature_uncertainty=heat, run=options.run)
+        by = None if options.by == "laws" else options.by
+        refuse_for_triad(temperature_uncertainty=heat, run=options.run, by=by)
         if found.temperature is None:
             refuse_for_triad(temperature=options.temperature)
         self._found = found

@@ -1,0 +1,319 @@
+"""From a calibration to coefficients level by level: its tables, drawn together at each level."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.compensate.assumptions import (
+    lost_symbols,
+    same_at_all_temperatures,
+    without_covariance,
+)
+from accelcal.compensate.coefficients import PARAMETERS, Compensation
+from accelcal.compensate.covariance import by_quotients, errors_of_table
+from accelcal.compensate.levels import Errors, LevelCompensation, LevelTable
+from accelcal.compensate.of_table import by_table, cross_name, values_of, with_other
+from accelcal.errors import InputError
+from accelcal.estimate.launch import SAME_LEVEL, same_levels
+from accelcal.results.calibration import Calibration
+from accelcal.results.fixture_angle import FixtureAngle
+from accelcal.results.table import TableCalibration, nearest_table
+from accelcal.results.temperature import nearest_level
+from accelcal.results.usable import not_determined
+
+_LAUNCHES = ("launch", "launch_sf")
+_BIAS, _DELTA = PARAMETERS.index("k0"), PARAMETERS.index("delta")
+_SIZE = len(PARAMETERS)
+_ROUNDING = 1e-9
+
+
+class _Run(NamedTuple):
+    """One table: its temperature, its coefficients, and their errors."""
+
+    temperature: float
+    values: Array
+    common: Array
+    common_over_dof: Array
+    own: Array
+    own_over_dof: Array
+
+
+def level_compensation(
+    calibration: Calibration, tables: Sequence[TableCalibration]
+) -> LevelCompensation:
+    """Take the coefficients level by level.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    tables : sequence of TableCalibration
+        All of its tables.
+
+    Returns
+    -------
+    LevelCompensation
+        Coefficients on straight lines between the levels.
+
+    Raises
+    ------
+    InputError
+        If there are not two levels, a temperature is not known, or the tables of the levels do not
+        tell the same coefficients.
+
+    Notes
+    -----
+    The tables are those of the mounting of most tables, and for the other cross axis those of the
+    mounting of most tables there. Tables of one level are averaged; the weight of each is that of
+    its variances, on the average of the coefficients. How far they scatter about their mean is in
+    the covariance, all of it, as the next one may lie where any of them did. So is the hysteresis
+    of the bias, where it is known and wider; at a level with one run, which is on one branch only,
+    a second time.
+    """
+    main = [t for t in tables if t.mounting == calibration.main_mounting]
+    table = _level_table(calibration, main)
+    near = nearest_table(main, calibration.T0_degC)
+    found, groups, said = by_table(calibration, near), [main], list[str]()
+    others = [t for t in tables if t.mounting == calibration.second_mounting]
+    other_table, (low, high) = None, _reach(calibration, table)
+    if others:
+        groups.append(others)
+        second = nearest_table(others, calibration.T0_degC)
+        found = with_other(found, by_table(calibration, second))
+        other_table = _level_table(calibration, others, least=1)
+        if other_table.rise.size == 1:
+            assert found.other is not None
+            said = same_at_all_temperatures(found.other, second)
+        else:
+            ends = _reach(calibration, other_table)
+            low, high = max(low, ends[0]), min(high, ends[1])
+    return LevelCompensation(
+        **{item.name: getattr(found, item.name) for item in fields(Compensation)}
+        | _told(calibration, groups, (low, high), [*said, *_between(table)]),
+        table=table,
+        other_table=other_table,
+    )
+
+
+def _told(
+    calibration: Calibration,
+    groups: Sequence[Sequence[TableCalibration]],
+    reach: tuple[float, float],
+    said: Sequence[str],
+) -> dict[str, Any]:
+    """Fields of what all levels tell together."""
+    low, high = reach
+    if low >= high:
+        raise InputError(
+            "by='levels': the two mountings have no range of temperatures together; choose one"
+            " by mounting"
+        )
+    near = nearest_table(groups[0], calibration.T0_degC)
+    return {
+        "T0": _reference(calibration),
+        "temperatures": reach,
+        "undetermined": tuple(s for g in groups for s in lost_symbols(g, cross_name(g[0]))),
+        "assumptions": (*not_determined(groups), *said, *without_covariance(near)),
+    }
+
+
+def _reference(calibration: Calibration) -> float:
+    return calibration.T0_degC or 0.0
+
+
+def _reach(calibration: Calibration, table: LevelTable) -> tuple[float, float]:
+    """Lowest and highest level [degC]."""
+    low, high = table.rise[[0, -1]] + _reference(calibration)
+    return float(low), float(high)
+
+
+def _between(table: LevelTable) -> list[str]:
+    """Say what straight lines between the levels do not know, with its size."""
+    if table.rise.size == 2:
+        return [
+            "by levels: two levels tell no curvature between them, so U does not count it; a third"
+            " level would show it"
+        ]
+    middle = 0.5 * (table.rise[1:] + table.rise[:-1])
+    missed = [table.departures(i, middle[i : i + 1])[:, 0] for i in range(middle.size)]
+    square = np.max([(each**2).mean(axis=0) for each in missed], axis=0)
+    bias, scale = np.sqrt(square[:2]) / (1.0, abs(table.values[:, 1]).min())
+    return [
+        "by levels: nothing was measured between the levels; curves through neighbouring levels"
+        f" leave the straight lines by up to {bias * 1e6:.2g} ug in k0 and {scale * 1e6:.2g} ppm in"
+        " K1, which U counts as a standard uncertainty; what bends between two levels without"
+        " showing at the others is not in U"
+    ]
+
+
+# -- levels ----------------------------------------------------------------------------------------
+
+
+def _level_table(
+    calibration: Calibration, tables: Sequence[TableCalibration], least: int = 2
+) -> LevelTable:
+    """Draw the tables of one mounting together, level by level."""
+    _refuse_different(tables)
+    runs = [_run(calibration, table, tables) for table in tables]
+    places = same_levels(np.array([run.temperature for run in runs]))
+    if len(places) < least:
+        raise InputError(
+            f"by='levels' needs levels more than {SAME_LEVEL:g} degC apart, and the calibration has"
+            f" one, {runs[0].temperature:g} degC; leave it out, or calibrate at a second level"
+        )
+    groups = [[runs[i] for i in level] for level in places]
+    levels = [_mean(group) for group in groups]
+    rise = np.array([level.temperature for level in levels]) - _reference(calibration)
+    values = np.array([level.values for level in levels])
+    slopes = _slopes(rise, values)
+    model = calibration.temperature_model
+    loop = (model.hysteresis.value if model and model.hysteresis else 0.0) or 0.0
+    spread = [_spread(group, slope, loop) for group, slope in zip(groups, slopes, strict=True)]
+    common = np.array([level.common for level in levels]) + np.array(spread)
+    return LevelTable(
+        rise,
+        values,
+        Errors(common, np.array([level.common_over_dof for level in levels])),
+        Errors(*(np.array([getattr(x, n) for x in levels]) for n in ("own", "own_over_dof"))),
+    )
+
+
+def _refuse_different(tables: Sequence[TableCalibration]) -> None:
+    """Refuse tables without a temperature, or of which one tells other coefficients."""
+    first = tables[0]
+    for table in tables:
+        if table.temperature_degC is None:
+            raise InputError(
+                f"by='levels' needs the temperature of every table, and that of run {table.run} is"
+                " not known; give the temperatures with the readings"
+            )
+        told = [{n: t.meaning(n) for n, q in t.coefficients.items() if q.value is not None}
+                for t in (first, table)]  # fmt: skip
+        if told[0] != told[1]:
+            names = [n for n in first.coefficients if told[0].get(n) != told[1].get(n)]
+            raise InputError(
+                f"by='levels': {', '.join(names)} of run {table.run} at {table.temperature_degC:g}"
+                f" degC do not mean the same as of run {first.run}; measure the same positions at"
+                " each level, or compensate by the laws"
+            )
+
+
+def _run(
+    calibration: Calibration, table: TableCalibration, tables: Sequence[TableCalibration]
+) -> _Run:
+    """Coefficients of a table, and their errors with those of K1 in its unit."""
+    values = values_of(calibration, table)
+    unit = np.ones(_SIZE)
+    unit[PARAMETERS.index("K1")] = values["K1"]
+    whole, told = (np.array(rows)[:_SIZE, :_SIZE] for rows in errors_of_table(calibration, table))
+    own, own_told = _of_launches(calibration, table)
+    if np.linalg.eigvalsh(np.nan_to_num(_scaled(whole - own, whole))).min() < -_ROUNDING:
+        own, own_told = np.zeros_like(own), np.zeros_like(own)
+    moved, wider = _free_of_the_angle(calibration, table, tables)
+    unit_of_errors = unit.copy()
+    unit_of_errors[_DELTA] *= wider
+    values["delta"] += moved
+    both = np.outer(unit_of_errors, unit_of_errors)
+    return _Run(
+        table.temperature_degC or 0.0,
+        np.array([values[name] for name in PARAMETERS]),
+        (whole - own) * both,
+        (told - own_told) * both,
+        own * both,
+        own_told * both,
+    )
+
+
+def _of_launches(calibration: Calibration, table: TableCalibration) -> tuple[Array, Array]:
+    """Covariance of `PARAMETERS` by shifts from launch to launch, which are new in each run."""
+    if not table.covariance_names:
+        return np.zeros((_SIZE, _SIZE)), np.zeros((_SIZE, _SIZE))
+    jacobian = by_quotients(calibration, table)
+    known = {source.name: source.dof or np.inf for source in calibration.error_sources}
+    own, told = np.zeros((_SIZE, _SIZE)), np.zeros((_SIZE, _SIZE))
+    for source in _LAUNCHES:
+        size = [table.budget.get(n, {}).get(source, 0.0) for n in table.covariance_names]
+        part = (jacobian * np.square(size)) @ jacobian.T
+        own, told = own + part, told + part / known.get(source, np.inf)
+    return own, told
+
+
+def _scaled(matrix: Array, covariance: Array) -> Array:
+    """Matrix in units of the standard deviations of a covariance."""
+    sigma = np.sqrt(np.diagonal(covariance))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(matrix / np.outer(sigma, sigma))
+
+
+def _free_of_the_angle(
+    calibration: Calibration, table: TableCalibration, tables: Sequence[TableCalibration]
+) -> tuple[float, float]:
+    """Correct the misalignment where both sides were measured at other levels only.
+
+    What it changes from the nearest of these levels to this one is that of the effective
+    misalignment. Returned are the change, and the factor of its uncertainty, which is that of the
+    three added up.
+    """
+    found = [item for item in calibration.fixture_angle if item.axis == table.mounting[0]]
+    if not found:
+        return 0.0, 1.0
+    free, level = found[0].nearest(table.temperature_degC), _nearest(found[0], table)
+    there = nearest_table(tables, level)
+    own, other = table.error_model["delta"], there.error_model["delta"]
+    if abs((there.temperature_degC or 0.0) - (table.temperature_degC or 0.0)) < SAME_LEVEL:
+        return 0.0, 1.0
+    sizes = [q.standard_uncertainty or 0.0 for q in (free, own, other)]
+    wider = sum(sizes) / sizes[0] if sizes[0] else 1.0
+    return (own.value or 0.0) - (other.value or 0.0), wider
+
+
+def _nearest(found: FixtureAngle, table: TableCalibration) -> float | None:
+    """Level of a fixture angle that is nearest to a table."""
+    return found.temperatures[nearest_level(found.temperatures, table.temperature_degC)]
+
+
+def _weights(runs: Sequence[_Run]) -> Array:
+    """Weights of the runs of a level, by their variances on the average of the coefficients."""
+    variances = np.array([np.diagonal(run.common + run.own) for run in runs])
+    mean = variances.mean(axis=0)
+    known = np.isfinite(mean) & (mean > 0.0)
+    if not known.any():
+        return np.full(len(runs), 1.0 / len(runs))
+    weights = 1.0 / np.mean(variances[:, known] / mean[known], axis=1)
+    return np.asarray(weights / weights.sum())
+
+
+def _mean(runs: Sequence[_Run]) -> _Run:
+    """Mean of the runs of a level, with what the errors of each leave in it."""
+    weights = _weights(runs)
+
+    def total(name: str, power: int) -> Any:
+        return sum(w**power * getattr(r, name) for w, r in zip(weights, runs, strict=True))
+
+    once, twice = ("temperature", "values", "common", "common_over_dof"), ("own", "own_over_dof")
+    return _Run(*(total(name, 1) for name in once), *(total(name, 2) for name in twice))
+
+
+def _slopes(rise: Array, values: Array) -> Array:
+    """Change with temperature at each level, the mean of both sides."""
+    if rise.size == 1:
+        return np.zeros_like(values)
+    slopes = np.diff(values, axis=0) / np.diff(rise)[:, None]
+    return np.asarray(0.5 * (np.vstack([slopes[:1], slopes]) + np.vstack([slopes, slopes[-1:]])))
+
+
+def _spread(runs: Sequence[_Run], slope: Array, loop: float) -> Array:
+    """Covariance of where the next run of a level may lie about the mean of those there are."""
+    mean, weights = _mean(runs), _weights(runs)
+    off = np.array(
+        [r.values - mean.values - slope * (r.temperature - mean.temperature) for r in runs]
+    )
+    spread = (off.T * weights) @ off
+    spread[_BIAS, _BIAS] += max(loop**2 - spread[_BIAS, _BIAS], 0.0)
+    spread[_BIAS, _BIAS] += loop**2 if len(runs) == 1 else 0.0
+    return np.asarray(spread)

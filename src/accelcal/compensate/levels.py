@@ -1,0 +1,272 @@
+"""Coefficients level by level: straight lines in temperature between what was calibrated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array, Places
+from accelcal.compensate.coefficients import PARAMETERS, Compensation, within_reach
+from accelcal.compensate.propagation import Part, linear_sum, ratio, variance_of
+from accelcal.effects.static import Samples
+
+__all__ = ["LevelCompensation", "LevelTable"]
+
+_NEAREST = 0.25
+"""A level is a neighbour from this part of an interval on: nearer ones tell a curvature badly."""
+
+_K1, _DELTA, _DELTA_IP = (PARAMETERS.index(name) for name in ("K1", "delta", "delta_ip"))
+
+
+class Errors(NamedTuple):
+    """Covariance at each of L levels, and with each source over its degrees of freedom.
+
+    Attributes
+    ----------
+    covariance, over_dof : ndarray, shape (L, 6, 6)
+        NaN in the covariance where unknown.
+    """
+
+    covariance: Array
+    over_dof: Array
+
+
+class LevelTable(NamedTuple):
+    """Coefficients at L levels, `PARAMETERS` in their units, with straight lines between.
+
+    Attributes
+    ----------
+    rise : ndarray, shape (L,)
+        Temperature of each level minus T0, ascending [degC].
+    values : ndarray, shape (L, 6)
+        The coefficients.
+    common : Errors
+        What may be the same at several levels: errors of the head, and all that nothing says to be
+        independent.
+    own : Errors
+        What is new at each level: shifts from launch to launch.
+
+    Notes
+    -----
+    At the part w of an interval the coefficients are (1 - w) p + w q. Whatever the correlation of
+    the common errors of p and q, the covariance of theirs is at most (1 - w) P + w Q in any
+    direction, and it is that where they are the same. That of what is independent is
+    (1 - w)^2 P + w^2 Q. Outside the levels, where a weight is negative, the first is
+    (|1 - w| + |w|) (|1 - w| P + |w| Q).
+
+    What the straight line misses is not known. Curves of second and third order through the two
+    levels and their neighbours tell what it may be: the mean square of the differences between
+    them and the line is added, as a matrix, since a curvature acts on all coefficients together.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
+    >>> from accelcal.compensate.choice import compensation
+    >>> table = compensation(calibration, by="levels").table
+    >>> table.rise.tolist()
+    [-60.0, 0.0, 60.0]
+    >>> table.at(15.0).round(6).tolist()[:2] == np.add(
+    ...     0.75 * table.values[1, :2], 0.25 * table.values[2, :2]
+    ... ).round(6).tolist()
+    True
+    """
+
+    rise: Array
+    values: Array
+    common: Errors
+    own: Errors
+
+    def at(self, rise: Array) -> Array:
+        """Coefficients at each temperature, shape (..., 6)."""
+        if self.rise.size == 1:
+            return np.broadcast_to(self.values[0], (*np.shape(rise), len(PARAMETERS)))
+        at, part = self._place(rise)
+        part = part[..., None]
+        return np.asarray((1.0 - part) * self.values[at] + part * self.values[at + 1])
+
+    def slope(self, rise: Array) -> Array:
+        """Change of the coefficients with temperature, shape (..., 6) [per degC]."""
+        if self.rise.size == 1:
+            return np.zeros((*np.shape(rise), len(PARAMETERS)))
+        slopes = np.diff(self.values, axis=0) / np.diff(self.rise)[:, None]
+        return np.asarray(slopes[self._place(rise)[0]])
+
+    def error(self, rise: Array, jacobian: Array) -> Part:
+        """Variance of what has the derivatives J by the coefficients.
+
+        Parameters
+        ----------
+        rise : ndarray, shape (n,)
+            T - T0 of each sample [degC].
+        jacobian : ndarray, shape (n, 6)
+            The derivatives.
+
+        Returns
+        -------
+        Part
+            The variance with its degrees of freedom, of each sample.
+        """
+        variance, over_dof = np.zeros(rise.shape), np.zeros(rise.shape)
+        at, _ = self._place(rise)
+        for interval in np.unique(at).tolist():
+            here = at == interval
+            inside, rows = rise[here], jacobian[here]
+            for weight, covariance, told in self._terms(interval, inside):
+                variance[here] += weight * variance_of(rows, covariance)
+                if told.any():
+                    over_dof[here] += weight * variance_of(rows, told)
+            missed = np.einsum("nj,knj->kn", rows, self.departures(interval, inside))
+            variance[here] += (missed**2).sum(axis=0) / max(len(missed), 1)
+        return Part(variance, ratio(variance, over_dof))
+
+    def errors_at(self, rise: float) -> tuple[Array, Array]:
+        """Covariance at a temperature, and with each source over its dof, shape (6, 6)."""
+        place = np.array([rise])
+        (interval,), _ = self._place(place)
+        missed = self.departures(int(interval), place)[:, 0]
+        covariance, over_dof = missed.T @ missed / max(len(missed), 1), np.zeros((6, 6))
+        for weight, own, told in self._terms(int(interval), place):
+            covariance, over_dof = covariance + weight * own, over_dof + weight * told
+        return covariance, over_dof
+
+    def departures(self, interval: int, rise: Array) -> Array:
+        """Curves through the neighbouring levels minus the straight line of an interval.
+
+        Parameters
+        ----------
+        interval : int
+            Its place.
+        rise : ndarray, shape (n,)
+            T - T0 [degC].
+
+        Returns
+        -------
+        ndarray, shape (curves, n, 6)
+            None where there are two levels.
+        """
+        if self.rise.size == 1:
+            return np.zeros((0, rise.size, len(PARAMETERS)))
+        low, high = self.rise[interval], self.rise[interval + 1]
+        curved = np.array([
+            second + third * (rise - self.rise[origin])[:, None]
+            for second, third, origin in self._curves(interval)
+        ]).reshape(-1, rise.size, len(PARAMETERS))  # fmt: skip
+        return np.asarray(((rise - low) * (rise - high))[:, None] * curved)
+
+    def _place(self, rise: Array) -> tuple[Places, Array]:
+        """Interval of each temperature, and which part of it lies below."""
+        if self.rise.size == 1:
+            return np.zeros(np.shape(rise), dtype=np.intp), np.zeros(np.shape(rise))
+        at = np.searchsorted(self.rise, rise, side="right") - 1
+        at = np.clip(at, 0, self.rise.size - 2)
+        low, high = self.rise[at], self.rise[at + 1]
+        return at, np.asarray((rise - low) / (high - low))
+
+    def _terms(self, interval: int, rise: Array) -> list[tuple[Array, Array, Array]]:
+        """Weights, with the covariance and that over the dof that each belongs to."""
+        if self.rise.size == 1:
+            one = np.ones(rise.shape)
+            return [(one, *(part[0] for part in errors)) for errors in (self.common, self.own)]
+        _, above = self._place(rise)
+        weights = (1.0 - above, above)
+        size = abs(weights[0]) + abs(weights[1])
+        return [
+            (weight, errors.covariance[interval + end], errors.over_dof[interval + end])
+            for end, part in enumerate(weights)
+            for weight, errors in ((size * abs(part), self.common), (part**2, self.own))
+        ]
+
+    def _curves(self, interval: int) -> list[tuple[Array, Array, int]]:
+        """Divided differences of second and third order, and the level the third begins at."""
+        low, high = interval, interval + 1
+        below, above = self._neighbour(low, -1, low), self._neighbour(high, 1, low)
+        found = [
+            (self._divided([low, high, other]), np.zeros(len(PARAMETERS)), other)
+            for other in (below, above)
+            if other is not None
+        ]
+        first, second = (below, above) if below is not None else (above, below)
+        if first is not None and second is None:  # at an end: two neighbours on one side
+            second = self._neighbour(first, -1 if first < low else 1, low)
+        if first is not None and second is not None:
+            three = [low, high, first]
+            found.append((self._divided(three), self._divided([*three, second]), first))
+        return found
+
+    def _neighbour(self, level: int, step: int, interval: int) -> int | None:
+        """Next level on one side that is far enough away; the last one where none is."""
+        others = range(level + step, self.rise.size if step > 0 else -1, step)
+        least = _NEAREST * (self.rise[interval + 1] - self.rise[interval])
+        for other in others:
+            if abs(self.rise[other] - self.rise[level]) >= least:
+                return other
+        return others[-1] if others else None
+
+    def _divided(self, levels: Sequence[int]) -> Array:
+        """Divided difference of the coefficients over some levels."""
+        if len(levels) == 1:
+            return np.asarray(self.values[levels[0]])
+        change = self._divided(levels[1:]) - self._divided(levels[:-1])
+        return np.asarray(change / (self.rise[levels[-1]] - self.rise[levels[0]]))
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class LevelCompensation(Compensation):
+    """Coefficients level by level.
+
+    Attributes
+    ----------
+    table : LevelTable
+        The levels of the main axis; the laws, the covariance and the other fields of `Compensation`
+        are those of the level nearest to T0, without slopes.
+    other_table : LevelTable or None
+        Those of the other cross axis, of which delta and delta_ip count.
+    """
+
+    table: LevelTable
+    other_table: LevelTable | None = None
+
+    __eq__ = object.__eq__  # arrays have no one answer
+    __hash__ = object.__hash__
+
+    @property
+    def _tables(self) -> tuple[LevelTable, ...]:
+        """One for each cross axis."""
+        return (self.table,) if self.other_table is None else (self.table, self.other_table)
+
+    def samples(self, rise: Array, cross: Sequence[Array]) -> Samples:
+        """Coefficients of samples at T - T0, with accelerations along the cross axes."""
+        main = self.table.at(rise)
+        tilt, linear = np.zeros(()), np.ones(())
+        for table, along in zip(self._tables, cross, strict=True):
+            at = main if table is self.table else table.at(rise)
+            tilt = tilt + at[..., _DELTA] * along
+            linear = linear + at[..., _DELTA_IP] * within_reach(along)
+        k0, K1, k2, k3 = (main[..., i] for i in range(_DELTA))
+        return Samples(rise, cross, k0, tilt, linear, k2, k3, K1)
+
+    def error(self, samples: Samples, a_i: Array, bracket: Array) -> Part:
+        """Variance of the bracket of the model from the coefficients [g^2]."""
+        one, nothing, along = np.ones_like(a_i), np.zeros_like(a_i), samples.cross[0]
+        rows = [one, bracket / samples.scale, a_i**2, a_i**3, along, a_i * along]
+        main = self.table.error(samples.rise, np.stack(rows, axis=-1))
+        if self.other_table is None:
+            return main
+        along = samples.cross[1]
+        rows = [nothing] * _DELTA + [along, a_i * along]
+        return linear_sum(main, self.other_table.error(samples.rise, np.stack(rows, axis=-1)))
+
+    def heat_sensitivity(self, samples: Samples, a_i: Array, bracket: Array) -> Array:
+        """Change of the bracket of the model with temperature [g/degC]."""
+        slope = self.table.slope(samples.rise)
+        rows = (np.ones_like(a_i), bracket / samples.scale, a_i**2, a_i**3)
+        total = np.sum([slope[..., i] * row for i, row in enumerate(rows)], axis=0)
+        for table, along in zip(self._tables, samples.cross, strict=True):
+            of_axis = table.slope(samples.rise)
+            total = total + (of_axis[..., _DELTA] + of_axis[..., _DELTA_IP] * a_i) * along
+        of_effects = self.effects.heat_sensitivity(samples, a_i) if self.effects else 0.0
+        return np.asarray(total + of_effects)
