@@ -78,6 +78,7 @@ class Case(NamedTuple):
 
 CASES = (
     Case("laws; 3 levels", bilinear, THREE),
+    Case("laws; 4 levels, T0 between them", bilinear, FOUR),
     Case("laws; 7 levels", bilinear, SEVEN),
     Case("straight; 3 levels", straight, THREE),
     Case("straight; 3 levels twice, nothing declared", straight, TWICE, declared=False),

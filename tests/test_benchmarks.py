@@ -41,6 +41,13 @@ def test_apply_coverage():
     assert len(re.findall(r"^\| all declared.*(?:\| [\d.]+ \([\d.]+\) ){4}\|$", printed, re.M)) == 1
 
 
+def test_levels_coverage():
+    printed = run("levels_coverage.py", "--smoke")
+    share = r"[\d.]+ \([\d.]+\)"
+    row = rf"^\| laws; 3 levels(?: \| {share} \| {share} \| \d+){{2}} \|$"
+    assert len(re.findall(row, printed, re.M)) == 1
+
+
 def test_apply_triad_coverage():
     printed = run("apply_triad_coverage.py", "--smoke")
     shares = re.findall(r"^\| 8 known \| [\d :]+ \| 0 \| ([\d.]+) \| [\d.]+ \|$", printed, re.M)

@@ -1,6 +1,8 @@
 """Coefficients level by level: straight lines between the levels, and what U says of them."""
 
+import doctest
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -358,6 +360,13 @@ def test_static_effects_are_taken_up():
     )
 
 
+def test_the_page_shows_what_comes_out():
+    page = (Path(__file__).parents[1] / "docs" / "apply.md").read_text("utf-8")
+    code = page.partition("## Level by level")[2].partition("```python\n")[2].partition("```")[0]
+    parsed = doctest.DocTestParser().get_doctest(code, {"accelcal": accelcal}, "page", None, None)
+    assert doctest.DocTestRunner().run(parsed) == (0, 3)
+
+
 # -- the command -----------------------------------------------------------------------------------
 
 
@@ -380,6 +389,7 @@ def test_command(run, calibration):
     code, out, err = run(calibration, "--by", "levels")
     assert code == 0
     assert "nothing was measured between the levels" in err
+    assert out.splitlines()[2].endswith(", by levels")
     told = np.array([row.split(",")[:3] for row in out.splitlines()[-3:]], dtype=float)
     found = accelcal.apply(calibration, [1.35, 1.2, -1.3], [20.0, 50.0, -15.0], by="levels")
     assert told[:, 0] == pytest.approx(found.value, abs=1e-9)

@@ -96,6 +96,7 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
       accelcal apply calibration.json flight.csv -o accelerations.csv
       accelcal apply triad.json imu.csv -o accelerations.csv
       accelcal apply calibration.json flight.csv.gz --in m/s^2 -o accelerations.csv.gz
+      accelcal apply calibration.json flight.csv --by levels -o accelerations.csv
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     from accelcal.io.documents.calibrations import TriadFile, read_calibrations_or_triad
     from accelcal.io.samples.forms import ONE_ACCELEROMETER, TRIAD
@@ -106,7 +107,9 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
     file, how = read_calibrations_or_triad(calibration), StreamOptions(**options)
     with open_samples(data, TRIAD if isinstance(file, TriadFile) else ONE_ACCELEROMETER) as samples:
         instrument = _instrument(file, samples, how, path)
-        about = f"{file.name}, SHA-256 {file.sha256}"
+        about = f"{file.name}, SHA-256 {file.sha256}" + (
+            ", by levels" if how.by == "levels" else ""
+        )
         stream = AccelerationStream(instrument, samples, how.unit, about)
         for note in stream.notes:
             remark(f"note: {note}")

@@ -42,7 +42,6 @@ class CoefficientsAt(Correlated, FrozenMapping[Quantity]):
     The uncertainty of the output at 1 g, K1 (k0 + 1 g + k2 + k3) without the cross axis:
 
     >>> import numpy as np
-    from numpy.typing import ArrayLike
     >>> import accelcal
     >>> found = accelcal.coefficients_at(accelcal.fit(accelcal.simulate(seed=1)), 35.0)
     >>> found.covariance_names

@@ -123,7 +123,9 @@ def _told(
 
 
 def _reference(calibration: Calibration) -> float:
-    return calibration.T0_degC or 0.0
+    """T0, or where there is none the first temperature [degC]."""
+    first = calibration.tables[0].temperature_degC or 0.0
+    return first if calibration.T0_degC is None else calibration.T0_degC
 
 
 def _reach(calibration: Calibration, table: LevelTable) -> tuple[float, float]:
@@ -139,15 +141,16 @@ def _between(table: LevelTable) -> list[str]:
             "by levels: two levels tell no curvature between them, so U does not count it; a third"
             " level would show it"
         ]
-    middle = 0.5 * (table.rise[1:] + table.rise[:-1])
-    missed = [table.departures(i, middle[i : i + 1])[:, 0] for i in range(middle.size)]
-    square = np.max([(each**2).mean(axis=0) for each in missed], axis=0)
+    low, high = table.rise[:-1], table.rise[1:]
+    worst = np.where((low < 0.0) & (high > 0.0), 0.0, 0.5 * (low + high))
+    missed = [table.departures(i, worst[i : i + 1])[:, 0] for i in range(worst.size)]
+    square = np.max([(each**2).sum(axis=0) for each in missed], axis=0)
     bias, scale = np.sqrt(square[:2]) / (1.0, abs(table.values[:, 1]).min())
+    off_bias, off_scale = (f"{float(f'{size * 1e6:.2g}'):g}" for size in (bias, scale))
     return [
-        "by levels: nothing was measured between the levels; curves through neighbouring levels"
-        f" leave the straight lines by up to {bias * 1e6:.2g} ug in k0 and {scale * 1e6:.2g} ppm in"
-        " K1, which U counts as a standard uncertainty; what bends between two levels without"
-        " showing at the others is not in U"
+        "by levels: nothing was measured between the levels; curves through neighbouring levels are"
+        f" off the straight lines by up to {off_bias} ug in k0 and {off_scale} ppm in K1, which U"
+        " counts as a standard uncertainty; what bends in between and shows at no level it does not"
     ]
 
 

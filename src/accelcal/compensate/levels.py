@@ -12,6 +12,7 @@ from accelcal.arrays import Array, Places
 from accelcal.compensate.coefficients import PARAMETERS, Compensation, within_reach
 from accelcal.compensate.propagation import Part, linear_sum, ratio, variance_of
 from accelcal.effects.static import Samples
+from accelcal.estimate.launch import SAME_LEVEL
 
 __all__ = ["LevelCompensation", "LevelTable"]
 
@@ -60,6 +61,8 @@ class LevelTable(NamedTuple):
     What the straight line misses is not known. Curves of second and third order through the two
     levels and their neighbours tell what it may be: the mean square of the differences between
     them and the line is added, as a matrix, since a curvature acts on all coefficients together.
+    Where T0 lies between two levels, where the laws break and nothing shows it, the square of what
+    the lines of the neighbouring intervals say of T0 is added too.
 
     Examples
     --------
@@ -120,7 +123,7 @@ class LevelTable(NamedTuple):
                 if told.any():
                     over_dof[here] += weight * variance_of(rows, told)
             missed = np.einsum("nj,knj->kn", rows, self.departures(interval, inside))
-            variance[here] += (missed**2).sum(axis=0) / max(len(missed), 1)
+            variance[here] += (missed**2).sum(axis=0)
         return Part(variance, ratio(variance, over_dof))
 
     def errors_at(self, rise: float) -> tuple[Array, Array]:
@@ -128,7 +131,7 @@ class LevelTable(NamedTuple):
         place = np.array([rise])
         (interval,), _ = self._place(place)
         missed = self.departures(int(interval), place)[:, 0]
-        covariance, over_dof = missed.T @ missed / max(len(missed), 1), np.zeros((6, 6))
+        covariance, over_dof = missed.T @ missed, np.zeros((6, 6))
         for weight, own, told in self._terms(int(interval), place):
             covariance, over_dof = covariance + weight * own, over_dof + weight * told
         return covariance, over_dof
@@ -146,16 +149,34 @@ class LevelTable(NamedTuple):
         Returns
         -------
         ndarray, shape (curves, n, 6)
-            None where there are two levels.
+            Over the root of their number, so that the sum of squares is their mean square, and
+            behind them a line that breaks at T0, where that lies between the two levels. None where
+            there are two levels.
         """
         if self.rise.size == 1:
             return np.zeros((0, rise.size, len(PARAMETERS)))
         low, high = self.rise[interval], self.rise[interval + 1]
-        curved = np.array([
-            second + third * (rise - self.rise[origin])[:, None]
-            for second, third, origin in self._curves(interval)
-        ]).reshape(-1, rise.size, len(PARAMETERS))  # fmt: skip
-        return np.asarray(((rise - low) * (rise - high))[:, None] * curved)
+        curves, beside = self._curves(interval), ((rise - low) * (rise - high))[:, None]
+        found = [
+            beside * (second + third * (rise - self.rise[origin])[:, None]) / len(curves) ** 0.5
+            for second, third, origin in curves
+        ]
+        if low < -SAME_LEVEL and high > SAME_LEVEL and found:
+            found.append(
+                np.outer(np.minimum(1.0 - rise / low, 1.0 - rise / high), self._break(interval))
+            )
+        return np.array(found).reshape(-1, rise.size, len(PARAMETERS))
+
+    def _break(self, interval: int) -> Array:
+        """How far the lines of the neighbouring intervals, drawn on to T0, are off that of one."""
+        ends = ((interval, -1), (interval + 1, 1))
+        others = [(end, self._neighbour(end, step, interval)) for end, step in ends]
+        drawn_on = [
+            self.values[end] - self.rise[end] * self._divided([end, other])
+            for end, other in others
+            if other is not None
+        ]
+        return np.asarray(np.mean(drawn_on, axis=0) - self.at(np.zeros(())))
 
     def _place(self, rise: Array) -> tuple[Places, Array]:
         """Interval of each temperature, and which part of it lies below."""
