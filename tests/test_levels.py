@@ -222,7 +222,7 @@ def refused(calibration, temperature=20.0, **how):
 
 def test_refusals(calibration):
     assert "by 'level' is unknown; choose from laws, levels" in refused(calibration, by="level")
-    assert "run and by='levels' are both given" in refused(calibration, run=1)
+    assert "run=... and by='levels' are both given" in refused(calibration, run=1)
     assert "90 degC is more than 1 degC outside" in refused(calibration, 90.0)
     assert "the calibration has one, 20 degC" in refused(fitted((20.0, 20.0)))
     bare = replace(calibration.tables[1], temperature_degC=None)

@@ -151,6 +151,7 @@ def _between(table: LevelTable) -> list[str]:
         "by levels: nothing was measured between the levels; curves through neighbouring levels are"
         f" off the straight lines by up to {off_bias} ug in k0 and {off_scale} ppm in K1, which U"
         " counts as a standard uncertainty; what bends in between and shows at no level it does not"
+        + ("; three levels tell no more than a parabola" if table.rise.size == 3 else "")
     ]
 
 

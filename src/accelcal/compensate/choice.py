@@ -128,7 +128,8 @@ def compensation(
 def _refuse_run(run: str | int | None) -> None:
     if run is not None:
         raise InputError(
-            "run and by='levels' are both given: the table of one run has one level; leave one out"
+            "run=... and by='levels' are both given: the table of one run has one level; leave one"
+            " out"
         )
 
 
