@@ -56,7 +56,7 @@ class LevelTable(NamedTuple):
     the common errors of p and q, the covariance of theirs is at most (1 - w) P + w Q in any
     direction, and it is that where they are the same. That of what is independent is
     (1 - w)^2 P + w^2 Q. Outside the levels, where a weight is negative, the first is
-    (|1 - w| + |w|) (|1 - w| P + |w| Q).
+    (a + b) (a P + b Q), with a and b the sizes of the weights.
 
     What the straight line misses is not known. Curves of second and third order through the two
     levels and their neighbours tell what it may be: the mean square of the differences between
