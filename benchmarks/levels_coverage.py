@@ -3,7 +3,7 @@
 The tests are drawn here, by numpy alone, of units whose bias, scale factor and misalignment follow
 a curve in temperature: the laws, a parabola, a cubic, waves. Each is calibrated as a user would;
 coefficients at many temperatures between the levels, and accelerations of new launches there, are
-compared with the truth. Run ``python benchmarks/levels_coverage.py`` (five minutes) or with
+compared with the truth. Run ``python benchmarks/levels_coverage.py`` (half an hour) or with
 ``--smoke`` (seconds)::
 
     python benchmarks/levels_coverage.py --units 200

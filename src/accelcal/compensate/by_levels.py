@@ -150,7 +150,7 @@ def _between(table: LevelTable) -> list[str]:
     return [
         "by levels: nothing was measured between the levels; curves through neighbouring levels are"
         f" off the straight lines by up to {off_bias} ug in k0 and {off_scale} ppm in K1, which U"
-        " counts as a standard uncertainty; what bends in between and shows at no level it does not"
+        " counts as a standard uncertainty; it does not count what bends between two levels alone"
         + ("; three levels tell no more than a parabola" if table.rise.size == 3 else "")
     ]
 
