@@ -261,6 +261,18 @@ def test_a_lag_without_misalignment_is_no_mirrored_stroke(strokes):
     assert {found.id for found in accelcal.discover(record).effects} == {"backlash", "hysteresis"}
 
 
+@pytest.mark.parametrize(
+    "beside", [(), (effect("fourth-order").of(5e-4),)], ids=["alone", "beside another effect"]
+)
+@pytest.mark.parametrize(("lag", "size"), [("backlash", 8.5e-4), ("hysteresis", 6e-4)])
+def test_a_lag_larger_than_the_misalignment_is_no_mirrored_stroke(lag, size, beside):
+    unit = replace(accelcal.AL15, misalignment=accelcal.BilinearLaw(2e-4))
+    plan = accelcal.TumblePlan(strokes=4)
+    record = accelcal.simulate(unit, plan, effects=[effect(lag).of(size), *beside], seed=3)
+    assert faults(record, 20.0)[0] == ()
+    assert lag in {found.id for found in accelcal.discover(record).effects}
+
+
 def test_stroke_of_the_other_sign_is_put_right(clean):
     own = stroke_of(clean)
     (fault,), mended = faults(changed(clean, lambda y: np.negative.at(y, own)), 20.0)

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
+from accelcal.discovery.columns import dummies
 from accelcal.discovery.faults.fault import SMALLEST, of_run, order_fault
 from accelcal.discovery.faults.single_tables import single_table, tables_of
+from accelcal.discovery.spans import orthonormal, without
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.order import OtherOrder, order_of_strokes
 from accelcal.gates.sizes import wrong_sign
@@ -20,9 +22,12 @@ from accelcal.record import TumbleRecord
 from accelcal.results.findings import Fault
 from accelcal.results.quantity import Quantity
 
-_LAGGING, _LARGEST_LAG = 1.5, 3e-4
-"""Squared residuals of another order, over those of a lag, from which on it is the lag, and the
-largest one that is a lag [g]."""
+_LAGGING = 1.5
+"""Squared residuals of another order, over those of a lag, from which on it is the lag."""
+
+_FAR_BETTER = 50.0
+"""How many times smaller another order of one direction must make the squared residuals: where it
+leaves more, lags of any kind are likelier."""
 
 
 def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...], TumbleRecord]:
@@ -33,7 +38,7 @@ def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...]
         for _ in range(int(distinct(record.stroke[own]).size)):
             table = prepare(record.select(own), delta0=delta0)
             other = order_of_strokes(table, delta0)
-            if other is None or _lags_instead(table, other):
+            if other is None or _lags_instead(table.record, other):
                 break
             places = np.flatnonzero(own)[other.chosen]
             found.append(_fault(record, table, other, places))
@@ -62,21 +67,32 @@ def _of_all(found: list[Fault]) -> Fault:
     return replace(found[0], p_value=p, readings=tuple(readings), finding=text)
 
 
-def _lags_instead(table: PreparedTable, other: OtherOrder) -> bool:
+def _lags_instead(record: TumbleRecord, other: OtherOrder) -> bool:
     """Whether an offset, a backlash or a hysteresis between the strokes fits better still.
 
-    Without a misalignment, a lag of b is M = b forward and M = -b back, as if back were mirrored.
+    Only strokes of one direction look so: beside a small misalignment, a lag of b is M = b forward
+    and M = -b back, as if back were mirrored. What is mirrored in truth looks like a lag as well,
+    but none fits better. Whatever stands at a position in each of its readings tells nothing, as it
+    may be another effect.
     """
-    record = table.record
+    sense = np.where(record.stroke % 2 == 1, 1.0, -1.0)
+    if abs(sense @ np.where(other.chosen, 1.0, -1.0)) < sense.size:  # not all of one direction
+        return False
+    if other.better < _FAR_BETTER:
+        return True
     cross = np.sin(np.deg2rad(record.angle))
     by_sense = np.stack([np.ones_like(cross), cross, np.sign(np.round(cross, 9))], axis=1)
-    sense = np.where(record.stroke % 2 == 1, 1.0, -1.0)
-    design = np.hstack([table.kept_design, sense[:, None] * by_sense])
-    values = np.linalg.lstsq(design, record.output, rcond=None)[0]
-    rest = record.output - design @ values
-    k1 = abs(float(values[table.estimability.kept.index("K1")]))
-    small = float(np.abs(values[-by_sense.shape[1] :]).max()) < _LARGEST_LAG * k1
-    return small and float(rest @ rest) < other.squares / _LAGGING
+    lagging = np.hstack([_positions(record.angle), sense[:, None] * by_sense])
+    ordered = _positions(np.where(other.chosen, other.angle, record.angle))
+    output = np.where(other.chosen, other.sign, 1.0) * record.output
+    rest = without(record.output, orthonormal(lagging)), without(output, orthonormal(ordered))
+    lag, order = (float(each @ each) for each in rest)
+    return lag < order / _LAGGING
+
+
+def _positions(angle: Array) -> Array:
+    """A column for each position of the head."""
+    return dummies(np.round(np.mod(angle + 1e-6, 360.0), 6))
 
 
 def _fault(record: TumbleRecord, table: PreparedTable, other: OtherOrder, places: Places) -> Fault:
