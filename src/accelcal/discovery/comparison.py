@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from statistics import NormalDist
 from typing import NamedTuple
@@ -13,9 +14,16 @@ from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.instance import Instance, column_of
-from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise, refuse_too_many
+from accelcal.discovery.noise import (
+    FEWEST_REPLICATES,
+    ReadingNoise,
+    covariance,
+    reading_noise,
+    refuse_too_many,
+)
 from accelcal.discovery.run_noise import with_noise_of_runs
 from accelcal.discovery.space import Space, root_of, space_of, whitened, whitener_of
+from accelcal.discovery.spans import orthonormal
 from accelcal.record import TumbleRecord
 
 _RHOS = 6
@@ -83,7 +91,8 @@ def compared(
     delta0 : float, default 0
         Fixture angle [rad].
     known : tuple of Instance
-        Effects that are known to be there, so that they do not count as noise.
+        Effects that are known to be there, so that they do not count as noise unless they leave too
+        little to tell it.
     memory : bool, default True
         Whether neighbouring readings may be correlated.
     noise : ReadingNoise, optional
@@ -103,8 +112,7 @@ def compared(
     model = base_model(record, reference_temperature, delta0)
     repeating = saturated(model.conditions, record.mounting)
     if noise is None:
-        columns = [column_of(item, model.conditions)[:, None] for item in known]
-        within = np.hstack([repeating, *columns])
+        within = _beside(repeating, [column_of(item, model.conditions) for item in known])
         first = model.residual(solve(model))
         step, by_std = _step(record, model), relative_noise(record)
         relative = with_noise_of_runs(model.conditions, first, within, by_std)
@@ -118,6 +126,13 @@ def compared(
     seen = space.see(model.residual(parameters))
     roots = _roots(record, model, noise)
     return Comparison(record, model, parameters, noise, space, seen, spread, roots)
+
+
+def _beside(repeating: Array, columns: Sequence[Array]) -> Array:
+    """What is no noise: all that repeats and, where they leave enough of it, known effects."""
+    within = np.column_stack([repeating, *columns])
+    enough = len(within) - orthonormal(within).shape[1] >= FEWEST_REPLICATES
+    return within if enough else repeating
 
 
 def _spread(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> Array:
