@@ -466,14 +466,15 @@ def test_faults_of_the_readings_are_in_no_model(faulty, tmp_path):
 
 
 def test_a_model_of_several_effects_fits_a_record_with_few_replicates():
-    """Beside three effects, 36 readings leave too little to tell the noise from."""
+    """Beside three effects, 35 readings leave too little to tell the noise from."""
     known = [effect("hysteresis").of(8e-5), effect("bias-step").of(9e-5, reading=20)]
     known.append(effect("warm-up").of(2e-4, tau=300.0))
     model = accelcal.discover(accelcal.simulate(seed=2, effects=known))
     assert {"hysteresis", "bias-step", "warm-up"} <= {found.id for found in model.effects}
     plan = accelcal.TumblePlan(strokes=4, temperatures=(20.0,))
     record = accelcal.simulate(plan=plan, seed=3, effects=known)
-    table = accelcal.fit(record, model=model).tables[0]
+    short = record.select(np.arange(len(record)) < len(record) - 1)
+    table = accelcal.fit(short, model=model).tables[0]
     k1 = table.coefficients["K1"]
     assert abs(k1.value - 1.35) < k1.expanded_uncertainty
 
