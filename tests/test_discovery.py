@@ -479,7 +479,6 @@ def test_a_model_of_several_effects_fits_a_record_with_few_replicates():
     assert abs(k1.value - 1.35) < k1.expanded_uncertainty
 
 
-
 def test_a_wrong_order_is_a_fault_but_no_effect():
     record = accelcal.simulate(seed=1)
     mirrored = record.output.copy()

@@ -273,6 +273,17 @@ def test_a_lag_larger_than_the_misalignment_is_no_mirrored_stroke(lag, size, bes
     assert lag in {found.id for found in accelcal.discover(record).effects}
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_tilt_at_an_uneven_pace_is_no_vibration(seed):
+    """It is another pattern in each cycle, larger where the angle matters more."""
+    record = accelcal.simulate(plan=accelcal.TumblePlan(timed=True), seed=seed)
+    pauses = np.random.default_rng(seed).exponential(60.0, len(record))
+    time = record.time + np.cumsum(pauses)
+    tilt = 5e-4 * time / 3600.0 * np.sin(np.deg2rad(record.angle))
+    tilted = replace(record, time=time, output=record.output + 1.35 * tilt)
+    assert "vibration-noise" not in {fault.id for fault in faults(tilted, 20.0)[0]}
+
+
 def test_stroke_of_the_other_sign_is_put_right(clean):
     own = stroke_of(clean)
     (fault,), mended = faults(changed(clean, lambda y: np.negative.at(y, own)), 20.0)

@@ -16,7 +16,7 @@ from accelcal.arrays import Array, Places
 from accelcal.discovery.declared_noise import in_units_of, relative_noise
 from accelcal.discovery.faults.fault import entry_fault
 from accelcal.discovery.faults.other_size import run_of_another_size
-from accelcal.discovery.faults.pure_error import PureError, moving, pure_error
+from accelcal.discovery.faults.pure_error import PureError, moving, pure_error, tilting
 from accelcal.discovery.faults.remounting import mounted_anew
 from accelcal.discovery.faults.single_readings import nominal_scale, single_readings
 from accelcal.discovery.faults.uneven_noise import (
@@ -53,6 +53,11 @@ class _Scene(NamedTuple):
     readings: Array  # [g]
     relative: Array | None  # noise of each, as declared
     view: PureError  # within runs, in units of that
+
+    def beside_tilts(self) -> PureError:
+        """The view beside drifts of scale factor and misalignment by the time."""
+        columns = tilting(self.c, self.record.mounting)
+        return pure_error(*(in_units_of(self.relative, own) for own in (self.readings, columns)))
 
 
 def faults(
@@ -110,10 +115,11 @@ def faults(
     step = step or visible_step(ordered.output, _scatter(rest))
     # Where readings are rounded to a visible step, the scatter of a cell depends on where in a step
     # its mean lies. That would pass for vibration, so it is not looked for.
-    chance = 1.0 if step else chance_of_vibration(rest.view, rest.c, mended.mounting)
+    view = rest.beside_tilts()
+    chance = 1.0 if step else chance_of_vibration(view, rest.c, mended.mounting)
     shaken: tuple[Fault, ...] = ()
     if chance < alpha:
-        ratio = vibration_over_noise(rest.view, rest.c, mended.mounting)
+        ratio = vibration_over_noise(view, rest.c, mended.mounting)
         single, mended = _of_single_readings(scene, step, ratio, alpha)
         shaken = (_of_vibration(_scene(mended, reference_temperature, delta0), chance),)
     stepped = () if step is None else (_of_step(step, rest),)

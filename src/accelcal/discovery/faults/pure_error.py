@@ -101,8 +101,21 @@ def pure_error(readings: Array, columns: Array) -> PureError:
 
 def moving(c: Conditions, mounting: NDArray[np.str_]) -> Array:
     """Columns of all that repeats, and of cycles that differ as by a drift, shape (n, k)."""
-    cycles = dummies(c.run, cycle(c))
-    return np.hstack([saturated(c, mounting), cycles * c.input[:, None], cycles * c.cross[:, None]])
+    return np.hstack([saturated(c, mounting), *_by_angle(dummies(c.run, cycle(c)), c)])
+
+
+def tilting(c: Conditions, mounting: NDArray[np.str_]) -> Array:
+    """The same with a drift of scale factor and misalignment by the time, shape (n, k).
+
+    Where the pace is not even, a tilt is another pattern in each cycle.
+    """
+    drifts = dummies(c.run) * c.run_time[:, None]
+    return np.hstack([moving(c, mounting), *_by_angle(drifts, c)])
+
+
+def _by_angle(columns: Array, c: Conditions) -> tuple[Array, Array]:
+    """Columns that act on the scale factor, and on the misalignment."""
+    return columns * c.input[:, None], columns * c.cross[:, None]
 
 
 def smooth(c: Conditions, mounting: NDArray[np.str_]) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array
 from accelcal.discovery.columns import dummies
-from accelcal.discovery.faults.pure_error import TELLING, PureError, moving
+from accelcal.discovery.faults.pure_error import TELLING, PureError, tilting
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.grouping import grouped
@@ -137,7 +137,7 @@ def vibration(readings: Array, c: Conditions, mounting: NDArray[np.str_]) -> Vib
     In the eigenvectors of what a_p^2 makes of the pure error, coordinate k has the variance
     sigma^2 + lambda_k vibration^2, independent of the others; Fisher's scoring does the rest.
     """
-    basis = orthonormal(moving(c, mounting))
+    basis = orthonormal(tilting(c, mounting))
     rest = np.linalg.qr(basis, mode="complete")[0][:, basis.shape[1] :]
     values, vectors = np.linalg.eigh(rest.T @ (c.cross[:, None] ** 2 * rest))
     squares = (vectors.T @ (rest.T @ readings)) ** 2
