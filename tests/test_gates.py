@@ -724,6 +724,35 @@ def test_two_readings_alike_make_no_copy():
     assert "resolution" not in warnings_of(fitted(fault))
 
 
+@pytest.mark.parametrize(("word", "sign"), [("largest", 1.0), ("least", -1.0)])
+@pytest.mark.parametrize("by", [0.0, 1e-3])
+def test_a_range_that_ends_below_the_largest_readings(word, sign, by):
+    """All readings at one end are cut off, or half of them."""
+
+    def clipped(readings, _):
+        size = [sign * y for *_, y in readings]
+        end = round(sorted(size, reverse=True)[6] - SCALE_FACTOR * by, 8)
+        return [[run, j, k, sign * min(sign * y, end)] for run, j, k, y in readings]
+
+    warned = warnings_of(fitted(clipped))
+    assert_said(warned, "resolution", rf"^\d+ readings have the {word} output, -?[\d.]+ mA,")
+
+
+@pytest.mark.parametrize("digits", [5, 6, 7])
+@pytest.mark.parametrize("quiet", [0.0, 0.1])
+def test_readings_of_little_noise_at_the_ends_are_no_end_of_a_range(digits, quiet):
+    def coarse(readings, positions):
+        rng = random.Random(digits)
+        for run, j, k, y in readings:
+            cross = abs(math.sin(2.0 * math.pi * (j - 1) / positions))
+            shaken = SCALE_FACTOR * 2e-5 * (quiet + cross) * rng.gauss(0.0, 1.0)
+            yield [run, j, k, round(y + shaken, digits)]
+
+    for strokes in (4, 6, 12):
+        gates = fitted(coarse, strokes=strokes, noise=0.0).tables[0].gates
+        assert not any("range" in gate.finding for gate in gates)
+
+
 # -- proportions, lack of fit, agreement -----------------------------------------------------------
 
 

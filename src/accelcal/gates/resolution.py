@@ -1,10 +1,11 @@
-"""Gate on the digits of the readings: too coarse for the noise, or those of another stroke."""
+"""Gate on the digits of the readings: too coarse for the noise, or alike where they cannot be."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from accelcal.gates.copies import copied_strokes, copy_said
+from accelcal.gates.range_ends import range_ends
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
 from accelcal.numerics.decimal_steps import common_steps
@@ -16,7 +17,7 @@ _ALIKE = 1.5  # visible over declared step above which the two contradict each o
 
 
 def resolution(stack: TableStack) -> GateStack:
-    """Look for a step of the readings that the noise is too small to average out, and for copies.
+    """Look for a step that the noise is too small to average out, copies, and ends of a range.
 
     Parameters
     ----------
@@ -26,8 +27,9 @@ def resolution(stack: TableStack) -> GateStack:
     Returns
     -------
     GateStack
-        A warning where such a step is visible and not declared, or where a stroke has the readings
-        of another one to the last digit of a fine step.
+        A warning where such a step is visible and not declared, where a stroke has the readings of
+        another one to the last digit of a fine step, or several readings the largest output or the
+        least.
 
     Notes
     -----
@@ -39,12 +41,14 @@ def resolution(stack: TableStack) -> GateStack:
     covered = step < _ALIKE * stack.step
     untold = ~(harmless | covered | np.isfinite(stack.noise))
     bad = ~(harmless | covered | untold | (noise >= _HIDING * step))
-    copies = copied_strokes(stack)
-    bad[list(copies)] = True
+    copies, ends = copied_strokes(stack), range_ends(stack, step)
+    bad[[*copies, *ends]] = True
 
     def said(index: int) -> str:
         if index in copies:
             return copy_said(*(f"stroke {stroke}" for stroke in copies[index]))
+        if index in ends:
+            return ends[index].said(stack.table.record.unit or "output units")
         if harmless[index]:
             return "no step of the readings that matters"
         own, scale, scatter = (float(a[index]) for a in (step, stack.scale, noise))

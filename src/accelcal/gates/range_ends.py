@@ -1,0 +1,78 @@
+"""Readings that stand at the end of a range: several have the largest output, or the least."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array, Mask
+from accelcal.gates.stack import TableStack
+
+_NO_CHANCE = 1e-6  # of readings that agree to the last digit
+_FEWEST = 4  # of them
+_FINE = 0.2  # step x density: coarser ones leave readings of less noise equal as well
+
+
+class RangeEnd(NamedTuple):
+    """The largest or the least output, and how many readings have it."""
+
+    word: str
+    output: float
+    readings: int
+
+    def said(self, unit: str) -> str:
+        """Say so, with what it may mean and the remedy."""
+        return (
+            f"{self.readings} readings have the {self.word} output, {self.output:.9g} {unit}, to"
+            " the last digit: the range seems to end there; use a wider one"
+        )
+
+
+def range_ends(stack: TableStack, step: Array) -> dict[int, RangeEnd]:
+    """Find tables of which several readings are equal at the end of the range.
+
+    Parameters
+    ----------
+    stack : TableStack
+        The tables.
+    step : ndarray, shape (T,)
+        Steps of their readings, 0 where there is none [output unit].
+
+    Returns
+    -------
+    dict of int to RangeEnd
+        Tables with such readings.
+
+    Notes
+    -----
+    The difference of two readings has the density 1 / (2 sqrt(pi) noise) at zero, which is taken
+    over a step of the readings: m others agree with one by a chance of (step x density)^m for each
+    choice of m among those that are at its position. The noise is that at the other end, as it may
+    be smaller at the ends than between them.
+    """
+    high, low = stack.output.max(axis=0), stack.output.min(axis=0)
+    found: dict[int, RangeEnd] = {}
+    for word, end, other in (("largest", high, low), ("least", low, high)):
+        equal = stack.output == end
+        number = equal.sum(axis=0)
+        for table in np.flatnonzero(number >= _FEWEST).tolist():
+            far = stack.output[:, table] == other[table]
+            if _is_no_chance(stack, table, equal[:, table], far, float(step[table])):
+                found.setdefault(table, RangeEnd(word, float(end[table]), int(number[table])))
+    return found
+
+
+def _is_no_chance(stack: TableStack, table: int, equal: Mask, far: Mask, step: float) -> bool:
+    """Tell whether equal readings of a table are so by more than chance."""
+    head, output = stack.plan.head, stack.output[:, table]
+    noise = min(
+        float(np.std(output[head == head[far][0]], ddof=1)),
+        float(stack.noise[table] * stack.scatter[table]),
+    )
+    smallest = float(np.spacing(np.abs(output).max()))
+    share = max(step, 4.0 * smallest) / (2.0 * math.sqrt(math.pi) * max(noise, smallest))
+    others = int(equal.sum()) - 1
+    choices = math.comb(int((head == head[equal][0]).sum()) - 1, others)
+    return share < _FINE and choices * share**others < _NO_CHANCE
