@@ -1,6 +1,7 @@
 """Readings whose std differ: discovery weights them, as fit does."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -208,3 +209,65 @@ def test_two_outliers_leave_each_reading_its_own_noise():
     relative = relative_noise(noisy(3, "run"))
     noise = ReadingNoise(1.0, 0.0, 9, np.inf, relative[kept])
     assert_allclose(of_all_readings(noise, found.faults).relative[kept], relative[kept])
+
+
+# -- a run far louder than the others --------------------------------------------------------------
+
+
+def of_two_cycles(seed, loud=1.0):
+    """Readings of four strokes, of 5 ug, and so many times that in the second run."""
+    plan = accelcal.TumblePlan(strokes=4)
+    record = accelcal.simulate(plan=plan, noise=QUIET, seed=seed)
+    size = 1.35 * 5e-6 * np.where(record.run == 1, loud, 1.0)
+    noise = size * np.random.default_rng(seed + 1000).standard_normal(len(record))
+    return replace(record, output=record.output + noise)
+
+
+@pytest.mark.parametrize("size", [3e-4, 1e-3])
+@pytest.mark.parametrize("at", [12, 20, 28])
+def test_a_step_of_the_scale_factor_in_two_cycles_is_no_noise(size, at):
+    """Nothing was said of it: two cycles share what they differ by, so that both look noisy."""
+    record = of_two_cycles(3)
+    in_run = np.arange(len(record)) - np.flatnonzero(record.run == 1)[0]
+    stepped = np.where((record.run == 1) & (in_run >= at), 1.0 + size, 1.0)
+    found = accelcal.discover(replace(record, output=record.output * stepped))
+    assert found.unexplained or found.named
+    assert "nothing is missing" not in str(found)
+
+
+def test_a_run_far_noisier_than_the_others_is_told():
+    for seed in range(6):
+        found = accelcal.discover(of_two_cycles(seed, 20.0))
+        assert "run 2 scatters" in found.unexplained.structure
+        assert set(found.doubtful) >= {each.id for each in found.effects}
+
+
+def test_the_verdict_tells_a_run_that_scatters_more():
+    found = accelcal.discover(of_two_cycles(1, 6.0))
+    assert found.effects == ()
+    assert found.unexplained is None
+    assert "nothing is missing that shows, but run 2 scatters" in " ".join(str(found).split())
+    assert accelcal.discover(of_two_cycles(1, 2.0)).reservations == ()
+
+
+# -- what else may hide in the noise ---------------------------------------------------------------
+
+
+def test_the_verdict_tells_correlated_neighbours():
+    record = of_two_cycles(2)
+    walk = np.cumsum(np.random.default_rng(5).standard_normal(len(record)))
+    found = accelcal.discover(replace(record, output=record.output + 3e-5 * walk))
+    assert found.effects == ()
+    (said,) = found.reservations
+    assert said.startswith("neighbouring readings are correlated by +0.")
+    assert accelcal.Discovery.from_document(found.to_document()).reservations == (said,)
+    assert said in " ".join(str(found).split())
+
+
+def test_the_verdict_tells_readings_that_scatter_more_than_their_std():
+    record = of_two_cycles(4)
+    few = replace(record, std=np.full(len(record), 1.35 * 4e-6), count=np.full(len(record), 16.0))
+    (said,) = accelcal.discover(few).reservations
+    assert re.fullmatch(r"the readings scatter [456](\.\d)? times more than their std says", said)
+    enough = replace(record, std=np.full(len(record), 1.35 * 5e-6))
+    assert accelcal.discover(enough).reservations == ()

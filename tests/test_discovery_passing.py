@@ -93,7 +93,7 @@ def test_a_scale_factor_shifted_in_one_stroke_is_told_as_that(stroke, seed):
     told = accelcal.discover(shifted).unexplained.structure
     found = re.match(
         r"the scale factor is shifted for a time, by \+([\d.]+) ppm in (\d+) readings of run 2,"
-        rf" from (0|360) deg of stroke {stroke} to (0|360) deg of stroke {stroke}$",
+        rf" from (0|360) deg of stroke {stroke} to (0|360) deg of stroke {stroke}(;|$)",
         told,
     )
     assert found, told

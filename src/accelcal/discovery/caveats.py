@@ -38,9 +38,6 @@ _MOST_RIVALS = 3
 _ALIKE = 0.999
 """Cosine from which two places of an effect are one to the readings."""
 
-_UNEVEN = 1.2
-"""Ratio of the noise of two readings that is told."""
-
 _FEW_PATTERNS, _FAINT = 2, 0.05
 """Patterns that so many effects can always make together, and part of the largest from which on
 one counts."""
@@ -66,10 +63,13 @@ class Caveat(NamedTuple):
         A sentence.
     doubted : sequence of str
         Ids of the named effects of which something outside the catalogue could be the cause.
+    reservation : str
+        What the verdict must add where it says that nothing is missing; mostly empty.
     """
 
     text: str
     doubted: Sequence[str] = ()
+    reservation: str = ""
 
 
 def caveats(
@@ -96,7 +96,6 @@ def caveats(
     yield from _of_the_chamber(comparison, found)
     yield from _wandering(walks, named=bool(found))
     yield from _undeclared(comparison, best)
-    yield from map(Caveat, _noise(comparison))
 
 
 def _by_another_law(laws: Sequence[Alternative]) -> Iterator[str]:
@@ -315,21 +314,3 @@ def _like_the_head(
             rms = float(np.sqrt(np.mean(errors**2))) * MICRO
             name = item.effect.id
             yield name, f"; head errors of {rms:.2g} urad rms would look like {name}"
-
-
-def _noise(comparison: Comparison) -> Iterator[str]:
-    noise = comparison.noise
-    if noise.rho:
-        yield (
-            f"neighbouring readings are correlated ({noise.rho:+.2f}), which counts as noise with a"
-            " memory: a slow disturbance that no entry of the catalogue describes looks like it"
-        )
-    ratio = 1.0 if noise.relative is None else noise.relative.max() / noise.relative.min()
-    if ratio >= _UNEVEN:
-        by = "the scatter of their run" if comparison.record.std is None else "their std"
-        yield (
-            f"the readings are weighted by {by}, the largest of which is {ratio:.2g} times the"
-            " smallest"
-        )
-    if np.isfinite(noise.tails):
-        yield "the noise has heavier tails than a normal one, and is judged accordingly"

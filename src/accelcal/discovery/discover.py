@@ -10,14 +10,12 @@ import numpy as np
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
-from accelcal.arrays import Array
 from accelcal.discovery.candidates import searched_among
-from accelcal.discovery.caveats import caveats
+from accelcal.discovery.caveats import Caveat, caveats
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.factors import Block
-from accelcal.discovery.family import Family, family_of, judge, with_rates
+from accelcal.discovery.family import Family, family_of, with_rates
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.gaps import gap_of, gaps_with
 from accelcal.discovery.instance import Instance
@@ -27,16 +25,17 @@ from accelcal.discovery.noise import (
     refuse_too_many,
     sources,
 )
+from accelcal.discovery.noise_caveats import noise_caveats
 from accelcal.discovery.one_clamping import refuse_several_clampings
-from accelcal.discovery.passing import passing, shift_in_place_of_one
+from accelcal.discovery.passing import shift_in_place_of_one
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings, search
 from accelcal.discovery.solution import changes, parameters_of, solution
-from accelcal.discovery.spans import orthonormal, squares_in
+from accelcal.discovery.unexplained import what_is_left
 from accelcal.discovery.wandering import LIKELY, Wandering, wandering
-from accelcal.discovery.where import pattern, shares, structure
+from accelcal.discovery.where import shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
@@ -243,7 +242,7 @@ def _discovery(
 ) -> Discovery:
     comparison, family, findings = look.comparison, look.family, look.findings
     named = findings.explanations[0] if findings.explanations else None
-    unexplained = _unexplained(look, question)
+    unexplained = what_is_left(family, findings, look.shift, question.alpha, question.seed)
     if named is None and unexplained is not None and question.empirical:
         named = empirical_explanation(family)
     bare = solution(comparison)
@@ -251,7 +250,7 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    said = list(caveats(family, findings.explanations, look.walks))
+    said = _caveats(look, named)
     noise = _of_all_readings(comparison.noise, found)
     as_given = _gap_as_given(record, question, noise) if found else None
     return Discovery(
@@ -270,6 +269,7 @@ def _discovery(
         next_measurement=_next_measurement(look, named, question) if named else "",
         notes=tuple(caveat.text for caveat in said),
         doubtful=tuple(dict.fromkeys(name for caveat in said for name in caveat.doubted)),
+        reservations=tuple(caveat.reservation for caveat in said if caveat.reservation),
         p_value=min(findings.before.p_value, unexplained.p_value if unexplained else 1.0),
         alpha=question.alpha,
         serial=record.serial,
@@ -280,6 +280,12 @@ def _discovery(
         software=SOFTWARE,
         sha256=record.sha256,
     )
+
+
+def _caveats(look: _Look, named: Explanation | None) -> list[Caveat]:
+    of_findings = caveats(look.family, look.findings.explanations, look.walks)
+    of_noise = noise_caveats(look.comparison, named.instances if named else ())
+    return [*of_findings, *of_noise]
 
 
 def _next_measurement(look: _Look, named: Explanation, question: Question) -> str:
@@ -345,46 +351,3 @@ def _indistinguishable(findings: Findings, named: Explanation, effect: Effect) -
     rest = named.ids - {effect.id}
     found = [other.ids - rest for other in findings.explanations if rest <= other.ids]
     return tuple(next(iter(ids)) for ids in found if len(ids) == 1 and effect.id not in ids)
-
-
-def _unexplained(look: _Look, question: Question) -> Unexplained | None:
-    found = look.findings.explanations
-    if not found and look.findings.before.p_value < question.alpha:
-        return look.shift or _pattern(look)
-    beside = found[0].instances if found else ()
-    return passing(look.comparison, beside, question.alpha, question.seed)
-
-
-def _pattern(look: _Look) -> Unexplained:
-    """Pattern of the factor that disagrees most."""
-    near = look.findings.nearest
-    block, taken, p_value = _worst(look)
-    space, seen = look.comparison.space, look.comparison.seen
-    share = squares_in(block.basis, seen) / float(seen @ seen)
-    shape = pattern(space, seen, block, taken)
-    c, labels = look.comparison.model.conditions, look.comparison.record.run_labels
-    told = structure(c, labels, block.factor, shape)
-    if near is not None and taken is not None:
-        told = f"beside {_named(near)}, nearest in the catalogue but not accepted: {told}"
-    elif near is not None:
-        told += f"; nearest in the catalogue, but not accepted: {_named(near)}"
-        if near.bent:
-            told += f", as the readings do not follow the law of {' and '.join(near.bent)}"
-    return Unexplained(told, share, p_value)
-
-
-def _named(near: Explanation) -> str:
-    return " and ".join(sorted(near.ids))
-
-
-def _worst(look: _Look) -> tuple[Block, Array | None, float]:
-    """Factor that disagrees most beside the nearest effects, these, and the chance of noise.
-
-    Effects that leave nothing, and have no name for another reason, are not taken out.
-    """
-    near = look.findings.nearest
-    if near is not None and near.passes:
-        near = None
-    taken = None if near is None else orthonormal(near.directions)
-    judged = judge(look.family, taken)
-    return look.family.blocks[int(np.argmin(judged.blocks))], taken, judged.p_value

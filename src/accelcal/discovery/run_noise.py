@@ -22,6 +22,7 @@ from accelcal.discovery.declared_noise import in_units_of
 from accelcal.discovery.faults.pure_error import PureError, pure_error
 from accelcal.effects.conditions import Conditions
 from accelcal.estimate.uneven_noise import differ
+from accelcal.numerics.probability import f_survival
 from accelcal.numerics.sorting import distinct
 
 _SIGNIFICANT = 1e-3
@@ -36,6 +37,31 @@ _SLOW = 2.5
 
 _FEWEST = 6
 """Degrees of freedom of a run that tell its noise; with fewer it has that of the others."""
+
+TOO_LOUD = 9.0
+"""Scatter of a run over that of the others from which it is no noise to be weighted by: with two
+cycles, nothing tells the noise of a run from what acts in it for a time."""
+
+
+class LoudRun(NamedTuple):
+    """The run with the largest scatter beside all others.
+
+    Attributes
+    ----------
+    run : int
+        Which one.
+    ratio : float
+        Its scatter over that of the others.
+    p_value : float
+        Chance that any of so many runs of equal noise scatters so much more.
+    squares : float
+        Sum of squares of its pure error [g^2].
+    """
+
+    run: int
+    ratio: float
+    p_value: float
+    squares: float
 
 
 def with_noise_of_runs(
@@ -58,19 +84,17 @@ def with_noise_of_runs(
     -------
     ndarray, shape (n,), or None
         With the noise of the runs in it; the same where they are alike, or where the scatter of a
-        noisy one is no noise: where it is of some strokes, or neighbours are alike.
+        noisy one is no noise: where it is of some strokes, or neighbours are alike, or where it is
+        nine times that of the others.
 
     Notes
     -----
     By the test of Bartlett, the degrees of freedom over 1 + half the excess kurtosis. The medians
     must differ too, as one outlier makes no noisy run.
     """
-    error = in_units_of(relative, residual)
-    columns = in_units_of(relative, all_that_repeats)
-    places = [c.order[c.run[c.order] == each] for each in distinct(c.run).tolist()]
-    runs = [_RunError(pure_error(error[own], columns[own]), c.stroke[own]) for own in places]
+    places, runs = _runs(c, residual, all_that_repeats, relative)
     told = [run for run in runs if run.is_told]
-    if len(told) < 2 or not _differ(told):
+    if len(told) < 2 or not _differ(told) or _loudest(runs).ratio > TOO_LOUD:
         return relative
     quietest = min(run.variance for run in told)
     if any(run.variance > _MUCH**2 * quietest and run.is_disturbed() for run in told):
@@ -80,6 +104,39 @@ def with_noise_of_runs(
     for own, run in zip(places, runs, strict=True):
         size[own] *= np.sqrt(run.variance if run.is_told else pooled)
     return np.asarray(size / np.sqrt(np.mean(size**2)))
+
+
+def loud_run(
+    c: Conditions, residual: Array, all_that_repeats: Array, relative: Array | None
+) -> LoudRun | None:
+    """Find the run that scatters most beside the others, of the same as `with_noise_of_runs`.
+
+    There is none where the replicates of fewer than two runs tell their noise.
+    """
+    runs = _runs(c, residual, all_that_repeats, relative)[1]
+    return _loudest(runs) if sum(run.is_told for run in runs) > 1 else None
+
+
+def _runs(
+    c: Conditions, residual: Array, all_that_repeats: Array, relative: Array | None
+) -> tuple[list[Ints], list[_RunError]]:
+    """Readings of each run in the order of measuring, and their pure error."""
+    error = in_units_of(relative, residual)
+    columns = in_units_of(relative, all_that_repeats)
+    places = [c.order[c.run[c.order] == each] for each in distinct(c.run).tolist()]
+    runs = [_RunError(pure_error(error[own], columns[own]), c.stroke[own]) for own in places]
+    return places, runs
+
+
+def _loudest(runs: Sequence[_RunError]) -> LoudRun:
+    """That with the largest scatter of several that tell their noise."""
+    loudest = max((run.variance, i) for i, run in enumerate(runs) if run.is_told)[1]
+    own = runs[loudest]
+    others = [run for i, run in enumerate(runs) if run.is_told and i != loudest]
+    dof = sum(run.pure.dof for run in others)
+    ratio = own.variance / (sum(run.pure.squares for run in others) / dof)
+    chance = min(1.0, (len(others) + 1) * f_survival(ratio, own.pure.dof, dof))
+    return LoudRun(loudest, float(np.sqrt(ratio)), chance, own.pure.squares)
 
 
 class _RunError(NamedTuple):

@@ -68,6 +68,8 @@ def _outcome(found: Discovery) -> tuple[Tone, str]:
         return "bad", "unexplained"
     if found.faults:
         return "warn", "faults of the readings"
+    if found.reservations:
+        return "warn", "nothing missing that shows, but the noise may hide something"
     return "good", "nothing missing that shows"
 
 

@@ -70,9 +70,10 @@ def outcome(found: Discovery, p: str) -> str:
         return f"Model and readings disagree ({p}). What is missing: {names}{more}."
     if found.unexplained:
         return f"Model and readings disagree ({p}), and no known effect explains it."
+    but = ", but " * bool(found.reservations) + ", and ".join(found.reservations)
     if found.faults:
-        return f"Beside these faults model and readings agree ({p}): nothing else shows."
-    return f"Model and readings agree ({p}): nothing is missing that shows."
+        return f"Beside these faults model and readings agree ({p}): nothing else shows{but}."
+    return f"Model and readings agree ({p}): nothing is missing that shows{but}."
 
 
 def _named(found: Discovery, effect: FoundEffect) -> str:

@@ -76,6 +76,8 @@ class Discovery(StoredResult, TabularResult):
     doubtful : tuple of str
         Ids of the effects of which something outside the catalogue could be the cause as well; the
         notes tell what.
+    reservations : tuple of str
+        What in the noise could be a disturbance, which the verdict adds where nothing shows.
     p_value : float
         Chance that noise alone disagrees as much with the model, over all that was searched.
     alpha : float
@@ -110,7 +112,7 @@ class Discovery(StoredResult, TabularResult):
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"noise": sources_by_name}
     _MISSING: ClassVar[Mapping[str, Any]] = {
-        **dict.fromkeys(("faults", "coefficients", "notes", "doubtful"), ()),
+        **dict.fromkeys(("faults", "coefficients", "notes", "doubtful", "reservations"), ()),
         **dict.fromkeys(("output_unit", "serial", "sha256")),
         **{"source": "<document>", "software": "", "next_measurement": "", "readings": 0},
         **{"scale_factor": 1.0, "p_value": 1.0, "alpha": 0.01, "T0_degC": 20.0, "delta0_rad": 0.0},
@@ -131,6 +133,7 @@ class Discovery(StoredResult, TabularResult):
     next_measurement: str = ""
     notes: tuple[str, ...] = ()
     doubtful: tuple[str, ...] = ()
+    reservations: tuple[str, ...] = ()
     p_value: float = 1.0
     alpha: float = 0.01
     serial: str | None = None
@@ -250,7 +253,9 @@ class Discovery(StoredResult, TabularResult):
             "where": document_of(self.where),
             "effects": document_of(self.named),
             **members(self, "unexplained undetectable smallest_detectable scale_factor"),
-            **members(self, "output_unit coefficients next_measurement notes doubtful"),
+            **members(
+                self, "output_unit coefficients next_measurement notes doubtful reservations"
+            ),
         }
 
     @classmethod
