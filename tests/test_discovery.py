@@ -465,6 +465,29 @@ def test_faults_of_the_readings_are_in_no_model(faulty, tmp_path):
     assert [item.id for item in again.effects] == ["backlash"]
 
 
+def test_an_effect_that_explains_nearly_all_is_named_beside_what_nothing_explains():
+    record = accelcal.simulate(seed=5, effects=[effect("backlash").of(3e-4)])
+    sense = np.where(record.stroke % 2 == 1, 1.0, -1.0)
+    other = 1e-5 * sense * np.cos(3.0 * np.deg2rad(record.angle))
+    found = accelcal.discover(replace(record, output=record.output + 1.35 * other))
+    assert ids(found) == ["backlash"]
+    assert found.doubtful == ("backlash",)
+    assert found.has_more
+    assert found.after.reduced_chi2 < 0.02 * found.before.reduced_chi2
+    assert "beside backlash" in found.unexplained.structure
+    assert any("of the disagreement" in note for note in found.notes)
+    assert abs(found.effects[0].parameters["lag"].value - 3e-4) < 2e-5
+
+
+def test_what_explains_no_more_than_most_has_no_name():
+    record = accelcal.simulate(seed=5, effects=[effect("backlash").of(5e-5)])
+    sense = np.where(record.stroke % 2 == 1, 1.0, -1.0)
+    other = 2e-5 * sense * np.cos(3.0 * np.deg2rad(record.angle))
+    found = accelcal.discover(replace(record, output=record.output + 1.35 * other))
+    assert found.effects == ()
+    assert found.unexplained is not None
+
+
 def test_a_model_of_several_effects_fits_a_record_with_few_replicates():
     """Beside three effects, 35 readings leave too little to tell the noise from."""
     known = [effect("hysteresis").of(8e-5), effect("bias-step").of(9e-5, reading=20)]

@@ -31,7 +31,7 @@ from accelcal.discovery.passing import shift_in_place_of_one
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
-from accelcal.discovery.search import Findings, search
+from accelcal.discovery.search import Findings, in_the_main, search
 from accelcal.discovery.solution import changes, parameters_of, solution
 from accelcal.discovery.unexplained import what_is_left
 from accelcal.discovery.wandering import LIKELY, Wandering, wandering
@@ -159,7 +159,7 @@ def answered(record: TumbleRecord, question: Question) -> Discovery:
     with naming(record), in_one_thread():
         refuse_too_many(record)
         found, mended = faults(record, question.reference, question.delta0, question.alpha)
-        look = _beyond_disturbances(_searched(mended, question))
+        look = _beyond_disturbances(_searched(mended, question), question)
         return _discovery(look, record, found, question)
 
 
@@ -202,16 +202,35 @@ def _without_memory(record: TumbleRecord, question: Question) -> _Look | None:
     return known if sure and not known.comparison.noise.rho else None
 
 
-def _beyond_disturbances(look: _Look) -> _Look:
-    """Give no name where what wanders is as likely, or a shift for a time likelier."""
+def _beyond_disturbances(look: _Look, question: Question) -> _Look:
+    """Give no name where what wanders is as likely, or a shift for a time likelier.
+
+    Effects that explain nearly all beside a shift, or beside what nothing explains, keep theirs.
+    """
     findings, best = look.findings, _best(look.findings)
     if best is None:
         return look
     walks = tuple(wandering(look.comparison, best.instances))
     shift = shift_in_place_of_one(look.comparison, best.instances, findings.before.p_value)
-    if shift or all(walk.is_as_likely(LIKELY) for walk in walks):
+    if shift or _wanders(walks):
         findings = findings._replace(explanations=(), nearest=best)
-    return look._replace(findings=findings, walks=walks, shift=shift)
+    look = look._replace(findings=findings, walks=walks, shift=shift)
+    return look if findings.explanations or _wanders(walks) else _with_main(look, question)
+
+
+def _with_main(look: _Look, question: Question) -> _Look:
+    """Give effects that explain nearly all their names, unless what wanders is as likely."""
+    main = in_the_main(look.family, alpha=question.alpha, most=question.most)
+    if main is None:
+        return look
+    walks = tuple(wandering(look.comparison, main.instances))
+    if _wanders(walks):
+        return look
+    return look._replace(findings=look.findings._replace(main=main), walks=walks)
+
+
+def _wanders(walks: Sequence[Wandering]) -> bool:
+    return all(walk.is_as_likely(LIKELY) for walk in walks)
 
 
 def _look(
@@ -241,7 +260,7 @@ def _discovery(
     look: _Look, record: TumbleRecord, found: Sequence[Fault], question: Question
 ) -> Discovery:
     comparison, family, findings = look.comparison, look.family, look.findings
-    named = findings.explanations[0] if findings.explanations else None
+    named = next(iter(findings.named), None)
     unexplained = what_is_left(family, findings, look.shift, question.alpha, question.seed)
     if named is None and unexplained is not None and question.empirical:
         named = empirical_explanation(family)
@@ -283,9 +302,21 @@ def _discovery(
 
 
 def _caveats(look: _Look, named: Explanation | None) -> list[Caveat]:
-    of_findings = caveats(look.family, look.findings.explanations, look.walks)
+    of_findings = caveats(look.family, look.findings.named, look.walks)
     of_noise = noise_caveats(look.comparison, named.instances if named else ())
-    return [*of_findings, *of_noise]
+    return [*_in_the_main(look), *of_findings, *of_noise]
+
+
+def _in_the_main(look: _Look) -> Iterator[Caveat]:
+    """Say how much effects explain that do not explain all."""
+    main, seen = look.findings.main, look.comparison.seen
+    if main is not None:
+        names, share = sorted(main.ids), 100.0 * main.squares / float(seen @ seen)
+        yield Caveat(
+            f"of the disagreement {min(share, 99.9):.1f} % is that of {' and '.join(names)}; the"
+            " rest is more than noise, and nothing explains it",
+            names,
+        )
 
 
 def _next_measurement(look: _Look, named: Explanation, question: Question) -> str:

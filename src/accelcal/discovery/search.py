@@ -17,6 +17,10 @@ _BEAM = 12
 _TRIED = 36
 """Larger sets of effects that are fitted with all their parameters."""
 
+_NEARLY_ALL, _CLEARLY = 0.98, 5.0
+"""Part of the squares that effects take up which explain a disagreement in the main, and how many
+times what they leave any other set must leave."""
+
 
 class Findings(NamedTuple):
     """What a search found.
@@ -30,11 +34,19 @@ class Findings(NamedTuple):
         sure; empty where nothing disagrees or nothing in the catalogue explains it.
     nearest : Explanation or None
         Where nothing explains it, or noise as well, the effects that come nearest.
+    main : Explanation or None
+        Where nothing explains it whole, effects that take up nearly all of it, see `in_the_main`.
     """
 
     before: Judgement
     explanations: tuple[Explanation, ...]
     nearest: Explanation | None
+    main: Explanation | None = None
+
+    @property
+    def named(self) -> tuple[Explanation, ...]:
+        """Explanations of which the first has a name: those that leave nothing, or the main one."""
+        return self.explanations or ((self.main,) if self.main else ())
 
 
 def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
@@ -56,6 +68,24 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
         nearest = max([*needed, *filter(None, [nearest])], key=_nearness, default=None)
         beam = [_indices(family, e) for e in tried[:_BEAM]]
     return Findings(before, (), nearest)
+
+
+def in_the_main(family: Family, *, alpha: float = 0.01, most: int = 3) -> Explanation | None:
+    """Find the effects that explain nearly all of a disagreement which none explains whole.
+
+    It is the smallest such set. There is none where another one leaves little more.
+    """
+    whole = float(family.comparison.seen @ family.comparison.seen)
+    beam: list[frozenset[int]] = [frozenset()]
+    for _ in range(most):
+        tried = _larger(family, beam, alpha)
+        near = [e for e in tried if _is_sure(e, alpha) and e.squares >= _NEARLY_ALL * whole]
+        if near:
+            left = whole - near[0].squares
+            rivals = [e for e in tried if e is not near[0] and whole - e.squares < _CLEARLY * left]
+            return None if rivals else near[0]
+        beam = [_indices(family, e) for e in tried[:_BEAM]]
+    return None
 
 
 def _beside_another_start(

@@ -28,7 +28,7 @@ def what_is_left(
     A shift for a time may have been found in their place.
     """
     found, comparison = findings.explanations, family.comparison
-    beside = found[0].instances if found else ()
+    beside = findings.named[0].instances if findings.named else ()
     if not found and findings.before.p_value < alpha:
         left: Unexplained | None = shift or _pattern(family, findings)
     else:
@@ -65,14 +65,16 @@ def _scattering(comparison: Comparison, loud: LoudRun, left: Unexplained | None)
 
 def _pattern(family: Family, findings: Findings) -> Unexplained:
     """Pattern of the factor that disagrees most."""
-    near = findings.nearest
+    near = findings.main or findings.nearest
     block, taken, p_value = _worst(family, near)
     space, seen = family.space, family.comparison.seen
     share = squares_in(block.basis, seen) / float(seen @ seen)
     shape = pattern(space, seen, block, taken)
     c, labels = family.comparison.model.conditions, family.comparison.record.run_labels
     told = structure(c, labels, block.factor, shape)
-    if near is not None and taken is not None:
+    if findings.main is not None:
+        told = f"beside {_named(findings.main)}: {told}"
+    elif near is not None and taken is not None:
         told = f"beside {_named(near)}, nearest in the catalogue but not accepted: {told}"
     elif near is not None:
         told += f"; nearest in the catalogue, but not accepted: {_named(near)}"
