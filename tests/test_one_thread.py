@@ -7,7 +7,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 import accelcal
 from accelcal.discovery import compare, discover
 from accelcal.numerics import one_thread
-from accelcal.numerics.one_thread import multiply
+from accelcal.numerics.one_thread import in_one_thread, multiply
 
 
 @pytest.mark.parametrize("stack", [(), (3,)])
@@ -47,3 +47,15 @@ def test_a_search_and_a_comparison_work_in_one_thread(monkeypatch):
         assert blas_threads() == before
     assert len(seen) >= 2
     assert all(threads == {1} for threads in seen)
+
+
+def test_searches_that_overlap_keep_one_thread_until_the_last_ends():
+    first, second = in_one_thread(), in_one_thread()
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = blas_threads()
+        first.__enter__()
+        second.__enter__()
+        first.__exit__(None, None, None)
+        assert blas_threads() == {1}
+        second.__exit__(None, None, None)
+        assert blas_threads() == before

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Lock
+from typing import Any
 
 import numpy as np
 
@@ -58,8 +60,8 @@ def in_one_thread() -> Iterator[None]:
 
     Notes
     -----
-    It counts for the whole process. Where several threads ask for it at a time, the one that began
-    first and ends before another may leave it so.
+    It counts for the whole process. Where several threads ask for it at a time, it holds until the
+    last of them ends.
 
     Examples
     --------
@@ -68,8 +70,35 @@ def in_one_thread() -> Iterator[None]:
     ...     {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
     {1}
     """
-    import scipy.linalg  # type: ignore[import-untyped]  # noqa: F401  (has a library of its own)
-    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
-
-    with threadpool_limits(limits=1, user_api="blas"):
+    _LIMIT.ask()
+    try:
         yield
+    finally:
+        _LIMIT.leave()
+
+
+class _Limit:
+    """The limit of the process: the first who asks for it sets it, the last takes it back."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._asking = 0
+        self._set: Any = None
+
+    def ask(self) -> None:
+        import scipy.linalg  # type: ignore[import-untyped]  # noqa: F401  (has a library of its own)
+        from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+        with self._lock:
+            if not self._asking:
+                self._set = threadpool_limits(limits=1, user_api="blas")
+            self._asking += 1
+
+    def leave(self) -> None:
+        with self._lock:
+            self._asking -= 1
+            if not self._asking:
+                self._set.restore_original_limits()
+
+
+_LIMIT = _Limit()
