@@ -6,6 +6,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import accelcal
 from accelcal.discovery import compare, discover
+from accelcal.discovery.stand import discover as discover_of_a_stand
 from accelcal.numerics import one_thread
 from accelcal.numerics.one_thread import in_one_thread, multiply
 
@@ -31,7 +32,7 @@ def blas_threads():
     return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
 
 
-def test_a_search_and_a_comparison_work_in_one_thread(monkeypatch):
+def test_searches_and_a_comparison_work_in_one_thread(monkeypatch):
     seen = []
 
     def watched(function):
@@ -39,13 +40,16 @@ def test_a_search_and_a_comparison_work_in_one_thread(monkeypatch):
 
     monkeypatch.setattr(discover, "_searched", watched(discover._searched))
     monkeypatch.setattr(compare, "_judged", watched(compare._judged))
-    record = accelcal.simulate(seed=1)
+    monkeypatch.setattr(discover_of_a_stand, "_units", watched(discover_of_a_stand._units))
+    record, other = (accelcal.simulate(seed=seed) for seed in (1, 2))
     with threadpool_limits(limits=2, user_api="blas"):
         before = blas_threads()
         accelcal.discover(record)
         accelcal.compare(accelcal.fit(record), record)
+        assert len(seen) >= 2
+        accelcal.discover_stand([record, other])
         assert blas_threads() == before
-    assert len(seen) >= 2
+    assert len(seen) >= 4
     assert all(threads == {1} for threads in seen)
 
 

@@ -32,6 +32,7 @@ from accelcal.discovery.stand.ownership import (
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
+from accelcal.numerics.one_thread import in_one_thread
 from accelcal.record import TumbleRecord, refuse_twice
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
@@ -142,7 +143,8 @@ def discover_stand(
         seed=int(seed),
     )
     stand = _Stand(on_one_stand(records), question, records[0].apparatus.head_uncertainty)
-    return _told(stand, *_settled(stand))
+    with in_one_thread():
+        return _told(stand, *_settled(stand))
 
 
 def _one_reference(records: Sequence[TumbleRecord], given: float | None) -> float:
