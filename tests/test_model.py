@@ -75,6 +75,13 @@ def test_output_broadcasts_the_axes() -> None:
     assert_array_equal(found, np.full((3, 4), 5.0))
 
 
+def test_shapes_that_do_not_broadcast_are_refused() -> None:
+    turn = accelerations([0, 90, 180])
+    for values in ({"K1": [1.3, 1.4]}, {"K0": [0.1, 0.2], "K1": [1.0, 1.1, 1.2]}):
+        with pytest.raises(InputError, match=r"shapes \(3,\), \(2,\)"):
+            output(values, turn)
+
+
 def test_without_coefficients_the_output_is_zero_everywhere() -> None:
     assert_array_equal(output({}, accelerations(turn_angles())), np.zeros(9))
 

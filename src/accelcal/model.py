@@ -183,7 +183,7 @@ def output(coefficients: Mapping[str, ArrayLike], acceleration: Acceleration) ->
     Raises
     ------
     InputError
-        If a coefficient is not one of (1), or no number.
+        If a coefficient is not one of (1), or no number, or of a shape that does not broadcast.
 
     Examples
     --------
@@ -204,9 +204,17 @@ def output(coefficients: Mapping[str, ArrayLike], acceleration: Acceleration) ->
             f"coefficient {unknown[0]!r} is not in (1); it has {', '.join(_TERMS)} (M and M_ip of a"
             " calibration are M_O and M_ip of a mounting o, M_P and M_io of a mounting p)"
         )
-    total = np.zeros(np.broadcast_shapes(*(np.shape(axis) for axis in acceleration)))
-    for name, value in coefficients.items():
-        total = total + number_array(value, name) * _TERMS[name](acceleration)  # eq. (1)
+    numbers = {name: number_array(value, name) for name, value in coefficients.items()}
+    shapes = [np.shape(part) for part in (*acceleration, *numbers.values())]
+    try:
+        total = np.zeros(np.broadcast_shapes(*shapes))
+    except ValueError:
+        told = ", ".join(map(str, dict.fromkeys(shapes)))
+        raise InputError(
+            f"accelerations and coefficients of the shapes {told}; give arrays that broadcast"
+        ) from None
+    for name, value in numbers.items():
+        total = total + value * _TERMS[name](acceleration)  # eq. (1)
     return total
 
 
