@@ -357,3 +357,10 @@ def test_a_budget_names_its_coefficients():
     budget = accelcal.stand_budget(accelcal.read_stand("examples/paper-stand.toml"), RECORD)
     assert "symbol 'K9' is unknown; choose from " in refusal_of(budget.contribution, "K9")
     assert set(budget.contribution("K1")) == {part.name for part in budget.components}
+
+
+def test_an_array_without_an_axis_is_its_only_item():
+    assert TumblePlan(temperatures=np.array(20.0)).temperatures == (20.0,)
+    assert accelcal.fit(RECORD, coefficients=np.array("K1")).tables[0].covariance_names == ("K1",)
+    with pytest.raises(InputError, match="float in place of a record"):
+        accelcal.calibrate_head(np.array(1.0))

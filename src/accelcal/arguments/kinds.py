@@ -174,10 +174,10 @@ def several(values: Any) -> tuple[Any, ...]:
     >>> several([20.0, 80.0]), several(20.0), several("o+")
     ((20.0, 80.0), (20.0,), ('o+',))
     """
+    if isinstance(values, np.ndarray):
+        values = values.tolist()  # of an array without an axis, its only item
     one = not isinstance(values, Iterable) or isinstance(values, str | bytes)
-    if one or hasattr(values, "keys"):
-        return (values,)
-    return tuple(values.tolist() if isinstance(values, np.ndarray) else values)
+    return (values,) if one or hasattr(values, "keys") else tuple(values)
 
 
 def path_text(value: str | PathLike[str], remedy: str = "give the name of a file") -> str:
