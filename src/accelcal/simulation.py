@@ -11,8 +11,10 @@ misalignment delta follow bilinear laws with a break at T0. Nothing is expanded 
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import count
 from zlib import crc32
 
 import numpy as np
@@ -382,8 +384,10 @@ def _repeats(angles: Array, strokes: int) -> Ints:
     A table tells readings apart by stroke and angle. So a second reading at a stop counts as one of
     a later stroke in the same sense of rotation.
     """
-    sides = (angles.tolist(), angles[::-1].tolist())
-    earlier = [side[:place].count(angle) for side in sides for place, angle in enumerate(side)]
+    earlier: list[int] = []
+    for side in (angles, angles[::-1]):
+        met: defaultdict[float, count[int]] = defaultdict(count)
+        earlier += [next(met[angle]) for angle in side.tolist()]
     later = np.tile(np.array(earlier), (strokes + 1) // 2)[: strokes * angles.size]
     return later * (strokes + strokes % 2)
 
