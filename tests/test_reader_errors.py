@@ -563,6 +563,14 @@ def test_no_file(tmp_path):
         read_table(tmp_path)
 
 
+@pytest.mark.parametrize("rows", [1, 10_000])
+def test_text_in_place_of_a_path_is_not_shown_whole(rows):
+    with pytest.raises(TableError) as caught:
+        read_table("position,Y1\n" + "1,1.30\n" * rows)
+    remedy = "give the path of a table, or its text as io.StringIO(text)"
+    assert str(caught.value) == f"<text>: text in place of a path; {remedy}"
+
+
 def test_text_file_in_the_wrong_encoding(tmp_path):
     path = tmp_path / "latin.csv"
     path.write_bytes(b"# operator: M\xfcller\n" + OK.encode())

@@ -185,6 +185,9 @@ def standard_input() -> IO[bytes]:
 
 def unreadable(error: OSError | ValueError, path: str, what: str) -> TableError:
     """Make the error of a file, which was to be a `what`, that cannot be opened or read."""
+    if "\n" in path and not os.path.exists(path):  # noqa: PTH110
+        remedy = f"give the path of a {what}, or its text as io.StringIO(text)"
+        return TableError("text in place of a path", remedy, source="<text>")
     if isinstance(error, FileNotFoundError):
         remedy = f"give the path of a {what}, or - for standard input"
         return TableError("no such file", remedy, source=path)
