@@ -274,3 +274,14 @@ def test_a_missing_label_is_refused(missing):
 def test_type_checkers_are_told_that_an_array_is_taken(taker, name):
     declared = get_type_hints(taker)[name]
     assert "numpy.ndarray" in str(declared)
+
+
+@pytest.mark.parametrize(("name", "value"), [("temperature", 20), ("stroke", 1)])
+def test_what_one_value_would_tell_is_asked_for_as_such(name, value):
+    columns = {"output": [1.3, 0.0, -1.3], "angle": [0, 90, 180], "temperature": 20, "stroke": 1}
+    del columns[name]
+    with pytest.raises(accelcal.TableError) as caught:
+        accelcal.read_arrays(columns)
+    remedy = f"add a column {name} or one value for all readings, {{'{name}': {value}}}"
+    assert str(caught.value).endswith(remedy)
+    assert len(accelcal.read_arrays({**columns, name: value})) == 3

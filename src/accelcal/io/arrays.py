@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.numbers import refuse_other_order
-from accelcal.errors import InputError
+from accelcal.errors import InputError, TableError
 from accelcal.io.csv_text import cell_text, csv_text
 from accelcal.io.declarations import declared_by_caller
 from accelcal.io.tables import read_table
@@ -26,6 +27,7 @@ __all__ = ["read_arrays"]
 
 _NAME = "<arrays>"
 _NO_LABEL = ("None", "nan", "<NA>", "NaT")
+_LINE = re.compile(r"a line '# (\w+): (\w+)'")
 
 
 def read_arrays(
@@ -78,8 +80,17 @@ def read_arrays(
     source.name = _NAME  # where a file has its name, for messages
     declared = getattr(columns, "attrs", {}).get("declared", {})
     turn = {name: value for name, value in declared.items() if name == "positions"}
-    record = read_table(source, overrides=turn | dict(declared_by_caller(overrides)))
+    try:
+        record = read_table(source, overrides=turn | dict(declared_by_caller(overrides)))
+    except TableError as error:
+        raise _of_arrays(error) from None
     return _declared(record, declared) if declared else record
+
+
+def _of_arrays(error: TableError) -> TableError:
+    """Word a remedy for columns, which have no header lines."""
+    remedy = _LINE.sub(r"one value for all readings, {'\1': \2}", error.remedy)
+    return TableError(error.problem, remedy, source=_NAME, line=error.line)
 
 
 def _declared(record: TumbleRecord, declared: Mapping[str, Any]) -> TumbleRecord:
