@@ -153,3 +153,8 @@ def test_any_record_reads_back_equal(outputs, labels, serial, data):
     except InputError:
         return  # refused, not distorted
     assert read_table(io.StringIO(text)) == record
+
+
+def test_a_file_of_bytes_is_refused():
+    with pytest.raises(InputError, match="takes bytes; open it for text, or give its path"):
+        write_table(FULL, io.BytesIO())

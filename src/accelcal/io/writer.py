@@ -36,7 +36,8 @@ def write_table(
     Raises
     ------
     InputError
-        If the records do not fit into one table, or a text in them does not fit into a line.
+        If the records do not fit into one table, a text in them does not fit into a line, or a file
+        object takes no text.
 
     Notes
     -----
@@ -59,7 +60,11 @@ def write_table(
     _check_together(chosen)
     text = _header(chosen) + _rows(chosen)
     if hasattr(target, "write"):
-        target.write(text)
+        try:
+            target.write(text)
+        except TypeError:
+            problem = "the file to write to takes bytes"
+            raise InputError(f"{problem}; open it for text, or give its path") from None
         return
     from accelcal.atomic import write_atomically
 
