@@ -1,6 +1,7 @@
 """The calibration of a triad applied: accelerations along three axes, with their uncertainty."""
 
 import csv
+import tracemalloc
 import warnings
 from dataclasses import replace
 
@@ -103,6 +104,22 @@ def test_intervals_hold_the_acceleration(attitudes, known, least):
             found = applied(triad, BIAS + points @ lower.T)
         held.append(np.abs(found.value - points) <= found.expanded_uncertainty)
     assert least <= np.mean(held) <= 0.997
+
+
+def test_long_arrays_come_out_as_their_parts_do_and_take_little_memory():
+    triad = calibrated()
+    output = outputs(directions(np.random.default_rng(2), 200_000))
+    parts = [applied(triad, output[at : at + 70_000]) for at in range(0, 200_000, 70_000)]
+    tracemalloc.start()
+    try:
+        whole = applied(triad, output)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert np.array_equal(whole.value, np.concatenate([each.value for each in parts]))
+    expanded = np.concatenate([each.expanded_uncertainty for each in parts])
+    assert np.array_equal(whole.expanded_uncertainty, expanded)
+    assert peak < 2.5 * sum(each.nbytes for each in (whole.value, expanded, expanded))
 
 
 def test_a_frame_of_outputs_keeps_its_index():

@@ -20,7 +20,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.choice import BY, compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import invert, invert_with, slope
-from accelcal.compensate.measured import MeasuredAcceleration, joined
+from accelcal.compensate.measured import AT_ONCE, MeasuredAcceleration, joined
 from accelcal.compensate.propagation import Part, interval_of_parts
 from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures
 from accelcal.compensate.triad import apply_triad, assumptions_of_triad, refuse_for_triad
@@ -31,9 +31,6 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.triad import TriadCalibration
 
 __all__ = ["apply", "compensate"]
-
-_AT_ONCE = 2**15
-"""Samples that are solved together: so many stay in the cache, and take little memory."""
 
 
 def apply(
@@ -202,8 +199,8 @@ def compensate(
     errors = output_uncertainty, temperature_uncertainty
     with np.errstate(over="ignore", invalid="ignore"):  # of outputs that have no solution
         blocks = [
-            _solved(found, *(values[start : start + _AT_ONCE] for values in in_rows), errors=errors)
-            for start in range(0, max(Y.size, 1), _AT_ONCE)
+            _solved(found, *(values[start : start + AT_ONCE] for values in in_rows), errors=errors)
+            for start in range(0, max(Y.size, 1), AT_ONCE)
         ]
     return joined(blocks, Y.shape)
 

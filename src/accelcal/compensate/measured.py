@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 __all__ = ["MeasuredAcceleration"]
 
 
+AT_ONCE = 2**15
+"""Samples that are worked on together: so many stay in the cache, and take little memory."""
+
+
 def columns_of(axes: str) -> tuple[str, ...]:
     """Name the columns of accelerations and uncertainties.
 
@@ -35,12 +39,12 @@ def columns_of(axes: str) -> tuple[str, ...]:
 def joined(blocks: Sequence[MeasuredAcceleration], shape: tuple[int, ...]) -> MeasuredAcceleration:
     """Put blocks of samples one behind the other, in the shape of all."""
     first = blocks[0]
-    arrays: dict[str, Any] = {
-        name: np.concatenate([getattr(block, name) for block in blocks]).reshape(shape)
-        for name in (item.name for item in fields(first))
-        if name not in ("index", "axes")
-    }
-    return replace(first, **arrays)
+    found: dict[str, Any] = {}
+    for name in (item.name for item in fields(first)):
+        if name not in ("index", "axes"):
+            whole = np.concatenate([getattr(block, name) for block in blocks])
+            found[name] = whole.reshape((*shape, *whole.shape[1:]))
+    return replace(first, **found)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import check_number, number_array
 from accelcal.arrays import Array
-from accelcal.compensate.measured import MeasuredAcceleration
+from accelcal.compensate.measured import AT_ONCE, MeasuredAcceleration, joined
 from accelcal.compensate.propagation import Part, interval_of_parts
 from accelcal.compensate.ranges import within_accelerations, within_temperatures
 from accelcal.errors import InputError
@@ -120,6 +120,19 @@ def apply_triad(
     warmth = _temperatures(triad, temperature, value.shape[:-1])
     if warmth is not None:
         value = np.where(np.isnan(warmth)[..., None], np.nan, value)
+    rows, warm = value.reshape(-1, 3), None if warmth is None else warmth.reshape(-1)
+    some = (slice(start, start + AT_ONCE) for start in range(0, max(len(rows), 1), AT_ONCE))
+    blocks = [
+        _measured(triad, rows[own], None if warm is None else warm[own], output_uncertainty)
+        for own in some
+    ]
+    return joined(blocks, value.shape[:-1])
+
+
+def _measured(
+    triad: TriadCalibration, value: Array, warmth: Array | None, output_uncertainty: float
+) -> MeasuredAcceleration:
+    """Accelerations of a block, shape (n, 3), with their uncertainties."""
     inverse = np.asarray(np.linalg.inv(triad.sensitivity), dtype=np.float64)
     noise = np.full_like(value, output_uncertainty**2) * np.sum(inverse**2, axis=1)
     told = interval_of_parts([_of_parameters(triad, inverse, value), Part(noise, math.inf)])
