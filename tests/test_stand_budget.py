@@ -633,6 +633,10 @@ def test_what_is_no_test_is_refused():
         (lambda: StandConditions(load=0.0), "load is 0.0"),
         (lambda: StandConditions(room_temperature=math.nan), "room_temperature is nan"),
         (lambda: StandConditions(ranges=(0.0,)), "each lies between"),
+        (lambda: StandConditions(gravity="9.81"), "gravity is '9.81'; it is a finite number"),
+        (lambda: StandConditions(load=[700.0]), "load is list; it is a finite number"),
+        (lambda: StandConditions(room_temperature=None), "room_temperature is None"),
+        (lambda: StandConditions(ranges=[0.1, "1"]), "range 2 is '1'; it is a finite number"),
     ],
 )
 def test_a_stand_that_is_none_is_refused(make, told):

@@ -23,7 +23,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.accelerometer import Accelerometer
-from accelcal.arrays import Array, Places
+from accelcal.arguments.kinds import several
+from accelcal.arguments.numbers import check_number
+from accelcal.arrays import Array, Numbers, Places
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
@@ -93,8 +95,9 @@ class StandConditions:
         Resistor on which a current is measured [ohm].
     load_coefficient : float
         Its temperature coefficient [1/degC].
-    ranges : tuple of float
-        Ranges of the voltmeter, from which each reading takes the smallest that holds it [V].
+    ranges : sequence of float
+        Ranges of the voltmeter, of which each reading takes the smallest that holds it; kept as a
+        tuple [V].
 
     Raises
     ------
@@ -106,9 +109,14 @@ class StandConditions:
     room_temperature: float = 20.0
     load: float | None = None
     load_coefficient: float = 0.0
-    ranges: tuple[float, ...] = ()
+    ranges: Numbers = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "ranges", several(self.ranges))
+        optional = {"gravity": self.gravity, "load": self.load}
+        check_number(**{name: value for name, value in optional.items() if value is not None})
+        check_number(**{name: getattr(self, name) for name in _LARGEST})
+        check_number(**{f"range {n}": size for n, size in enumerate(self.ranges, 1)})
         if self.gravity is not None and not 9.7 < self.gravity < 9.9:
             raise InputError(
                 f"gravity {self.gravity} m/s^2 is found nowhere on Earth; it lies between 9.76"
