@@ -586,6 +586,8 @@ def test_a_head_uncertainty_beside_a_known_head_is_told(tables, tmp_path, capsys
         {"angles_deg": (0.0,)},
         {"angles_deg": (90.0, 0.0)},
         {"covariance_matrix": ((0.0, 1.0),) * 2},
+        {"covariance_matrix": ((1.0, 0.5), (-0.5, 1.0))},
+        {"covariance_matrix": ((1.0, 1.5), (1.5, 1.0))},
         {"declared_uncertainty": 0.0},
         {"units": (UnitOnHead("a", None, ((1.0,),), (1.0,), {}),)},
     ],

@@ -40,6 +40,8 @@ __all__ = ["SCHEMA", "HeadCalibration", "HeadHarmonic", "UnitOnHead"]
 
 SCHEMA = "accelcal/head/1"
 
+_ROUNDED = 1e-9  # part of the largest entry by which one of a document may be off
+
 
 @dataclass(frozen=True, slots=True)
 class HeadHarmonic(StoredPart):
@@ -95,6 +97,16 @@ class UnitOnHead(StoredPart):
 
     def __post_init__(self) -> None:
         freeze(self)
+
+
+def _is_covariance(matrix: Array) -> bool:
+    """Tell whether a matrix is symmetric and has no eigenvalue below zero, but for rounding."""
+    if not np.isfinite(matrix).all():
+        return False
+    rounding = _ROUNDED * float(np.abs(matrix).max(initial=0.0)) + np.finfo(np.float64).tiny
+    if (np.abs(matrix - matrix.T) > rounding).any():
+        return False
+    return bool(np.linalg.eigvalsh(matrix).min() >= -len(matrix) * rounding)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,13 +166,12 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         matrix = self.covariance
         if list(self.angles_deg) != sorted({angle % 360.0 for angle in self.angles_deg}):
             raise InputError("positions of a head are different angles from 0 to 360, in order")
-        size = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))
         sizes = [{len(u.pull), len(u.information), *map(len, u.information)} for u in self.units]
         if any(size != {n} for size in sizes):
             raise InputError("a unit tells of another number of positions than the head has")
         if self.declared_uncertainty is not None and not self.declared_uncertainty > 0.0:
             raise InputError("the declared uncertainty of a head is above 0 rad")
-        if not np.isfinite(matrix).all() or (np.abs(matrix) > np.outer(size, size) + 1e-24).any():
+        if not _is_covariance(matrix):
             raise InputError("the covariance of a head is none; it is symmetric and not negative")
 
     def __str__(self) -> str:
