@@ -623,6 +623,17 @@ def test_a_backlash_that_runs_ahead_is_not_sure():
     assert lagging.doubtful == ()
 
 
+def test_what_rests_on_a_doubtful_effect_is_not_sure_either():
+    """The hysteresis beside it was sure, though each takes back what the other does."""
+    both = [effect("hysteresis").of(8e-5), effect("backlash").of(-1e-4)]
+    found = accelcal.discover(simulate(effects=both, seed=1))
+    assert set(found.doubtful) == {"hysteresis", "backlash"}
+    apart = [effect("scale-factor-asymmetry").of(3e-4), effect("backlash").of(-3e-5)]
+    found = accelcal.discover(simulate(effects=apart, seed=1))
+    assert {item.id for item in found.effects} == {item.effect.id for item in apart}
+    assert found.doubtful == ("backlash",)
+
+
 def test_a_warm_up_of_the_first_readings_alone_is_not_sure():
     """A hysteresis whose first reading is not reached forward brought one along, as certain."""
     record = simulate(effects=[effect("hysteresis").of(3e-5)], plan=TumblePlan(timed=True), seed=1)

@@ -1,6 +1,8 @@
 """Noise that is slow, and slow effects that pass for such noise."""
 
 from dataclasses import replace
+from importlib import import_module
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +12,10 @@ from scipy.stats import multivariate_normal
 
 import accelcal
 from accelcal.discovery.wandering import _SIZES, _likeliest
+from accelcal.results.findings import Gap
 from accelcal.simulation import TumblePlan
+
+discover = import_module("accelcal.discovery.discover")
 
 ONE_RUN = TumblePlan(temperatures=(20.0,), seconds_per_reading=45.0, timed=True)
 
@@ -105,3 +110,39 @@ def test_the_likelihood_is_that_of_the_normal_distribution():
     white = multivariate_normal.logpdf(np.zeros(9), cov=np.eye(9))
     assert log == pytest.approx(max(logs) - white)
     assert rms == pytest.approx(_SIZES[int(np.argmax(logs))] * np.sqrt(power.sum()))
+
+
+# -- steps that are none ---------------------------------------------------------------------------
+
+THREE_RUNS = TumblePlan(temperatures=(20.0,) * 3, timed=True)
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_step_where_the_bias_of_one_run_walks_is_not_sure(seed):
+    record = accelcal.simulate(plan=THREE_RUNS, seed=seed)
+    walk = 4e-6 * np.cumsum(np.random.default_rng(seed).standard_normal(54))
+    output = record.output.copy()
+    output[record.run == 1] += 1.35 * walk
+    found = accelcal.discover(replace(record, output=output))
+    assert [item.id for item in found.effects] == ["bias-step"]
+    assert found.doubtful == ("bias-step",)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_step_is_sure(seed):
+    hidden = accelcal.effect("bias-step").of(4e-5, reading=80.0)
+    found = accelcal.discover(accelcal.simulate(plan=THREE_RUNS, effects=[hidden], seed=seed))
+    assert [item.id for item in found.effects] == ["bias-step"]
+    assert found.doubtful == ()
+
+
+@pytest.mark.parametrize(
+    ("rho", "after", "widened"), [(0.9, 1.3, True), (0.9, 1.0, False), (0.0, 1.3, False)]
+)
+def test_what_widens_the_gap_in_slow_noise_is_no_effect(monkeypatch, rho, after, widened):
+    """Steps were accepted beside which readings were farther from the model than without."""
+    gap = {(): 1.0, ("step",): after}
+    monkeypatch.setattr(discover, "solution", lambda _, effects: effects)
+    monkeypatch.setattr(discover, "gap_of", lambda effects, _: Gap(gap[effects], None, 1.0))
+    comparison = SimpleNamespace(noise=SimpleNamespace(rho=rho))
+    assert discover._widens_the_gap(comparison, SimpleNamespace(instances=("step",))) is widened

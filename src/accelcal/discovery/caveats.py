@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import compress
 from typing import NamedTuple
 
@@ -18,11 +18,11 @@ from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.other_laws import Alternative, other_laws, other_places
 from accelcal.discovery.passing import SMALL_UNITS
 from accelcal.discovery.solution import changes, parameters_of, solution
-from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering
+from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.results.discovery import IF_IT_IS
-from accelcal.results.findings import Change
+from accelcal.results.findings import Change, Unexplained
 from accelcal.units import MICRO
 
 _LIKE_THE_HEAD = 0.9
@@ -47,6 +47,15 @@ _OFTEN = 0.05
 
 _OUTLIERS = 4
 """Readings on either side of a step in its run, fewer of which could as well be outliers."""
+
+_PARTNERS = 0.7
+"""Cosine of two effects from which the size of one rests on the other."""
+
+_CORRELATED = 0.3
+"""Correlation of neighbours from which noise with a memory makes steps."""
+
+_VAGUE = 1.0 / 3.0
+"""Expanded uncertainty of a step over its size from which it could be no step."""
 
 _QUICK = 2.0
 """Intervals between readings within which a settling is that of the first reading alone."""
@@ -73,12 +82,15 @@ class Caveat(NamedTuple):
 
 
 def caveats(
-    family: Family, found: Sequence[Explanation], walks: Sequence[Wandering]
+    family: Family,
+    found: Sequence[Explanation],
+    walks: Sequence[Wandering],
+    left: Unexplained | None = None,
 ) -> Iterator[Caveat]:
     """Tell what a reader must know.
 
     Of the explanations that pass, the best comes first. Walks could stand in place of its effects,
-    or of the nearest ones where none passes.
+    or of the nearest ones where none passes. Something may be left beside them.
     """
     comparison = family.comparison
     yield from map(Caveat, said_of_positions(comparison.record))
@@ -92,6 +104,7 @@ def caveats(
     yield from _of_the_first_readings(comparison, best)
     yield from map(Caveat, _of_the_start(best))
     yield from _of_few_readings(comparison, best)
+    yield from _of_steps(comparison, best, left)
     yield from _of_the_wrong_sense(comparison, best)
     yield from _of_the_chamber(comparison, found)
     yield from _wandering(walks, named=bool(found))
@@ -215,6 +228,57 @@ def _of_few_readings(comparison: Comparison, instances: Sequence[Instance]) -> I
                 f"{item.effect.id} is not sure: {fewest} readings alone lie on one side of it in"
                 " its run, and as many outliers would look like it; repeat the run",
                 [item.effect.id],
+            )
+
+
+def _of_steps(
+    comparison: Comparison, instances: Sequence[Instance], left: Unexplained | None
+) -> Iterator[Caveat]:
+    """Steps that something slower could as well be."""
+    rho = comparison.noise.rho
+    walks = {
+        walk.instead_of.shape["reading"]: walk
+        for walk in wandering_in_its_run(comparison, instances)
+        if walk.is_as_likely(POSSIBLE)
+    }
+    for place, item in enumerate(instances):
+        if item.effect.id != "bias-step":
+            continue
+        step = parameters_of(comparison, instances)[place]["step"]
+        reasons = []
+        if left is not None:
+            reasons.append("something shows beside it that no effect explains")
+        if rho > _CORRELATED:
+            reasons.append(f"neighbouring readings are correlated ({rho:+.2f})")
+        if walk := walks.get(item.shape["reading"]):
+            reasons.append(f"a {walk.what} that wanders in its run alone is as likely")
+        if (step.expanded_uncertainty or 0.0) > _VAGUE * abs(step.value or 0.0):
+            reasons.append("its uncertainty is more than a third of it")
+        if reasons:
+            yield Caveat(
+                f"{item.effect.id} is not sure: {' and '.join(reasons)}, as where the bias wanders,"
+                " oscillates or settles in one run; repeat the run",
+                [item.effect.id],
+            )
+
+
+def of_partners(
+    comparison: Comparison, instances: Sequence[Instance], doubted: Collection[str]
+) -> Iterator[Caveat]:
+    """Effects whose size rests on a doubted one, as each takes back what the other does."""
+    ids = [item.effect.id for item in instances]
+    cosines = np.abs(comparison.directions(*instances).T @ comparison.directions(*instances))
+    for place, name in enumerate(ids):
+        leant = [
+            other
+            for other, cosine in zip(ids, cosines[place], strict=True)
+            if other in doubted and other != name and cosine > _PARTNERS
+        ]
+        if leant and name not in doubted:
+            yield Caveat(
+                f"{name} is not sure: its size rests on {' and '.join(leant)}, which acts nearly"
+                " alike and is not sure; both together may stand for something else",
+                [name],
             )
 
 

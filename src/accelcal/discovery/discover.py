@@ -11,7 +11,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
 from accelcal.discovery.candidates import searched_among
-from accelcal.discovery.caveats import Caveat, caveats
+from accelcal.discovery.caveats import Caveat, caveats, of_partners
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
@@ -50,6 +50,9 @@ from accelcal.version import SOFTWARE
 __all__ = ["discover"]
 
 _SAME_NOISE = 0.01
+
+_WIDER = 1.05
+"""Ratio of the gap with some effects to that without from which they are none."""
 
 
 class Question(NamedTuple):
@@ -212,7 +215,7 @@ def _beyond_disturbances(look: _Look, question: Question) -> _Look:
         return look
     walks = tuple(wandering(look.comparison, best.instances))
     shift = shift_in_place_of_one(look.comparison, best.instances, findings.before.p_value)
-    if shift or _wanders(walks):
+    if shift or _widens_the_gap(look.comparison, best) or _wanders(walks):
         findings = findings._replace(explanations=(), nearest=best)
     look = look._replace(findings=findings, walks=walks, shift=shift)
     return look if findings.explanations or _wanders(walks) else _with_main(look, question)
@@ -224,13 +227,26 @@ def _with_main(look: _Look, question: Question) -> _Look:
     if main is None:
         return look
     walks = tuple(wandering(look.comparison, main.instances))
-    if _wanders(walks):
+    if _wanders(walks) or _widens_the_gap(look.comparison, main):
         return look
     return look._replace(findings=look.findings._replace(main=main), walks=walks)
 
 
 def _wanders(walks: Sequence[Wandering]) -> bool:
     return all(walk.is_as_likely(LIKELY) for walk in walks)
+
+
+def _widens_the_gap(comparison: Comparison, found: Explanation) -> bool:
+    """Whether readings are farther from the model with some effects than without.
+
+    Noise with a memory leaves much room for that, and what shows in it is no such effect. Launches
+    do so too, and are free to.
+    """
+    if comparison.noise.rho <= 0.0:
+        return False
+    without, within = (solution(comparison, effects) for effects in ((), found.instances))
+    rms = [gap_of(fit, None).rms for fit in (without, within)]
+    return rms[1] > _WIDER * rms[0]
 
 
 def _look(
@@ -269,7 +285,7 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    said = _caveats(look, named)
+    said = list(_caveats(look, named, unexplained))
     noise = _of_all_readings(comparison.noise, found)
     as_given = _gap_as_given(record, question, noise) if found else None
     return Discovery(
@@ -301,10 +317,14 @@ def _discovery(
     )
 
 
-def _caveats(look: _Look, named: Explanation | None) -> list[Caveat]:
-    of_findings = caveats(look.family, look.findings.named, look.walks)
-    of_noise = noise_caveats(look.comparison, named.instances if named else ())
-    return [*_in_the_main(look), *of_findings, *of_noise]
+def _caveats(look: _Look, named: Explanation | None, left: Unexplained | None) -> Iterator[Caveat]:
+    said = [*_in_the_main(look), *caveats(look.family, look.findings.named, look.walks, left)]
+    instances = named.instances if named else ()
+    said += noise_caveats(look.comparison, instances)
+    yield from said
+    if instances:
+        doubted = {name for caveat in said for name in caveat.doubted}
+        yield from of_partners(look.comparison, instances, doubted)
 
 
 def _in_the_main(look: _Look) -> Iterator[Caveat]:

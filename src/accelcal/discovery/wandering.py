@@ -19,6 +19,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
+from accelcal.numerics.sorting import distinct
 
 LIKELY, POSSIBLE = 0.1, 0.001
 """Likelihood of what wanders, over that with an effect: from the first on the effect gets no
@@ -60,7 +61,26 @@ class Wandering(NamedTuple):
 
 
 def wandering(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Wandering]:
-    """Find what would wander likeliest in place of each of some effects."""
+    """Find what would wander likeliest in all runs, in place of each of some effects."""
+    yield from _wandering(comparison, instances, [slice(None)] * len(instances))
+
+
+def wandering_in_its_run(comparison: Comparison, instances: Sequence[Instance]) -> list[Wandering]:
+    """Find what would wander likeliest in the run of each step alone, in place of it."""
+    c = comparison.model.conditions
+    runs = distinct(c.run)
+    own: list[slice | None] = [None] * len(instances)
+    for place, item in enumerate(instances):
+        if item.effect.id == "bias-step":
+            run = c.run[c.order[int(item.shape["reading"]) - 1]]
+            own[place] = slice(int(np.searchsorted(runs, run)), None, runs.size)
+    return list(_wandering(comparison, instances, own)) if any(own) else []
+
+
+def _wandering(
+    comparison: Comparison, instances: Sequence[Instance], own: Sequence[slice | None]
+) -> Iterator[Wandering]:
+    """Try some of the waves in place of each effect that has any of its own."""
     space, c, sigma = comparison.space, comparison.model.conditions, comparison.noise.sigma
     units = comparison.directions(*instances)
     with_all = _log_likelihood(without(comparison.seen, orthonormal(units)))
@@ -70,10 +90,12 @@ def wandering(comparison: Comparison, instances: Sequence[Instance]) -> Iterator
         for what, column in coefficient_columns(c).items()
     }
     for place, item in enumerate(instances):
+        if (kept := own[place]) is None:
+            continue
         others = orthonormal(np.delete(units, place, axis=1))
         rest = without(comparison.seen, others)
         log, rms, what = max(
-            (*_likeliest(rest, without(columns, others), frequency**-power), what)
+            (*_likeliest(rest, without(columns[:, kept], others), frequency[kept] ** -power), what)
             for what, columns in seen.items()
             for power in _POWERS
         )
