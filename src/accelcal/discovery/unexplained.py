@@ -19,6 +19,9 @@ from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.where import pattern, structure
 from accelcal.results.findings import Unexplained
 
+_OF_PASSING = 0.5
+"""Part of the false-alarm rate at which what comes and goes is told, as names take all of it."""
+
 
 def what_is_left(
     family: Family, findings: Findings, shift: Unexplained | None, alpha: float, seed: int
@@ -32,7 +35,7 @@ def what_is_left(
     if not found and findings.before.p_value < alpha:
         left: Unexplained | None = shift or _pattern(family, findings)
     else:
-        left = passing(comparison, beside, alpha, seed)
+        left = passing(comparison, beside, _OF_PASSING * alpha, seed)
     loud = loudest(comparison, beside)
     if loud is None or loud.ratio < TOO_LOUD or loud.p_value >= alpha:
         return left
