@@ -403,6 +403,26 @@ def test_no_step_is_made_of_the_unknown_way_to_the_first_level(first):
     assert found.effects[0].parameters["first"].value == pytest.approx(first, abs=0.7)
 
 
+@pytest.mark.parametrize("first", [-0.3, 0.0, 1.0])
+def test_the_unknown_way_to_the_first_level_is_counted_where_no_reading_tells_it(first):
+    plan = TumblePlan(temperatures=(20.0, 80.0, 20.0))
+    hidden = [effect("temperature-hysteresis").of(1e-4, first=first)]
+    record = accelcal.simulate(plan=plan, effects=hidden, seed=7)
+    found = accelcal.discover(record)
+    assert ids(found) == ["temperature-hysteresis"]
+    told = found.effects[0].parameters
+    assert told["first"].value == 0.0  # the middle of the loop
+    assert told["first"].expanded_uncertainty == 1.0
+    size = told["amplitude"]
+    assert size.value == pytest.approx(1e-4 * (1.0 + first), rel=0.2)  # h (1 + first) alone shows
+    assert abs(size.value - 1e-4) < size.expanded_uncertainty < 3.0 * size.value
+    changed = {change.coefficient: change.after for change in found.coefficients}
+    assert 1e-5 < changed["K0"].expanded_uncertainty < 5e-4
+    assert any("do not tell first" in note for note in found.notes)
+    law = accelcal.fit(record, model=found).temperature_model.k0
+    assert abs(law.at_T0.value - 3.3e-3) < law.at_T0.expanded_uncertainty < 5e-4
+
+
 def test_same_seed_same_answer():
     record = accelcal.simulate(effects=[effect("hysteresis").of(2e-5)], seed=8)
     assert accelcal.discover(record) == accelcal.discover(record)

@@ -18,6 +18,7 @@ from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.other_laws import Alternative, other_laws, other_places
 from accelcal.discovery.passing import SMALL_UNITS
 from accelcal.discovery.solution import changes, parameters_of, solution
+from accelcal.discovery.untold import said_of_untold
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
@@ -96,6 +97,7 @@ def caveats(
     yield from map(Caveat, said_of_positions(comparison.record))
     best = found[0].instances if found else ()
     laws, places = list(other_laws(comparison, best)), list(other_places(comparison, best))
+    yield from map(Caveat, said_of_untold(comparison, best))
     yield from map(Caveat, _by_another_law(laws))
     yield from map(Caveat, _at_other_places(places))
     yield from map(Caveat, _otherwise(comparison, found, [*places, *laws]))

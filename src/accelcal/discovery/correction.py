@@ -8,7 +8,7 @@ cannot show keeps the size that the discovery gave it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -23,10 +23,12 @@ from accelcal.discovery.instance import (
     amplitude_columns,
     column_of,
     instance_of,
+    own_columns,
     sizes_of,
 )
 from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import lengths
+from accelcal.discovery.untold import fitted_sizes, untold
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance_root import covariance_root
 from accelcal.record import TumbleRecord
@@ -102,9 +104,11 @@ def correction(
         replace(found, parameters=next(new)) if is_shown else found
         for found, is_shown in zip(model.effects, shown, strict=True)
     )
-    columns, sizes, factor = _columns(comparison, effects)
+    by_noise = _by_noise(comparison, fitted, shown, effects)
+    columns, sizes, factor = _columns(comparison, effects, by_noise)
+    left_open = _left_open(comparison, _of_size(fitted, shown, effects))
     output = record.output - comparison.model.nominal * (columns @ sizes)
-    acting = comparison.model.nominal * columns @ factor
+    acting = comparison.model.nominal * np.hstack([columns @ factor, left_open])
     if gaps:
         steps = gaps_with(comparison, [instances[:k] for k in range(len(instances) + 1)])
         effects = tuple(
@@ -144,15 +148,64 @@ def _at_zero(item: Instance, found: dict[str, Quantity]) -> dict[str, Quantity]:
     return {p.name: replace(found[p.name], value=0.0) for p in item.amplitudes} if below else {}
 
 
-def _columns(comparison: Comparison, effects: Sequence[FoundEffect]) -> tuple[Array, Array, Array]:
+def _of_size(
+    fitted: Sequence[Instance], shown: Sequence[bool], effects: Sequence[FoundEffect]
+) -> list[Instance]:
+    """Effects that are fitted and are not zero."""
+    found = [effect for effect, is_shown in zip(effects, shown, strict=True) if is_shown]
+    return [
+        item
+        for item, effect in zip(fitted, found, strict=True)
+        if any(effect.parameters[p.name].value for p in item.amplitudes)
+    ]
+
+
+def _by_noise(
+    comparison: Comparison,
+    fitted: Sequence[Instance],
+    shown: Sequence[bool],
+    effects: Sequence[FoundEffect],
+) -> list[Mapping[str, Quantity]]:
+    """Parameters of effects with what noise makes uncertain in them, see `_left_open`."""
+    own = _of_size(fitted, shown, effects)
+    if not untold(comparison, own):
+        return [found.parameters for found in effects]
+    told = dict(
+        zip(
+            [item.effect.id for item in own],
+            parameters_of(comparison, own, ranges=False),
+            strict=True,
+        )
+    )
+    return [told.get(found.id, found.parameters) for found in effects]
+
+
+def _left_open(comparison: Comparison, fitted: Sequence[Instance]) -> Array:
+    """Change of the readings by what each parameter that they do not tell leaves open [g]."""
+    c = comparison.model.conditions
+    found = [np.empty((len(comparison.record), 0))]
+    for one in untold(comparison, fitted):
+        below, above = (
+            np.hstack([own_columns(item, c) for item in end]) @ fitted_sizes(comparison, end).whole
+            for end in one.ends(fitted)
+        )
+        found.append((above - below)[:, None] / 2.0)
+    return np.hstack(found)
+
+
+def _columns(
+    comparison: Comparison,
+    effects: Sequence[FoundEffect],
+    by_noise: Sequence[Mapping[str, Quantity]],
+) -> tuple[Array, Array, Array]:
     """Columns of all amplitudes [g], their sizes, and a factor of the covariance of the sizes."""
     c = comparison.model.conditions
     known = disturbances(effects)
     columns = np.hstack([amplitude_columns(instance_of(item), c) for item in known])
     sizes = np.concatenate([sizes_of(item) for item in known])
     told = [
-        _uncertainty(found.parameters.get(parameter.name))
-        for found, item in zip(effects, known, strict=True)
+        _uncertainty(parameters.get(parameter.name))
+        for parameters, item in zip(by_noise, known, strict=True)
         for parameter in item.effect.amplitudes
     ]
     uncertain = np.array(told)

@@ -28,6 +28,9 @@ CONTRADICTION = 0.3
 RIVALS = 10.0
 """Times the false-alarm rate up to which what explains the readings is a rival of what is named."""
 
+_ALIKE = 1.0 - 1e-9
+"""Cosine from which two values of a parameter look alike but for rounding."""
+
 BENT = 0.01
 """Chance that noise bends a straight law, below which it is taken for another one."""
 
@@ -146,6 +149,8 @@ def _refined(family: Family, place: int, others: Array) -> Instance:
     from scipy.optimize import minimize_scalar  # type: ignore[import-untyped]
 
     (name,) = smooth
+    if (middle := _without_trace(family, place, name, others)) is not None:
+        return start.at(name, middle)
 
     def loss(value: float) -> float:
         unit = without(family.comparison.directions(start.at(name, value))[:, 0], others)
@@ -194,6 +199,25 @@ def _in_phase(comparison: Comparison, start: Instance, others: Array) -> Instanc
     mixture = np.zeros(len(start.mixture))
     mixture[own] = sizes / max(float(np.linalg.norm(sizes)), SMALLEST)
     return start._replace(mixture=tuple(mixture.tolist()))
+
+
+def _without_trace(family: Family, place: int, name: str, others: Array) -> float | None:
+    """Value of a parameter that no reading shows, as all its values look alike, else None.
+
+    It is the default, as the middle of a loop for the state at the first level, or the median.
+    """
+    found = family.candidates
+    own = found.of(int(found.owner[place]))
+    values = np.array([item.shape[name] for item in found.instances[own]])
+    units = without(found.directions[:, own], others)
+    size = lengths(units)
+    units, values = units[:, size > NEW] / size[size > NEW], values[size > NEW]
+    if values.size < 2 or np.abs(units.T @ units[:, 0]).min() < _ALIKE:
+        return None
+    default = next(p.default for p in found.instances[place].effect.shapes if p.name == name)
+    lowest, highest = values.min(), values.max()
+    inside = default is not None and lowest <= default <= highest
+    return float(default if inside and default is not None else np.median(values))
 
 
 def _neighbours(family: Family, place: int, name: str) -> tuple[float, float]:

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, solve
-from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance, column_of, own_columns
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.spans import lengths
+from accelcal.discovery.untold import Sizes, Untold, fitted_sizes, slopes_of, untold
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.parameter import Parameter
-from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
 
-_STEP = 1e-4
 _DETERMINED = 1e-6
 _NO_TRACE = 1e-12
 """Length of a column over the longest, below which it is rounding."""
@@ -48,6 +47,8 @@ class Solution(NamedTuple):
         Reading minus model [g].
     chi2, dof : float, int
         Sum of squares of the residuals in the measure of the noise, and its degrees of freedom.
+    instances : tuple of Instance
+        The effects.
     """
 
     model: BaseModel
@@ -55,6 +56,7 @@ class Solution(NamedTuple):
     residual: Array
     chi2: float
     dof: int
+    instances: tuple[Instance, ...] = ()
 
 
 def solution(comparison: Comparison, instances: Sequence[Instance] = ()) -> Solution:
@@ -67,7 +69,8 @@ def solution(comparison: Comparison, instances: Sequence[Instance] = ()) -> Solu
     parameters = solve(model, comparison.space.whiten)
     residual = model.residual(parameters)
     chi2 = float((comparison.space.whiten(residual) ** 2).sum())
-    return Solution(model, parameters, residual, chi2, comparison.space.size - len(instances))
+    dof = comparison.space.size - len(instances)
+    return Solution(model, parameters, residual, chi2, dof, tuple(instances))
 
 
 def _inside(instance: Instance, c: Conditions) -> Array:
@@ -76,7 +79,7 @@ def _inside(instance: Instance, c: Conditions) -> Array:
 
 
 def parameters_of(
-    comparison: Comparison, instances: Sequence[Instance]
+    comparison: Comparison, instances: Sequence[Instance], *, ranges: bool = True
 ) -> tuple[dict[str, Quantity], ...]:
     """Estimate all parameters of each of some effects together.
 
@@ -86,32 +89,58 @@ def parameters_of(
     Notes
     -----
     Amplitudes by linear least squares in the space that the base model leaves; uncertainties of all
-    parameters together from the derivatives by the nonlinear ones at the solution.
+    parameters together from the derivatives by the nonlinear ones at the solution. Those that the
+    readings do not tell are held, and without `ranges` they add no uncertainty to the others.
     """
-    c, space = comparison.model.conditions, comparison.space
-    whole = space.whiten(np.hstack([own_columns(item, c) for item in instances]))
-    linear = space.left_of(whole)
-    shown = lengths(linear) > VISIBLE * lengths(whole)
-    sizes = np.zeros(shown.size)
-    sizes[shown] = np.linalg.lstsq(linear[:, shown], comparison.seen, rcond=None)[0]
-    split = np.split(sizes, np.cumsum([len(item.amplitudes) for item in instances])[:-1])
-    slopes = [_slopes(item, size, c) for item, size in zip(instances, split, strict=True)]
-    derivatives = np.hstack([linear[:, shown], *(space.see(s) for s in slopes if s.shape[1])])
-    told, of_shapes = np.split(standard_uncertainties(derivatives), [np.count_nonzero(shown)])
-    uncertainty = np.full(shown.size, np.nan)
-    uncertainty[shown] = told
-    of_sizes, of_shapes = iter(uncertainty.tolist()), iter(of_shapes.tolist())
+    held = {(one.place, one.parameter.name): one for one in untold(comparison, instances)}
+    sizes = fitted_sizes(comparison, instances)
+    of_sizes, of_shapes = _standard_uncertainties(comparison, instances, sizes, held)
+    for one in held.values() if ranges else ():
+        below, above = (fitted_sizes(comparison, end).whole for end in one.ends(instances))
+        of_sizes = np.hypot(of_sizes, (above - below) / 2.0)
+    told, dof = iter(of_sizes.tolist()), comparison.space.dof
     found = []
-    for item, size in zip(instances, split, strict=True):
+    for place, (item, size) in enumerate(zip(instances, sizes.of_each, strict=True)):
         own = {
-            p.name: _quantity(p, value, next(of_sizes), space.dof)
+            p.name: _quantity(p, value, next(told), dof)
             for p, value in zip(item.amplitudes, size.tolist(), strict=True)
         }
         for p in item.effect.shapes:
-            u = None if p.discrete else next(of_shapes)
-            own[p.name] = _quantity(p, item.shape[p.name], u, space.dof)
+            open_one = held.get((place, p.name))
+            u = of_shapes.get((place, p.name))
+            own[p.name] = _held(open_one) if open_one else _quantity(p, item.shape[p.name], u, dof)
         found.append(own)
     return tuple(found)
+
+
+def _standard_uncertainties(
+    comparison: Comparison,
+    instances: Sequence[Instance],
+    sizes: Sizes,
+    held: Collection[tuple[int, str]],
+) -> tuple[Array, dict[tuple[int, str], float]]:
+    """Those of the amplitudes, and of the nonlinear parameters that are smooth and not held."""
+    smooth = [
+        (place, p.name)
+        for place, item in enumerate(instances)
+        for p in item.effect.shapes
+        if not p.discrete
+    ]
+    free = [one not in held for one in smooth]
+    slopes = np.hstack(slopes_of(comparison, instances, sizes))[:, np.flatnonzero(free)]
+    told = standard_uncertainties(np.hstack([sizes.linear[:, sizes.shown], slopes]))
+    count = np.count_nonzero(sizes.shown)
+    uncertainty = np.full(sizes.shown.size, np.nan)
+    uncertainty[sizes.shown] = told[:count]
+    names = [one for one, is_free in zip(smooth, free, strict=True) if is_free]
+    return uncertainty, dict(zip(names, told[count:].tolist(), strict=True))
+
+
+def _held(one: Untold) -> Quantity:
+    """A parameter that the readings do not tell: it lies where it can."""
+    widest = max(one.highest - one.value, one.value - one.lowest)
+    half = min(NORMAL_FACTOR * one.spread, widest)
+    return Quantity(one.value, one.spread, one.parameter.unit, half)
 
 
 def standard_uncertainties(derivatives: Array) -> Array:
@@ -120,21 +149,6 @@ def standard_uncertainties(derivatives: Array) -> Array:
     norms[norms == 0.0] = np.inf
     inverse = np.linalg.pinv(derivatives / norms)
     return np.asarray(np.sqrt((inverse**2).sum(axis=1)) / norms)
-
-
-def _slopes(instance: Instance, size: Array, c: Conditions) -> Array:
-    """Derivatives of the effect by its smooth nonlinear parameters [g per unit], (n, k)."""
-    found = [np.empty((c.input.size, 0))]
-    for parameter in instance.effect.shapes:
-        if parameter.discrete:
-            continue
-        value = instance.shape[parameter.name]
-        step = _STEP * max(abs(value), 1e-3)
-        above, below = (
-            own_columns(instance.at(parameter.name, at), c) for at in (value + step, value - step)
-        )
-        found.append(((above - below) @ size / (2.0 * step))[:, None])
-    return np.hstack(found)
 
 
 def _quantity(parameter: Parameter, value: float, uncertainty: float | None, dof: int) -> Quantity:
@@ -160,6 +174,7 @@ def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
     norms = _norms(jacobian)
     inverse = np.linalg.pinv(jacobian / norms, rcond=1e-9)
     smallest = _with_small_shifts(comparison.model, jacobian, fit.parameters)
+    left_open = _left_open(comparison, fit)
     factor, dof = student_quantile(LEVEL, comparison.space.dof), float(comparison.space.dof)
     found = {}
     for name, weights in _functionals(comparison.model).items():
@@ -172,10 +187,19 @@ def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
         if missed > _DETERMINED * np.abs(scaled).max():
             found[name] = Quantity(float(functional @ smallest), None, _unit(name))
             continue
-        u = float(np.sqrt(through @ through))
+        u = float(np.sqrt(through @ through + ((functional @ left_open) ** 2).sum()))
         value = float(functional @ fit.parameters)
         found[name] = Quantity(value, u, _unit(name), factor * u, dof)
     return found
+
+
+def _left_open(comparison: Comparison, fit: Solution) -> Array:
+    """What one standard uncertainty of each parameter that is not told does to all others."""
+    found = [np.empty((fit.parameters.size, 0))]
+    for one in untold(comparison, fit.instances):
+        below, above = (solution(comparison, end).parameters for end in one.ends(fit.instances))
+        found.append((above - below)[:, None] / 2.0)
+    return np.hstack(found)
 
 
 def _norms(jacobian: Array) -> Array:

@@ -1,0 +1,160 @@
+"""Nonlinear parameters that the readings do not tell, and what they leave open.
+
+Of a loop whose first level was reached nobody knows how, runs at 20, 80 and 20 degC show the jump
+between the equal levels alone: any state of the first one with some width of the loop makes it. A
+parameter is untold where the readings tell less of it than that it lies among the values that are
+searched. It stays where it is, and all that hangs on it is uncertain by its uniform distribution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array, Mask
+from accelcal.discovery.candidates import VISIBLE
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import Instance, own_columns
+from accelcal.discovery.spans import lengths, orthonormal, without
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.parameter import Parameter
+
+_STEP = 1e-4
+
+
+class Sizes(NamedTuple):
+    """Amplitudes of some effects, fitted together to readings that the base model leaves.
+
+    Attributes
+    ----------
+    of_each : list of ndarray
+        The amplitudes of each effect; zero where nothing is told.
+    linear : ndarray, shape (n, m)
+        Columns of all of them in the space.
+    shown : ndarray of bool, shape (m,)
+        Which have a value.
+    """
+
+    of_each: list[Array]
+    linear: Array
+    shown: Mask
+
+    @property
+    def whole(self) -> Array:
+        """Amplitudes of all effects, shape (m,)."""
+        return np.concatenate(self.of_each)
+
+
+class Untold(NamedTuple):
+    """A nonlinear parameter that the readings do not tell.
+
+    Attributes
+    ----------
+    place : int
+        Index of its effect.
+    parameter : Parameter
+        The parameter.
+    value, lowest, highest : float
+        Where it stays, and between what values it lies.
+    """
+
+    place: int
+    parameter: Parameter
+    value: float
+    lowest: float
+    highest: float
+
+    @property
+    def spread(self) -> float:
+        """Its standard uncertainty."""
+        return (self.highest - self.lowest) / float(np.sqrt(12.0))
+
+    def ends(self, instances: Sequence[Instance]) -> tuple[list[Instance], list[Instance]]:
+        """Effects with the parameter a standard uncertainty below and above its value."""
+        below, above = (
+            [
+                item.at(self.parameter.name, float(np.clip(at, self.lowest, self.highest)))
+                if place == self.place
+                else item
+                for place, item in enumerate(instances)
+            ]
+            for at in (self.value - self.spread, self.value + self.spread)
+        )
+        return below, above
+
+
+def fitted_sizes(comparison: Comparison, instances: Sequence[Instance]) -> Sizes:
+    """Fit the amplitudes of some effects; one that the base model takes up has no value."""
+    c, space = comparison.model.conditions, comparison.space
+    whole = space.whiten(np.hstack([own_columns(item, c) for item in instances]))
+    linear = space.left_of(whole)
+    shown = lengths(linear) > VISIBLE * lengths(whole)
+    sizes = np.zeros(shown.size)
+    sizes[shown] = np.linalg.lstsq(linear[:, shown], comparison.seen, rcond=None)[0]
+    ends = np.cumsum([len(item.amplitudes) for item in instances])[:-1]
+    return Sizes(np.split(sizes, ends), linear, shown)
+
+
+def slopes_of(comparison: Comparison, instances: Sequence[Instance], sizes: Sizes) -> list[Array]:
+    """Derivatives in the space by the smooth nonlinear parameters of each effect, (n, k)."""
+    c, space = comparison.model.conditions, comparison.space
+    return [
+        space.see(_slopes(item, size, c)) if _smooth(item) else space.nothing()
+        for item, size in zip(instances, sizes.of_each, strict=True)
+    ]
+
+
+def untold(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
+    """Find the nonlinear parameters of some effects that the readings do not tell."""
+    if not any(_smooth(item) for item in instances):
+        return []
+    sizes = fitted_sizes(comparison, instances)
+    slopes = np.hstack(slopes_of(comparison, instances, sizes))
+    others = sizes.linear[:, sizes.shown]
+    found = []
+    for column, one in enumerate(_possible(comparison, instances)):
+        beside = orthonormal(np.hstack([others, np.delete(slopes, column, axis=1)]))
+        told = float(lengths(without(slopes[:, [column]], beside))[0])
+        if one.spread > 0.0 and told * one.spread < 1.0:
+            found.append(one)
+    return found
+
+
+def said_of_untold(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[str]:
+    """Say which parameters are not told, and what the uncertainties count."""
+    for one in untold(comparison, instances):
+        effect, p = instances[one.place].effect, one.parameter
+        unit = "" if p.unit == "1" else f" {p.unit}"
+        yield (
+            f"{effect.id}: these readings do not tell {p.name}; it is held at"
+            f" {one.value:.3g}{unit}, and U counts all from {one.lowest:.3g} to"
+            f" {one.highest:.3g}{unit} as equally likely, in the amplitude and in the coefficients that hang on it as well; to tell:"
+            f" {effect.to_tell_apart}"
+        )
+
+
+def _possible(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Untold]:
+    for place, item in enumerate(instances):
+        for parameter in _smooth(item):
+            searched = parameter.search(comparison.model.conditions) if parameter.search else []
+            value = item.shape[parameter.name]
+            yield Untold(place, parameter, value, min(value, *searched), max(value, *searched))
+
+
+def _smooth(item: Instance) -> list[Parameter]:
+    return [parameter for parameter in item.effect.shapes if not parameter.discrete]
+
+
+def _slopes(instance: Instance, size: Array, c: Conditions) -> Array:
+    """Derivatives of the effect by its smooth nonlinear parameters [g per unit], (n, k)."""
+    found = []
+    for parameter in _smooth(instance):
+        value = instance.shape[parameter.name]
+        step = _STEP * max(abs(value), 1e-3)
+        above, below = (
+            own_columns(instance.at(parameter.name, at), c) for at in (value + step, value - step)
+        )
+        found.append(((above - below) @ size / (2.0 * step))[:, None])
+    return np.hstack(found)
