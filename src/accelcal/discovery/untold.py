@@ -130,8 +130,8 @@ def said_of_untold(comparison: Comparison, instances: Sequence[Instance]) -> Ite
         yield (
             f"{effect.id}: these readings do not tell {p.name}; it is held at"
             f" {one.value:.3g}{unit}, and U counts all from {one.lowest:.3g} to"
-            f" {one.highest:.3g}{unit} as equally likely, in the amplitude and in the coefficients that hang on it as well; to tell:"
-            f" {effect.to_tell_apart}"
+            f" {one.highest:.3g}{unit} as equally likely, in the amplitude and in the coefficients"
+            f" that hang on it as well; to tell: {effect.to_tell_apart}"
         )
 
 
