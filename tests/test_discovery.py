@@ -383,6 +383,19 @@ def test_a_drift_of_the_chamber_to_a_side_without_a_level(levels, rate):
     assert told == pytest.approx(rate, rel=0.1)  # beta1 and beta2 of the AL-15 are 520 and 480 ppm
 
 
+def test_a_chamber_that_drifts_in_runs_at_one_temperature_is_told_by_what_it_does():
+    plan, rate = TumblePlan(temperatures=(20.0, 20.0, 20.0)), 0.5
+    hidden = [effect("chamber-drift").of(rate)]
+    found = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=3))
+    assert ids(found) == []
+    told = found.unexplained.structure
+    assert "anew from the start of each run, as in a chamber that has not settled" in told
+    scale, bias = map(float, re.findall(r"drifts by (\S+) (?:ppm|ug)/h", told))
+    assert scale == pytest.approx(520.0 * rate, rel=0.1)  # beta1 and lam1 of the AL-15
+    assert bias == pytest.approx(-39.0 * rate, rel=0.5)
+    assert found.unexplained.share > 0.9
+
+
 def test_faults_come_before_physics():
     hidden = [effect("outlier").of(1e-3, reading=17), effect("backlash").of(2e-5)]
     found = accelcal.discover(accelcal.simulate(effects=hidden, seed=3))

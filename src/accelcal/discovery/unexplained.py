@@ -8,6 +8,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.declared_noise import relative_noise
+from accelcal.discovery.drift_anew import drift_anew
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import Block
 from accelcal.discovery.family import Family, judge
@@ -33,7 +34,8 @@ def what_is_left(
     found, comparison = findings.explanations, family.comparison
     beside = findings.named[0].instances if findings.named else ()
     if not found and findings.before.p_value < alpha:
-        left: Unexplained | None = shift or _pattern(family, findings)
+        anew = None if findings.main else drift_anew(family, alpha)
+        left: Unexplained | None = anew or shift or _pattern(family, findings)
     else:
         left = passing(comparison, beside, _OF_PASSING * alpha, seed)
     loud = loudest(comparison, beside)

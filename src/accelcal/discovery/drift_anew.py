@@ -1,0 +1,79 @@
+"""Scale factor and bias that drift anew in each run, as in a chamber that has not settled.
+
+Without a second temperature nobody knows what a degree does to them, so that no entry of the
+catalogue says what a drift of the chamber looks like: it is told as what it does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.columns import dummies
+from accelcal.discovery.explanation import CONTRADICTION
+from accelcal.discovery.family import Family, agrees, chance
+from accelcal.discovery.spans import orthonormal, squares_in, without
+from accelcal.results.findings import Unexplained
+from accelcal.units import HOUR, MICRO
+
+_SCALE, _BIAS = "the scale factor", "the bias"
+_UNITS = {_SCALE: "ppm/h", _BIAS: "ug/h"}
+
+
+def drift_anew(family: Family, alpha: float) -> Unexplained | None:
+    """Find drifts of them from the start of each run that leave nothing but noise, if needed.
+
+    They have one rate in all runs, else one in each. There is none in a record of one run, where
+    entries of the catalogue say as much.
+    """
+    c, labels = family.comparison.model.conditions, family.comparison.record.run_labels
+    if len(labels) < 2:
+        return None
+    time = (c.gain * c.run_time / HOUR)[:, None]
+    bias, scale = time, time * c.indicated[:, None]
+    for parts in (np.ones_like(time), dummies(c.run)):
+        for acting in ({_SCALE: scale}, {_BIAS: bias}, {_SCALE: scale, _BIAS: bias}):
+            columns = {what: parts * column for what, column in acting.items()}
+            p_value = _chance(family, list(columns.values()), alpha)
+            if p_value is not None:
+                return _told(family, columns, p_value)
+    return None
+
+
+def _chance(family: Family, columns: Sequence[Array], alpha: float) -> float | None:
+    """Largest chance of noise of one beside the others; None where they do not explain all."""
+    space, seen = family.space, family.comparison.seen
+    shown = [space.see(each) for each in columns]
+    whole = orthonormal(np.hstack(shown))
+    if not agrees(family, whole, CONTRADICTION * alpha):
+        return None
+    variance, largest = space.variance(without(seen, whole)), 0.0
+    for place in range(len(shown)):
+        others = orthonormal(np.hstack([space.nothing(), *shown[:place], *shown[place + 1 :]]))
+        degrees = whole.shape[1] - others.shape[1]
+        if degrees < 1:
+            return None
+        squares = squares_in(whole, seen) - squares_in(others, seen)
+        ratio = np.array(squares / degrees / variance)
+        largest = max(largest, float(chance(ratio, space.dof, degrees)) * family.tests)
+    return largest if largest < alpha else None
+
+
+def _told(family: Family, columns: Mapping[str, Array], p_value: float) -> Unexplained:
+    space, seen = family.space, family.comparison.seen
+    shown = space.see(np.hstack(list(columns.values())))
+    sizes = np.linalg.lstsq(shown, seen, rcond=None)[0] * MICRO
+    rates = " and ".join(
+        f"{what} drifts by {', '.join(f'{size:.3g}' for size in own)} {_UNITS[what]}"
+        for what, own in zip(columns, np.split(sizes, len(columns)), strict=True)
+    )
+    runs = "" if sizes.size == len(columns) else ", in the order of the runs"
+    return Unexplained(
+        f"{rates}, anew from the start of each run{runs}, as in a chamber that has not settled or a"
+        " unit that warms up; runs at another temperature, or the actual temperature of each"
+        " reading, would tell",
+        squares_in(orthonormal(shown), seen) / float(seen @ seen),
+        p_value,
+    )
