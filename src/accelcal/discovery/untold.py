@@ -138,9 +138,11 @@ def said_of_untold(comparison: Comparison, instances: Sequence[Instance]) -> Ite
 def _possible(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Untold]:
     for place, item in enumerate(instances):
         for parameter in _smooth(item):
-            searched = parameter.search(comparison.model.conditions) if parameter.search else []
             value = item.shape[parameter.name]
-            yield Untold(place, parameter, value, min(value, *searched), max(value, *searched))
+            values = [value]
+            if parameter.search is not None:
+                values += parameter.search(comparison.model.conditions).tolist()
+            yield Untold(place, parameter, value, min(values), max(values))
 
 
 def _smooth(item: Instance) -> list[Parameter]:
