@@ -250,6 +250,26 @@ def test_a_foundation_that_tilts_is_no_new_mounting():
     assert [effect.id for effect in accelcal.discover(tilting).effects] == ["foundation-tilt"]
 
 
+def test_a_tilt_beside_another_effect_is_no_new_mounting():
+    """The other hides that the misalignment moves within a run; turned back, nothing explained."""
+    plan = accelcal.TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0), timed=True, strokes=4)
+    both = [effect("foundation-tilt").of(3e-5), effect("hysteresis").of(5e-5)]
+    record = accelcal.simulate(seed=3, plan=plan, effects=both)
+    assert named(faults(record, 20.0)[0]) == ["mounted anew"]
+    found = accelcal.discover(record)
+    assert found.faults == ()
+    assert sorted(entry.id for entry in found.effects) == ["foundation-tilt", "hysteresis"]
+
+
+def test_a_unit_mounted_anew_is_turned_back_beside_an_effect():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0), strokes=4)
+    lagging = accelcal.simulate(seed=3, plan=plan, effects=[effect("hysteresis").of(5e-5)])
+    off = np.where(lagging.run > 0, 5e-4 * np.sin(np.deg2rad(lagging.angle)), 0.0)
+    found = accelcal.discover(replace(lagging, output=lagging.output - off))
+    assert named(found.faults) == ["mounted anew", "mounted anew"]
+    assert [entry.id for entry in found.effects] == ["hysteresis"]
+
+
 @pytest.mark.parametrize("strokes", [4, 6])
 def test_a_lag_without_misalignment_is_no_mirrored_stroke(strokes):
     """M = b forward and M = -b back is a backlash of b as well as strokes counted backwards."""

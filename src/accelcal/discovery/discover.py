@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
@@ -17,11 +15,11 @@ from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family, family_of, with_rates
 from accelcal.discovery.faults.finder import faults
+from accelcal.discovery.gap_as_given import gap_as_given, of_all_readings
 from accelcal.discovery.gaps import gap_of, gaps_with
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.noise import (
     FEWEST_REPLICATES,
-    ReadingNoise,
     refuse_too_many,
     sources,
 )
@@ -50,6 +48,7 @@ from accelcal.version import SOFTWARE
 __all__ = ["discover"]
 
 _SAME_NOISE = 0.01
+_REMOUNTED, _TILT = "mounted anew", "foundation-tilt"
 
 _WIDER = 1.05
 """Ratio of the gap with some effects to that without from which they are none."""
@@ -163,7 +162,23 @@ def answered(record: TumbleRecord, question: Question) -> Discovery:
         refuse_too_many(record)
         found, mended = faults(record, question.reference, question.delta0, question.alpha)
         look = _beyond_disturbances(_searched(mended, question), question)
+        if found and all(fault.name == _REMOUNTED for fault in found):
+            tilted = _of_a_tilt(look, record, question)
+            look, found = (look, found) if tilted is None else (tilted, ())
         return _discovery(look, record, found, question)
+
+
+def _of_a_tilt(turned: _Look, record: TumbleRecord, question: Question) -> _Look | None:
+    """Search without turning runs back, where nothing explains what this leaves.
+
+    A foundation that tilts slowly turns later runs as a mounting does, and turning them back leaves
+    a tilt that no entry describes. It is one if it explains the readings as they are.
+    """
+    if turned.findings.explanations or turned.findings.before.p_value >= question.alpha:
+        return None
+    look = _beyond_disturbances(_searched(record, question), question)
+    named = look.findings.explanations
+    return look if named and _TILT in named[0].ids else None
 
 
 def check_search(alpha: float, max_effects: int, seed: int) -> None:
@@ -286,8 +301,7 @@ def _discovery(
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
     said = list(_caveats(look, named, unexplained))
-    noise = _of_all_readings(comparison.noise, found)
-    as_given = _gap_as_given(record, question, noise) if found else None
+    as_given = _as_given(comparison, record, found, question) if found else None
     return Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
         before=as_given or steps[0],
@@ -353,19 +367,11 @@ def _next_measurement(look: _Look, named: Explanation, question: Question) -> st
     return best.text if best else "nothing on the menu of further readings tells them apart"
 
 
-def _gap_as_given(record: TumbleRecord, question: Question, noise: ReadingNoise) -> Gap:
-    """Gap of the readings with their faults, in the measure of the noise without them."""
-    given = compared(record, question.reference, question.delta0, noise=noise)
-    return gaps_with(given, [()], question.seed)[0]
-
-
-def _of_all_readings(noise: ReadingNoise, found: Sequence[Fault]) -> ReadingNoise:
-    """Noise of readings and of the outliers that were set aside, which are as noisy as most."""
-    if noise.relative is None:
-        return noise
-    outliers = np.sort([fault.readings[0] for fault in found if fault.id == "outlier"])
-    places = outliers.astype(np.intp) - np.arange(outliers.size)  # among those that are kept
-    return noise._replace(relative=np.insert(noise.relative, places, 1.0))
+def _as_given(
+    comparison: Comparison, record: TumbleRecord, found: Sequence[Fault], question: Question
+) -> Gap:
+    noise = of_all_readings(comparison.noise, found)
+    return gap_as_given(record, question.reference, question.delta0, question.seed, noise)
 
 
 def _strongest_first(named: Explanation) -> tuple[tuple[Instance, float], ...]:
