@@ -396,6 +396,28 @@ def test_a_chamber_that_drifts_in_runs_at_one_temperature_is_told_by_what_it_doe
     assert found.unexplained.share > 0.9
 
 
+def test_a_dead_zone_wider_than_the_misalignment_puts_the_cube_in_doubt():
+    """All that shows of it is -M at the positions across the axis, as of a_p^3 with c = -M."""
+    plan = TumblePlan(temperatures=(20.0, 20.0), mountings=("o+", "o-"))
+    wide = accelcal.simulate(plan=plan, effects=[effect("dead-zone").of(2e-3)], seed=4)
+    found = accelcal.discover(wide)
+    names = {name for e in found.effects for name in (e.id, *e.indistinguishable)}
+    assert names == {"cross-axis-cubic", "dead-zone"}
+    assert any("positions across the input axis are silent" in note for note in found.notes)
+    assert set(found.doubtful) == {e.id for e in found.effects} - {"dead-zone"}
+    cube = accelcal.simulate(plan=plan, effects=[effect("cross-axis-cubic").of(2e-4)], seed=4)
+    assert not any("silent" in note for note in accelcal.discover(cube).notes)
+
+
+def test_a_dead_zone_wider_than_the_misalignments_of_two_temperatures_is_told():
+    plan = TumblePlan(temperatures=(20.0, 80.0))
+    wide = accelcal.simulate(plan=plan, effects=[effect("dead-zone").of(2e-3)], seed=4)
+    found = accelcal.discover(wide)
+    assert (
+        "dead-zone" in ids(found) or "are silent, as in a dead zone" in found.unexplained.structure
+    )
+
+
 def test_faults_come_before_physics():
     hidden = [effect("outlier").of(1e-3, reading=17), effect("backlash").of(2e-5)]
     found = accelcal.discover(accelcal.simulate(effects=hidden, seed=3))

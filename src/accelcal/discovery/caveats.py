@@ -20,6 +20,7 @@ from accelcal.discovery.passing import SMALL_UNITS
 from accelcal.discovery.solution import changes, parameters_of, solution
 from accelcal.discovery.untold import said_of_untold
 from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
+from accelcal.discovery.wide_dead_zone import said_of_silence
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.results.discovery import IF_IT_IS
@@ -103,6 +104,7 @@ def caveats(
     yield from map(Caveat, _otherwise(comparison, found, [*places, *laws]))
     yield from _put_together(family, found)
     yield from _of_any_pattern(family, found)
+    yield from (Caveat(*said) for said in said_of_silence(family, found))
     yield from _of_the_first_readings(comparison, best)
     yield from map(Caveat, _of_the_start(best))
     yield from _of_few_readings(comparison, best)

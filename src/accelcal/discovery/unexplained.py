@@ -8,7 +8,6 @@ from accelcal.arrays import Array
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.declared_noise import relative_noise
-from accelcal.discovery.drift_anew import drift_anew
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import Block
 from accelcal.discovery.family import Family, judge
@@ -18,6 +17,7 @@ from accelcal.discovery.run_noise import TOO_LOUD, LoudRun, loud_run
 from accelcal.discovery.search import Findings
 from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.where import pattern, structure
+from accelcal.discovery.without_entry import without_entry
 from accelcal.results.findings import Unexplained
 
 _OF_PASSING = 0.5
@@ -34,8 +34,8 @@ def what_is_left(
     found, comparison = findings.explanations, family.comparison
     beside = findings.named[0].instances if findings.named else ()
     if not found and findings.before.p_value < alpha:
-        anew = None if findings.main else drift_anew(family, alpha)
-        left: Unexplained | None = anew or shift or _pattern(family, findings)
+        told = None if findings.main else without_entry(family, alpha, findings.before.p_value)
+        left: Unexplained | None = told or shift or _pattern(family, findings)
     else:
         left = passing(comparison, beside, _OF_PASSING * alpha, seed)
     loud = loudest(comparison, beside)

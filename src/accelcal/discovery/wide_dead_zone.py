@@ -1,0 +1,117 @@
+"""A dead zone about as wide as the misalignment, which no column of a small one shows.
+
+Positions across the input axis are silent in it: their readings tell nothing of the misalignment,
+which all others then tell. So it is fitted for what it is, with the misalignment in its kinks.
+With steps of 45 deg it looks like a_p^3, whatever its width: K1 and K3 take up the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.any_pattern import of_position
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.family import Family, chance
+from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.spans import lengths, orthonormal, without
+from accelcal.discovery.wandering import POSSIBLE
+from accelcal.results.findings import Unexplained
+from accelcal.units import MICRO
+
+_ID = "dead-zone"
+_STEPS = 5
+_RANK = 1e-9
+
+_ALONG = 0.1
+"""Acceleration along the input axis above which no dead zone of this kind is silent [g]."""
+
+_WIDTHS = (0.5, 0.7, 0.85, 1.0, 1.2)
+"""Thresholds that are tried, over the misalignment of each level."""
+
+_SILENT = (
+    "the positions across the input axis are silent, as in a dead zone of {:.4g} ug or any wider"
+    " one, of which K1 and K3 take up the rest: U does not count that; to tell: fine steps of the"
+    " head about the two positions near 0 g"
+)
+
+
+def said_of_silence(
+    family: Family, found: Sequence[Explanation]
+) -> Iterator[tuple[str, list[str]]]:
+    """Say where a dead zone of any width explains the readings in place of what is named.
+
+    It is said of effects of the position alone, with the ids of those that it puts in doubt.
+    """
+    if not found:
+        return
+    instances = list(found[0].instances)
+    left = without(family.comparison.seen, orthonormal(found[0].directions))
+    bound = float(left @ left) - 2.0 * float(np.log(POSSIBLE))
+    for place in np.flatnonzero(of_position(family, found[0])).tolist():
+        name = instances[place].effect.id
+        others = instances[:place] + instances[place + 1 :]
+        tilt, squares = _fitted(family.comparison, others, np.inf)
+        if squares < bound:
+            yield (
+                f"{name}: {_SILENT.format(float(tilt.max()) * MICRO)}",
+                [] if name == _ID else [name],
+            )
+
+
+def wide_dead_zone(family: Family, alpha: float, p_value: float) -> Unexplained | None:
+    """Find a dead zone as wide as the misalignment that leaves nothing but noise, if any does.
+
+    The p-value is the chance that noise disagrees as much as what it explains.
+    """
+    comparison, space = family.comparison, family.space
+    tilt, silent = _fitted(comparison, [], np.inf)
+    levels = np.unique(np.round(tilt[tilt > 0.0], 9))
+    widths = sorted(float(level * width) for level in levels for width in _WIDTHS)
+    found = [(silent, np.inf), *((_fitted(comparison, [], own)[1], own) for own in widths)]
+    squares, threshold = min(found)
+    if float(chance(np.array(squares / space.size), space.dof, space.size)) < alpha:
+        return None
+    told = _SILENT.format(float(tilt.max()) * MICRO)
+    if silent > squares - 2.0 * float(np.log(POSSIBLE)):
+        told = (
+            f"a dead zone of about {threshold * MICRO:.3g} ug, as wide as the misalignment at some"
+            " temperatures, leaves only noise"
+        )
+    seen = comparison.seen
+    return Unexplained(told, 1.0 - squares / float(seen @ seen), p_value)
+
+
+def _fitted(
+    comparison: Comparison, others: Sequence[Instance], threshold: float
+) -> tuple[Array, float]:
+    """Tilt of the positions across the input axis [g], and the sum of squares that is left.
+
+    Steps of Gauss and Newton from a misalignment of which silent readings tell nothing.
+    """
+    model, c = comparison.model, comparison.model.conditions
+    columns = np.stack([np.zeros(len(c.input)), *(column_of(i, c) for i in others)], axis=1)
+    own = np.array([name.startswith("M") and "_i" not in name for name in model.names])
+    across, tilting = np.abs(c.input) < _ALONG, model.inside[:, own[model.gain.shape[1] :]]
+    parameters, sizes = comparison.parameters, np.zeros(columns.shape[1])
+    silent = across
+    for _ in range(_STEPS):
+        axial = c.input + tilting @ parameters[own]
+        silent = across & (np.abs(axial) < threshold) if np.isfinite(threshold) else across
+        width = threshold if np.isfinite(threshold) else 0.0
+        lost = np.where(silent, axial, np.sign(axial) * width)
+        jacobian = model.jacobian(parameters)
+        jacobian[np.ix_(silent, own)] = 0.0
+        residual = model.residual(parameters) + c.gain * lost - columns @ sizes
+        whole = comparison.space.whiten(np.hstack([jacobian, columns]))
+        left = comparison.space.whiten(residual)
+        norms = np.where(lengths(whole) > 0.0, lengths(whole), 1.0)
+        step = np.linalg.lstsq(whole / norms, left, rcond=_RANK)[0] / norms
+        left = left - whole @ step
+        parameters = parameters + step[: parameters.size]
+        sizes = sizes + step[parameters.size :]
+    tilt = np.abs(tilting @ parameters[own])
+    return np.where(across, tilt, 0.0), float(left @ left)
