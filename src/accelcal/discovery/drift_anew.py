@@ -25,20 +25,24 @@ _UNITS = {_SCALE: "ppm/h", _BIAS: "ug/h"}
 def drift_anew(family: Family, alpha: float) -> Unexplained | None:
     """Find drifts of them from the start of each run that leave nothing but noise, if needed.
 
-    They have one rate in all runs, else one in each. There is none in a record of one run, where
-    entries of the catalogue say as much.
+    They have one rate in all runs, else one in each, which takes both of them. There is none in a
+    record of one run, where entries of the catalogue say as much, nor where the temperature slopes
+    are known, which the chamber's has.
     """
     c, labels = family.comparison.model.conditions, family.comparison.record.run_labels
-    if len(labels) < 2:
+    if len(labels) < 2 or c.per_degree.any():
         return None
     time = (c.gain * c.run_time / HOUR)[:, None]
     bias, scale = time, time * c.indicated[:, None]
-    for parts in (np.ones_like(time), dummies(c.run)):
-        for acting in ({_SCALE: scale}, {_BIAS: bias}, {_SCALE: scale, _BIAS: bias}):
-            columns = {what: parts * column for what, column in acting.items()}
-            p_value = _chance(family, list(columns.values()), alpha)
-            if p_value is not None:
-                return _told(family, columns, p_value)
+    runs = dummies(c.run)
+    for columns in (
+        {_SCALE: scale},
+        {_SCALE: scale, _BIAS: bias},
+        {_SCALE: runs * scale, _BIAS: runs * bias},
+    ):
+        p_value = _chance(family, list(columns.values()), alpha)
+        if p_value is not None:
+            return _told(family, columns, p_value)
     return None
 
 

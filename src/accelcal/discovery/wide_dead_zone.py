@@ -14,8 +14,8 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.any_pattern import of_position
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.family import Family, chance
+from accelcal.discovery.explanation import CONTRADICTION, Explanation
+from accelcal.discovery.family import Family, agrees, chance
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.discovery.wandering import POSSIBLE
@@ -54,8 +54,8 @@ def said_of_silence(
     for place in np.flatnonzero(of_position(family, found[0])).tolist():
         name = instances[place].effect.id
         others = instances[:place] + instances[place + 1 :]
-        tilt, squares = _fitted(family.comparison, others, np.inf)
-        if squares < bound:
+        tilt, rest = _fitted(family.comparison, others, np.inf)
+        if float(rest @ rest) < bound:
             yield (
                 f"{name}: {_SILENT.format(float(tilt.max()) * MICRO)}",
                 [] if name == _ID else [name],
@@ -70,25 +70,29 @@ def wide_dead_zone(family: Family, alpha: float, p_value: float) -> Unexplained 
     comparison, space = family.comparison, family.space
     tilt, silent = _fitted(comparison, [], np.inf)
     levels = np.unique(np.round(tilt[tilt > 0.0], 9))
-    widths = sorted(float(level * width) for level in levels for width in _WIDTHS)
-    found = [(silent, np.inf), *((_fitted(comparison, [], own)[1], own) for own in widths)]
-    squares, threshold = min(found)
-    if float(chance(np.array(squares / space.size), space.dof, space.size)) < alpha:
+    widths = [float(level * width) for level in levels for width in _WIDTHS]
+    tried = [(np.inf, silent), *((own, _fitted(comparison, [], own)[1]) for own in widths)]
+    threshold, rest = min(tried, key=lambda one: float(one[1] @ one[1]))
+    left, total = float(rest @ rest), float(comparison.seen @ comparison.seen)
+    gained = float(chance(np.array((total - left) / space.variance(rest)), space.dof))
+    beside = family._replace(comparison=comparison._replace(seen=rest))
+    if gained * len(tried) * family.tests >= alpha or not agrees(
+        beside, space.nothing(), CONTRADICTION * alpha
+    ):
         return None
     told = _SILENT.format(float(tilt.max()) * MICRO)
-    if silent > squares - 2.0 * float(np.log(POSSIBLE)):
+    if float(silent @ silent) > left - 2.0 * float(np.log(POSSIBLE)):
         told = (
             f"a dead zone of about {threshold * MICRO:.3g} ug, as wide as the misalignment at some"
             " temperatures, leaves only noise"
         )
-    seen = comparison.seen
-    return Unexplained(told, 1.0 - squares / float(seen @ seen), p_value)
+    return Unexplained(told, 1.0 - left / total, p_value)
 
 
 def _fitted(
     comparison: Comparison, others: Sequence[Instance], threshold: float
-) -> tuple[Array, float]:
-    """Tilt of the positions across the input axis [g], and the sum of squares that is left.
+) -> tuple[Array, Array]:
+    """Tilt of the positions across the input axis [g], and coordinates of what is left.
 
     Steps of Gauss and Newton from a misalignment of which silent readings tell nothing.
     """
@@ -114,4 +118,4 @@ def _fitted(
         parameters = parameters + step[: parameters.size]
         sizes = sizes + step[parameters.size :]
     tilt = np.abs(tilting @ parameters[own])
-    return np.where(across, tilt, 0.0), float(left @ left)
+    return np.where(across, tilt, 0.0), comparison.space.left_of(left)
