@@ -20,9 +20,6 @@ from accelcal.discovery.where import pattern, structure
 from accelcal.discovery.without_entry import without_entry
 from accelcal.results.findings import Unexplained
 
-_OF_PASSING = 0.5
-"""Part of the false-alarm rate at which what comes and goes is told, as names take all of it."""
-
 
 def what_is_left(
     family: Family, findings: Findings, shift: Unexplained | None, alpha: float, seed: int
@@ -37,7 +34,7 @@ def what_is_left(
         told = None if findings.main else without_entry(family, alpha, findings.before.p_value)
         left: Unexplained | None = told or shift or _pattern(family, findings)
     else:
-        left = passing(comparison, beside, _OF_PASSING * alpha, seed)
+        left = passing(comparison, beside, alpha, seed)
     loud = loudest(comparison, beside)
     if loud is None or loud.ratio < TOO_LOUD or loud.p_value >= alpha:
         return left
