@@ -13,8 +13,8 @@ from accelcal import effect
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.declared_noise import relative_noise
-from accelcal.discovery.discover import _of_all_readings as of_all_readings
 from accelcal.discovery.faults.finder import faults
+from accelcal.discovery.gap_as_given import of_all_readings
 from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise
 from accelcal.discovery.run_noise import with_noise_of_runs
 from accelcal.effects.conditions import conditions_of
@@ -170,7 +170,7 @@ def test_a_run_of_few_replicates_has_the_noise_of_the_others():
     record = noisy(1, "run", declared=False)
     few = record.select((record.run != 2) | (record.stroke == 1))
     c = conditions_of(few, 20.0)
-    found = with_noise_of_runs(c, few.output, saturated(c, few.mounting), None)
+    found = with_noise_of_runs(c, few.output, saturated(c, few.mounting), None, 0.0)
     assert found[few.run == 0][0] < found[few.run == 2][0] < found[few.run == 1][0]
 
 

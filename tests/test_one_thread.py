@@ -38,7 +38,7 @@ def test_searches_and_a_comparison_work_in_one_thread(monkeypatch):
     def watched(function):
         return lambda *given: (seen.append(blas_threads()), function(*given))[1]
 
-    monkeypatch.setattr(discover, "_searched", watched(discover._searched))
+    monkeypatch.setattr(discover, "look_through", watched(discover.look_through))
     monkeypatch.setattr(compare, "_judged", watched(compare._judged))
     monkeypatch.setattr(discover_of_a_stand, "_units", watched(discover_of_a_stand._units))
     record, other = (accelcal.simulate(seed=seed) for seed in (1, 2))

@@ -31,7 +31,7 @@ RIVALS: dict[str, tuple[str, Callable[[Dictionary], Dictionary], Choice]] = {
 
 METHODS = (OURS, *RIVALS)
 
-_ENGINE = import_module("accelcal.discovery.discover")
+_ENGINE = import_module("accelcal.discovery.look")
 _simulated = _ENGINE.with_rates
 _shared: dict[object, Any] = {}
 

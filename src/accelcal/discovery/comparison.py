@@ -64,6 +64,11 @@ class Comparison(NamedTuple):
     spread: Array
     roots: tuple[Array, ...]
 
+    @property
+    def step(self) -> float:
+        """Declared step of the readings [g]."""
+        return _step(self.record, self.model)
+
     def directions(self, *instances: Instance) -> Array:
         """Unit vectors of effects in the space, shape (n, h)."""
         c = self.model.conditions
@@ -115,7 +120,7 @@ def compared(
         within = _beside(repeating, [column_of(item, model.conditions) for item in known])
         first = model.residual(solve(model))
         step, by_std = _step(record, model), relative_noise(record)
-        relative = with_noise_of_runs(model.conditions, first, within, by_std)
+        relative = with_noise_of_runs(model.conditions, first, within, by_std, step)
         noise = reading_noise(model.conditions, first, within, step, relative)
     if not memory:
         noise = noise._replace(rho=0.0)

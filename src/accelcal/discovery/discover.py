@@ -3,36 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.caveats import Caveat, caveats, of_partners
-from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.family import Family, family_of, with_rates
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.gap_as_given import gap_as_given, of_all_readings
 from accelcal.discovery.gaps import gap_of, gaps_with
 from accelcal.discovery.instance import Instance
+from accelcal.discovery.look import Look, Question, look_through
 from accelcal.discovery.noise import (
-    FEWEST_REPLICATES,
     refuse_too_many,
     sources,
 )
 from accelcal.discovery.noise_caveats import noise_caveats
 from accelcal.discovery.one_clamping import refuse_several_clampings
-from accelcal.discovery.passing import shift_in_place_of_one
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
-from accelcal.discovery.search import Findings, in_the_main, search
+from accelcal.discovery.search import Findings
 from accelcal.discovery.solution import changes, parameters_of, solution
 from accelcal.discovery.unexplained import what_is_left
-from accelcal.discovery.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.where import shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
@@ -47,36 +43,7 @@ from accelcal.version import SOFTWARE
 
 __all__ = ["discover"]
 
-_SAME_NOISE = 0.01
 _REMOUNTED, _TILT = "mounted anew", "foundation-tilt"
-
-_WIDER = 1.05
-"""Ratio of the gap with some effects to that without from which they are none."""
-
-
-class Question(NamedTuple):
-    """What is asked of a record: T0 [degC], fixture angle [rad], and how to search."""
-
-    reference: float
-    delta0: float
-    effects: tuple[Effect, ...]
-    alpha: float
-    most: int
-    seed: int
-    empirical: bool = False
-
-
-class _Look(NamedTuple):
-    """A record compared with the base model and searched, and what stands in place of the best."""
-
-    family: Family
-    findings: Findings
-    walks: tuple[Wandering, ...] = ()
-    shift: Unexplained | None = None
-
-    @property
-    def comparison(self) -> Comparison:
-        return self.family.comparison
 
 
 def discover(
@@ -161,14 +128,14 @@ def answered(record: TumbleRecord, question: Question) -> Discovery:
     with naming(record), in_one_thread():
         refuse_too_many(record)
         found, mended = faults(record, question.reference, question.delta0, question.alpha)
-        look = _beyond_disturbances(_searched(mended, question), question)
+        look = look_through(mended, question)
         if found and all(fault.name == _REMOUNTED for fault in found):
             tilted = _of_a_tilt(look, record, question)
             look, found = (look, found) if tilted is None else (tilted, ())
         return _discovery(look, record, found, question)
 
 
-def _of_a_tilt(turned: _Look, record: TumbleRecord, question: Question) -> _Look | None:
+def _of_a_tilt(turned: Look, record: TumbleRecord, question: Question) -> Look | None:
     """Search without turning runs back, where nothing explains what this leaves.
 
     A foundation that tilts slowly turns later runs as a mounting does, and turning them back leaves
@@ -176,7 +143,7 @@ def _of_a_tilt(turned: _Look, record: TumbleRecord, question: Question) -> _Look
     """
     if turned.findings.explanations or turned.findings.before.p_value >= question.alpha:
         return None
-    look = _beyond_disturbances(_searched(record, question), question)
+    look = look_through(record, question)
     named = look.findings.explanations
     return look if named and _TILT in named[0].ids else None
 
@@ -192,103 +159,8 @@ def check_search(alpha: float, max_effects: int, seed: int) -> None:
         raise InputError(f"max_effects is {max_effects}; it is a whole number from 1 to 5")
 
 
-def _searched(record: TumbleRecord, question: Question) -> _Look:
-    """Search, and once more with the noise judged beside what was found."""
-    look = _look(record, question, ())
-    if not look.findings.explanations and look.comparison.noise.rho > 0.0:
-        look = _without_memory(record, question) or look
-    found = _best(look.findings)
-    if found is None or not _leaves_noise(look, found):
-        return look
-    known = _look(record, question, found.instances)
-    return look if _same_noise(look.comparison, known.comparison) else known
-
-
-def _without_memory(record: TumbleRecord, question: Question) -> _Look | None:
-    """Search for effects that alone make the noise look as if it had a memory.
-
-    A slow effect within a cycle correlates neighbours. It is found as if they were independent, and
-    holds if they are so beside it, and if it is sure at the square of the false-alarm rate: noise
-    with a memory has made two tries of it by then.
-    """
-    look = _look(record, question, (), memory=False)
-    found = _best(look.findings)
-    if found is None or not _leaves_noise(look, found):
-        return None
-    known = _look(record, question, found.instances)
-    sure = known.findings.explanations and known.findings.before.p_value < question.alpha**2
-    return known if sure and not known.comparison.noise.rho else None
-
-
-def _beyond_disturbances(look: _Look, question: Question) -> _Look:
-    """Give no name where what wanders is as likely, or a shift for a time likelier.
-
-    Effects that explain nearly all beside a shift, or beside what nothing explains, keep theirs.
-    """
-    findings, best = look.findings, _best(look.findings)
-    if best is None:
-        return look
-    walks = tuple(wandering(look.comparison, best.instances))
-    shift = shift_in_place_of_one(look.comparison, best.instances, findings.before.p_value)
-    if shift or _widens_the_gap(look.comparison, best) or _wanders(walks):
-        findings = findings._replace(explanations=(), nearest=best)
-    look = look._replace(findings=findings, walks=walks, shift=shift)
-    return look if findings.explanations or _wanders(walks) else _with_main(look, question)
-
-
-def _with_main(look: _Look, question: Question) -> _Look:
-    """Give effects that explain nearly all their names, unless what wanders is as likely."""
-    main = in_the_main(look.family, alpha=question.alpha, most=question.most)
-    if main is None:
-        return look
-    walks = tuple(wandering(look.comparison, main.instances))
-    if _wanders(walks) or _widens_the_gap(look.comparison, main):
-        return look
-    return look._replace(findings=look.findings._replace(main=main), walks=walks)
-
-
-def _wanders(walks: Sequence[Wandering]) -> bool:
-    return all(walk.is_as_likely(LIKELY) for walk in walks)
-
-
-def _widens_the_gap(comparison: Comparison, found: Explanation) -> bool:
-    """Whether readings are farther from the model with some effects than without.
-
-    Noise with a memory leaves much room for that, and what shows in it is no such effect. Launches
-    do so too, and are free to.
-    """
-    if comparison.noise.rho <= 0.0:
-        return False
-    without, within = (solution(comparison, effects) for effects in ((), found.instances))
-    rms = [gap_of(fit, None).rms for fit in (without, within)]
-    return rms[1] > _WIDER * rms[0]
-
-
-def _look(
-    record: TumbleRecord, question: Question, known: tuple[Instance, ...], *, memory: bool = True
-) -> _Look:
-    comparison = compared(record, question.reference, question.delta0, known, memory=memory)
-    family = with_rates(family_of(comparison, question.effects), question.seed)
-    return _Look(family, search(family, alpha=question.alpha, most=question.most))
-
-
-def _leaves_noise(look: _Look, found: Explanation) -> bool:
-    """Whether enough replicates tell of the noise beside some effects, whatever these take up."""
-    taken = sum(len(item.amplitudes) for item in found.instances)
-    return look.comparison.noise.dof - taken >= FEWEST_REPLICATES
-
-
-def _best(findings: Findings) -> Explanation | None:
-    return findings.explanations[0] if findings.explanations else findings.nearest
-
-
-def _same_noise(one: Comparison, other: Comparison) -> bool:
-    same_size = abs(one.noise.sigma / other.noise.sigma - 1.0) < _SAME_NOISE
-    return same_size and one.noise.rho == other.noise.rho
-
-
 def _discovery(
-    look: _Look, record: TumbleRecord, found: Sequence[Fault], question: Question
+    look: Look, record: TumbleRecord, found: Sequence[Fault], question: Question
 ) -> Discovery:
     comparison, family, findings = look.comparison, look.family, look.findings
     named = next(iter(findings.named), None)
@@ -331,7 +203,7 @@ def _discovery(
     )
 
 
-def _caveats(look: _Look, named: Explanation | None, left: Unexplained | None) -> Iterator[Caveat]:
+def _caveats(look: Look, named: Explanation | None, left: Unexplained | None) -> Iterator[Caveat]:
     said = [*_in_the_main(look), *caveats(look.family, look.findings.named, look.walks, left)]
     instances = named.instances if named else ()
     said += noise_caveats(look.comparison, instances)
@@ -341,7 +213,7 @@ def _caveats(look: _Look, named: Explanation | None, left: Unexplained | None) -
         yield from of_partners(look.comparison, instances, doubted)
 
 
-def _in_the_main(look: _Look) -> Iterator[Caveat]:
+def _in_the_main(look: Look) -> Iterator[Caveat]:
     """Say how much effects explain that do not explain all."""
     main, seen = look.findings.main, look.comparison.seen
     if main is not None:
@@ -353,7 +225,7 @@ def _in_the_main(look: _Look) -> Iterator[Caveat]:
         )
 
 
-def _next_measurement(look: _Look, named: Explanation, question: Question) -> str:
+def _next_measurement(look: Look, named: Explanation, question: Question) -> str:
     """What would tell the best explanation from the others; empty where there are none."""
     rivals = [other.instances for other in look.findings.explanations[1:]]
     if not rivals:
@@ -381,7 +253,7 @@ def _strongest_first(named: Explanation) -> tuple[tuple[Instance, float], ...]:
 
 
 def _effects(
-    look: _Look,
+    look: Look,
     named: Explanation,
     strongest: Sequence[tuple[Instance, float]],
     steps: Sequence[Gap],

@@ -65,7 +65,7 @@ class LoudRun(NamedTuple):
 
 
 def with_noise_of_runs(
-    c: Conditions, residual: Array, all_that_repeats: Array, relative: Array | None
+    c: Conditions, residual: Array, all_that_repeats: Array, relative: Array | None, step: float
 ) -> Array | None:
     """Give the readings of each run the noise that its replicates tell, where the runs differ.
 
@@ -79,6 +79,8 @@ def with_noise_of_runs(
         From `accelcal.discovery.columns.saturated`.
     relative : ndarray, shape (n,), or None
         Relative noise of the readings by their std; None where alike.
+    step : float
+        Step of the readings; where it is larger than their scatter, they scatter by it alone [g].
 
     Returns
     -------
@@ -99,7 +101,9 @@ def with_noise_of_runs(
     quietest = min(run.variance for run in told)
     if any(run.variance > _MUCH**2 * quietest and run.is_disturbed() for run in told):
         return relative
-    pooled = sum(run.pure.squares for run in told) / sum(run.pure.dof for run in told)
+    pooled = _pooled(told)
+    if step**2 > pooled:
+        return relative
     size = np.ones(c.run.size) if relative is None else relative.copy()
     for own, run in zip(places, runs, strict=True):
         size[own] *= np.sqrt(run.variance if run.is_told else pooled)
@@ -107,14 +111,18 @@ def with_noise_of_runs(
 
 
 def loud_run(
-    c: Conditions, residual: Array, all_that_repeats: Array, relative: Array | None
+    c: Conditions, residual: Array, all_that_repeats: Array, relative: Array | None, step: float
 ) -> LoudRun | None:
     """Find the run that scatters most beside the others, of the same as `with_noise_of_runs`.
 
-    There is none where the replicates of fewer than two runs tell their noise.
+    There is none where the replicates of fewer than two runs tell their noise, or by a step alone.
     """
-    runs = _runs(c, residual, all_that_repeats, relative)[1]
-    return _loudest(runs) if sum(run.is_told for run in runs) > 1 else None
+    told = [run for run in _runs(c, residual, all_that_repeats, relative)[1] if run.is_told]
+    return None if len(told) < 2 or step**2 > _pooled(told) else _loudest(told)
+
+
+def _pooled(runs: Sequence[_RunError]) -> float:
+    return sum(run.pure.squares for run in runs) / sum(run.pure.dof for run in runs)
 
 
 def _runs(

@@ -47,7 +47,7 @@ def loudest(comparison: Comparison, instances: tuple[Instance, ...]) -> LoudRun 
     columns = [column_of(item, c)[:, None] for item in instances]
     within = np.hstack([saturated(c, record.mounting), *columns])
     residual = comparison.model.residual(comparison.parameters)
-    return loud_run(c, residual, within, relative_noise(record))
+    return loud_run(c, residual, within, relative_noise(record), comparison.step)
 
 
 def _scattering(comparison: Comparison, loud: LoudRun, left: Unexplained | None) -> Unexplained:

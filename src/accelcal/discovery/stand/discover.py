@@ -10,8 +10,9 @@ import numpy as np
 from accelcal.arguments.kinds import each_of
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.discover import Question, answered, check_search
+from accelcal.discovery.discover import answered, check_search
 from accelcal.discovery.instance import Instance
+from accelcal.discovery.look import Question
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.stand.joint_fit import coefficients, without_head
 from accelcal.discovery.stand.mean_unit import (

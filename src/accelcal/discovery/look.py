@@ -1,0 +1,151 @@
+"""A look at a record: compared, searched, and beside what is no effect but could look like one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.family import Family, family_of, with_rates
+from accelcal.discovery.gaps import gap_of
+from accelcal.discovery.instance import Instance
+from accelcal.discovery.noise import FEWEST_REPLICATES
+from accelcal.discovery.passing import shift_in_place_of_one
+from accelcal.discovery.search import Findings, in_the_main, search
+from accelcal.discovery.solution import solution
+from accelcal.discovery.wandering import LIKELY, Wandering, wandering
+from accelcal.effects.effect import Effect
+from accelcal.record import TumbleRecord
+from accelcal.results.findings import Unexplained
+
+_SAME_NOISE = 0.01
+
+_WIDER = 1.05
+"""Ratio of the gap with some effects to that without from which they are none."""
+
+
+class Question(NamedTuple):
+    """What is asked of a record: T0 [degC], fixture angle [rad], and how to search."""
+
+    reference: float
+    delta0: float
+    effects: tuple[Effect, ...]
+    alpha: float
+    most: int
+    seed: int
+    empirical: bool = False
+
+
+class Look(NamedTuple):
+    """A record compared with the base model and searched, and what stands in place of the best."""
+
+    family: Family
+    findings: Findings
+    walks: tuple[Wandering, ...] = ()
+    shift: Unexplained | None = None
+
+    @property
+    def comparison(self) -> Comparison:
+        """The comparison that was searched."""
+        return self.family.comparison
+
+
+def look_through(record: TumbleRecord, question: Question) -> Look:
+    """Search a record whose faults are mended for effects, and for what could look like them."""
+    return _beyond_disturbances(_searched(record, question), question)
+
+
+def _searched(record: TumbleRecord, question: Question) -> Look:
+    """Search, and once more with the noise judged beside what was found."""
+    look = _look(record, question, ())
+    if not look.findings.explanations and look.comparison.noise.rho > 0.0:
+        look = _without_memory(record, question) or look
+    found = _best(look.findings)
+    if found is None or not _leaves_noise(look, found):
+        return look
+    known = _look(record, question, found.instances)
+    return look if _same_noise(look.comparison, known.comparison) else known
+
+
+def _without_memory(record: TumbleRecord, question: Question) -> Look | None:
+    """Search for effects that alone make the noise look as if it had a memory.
+
+    A slow effect within a cycle correlates neighbours. It is found as if they were independent, and
+    holds if they are so beside it, and if it is sure at the square of the false-alarm rate: noise
+    with a memory has made two tries of it by then.
+    """
+    look = _look(record, question, (), memory=False)
+    found = _best(look.findings)
+    if found is None or not _leaves_noise(look, found):
+        return None
+    known = _look(record, question, found.instances)
+    sure = known.findings.explanations and known.findings.before.p_value < question.alpha**2
+    return known if sure and not known.comparison.noise.rho else None
+
+
+def _beyond_disturbances(look: Look, question: Question) -> Look:
+    """Give no name where what wanders is as likely, or a shift for a time likelier.
+
+    Effects that explain nearly all beside a shift, or beside what nothing explains, keep theirs.
+    """
+    findings, best = look.findings, _best(look.findings)
+    if best is None:
+        return look
+    walks = tuple(wandering(look.comparison, best.instances))
+    shift = shift_in_place_of_one(look.comparison, best.instances, findings.before.p_value)
+    if shift or _widens_the_gap(look.comparison, best) or _wanders(walks):
+        findings = findings._replace(explanations=(), nearest=best)
+    look = look._replace(findings=findings, walks=walks, shift=shift)
+    return look if findings.explanations or _wanders(walks) else _with_main(look, question)
+
+
+def _with_main(look: Look, question: Question) -> Look:
+    """Give effects that explain nearly all their names, unless what wanders is as likely."""
+    main = in_the_main(look.family, alpha=question.alpha, most=question.most)
+    if main is None:
+        return look
+    walks = tuple(wandering(look.comparison, main.instances))
+    if _wanders(walks) or _widens_the_gap(look.comparison, main):
+        return look
+    return look._replace(findings=look.findings._replace(main=main), walks=walks)
+
+
+def _wanders(walks: Sequence[Wandering]) -> bool:
+    return all(walk.is_as_likely(LIKELY) for walk in walks)
+
+
+def _widens_the_gap(comparison: Comparison, found: Explanation) -> bool:
+    """Whether readings are farther from the model with some effects than without.
+
+    Noise with a memory leaves much room for that, and what shows in it is no such effect. Launches
+    do so too, and are free to.
+    """
+    if comparison.noise.rho <= 0.0:
+        return False
+    without, within = (solution(comparison, effects) for effects in ((), found.instances))
+    rms = [gap_of(fit, None).rms for fit in (without, within)]
+    return rms[1] > _WIDER * rms[0]
+
+
+def _look(
+    record: TumbleRecord, question: Question, known: tuple[Instance, ...], *, memory: bool = True
+) -> Look:
+    comparison = compared(record, question.reference, question.delta0, known, memory=memory)
+    family = with_rates(family_of(comparison, question.effects), question.seed)
+    return Look(family, search(family, alpha=question.alpha, most=question.most))
+
+
+def _leaves_noise(look: Look, found: Explanation) -> bool:
+    """Whether enough replicates tell of the noise beside some effects, whatever these take up."""
+    taken = sum(len(item.amplitudes) for item in found.instances)
+    return look.comparison.noise.dof - taken >= FEWEST_REPLICATES
+
+
+def _best(findings: Findings) -> Explanation | None:
+    return findings.explanations[0] if findings.explanations else findings.nearest
+
+
+def _same_noise(one: Comparison, other: Comparison) -> bool:
+    same_size = abs(one.noise.sigma / other.noise.sigma - 1.0) < _SAME_NOISE
+    return same_size and one.noise.rho == other.noise.rho
