@@ -174,6 +174,15 @@ def test_a_run_of_few_replicates_has_the_noise_of_the_others():
     assert found[few.run == 0][0] < found[few.run == 2][0] < found[few.run == 1][0]
 
 
+@pytest.mark.parametrize("seed", [1, 9])
+def test_replicates_that_a_step_makes_alike_tell_no_noise_of_their_run(seed):
+    """A run of them had no noise at all, and the declared errors were refused beside it."""
+    plan = accelcal.TumblePlan(strokes=4, resolution=6e-5)
+    found = accelcal.discover(accelcal.simulate(plan=plan, seed=seed))
+    assert found.effects == ()
+    assert found.unexplained is None
+
+
 def test_noisier_runs_are_no_disturbance():
     """A run six times noisier than the others was unexplained, or a step, in half of the tests."""
     found = [accelcal.discover(noisy(seed, "run", declared=False)) for seed in range(24, 36)]

@@ -15,7 +15,7 @@ from accelcal.discovery.wandering import _SIZES, _likeliest
 from accelcal.results.findings import Gap
 from accelcal.simulation import TumblePlan
 
-discover = import_module("accelcal.discovery.discover")
+look = import_module("accelcal.discovery.look")
 
 ONE_RUN = TumblePlan(temperatures=(20.0,), seconds_per_reading=45.0, timed=True)
 
@@ -142,7 +142,7 @@ def test_a_step_is_sure(seed):
 def test_what_widens_the_gap_in_slow_noise_is_no_effect(monkeypatch, rho, after, widened):
     """Steps were accepted beside which readings were farther from the model than without."""
     gap = {(): 1.0, ("step",): after}
-    monkeypatch.setattr(discover, "solution", lambda _, effects: effects)
-    monkeypatch.setattr(discover, "gap_of", lambda effects, _: Gap(gap[effects], None, 1.0))
+    monkeypatch.setattr(look, "solution", lambda _, effects: effects)
+    monkeypatch.setattr(look, "gap_of", lambda effects, _: Gap(gap[effects], None, 1.0))
     comparison = SimpleNamespace(noise=SimpleNamespace(rho=rho))
-    assert discover._widens_the_gap(comparison, SimpleNamespace(instances=("step",))) is widened
+    assert look._widens_the_gap(comparison, SimpleNamespace(instances=("step",))) is widened
