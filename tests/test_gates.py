@@ -753,6 +753,36 @@ def test_readings_of_little_noise_at_the_ends_are_no_end_of_a_range(digits, quie
         assert not any("range" in gate.finding for gate in gates)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_digits_that_are_coarser_where_outputs_are_larger_are_no_end_of_a_range(seed):
+    """Six significant digits: 1.00352 beside 0.996871."""
+
+    def written(readings, _):
+        return [[run, j, k, float(f"{y / SCALE_FACTOR:.6g}")] for run, j, k, y in readings]
+
+    gates = fitted(written, seed=seed, noise=2.5e-6).tables[0].gates
+    assert not any("range" in gate.finding for gate in gates)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_equal_readings_at_two_positions_are_no_end_of_a_range(seed):
+    plan = accelcal.TumblePlan(angles=tuple(22.5 + 45.0 * j for j in range(8)), strokes=4)
+    unit = replace(accelcal.AL15, misalignment=accelcal.BilinearLaw(0.0), cross_coupling=0.0)
+    record = accelcal.simulate(unit, replace(plan, resolution=4e-6), seed=seed)
+    gates = [gate for table in accelcal.fit(record).tables for gate in table.gates]
+    assert not any("range" in gate.finding for gate in gates)
+
+
+def test_a_range_that_ends_is_told_where_the_other_end_was_read_once():
+    def clipped(readings, positions):
+        for run, j, k, y in readings:
+            if k == 1 or j != positions // 2 + 1:
+                yield [run, j, k, min(y, 1.0025 * SCALE_FACTOR)]
+
+    warned = warnings_of(fitted(lambda r, p: list(clipped(r, p))))
+    assert_said(warned, "resolution", "readings have the largest output")
+
+
 # -- proportions, lack of fit, agreement -----------------------------------------------------------
 
 

@@ -4,6 +4,7 @@ import copy
 import json
 import operator
 import pickle
+import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from xml.etree import ElementTree
@@ -153,10 +154,11 @@ BIAS = Quantity(3.323e-3, 7.6e-6, "g", 1.5e-5)
     [
         (BIAS, "", "3.323 +- 0.015 mg (95 %)"),
         (BIAS, ".6f", "0.003323 +- 0.000015 g (95 %)"),
-        (BIAS, "+.2e", "+3.32e-03 +- +1.50e-05 g (95 %)"),
+        (BIAS, "+.2e", "+3.32e-03 +- 1.50e-05 g (95 %)"),
+        (BIAS, ">31.6f", "  0.003323 +- 0.000015 g (95 %)"),
+        (BIAS, ".3f", "0.003 +- 1.5e-05 g (95 %)"),
         (BIAS, ".3", "0.00332 +- 1.5e-05 g (95 %)"),
         (BIAS, "<26", "3.323 +- 0.015 mg (95 %)  "),
-        (BIAS, ".5s", "3.323"),
         (Quantity(9e-6, 2e-6, "1"), ".1e", "9.0e-06 +- 4.0e-06 (95 %)"),
         (Quantity(3.323e-3, None, "g"), ".4f", "0.0033 g"),
         (Quantity(None, None, "g"), ".4f", "unknown"),
@@ -166,8 +168,12 @@ BIAS = Quantity(3.323e-3, 7.6e-6, "g", 1.5e-5)
 def test_a_quantity_can_be_formatted(quantity, spec, text):
     """A format was refused without a word on what to write."""
     assert format(quantity, spec) == text
-    with pytest.raises(ValueError, match="Unknown format code '%'"):
-        format(BIAS, ".1%")
+
+
+@pytest.mark.parametrize("spec", [".1%", "d", "n", ".3s"])
+def test_a_format_that_is_none_of_a_quantity_is_refused(spec):
+    with pytest.raises(ValueError, match=re.escape(f"format {spec!r} is none of a quantity")):
+        format(BIAS, spec)
 
 
 def test_a_quantity_is_no_bare_number():

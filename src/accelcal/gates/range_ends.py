@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.gates.stack import TableStack
+from accelcal.numerics.decimal_steps import decimal_step
 
 _NO_CHANCE = 1e-6  # of readings that agree to the last digit
 _FEWEST = 4  # of them
@@ -49,8 +50,9 @@ def range_ends(stack: TableStack, step: Array) -> dict[int, RangeEnd]:
     -----
     The difference of two readings has the density 1 / (2 sqrt(pi) noise) at zero, which is taken
     over a step of the readings: m others agree with one by a chance of (step x density)^m for each
-    choice of m among those that are at its position. The noise is that at the other end, as it may
-    be smaller at the ends than between them.
+    choice of m among those at the positions of the equal ones. The noise is that at the other end,
+    as it may be smaller at the ends than between them; the step is no finer than the digits of the
+    reading, as numbers of so many digits have coarser ones where they are larger.
     """
     high, low = stack.output.max(axis=0), stack.output.min(axis=0)
     found: dict[int, RangeEnd] = {}
@@ -67,12 +69,11 @@ def range_ends(stack: TableStack, step: Array) -> dict[int, RangeEnd]:
 def _is_no_chance(stack: TableStack, table: int, equal: Mask, far: Mask, step: float) -> bool:
     """Tell whether equal readings of a table are so by more than chance."""
     head, output = stack.plan.head, stack.output[:, table]
-    noise = min(
-        float(np.std(output[head == head[far][0]], ddof=1)),
-        float(stack.noise[table] * stack.scatter[table]),
-    )
+    noise, there = float(stack.noise[table] * stack.scatter[table]), output[head == head[far][0]]
+    if there.size > 1:
+        noise = min(noise, float(np.std(there, ddof=1)))
     smallest = float(np.spacing(np.abs(output).max()))
-    share = max(step, 4.0 * smallest) / (2.0 * math.sqrt(math.pi) * max(noise, smallest))
-    others = int(equal.sum()) - 1
-    choices = math.comb(int((head == head[equal][0]).sum()) - 1, others)
-    return share < _FINE and choices * share**others < _NO_CHANCE
+    written = max(step, decimal_step(output[equal][:1]), 4.0 * smallest)
+    share = written / (2.0 * math.sqrt(math.pi) * max(noise, smallest))
+    others, near = int(equal.sum()) - 1, int(np.isin(head, head[equal]).sum())
+    return share < _FINE and math.comb(near - 1, others) * share**others < _NO_CHANCE

@@ -105,8 +105,8 @@ def time_unit(seconds: float) -> tuple[float, str]:
     return 1.0, "s"
 
 
-_OF_NUMBERS = re.compile(r"[eEfFgG]$|\.[0-9]+$")
-"""A format of numbers, and not of texts."""
+_FORMAT = re.compile(r"((?:.?[<>^])?[0-9]*)([+ ]?,?(?:\.[0-9]+[eEfFgG]?|[eEfFgG]))?")
+"""Fill, alignment and width of a text, and a format of the numbers in it."""
 
 _PREFIXES = ((1e6, "µ", 2e-3), (1e3, "m", 2.0))
 _SMALL = 0.1
@@ -234,16 +234,29 @@ def formatted(quantity: Quantity, spec: str) -> str:
     >>> bias = Quantity(3.323e-3, 7.6e-6, "g", 1.5e-5)
     >>> formatted(bias, ".6f"), formatted(bias, ">25")
     ('0.003323 +- 0.000015 g (95 %)', ' 3.323 +- 0.015 mg (95 %)')
+    >>> formatted(bias, ".3f")
+    '0.003 +- 1.5e-05 g (95 %)'
     """
-    if not _OF_NUMBERS.search(spec):
-        return format(told(quantity), spec)
+    parts = _FORMAT.fullmatch(spec)
+    if parts is None:
+        raise ValueError(f"format {spec!r} is none of a quantity; write .4f, .3g, .2e or a width")
+    text = told(quantity) if parts[2] is None else _in_numbers(quantity, parts[2])
+    return format(text, parts[1])
+
+
+def _in_numbers(quantity: Quantity, spec: str) -> str:
+    """Write value and half width in one format; a half width that is no 0 is never written so."""
     if quantity.value is None:
         return told(quantity)
     unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+    value = f"{float(quantity.value):{spec}}"
     if quantity.standard_uncertainty is None:
-        return f"{quantity.value:{spec}}{unit}"
-    half = quantity.expanded_uncertainty or 2.0 * quantity.standard_uncertainty
-    return f"{quantity.value:{spec}} +- {half:{spec}}{unit} (95 %)"
+        return f"{value}{unit}"
+    half = float(quantity.expanded_uncertainty or 2.0 * quantity.standard_uncertainty)
+    width = f"{half:{spec.lstrip('+ ')}}"
+    if half and not re.search("[1-9]", width.lower().partition("e")[0]):
+        width = f"{half:.2g}"
+    return f"{value} +- {width}{unit} (95 %)"
 
 
 def written(unit: str) -> str:
