@@ -220,7 +220,8 @@ def _in_the_main(look: Look) -> Iterator[Caveat]:
         names, share = sorted(main.ids), 100.0 * main.squares / float(seen @ seen)
         yield Caveat(
             f"of the disagreement {min(share, 99.9):.1f} % is that of {' and '.join(names)}; the"
-            " rest is more than noise, nothing explains it, and U does not count it",
+            " rest is more than noise, of something else or of these beyond their laws for small"
+            " sizes, and U does not count it",
             names,
         )
 

@@ -19,6 +19,7 @@ NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *AT_T0, *SLOPES, "delta0")
 
 _KINDS = {"g": "acceleration", "rad": "angle", "1": "ratio"}
 _USUAL = {"g": "2ug", "rad": "5urad", "1": "5ppm"}
+_POWERS = str.maketrans({"²": "2", "³": "3", "^": None})
 _WRITTEN = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([^/]*?)\s*(?:/\s*(\S+)\s*)?")
 
 
@@ -82,9 +83,17 @@ def _unit_of(name: str) -> str:
 
 def _size(given: str, given_per: str | None, unit: str, per: str) -> float | None:
     """Size of a unit as written, whose denominator may be left out; None where it is another."""
-    if given_per and (not given or given_per.replace("^", "") != per.replace("^", "")):
+    if given_per and not (given and _is_same(given_per, per)):
         return None
     return size_of(given, _KINDS[unit]) if given else 1.0
+
+
+def _is_same(given: str, per: str) -> bool:
+    """Tell whether a denominator as written is the one that is meant."""
+    plain = given.translate(_POWERS)
+    return plain == per.translate(_POWERS) or (
+        per == "degC" and size_of(given, "temperature difference") == 1.0
+    )
 
 
 def checked_targets(targets: Mapping[str, float | str] | None) -> dict[str, float]:
