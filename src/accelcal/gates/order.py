@@ -251,7 +251,7 @@ def _look_at_sets(stack: TableStack, output: Array, fit: Fit, found: _Found) -> 
         odd = odd_strokes(stack.plan, output[:, rows], order.angle, order.sign)
         sets, which = np.unique(odd, axis=1, return_inverse=True)
         for number, wrong in enumerate(sets.T):
-            own = rows[which == number]
+            own = rows[which.ravel() == number]  # numpy 2.0.0 gives it two axes
             if wrong.any():
                 found.take(own, _squares(stack, output[:, own], order, wrong), place, wrong)
 
