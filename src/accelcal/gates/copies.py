@@ -9,7 +9,9 @@ from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.numerics.decimal_steps import common_steps, decimal_step
 
-_NO_CHANCE = 1e-6  # of readings that agree to the last digit
+NO_CHANCE = 1e-6
+"""Chance of readings that agree to the last digit, below which it is none."""
+
 _IRRATIONAL = 2.0**0.5  # so many times a decimal number is none that another one makes up for
 
 
@@ -43,9 +45,34 @@ def are_copies(output: Array, noise: float) -> bool:
     """
     smallest = np.spacing(np.abs(output).max())
     digit = np.array([decimal_step(output)])
-    step = max(float(common_steps(output[:, None], digit)[0]), 4.0 * smallest)
+    step = float(common_steps(output[:, None], digit)[0])
+    return chance_of_agreement(step, noise, smallest) ** output.size < NO_CHANCE
+
+
+def chance_of_agreement(step: float, noise: float, smallest: float) -> float:
+    """Chance that two readings of the same agree to the last digit.
+
+    Parameters
+    ----------
+    step : float
+        Step of the readings [output unit].
+    noise : float
+        Standard deviation of one of them [output unit]; NaN where nothing tells it.
+    smallest : float
+        Distance of neighbouring floating point numbers of their size [output unit].
+
+    Returns
+    -------
+    float
+        The density of their difference at zero, 1 / (2 sqrt(pi) noise), over a step.
+
+    Examples
+    --------
+    >>> round(chance_of_agreement(1e-6, 1e-5, 1e-16), 4)
+    0.0282
+    """
     density = 1.0 / (2.0 * np.sqrt(np.pi) * np.fmax(noise, smallest))
-    return float(min(step * density, 1.0) ** output.size) < _NO_CHANCE
+    return float(min(max(step, 4.0 * smallest) * density, 1.0))
 
 
 def copied_strokes(stack: TableStack) -> dict[int, tuple[int, int]]:

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.gates.copies import NO_CHANCE, chance_of_agreement
 from accelcal.gates.stack import TableStack
 from accelcal.numerics.decimal_steps import decimal_step
 
-_NO_CHANCE = 1e-6  # of readings that agree to the last digit
-_FEWEST = 4  # of them
-_FINE = 0.2  # step x density: coarser ones leave readings of less noise equal as well
+_FEWEST = 4  # readings that are equal
+_FINE = 0.2  # chance that two agree: coarser ones leave readings of less noise equal as well
 
 
 class RangeEnd(NamedTuple):
@@ -48,11 +48,10 @@ def range_ends(stack: TableStack, step: Array) -> dict[int, RangeEnd]:
 
     Notes
     -----
-    The difference of two readings has the density 1 / (2 sqrt(pi) noise) at zero, which is taken
-    over a step of the readings: m others agree with one by a chance of (step x density)^m for each
-    choice of m among those at the positions of the equal ones. The noise is that at the other end,
-    as it may be smaller at the ends than between them; the step is no finer than the digits of the
-    reading, as numbers of so many digits have coarser ones where they are larger.
+    Of others m agree with one by the m-th power of the chance that two do, for each choice of m
+    among those at the positions of the equal ones. The noise is that at the other end, as it may
+    be smaller at the ends than between them; the step is no finer than the digits of the reading,
+    as numbers of so many digits have coarser ones where they are larger.
     """
     high, low = stack.output.max(axis=0), stack.output.min(axis=0)
     found: dict[int, RangeEnd] = {}
@@ -73,7 +72,7 @@ def _is_no_chance(stack: TableStack, table: int, equal: Mask, far: Mask, step: f
     if there.size > 1:
         noise = min(noise, float(np.std(there, ddof=1)))
     smallest = float(np.spacing(np.abs(output).max()))
-    written = max(step, decimal_step(output[equal][:1]), 4.0 * smallest)
-    share = written / (2.0 * math.sqrt(math.pi) * max(noise, smallest))
+    written = max(step, decimal_step(output[equal][:1]))
+    share = chance_of_agreement(written, noise, smallest)
     others, near = int(equal.sum()) - 1, int(np.isin(head, head[equal]).sum())
-    return share < _FINE and math.comb(near - 1, others) * share**others < _NO_CHANCE
+    return share < _FINE and math.comb(near - 1, others) * share**others < NO_CHANCE

@@ -16,6 +16,7 @@ from accelcal.gates.order import OtherOrder, order_of_strokes
 from accelcal.gates.sizes import wrong_sign
 from accelcal.gates.turns import LARGEST_RATIOS, other_positions
 from accelcal.gates.verdict import times
+from accelcal.head_angles import head_positions
 from accelcal.numerics.probability import f_survival, student_survival
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
@@ -82,17 +83,12 @@ def _lags_instead(record: TumbleRecord, other: OtherOrder) -> bool:
         return True
     cross = np.sin(np.deg2rad(record.angle))
     by_sense = np.stack([np.ones_like(cross), cross, np.sign(np.round(cross, 9))], axis=1)
-    lagging = np.hstack([_positions(record.angle), sense[:, None] * by_sense])
-    ordered = _positions(np.where(other.chosen, other.angle, record.angle))
+    lagging = np.hstack([dummies(head_positions(record.angle)), sense[:, None] * by_sense])
+    ordered = dummies(head_positions(np.where(other.chosen, other.angle, record.angle)))
     output = np.where(other.chosen, other.sign, 1.0) * record.output
     rest = without(record.output, orthonormal(lagging)), without(output, orthonormal(ordered))
     lag, order = (float(each @ each) for each in rest)
     return lag < order / _LAGGING
-
-
-def _positions(angle: Array) -> Array:
-    """A column for each position of the head."""
-    return dummies(np.round(np.mod(angle + 1e-6, 360.0), 6))
 
 
 def _fault(record: TumbleRecord, table: PreparedTable, other: OtherOrder, places: Places) -> Fault:
