@@ -604,6 +604,16 @@ def test_what_the_angles_do_not_determine_is_said():
     assert found.index("delta_ip") is None
 
 
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [("reading-noise", True), ("chamber-temperature", False), ("chamber-gradient", False)],
+)
+def test_a_stand_whose_chamber_is_not_described_is_told(kind, told):
+    found = alone(one(kind), temperatures=(20.0, 60.0), strokes=2)
+    said = "no component of the chamber: temperatures are taken as known"
+    assert (said in found.warnings) is told
+
+
 # -- refusals --------------------------------------------------------------------------------------
 
 

@@ -11,6 +11,7 @@ import accelcal
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import Component
 from accelcal.temperature.chance_of_misfit import chance_of_misfit, contrasts_of
+from accelcal.temperature.hysteresis import branches_of
 
 K1N, BETA = 1.35, (520e-6, 480e-6)
 K0N, LAM = 3.324e-3, (-3.9e-5, -4.5e-5)
@@ -339,6 +340,17 @@ def test_hysteresis_does_not_lean_on_the_slopes():
     assert model.hysteresis.value == pytest.approx(1e-4, rel=1e-6)
     assert values(model) == pytest.approx(TRUTH, rel=1e-8)
     assert values(laws(LOOP, by="readings", **options)) == pytest.approx(TRUTH, rel=1e-8)
+
+
+def test_the_ends_of_a_loop_lie_half_a_width_towards_the_branch_that_leads_to_them():
+    levels = np.array([20.0, 80.0, 20.0, -40.0, 20.0])
+    found = branches_of(levels, np.arange(5))
+    assert found.paired.ravel().tolist() == [0.0, 0.0, -1.0, 0.0, 1.0]
+    assert found.acting.ravel().tolist() == [0.0, 0.5, -1.0, -0.5, 1.0]
+    assert found.loose.T.tolist() == [[1, 0, 0, 0, 0], [0, 0, 0, 0.5, 0], [0, 0.5, 0, 0, 0]]
+    assert found.mean.ravel() == pytest.approx([1 / 3, 0.0, 1 / 3, 0.0, 1 / 3])
+    backwards = branches_of(levels[::-1], np.arange(5)[::-1])
+    assert (backwards.acting == found.acting[::-1]).all()
 
 
 def test_hysteresis_is_no_shift_from_launch_to_launch():
