@@ -16,12 +16,12 @@ import pytest
 
 import accelcal
 from accelcal import Calibration, DesignError, DocumentError, InputError
+from accelcal.frozen_mapping import FrozenMapping
 from accelcal.geometry import MOUNTINGS
 from accelcal.model import coefficient_unit
 from accelcal.results.calibration import SCHEMA
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
-from accelcal.results.mapping import FrozenMapping
 from accelcal.results.quantity import ErrorSource, Gate, Quantity, Residuals
 from accelcal.results.result import all_from_json, all_to_json
 from accelcal.results.table import TableCalibration

@@ -19,10 +19,10 @@ from accelcal.compensate.levels import LevelCompensation
 from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.compensate.ranges import CALIBRATE_THERE
 from accelcal.errors import AccelcalWarning, InputError
+from accelcal.frozen_mapping import FrozenMapping
 from accelcal.model import ERROR_UNITS, LAWS
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Correlated, Rows, rows_of
-from accelcal.results.mapping import FrozenMapping
 from accelcal.results.quantity import Quantity
 
 __all__ = ["CoefficientsAt", "coefficients_at"]

@@ -23,7 +23,7 @@ from accelcal.effects.conditions import Conditions
 from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError
 from accelcal.escapes import visible
-from accelcal.results.mapping import FrozenMapping
+from accelcal.frozen_mapping import FrozenMapping
 
 __all__ = ["ActsOn", "Disturbance", "Effect"]
 

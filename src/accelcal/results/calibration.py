@@ -10,11 +10,12 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.options import check_written
 from accelcal.errors import InputError
 from accelcal.escapes import visible
+from accelcal.frozen_mapping import FrozenMapping
 from accelcal.plural import counted
 from accelcal.results import calibration_parts as parts
 from accelcal.results.checked import DamageError, Kind, checked, list_of, one_of, or_none
 from accelcal.results.fixture_angle import FixtureAngle
-from accelcal.results.mapping import FrozenMapping, members
+from accelcal.results.mapping import members
 from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 from accelcal.results.table import TableCalibration, mountings_of_laws

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from accelcal.frozen_mapping import FrozenMapping
 from accelcal.results.checked import (
     DamageError,
     Kind,
@@ -16,7 +17,6 @@ from accelcal.results.checked import (
     text,
     text_or_none,
 )
-from accelcal.results.mapping import FrozenMapping
 
 if TYPE_CHECKING:
     from accelcal.results.calibration import Calibration

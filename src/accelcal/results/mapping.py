@@ -1,49 +1,16 @@
-"""Mappings, and documents of them, that nobody edits in place."""
+"""Parts of results that nobody edits in place, and documents of them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any, NoReturn, TypeVar
+from typing import Any
 
-Value = TypeVar("Value")
+from accelcal.frozen_mapping import FrozenMapping
 
 _PLAIN = frozenset({str, float, int, bool, type(None)})
 """Of these a list of residuals consists: one look at each instead of a call."""
-
-
-class FrozenMapping(dict[str, Value]):
-    """A dictionary that stays as it is; pandas and json take it for what it is.
-
-    Unlike `types.MappingProxyType` it can be pickled, copied and hashed.
-
-    Raises
-    ------
-    TypeError
-        If it is to be changed.
-
-    Examples
-    --------
-    >>> FrozenMapping({"K1": 1.35})
-    {'K1': 1.35}
-    >>> FrozenMapping({"K1": 1.35}) == {"K1": 1.35}
-    True
-    """
-
-    __slots__ = ()
-
-    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("this mapping stays as it is; change a copy, dict(mapping)")
-
-    __setitem__ = __delitem__ = __ior__ = _refuse
-    clear = pop = popitem = setdefault = update = _refuse
-
-    def __hash__(self) -> int:  # type: ignore[override]
-        return hash(frozenset(self.items()))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (dict(self),)
 
 
 def freeze(result: Any) -> None:

@@ -1,0 +1,40 @@
+"""Mappings that stay as they are."""
+
+from __future__ import annotations
+
+from typing import Any, NoReturn, TypeVar
+
+Value = TypeVar("Value")
+
+
+class FrozenMapping(dict[str, Value]):
+    """A dictionary that stays as it is; pandas and json take it for what it is.
+
+    Unlike `types.MappingProxyType` it can be pickled, copied and hashed.
+
+    Raises
+    ------
+    TypeError
+        If it is to be changed.
+
+    Examples
+    --------
+    >>> FrozenMapping({"K1": 1.35})
+    {'K1': 1.35}
+    >>> FrozenMapping({"K1": 1.35}) == {"K1": 1.35}
+    True
+    """
+
+    __slots__ = ()
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("this mapping stays as it is; change a copy, dict(mapping)")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self),)
