@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NoReturn, TypeVar
 
 Value = TypeVar("Value")
@@ -38,3 +39,27 @@ class FrozenMapping(dict[str, Value]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (dict(self),)
+
+
+def kept_mapping(mapping: Mapping[str, Value]) -> FrozenMapping[Value]:
+    """Keep a mapping as it is, whatever becomes of the one that was given.
+
+    Parameters
+    ----------
+    mapping : mapping
+        Names with their values, which stays the caller's.
+
+    Returns
+    -------
+    FrozenMapping
+        A copy, or the mapping itself where it is one.
+
+    Examples
+    --------
+    >>> given = {"operator": "A. N."}
+    >>> own = kept_mapping(given)
+    >>> given["operator"] = "B. O."
+    >>> own, kept_mapping(own) is own
+    ({'operator': 'A. N.'}, True)
+    """
+    return mapping if isinstance(mapping, FrozenMapping) else FrozenMapping(mapping)

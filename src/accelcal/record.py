@@ -22,6 +22,7 @@ from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arrays import Array, Ints, Mask, kept
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
+from accelcal.frozen_mapping import kept_mapping
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.head_angles import head_positions, nominal_angles
 from accelcal.numerics.sorting import distinct
@@ -159,6 +160,7 @@ class TumbleRecord(EqualByContents):
         self._check_values()
         for name, array in self._arrays().items():  # a record is evidence: nobody edits it in place
             object.__setattr__(self, name, kept(array))
+        object.__setattr__(self, "metadata", kept_mapping(self.metadata))
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
         return {name: own for name in _DTYPES if (own := getattr(self, name)) is not None}
@@ -211,10 +213,8 @@ class TumbleRecord(EqualByContents):
             met = distinct(self.clamping[mask])
             if met.size > 1:
                 run = self.run_labels[int(self.run[mask][0])]
-                raise InputError(
-                    f"run {run} holds clampings {met[0]:g} and {met[1]:g} deg; a clamping is a run"
-                    " of its own: name the runs in a column run"
-                )
+                told = f"clampings {met[0]:g} and {met[1]:g} deg; a clamping is a run of its own"
+                raise InputError(f"run {run} holds {told}: name the runs in a column run")
 
     @property
     def graduation(self) -> Array:

@@ -16,6 +16,7 @@ from hashlib import sha256
 from typing import Any, NamedTuple
 
 from accelcal.errors import InputError
+from accelcal.frozen_mapping import FrozenMapping
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.declarations import declarations, notes_of_serial
 from accelcal.io.layout import Layout, read_layout
@@ -226,7 +227,7 @@ class _Heads:
         own = {
             "serial": serial,
             "notes": (*shared.fields["notes"], *notes_of_serial(serial, declared)),
-            "metadata": {**shared.metadata},
+            "metadata": shared.metadata,
             "source": name,
             # of many files: OpenSSL, which `sha256_of` may do without, is worth its loading
             "sha256": sha256(file or data).hexdigest() if skipped is None else None,
@@ -348,5 +349,7 @@ def _units_written(layout: Layout) -> Iterator[Written]:
                 yield Written(heading.unit, layout.headings_line)
 
 
-def _metadata(declared: Mapping[str, str], worded: Mapping[str, str]) -> dict[str, str]:
-    return {key: worded.get(key, text) for key, text in declared.items() if key not in _OF_RECORD}
+def _metadata(declared: Mapping[str, str], worded: Mapping[str, str]) -> FrozenMapping[str]:
+    """All tables with the same header lines share it, as nobody can change it."""
+    own = {key: worded.get(key, text) for key, text in declared.items() if key not in _OF_RECORD}
+    return FrozenMapping(own)
