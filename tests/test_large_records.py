@@ -56,6 +56,12 @@ def test_many_strokes_take_little_memory():
     assert found.tables[0].gates
 
 
+def test_many_runs_take_no_more_than_the_errors_that_they_share():
+    """Covariances of 300 runs are 26 MB a source, of which the laws turned all at a time."""
+    _, peak = peak_of(simulated(strokes=1, temperatures=(20.0, 80.0, -40.0) * 100))
+    assert peak < 145e6
+
+
 def test_a_robust_fit_takes_little_memory():
     """All pairs of 3000 strokes would take 600 MB, and a matrix of readings by positions 50 MB."""
     for record in (simulated(strokes=3000), simulated(1500, 3)):

@@ -86,12 +86,9 @@ class _Group(NamedTuple):
 
     def _components(self, index: int) -> tuple[dict[str, Component], tuple[str, ...]]:
         """Components of the laws of one record and of what follows no law."""
-        components, others = joint_components(self.stack, self.levels, index)
         of_laws = np.eye(3)[:, None, :, None] * self.maps[index][:, :, None]
         laws = of_laws.reshape(self.laws.values.shape[1], -1)
-        through = np.pad(laws, (0, len(others)))
-        through[len(laws) :, laws.shape[1] :] = np.eye(len(others))
-        return propagate(components, through), others
+        return joint_components(self.stack, self.levels, index, laws)
 
 
 class LawsOfRecords(NamedTuple):

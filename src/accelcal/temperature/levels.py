@@ -15,7 +15,7 @@ from accelcal.arrays import Array, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component
+from accelcal.estimate.uncertainty import Component, propagate
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.temperature.bilinear import LEAST_RISE
 from accelcal.temperature.recorded import RecordedTemperatures
@@ -222,7 +222,9 @@ def levels_of(stack: LevelStack) -> Levels:
     def of(part: Component) -> Component:
         whole = part.covariance.transpose(1, 2, 0)
         mixed = quotient[:, :, None] * whole[at_k1[:, None], at[:, None]]
-        found = whole[at[:, :, None], at[:, None]] - mixed - mixed.swapaxes(1, 2)
+        found = whole[at[:, :, None], at[:, None]]
+        found -= mixed
+        found -= mixed.swapaxes(1, 2)
         found += quotient[:, :, None] * quotient[:, None] * whole[at_k1[:, None], at_k1]
         found /= over[:, :, None] * over[:, None]
         fewest = np.minimum(part.dof[:, at], part.dof[:, None, at_k1])
@@ -234,9 +236,9 @@ def levels_of(stack: LevelStack) -> Levels:
 
 
 def joint_components(
-    stack: LevelStack, levels: Levels, record: int
+    stack: LevelStack, levels: Levels, record: int, laws: Array
 ) -> tuple[dict[str, Component], tuple[str, ...]]:
-    """Errors of k0, K1 and delta of all tables of one record, and of what follows no law.
+    """Errors of the laws of one record, and of what follows no law.
 
     Parameters
     ----------
@@ -246,11 +248,13 @@ def joint_components(
         Their quotients, at levels that are as uncertain as they are.
     record : int
         Place of one of them.
+    laws : ndarray, shape (m, 3 n)
+        Map from k0 of all tables, then K1, then delta, to the parameters of the laws.
 
     Returns
     -------
     components : dict of str to Component
-        Components of k0 of all tables, then K1, then delta, then the others: 3 n + others.
+        Components of the m parameters, then of the others.
     others : tuple of str
         k2, k3 and delta_ip, each of the table nearest to T0 that tells it by itself; those that
         none tells are not in it.
@@ -264,9 +268,12 @@ def joint_components(
     over = np.where(column == _K1, 1.0, k[table, _K1])
     quotient = np.where(column == _K1, 0.0, k[table, column] / over)
 
-    def of_quotients(rows: Array) -> Array:
-        of_k1 = rows[size + table]
-        return np.asarray((rows - quotient[:, None] * of_k1) / over[:, None])
+    def of_quotients(rows: Array) -> Array:  # in place: large where there are many tables
+        found: Array = rows[size + table]
+        found *= quotient[:, None]
+        np.subtract(rows, found, out=found)
+        found /= over[:, None]
+        return found
 
     at, at_k1 = place[table, column], place[table, _K1]
 
@@ -275,9 +282,14 @@ def joint_components(
         covariance = of_quotients(of_quotients(whole[np.ix_(at, at)]).T)
         return Component(covariance, np.minimum(dof[at], dof[at_k1]))
 
-    names = tuple(ERROR_TERMS[COEFFICIENTS[c]] for _, c in told)
-    found = {name: of(part) for name, part in stack.components.items()}
-    return {**found, **_of_levels(levels, record, len(told))}, names
+    through = np.pad(laws, (0, len(told)))
+    through[len(laws) :, laws.shape[1] :] = np.eye(len(told))
+    found: dict[str, Component] = {}
+    # one after the other: of many tables, each is large before it goes through
+    for name, part in stack.components.items():
+        found |= propagate({name: of(part)}, through)
+    found |= propagate(_of_levels(levels, record, len(told)), through)
+    return found, tuple(ERROR_TERMS[COEFFICIENTS[c]] for _, c in told)
 
 
 def _of_levels(levels: Levels, record: int, others: int) -> dict[str, Component]:
