@@ -56,8 +56,12 @@ class _Scene(NamedTuple):
 
     def beside_tilts(self) -> PureError:
         """The view beside drifts of scale factor and misalignment by the time."""
-        columns = tilting(self.c, self.record.mounting)
-        return pure_error(*(in_units_of(self.relative, own) for own in (self.readings, columns)))
+        return _beside(tilting(self.c, self.record.mounting), self.readings, self.relative)
+
+
+def _beside(columns: Array, readings: Array, relative: Array | None) -> PureError:
+    """What columns leave of the readings, in units of their noise as declared."""
+    return pure_error(in_units_of(relative, readings), in_units_of(relative, columns))
 
 
 def faults(
@@ -154,8 +158,8 @@ def _scene(record: TumbleRecord, reference_temperature: float, delta0: float) ->
     nominal = nominal_scale(record, c)
     readings = record.output / nominal
     relative = relative_noise(record)
-    own = in_units_of(relative, readings), in_units_of(relative, moving(c, record.mounting))
-    return _Scene(record, c, nominal, readings, relative, pure_error(*own))
+    view = _beside(moving(c, record.mounting), readings, relative)
+    return _Scene(record, c, nominal, readings, relative, view)
 
 
 def _least(scene: _Scene, step: VisibleStep | None) -> float:
