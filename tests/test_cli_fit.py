@@ -358,8 +358,8 @@ def test_strict_names_file_coefficient_and_remedy(run):
         (["--coefficients", "K0"], "K1 is not among the coefficients asked for"),
         (["--coefficients", ""], "is unknown; choose from"),
         (["--g", "12"], "local gravity 12.0 m/s^2 is found nowhere on Earth"),
-        (["--head-uncertainty", "-1"], "head_uncertainty is -1.0; it is a finite number"),
-        (["--launch-uncertainty", "-1"], "launch_uncertainty is -1.0"),
+        (["--head-uncertainty", "-1"], "'--head-uncertainty': '-1' is below 0; it is 0 or more"),
+        (["--launch-uncertainty", "-1ug"], "'-1ug' is below 0"),
         (["--positions", "3"], "is outside the turn"),
     ],
 )

@@ -476,6 +476,10 @@ ARCSEC = np.pi / 648000.0
         "Положение;Поправка (угл. сек.);Неопределённость (угл. сек.)\n0;-1,5;0,5\n90;0,5;0,5\n",
         "angle,deviation_arcsec,incertitude_arcsec\n0,1.5,0.5\n90,-0.5,0.5\n",
         "angle,error [arcsec],U (k=2) [arcsec]\n0,1.5,1\n90,-0.5,1\n",
+        "angle,error [arcsec],U (2σ) [arcsec]\n0,1.5,1\n90,-0.5,1\n",
+        "angle,error [arcsec],U [arcsec] (2-sigma)\n0,1.5,1\n90,-0.5,1\n",
+        "# k: 2\nWinkel;Fehler [arcsec];Unsicherheit U [arcsec]\n0;1,5;1\n90;-0,5;1\n",
+        "Winkel;Fehler [arcsec];Messunsicherheit u [arcsec]\n0;1,5;0,5\n90;-0,5;0,5\n",
         'Nennwinkel in Grad;Fehler, ";U (k = 2), "\n0;1,5;1\n90;-0,5;1\n',
         "Winkel [Grad];Fehler [arcsec];Erweiterte Messunsicherheit U (k = 2, P = 95 %) in arcsec\n"
         "0;1,5;1\n90;-0,5;1\n",
@@ -508,6 +512,7 @@ def test_the_page_lists_every_word_of_a_certificate():
     [
         "angle,error [arcsec],U [arcsec]\n0,1,1\n90,2,1\n",
         "angle,error [arcsec],expanded uncertainty [arcsec]\n0,1,1\n90,2,1\n",
+        "Winkel,Fehler [arcsec],Unsicherheit U [arcsec]\n0,1,1\n90,2,1\n",
         "# expanded uncertainty: 1 arcsec\nangle,error [arcsec]\n0,1\n90,2\n",
     ],
 )

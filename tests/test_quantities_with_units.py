@@ -174,6 +174,29 @@ def test_a_resolution_of_an_option_is_in_the_unit_of_the_table(tmp_path, monkeyp
     assert "give it in the output unit, or declare that unit, as in '# unit: mA'" in told
 
 
+@pytest.mark.parametrize(
+    ("flag", "value"), [("--resolution", "-1 uA"), ("--head-uncertainty", "-1 arcsec")]
+)
+def test_what_is_below_zero_is_told_as_it_is_written(flag, value, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "table.csv").write_text("# unit: mA\n" + TABLE)
+    code, told = of_check(capsys, flag, value)
+    assert (code, f"{value!r} is below 0; it is 0 or more" in told) == (2, True)
+    key = flag[2:].replace("-", "_")
+    with pytest.raises(TableError, match=rf":2: {key} is '{value}'; it is a finite number, zero"):
+        declared("unit: mA", f"{key}: {value}")
+    assert of_check(capsys, flag, "-0 " + value.split()[1])[0] == 0
+
+
+def test_a_decimal_comma_is_told_beside_a_unit(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "table.csv").write_text("# unit: mA\n" + TABLE)
+    told = of_check(capsys, "--resolution", "0,1 uA")[1]
+    assert "'0,1 uA' is not a finite number; write a decimal point" in told
+    with pytest.raises(TableError, match="'0,1 uA'; give it as a number, with a decimal point"):
+        declared("unit: mA", "resolution: 0,1 uA")
+
+
 def test_an_acceleration_of_an_option_may_be_in_metres(tmp_path, monkeypatch, capsys):
     """It is a multiple of the local gravity, which the table or --g tells."""
     monkeypatch.chdir(tmp_path)

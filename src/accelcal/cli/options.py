@@ -15,6 +15,7 @@ from accelcal.cli.values import (
     numbers,
     quantity,
     quantity_of_table,
+    size,
     step_of_output,
 )
 
@@ -86,23 +87,25 @@ number_option = partial(_valued_option, number)
 acceleration_option = partial(_valued_option, quantity("g", "acceleration"))
 """An option that is an acceleration [g]."""
 
-angle_option = partial(_valued_option, quantity("rad", "angle", "acceleration"))
-"""An option that is an angle of the head [rad], or the acceleration [g] that it makes."""
+angle_option = partial(_valued_option, size(quantity("rad", "angle", "acceleration")))
+"""An option that is the size of an angle of the head [rad], or acceleration [g] that it makes."""
 
-declared_acceleration_option = partial(_valued_option, quantity_of_table("g", "acceleration"))
-"""An acceleration [g] that is declared of a table."""
+declared_acceleration_option = partial(_valued_option, size(quantity_of_table("g", "acceleration")))
+"""The size of an acceleration [g] that is declared of a table."""
 
-declared_angle_option = partial(_valued_option, quantity_of_table("rad", "angle", "acceleration"))
-"""An angle of the head [rad], or acceleration [g], that is declared of a table."""
+declared_angle_option = partial(
+    _valued_option, size(quantity_of_table("rad", "angle", "acceleration"))
+)
+"""The size of an angle of the head [rad], or acceleration [g], that is declared of a table."""
 
-ratio_option = partial(_valued_option, quantity("1", "ratio"))
-"""An option that is a part of one."""
+ratio_option = partial(_valued_option, size(quantity("1", "ratio")))
+"""An option that is the size of a part of one."""
 
 temperature_option = partial(_valued_option, quantity("degC", "temperature"))
 """An option that is a temperature [degC]."""
 
-degrees_option = partial(_valued_option, quantity("degC", "temperature difference"))
-"""An option that is a difference of temperatures [degC]."""
+degrees_option = partial(_valued_option, size(quantity("degC", "temperature difference")))
+"""An option that is the size of a difference of temperatures [degC]."""
 
 seconds_option = partial(_valued_option, quantity("s", "time"))
 """An option that is a time [s]."""

@@ -5,13 +5,18 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from typing import TypeVar
 
 import click
 
 from accelcal.errors import InputError
 from accelcal.units import OUTPUT_UNITS, UNITS, is_output_unit, scaled, size_of
 
+Value = TypeVar("Value")
+
 _WITH_UNIT = re.compile(r"([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s,].*)?")
+_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(\s*[^0-9\s,][^,]*)?")
+_BELOW_ZERO = re.compile(r"-[0.]*[1-9]")
 _LARGEST = 1e12
 _SMALLEST = 1e-30
 
@@ -23,7 +28,7 @@ def number(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        comma = "; write a decimal point" if re.fullmatch(r"[-+]?\d+,\d+", text) else ""
+        comma = "; write a decimal point" if _DECIMAL_COMMA.fullmatch(text) else ""
         raise click.BadParameter(f"{text!r} is not a finite number{comma}.")
     if abs(value) > _LARGEST:
         raise click.BadParameter(f"{text!r} is too large; nothing here exceeds {_LARGEST:g}.")
@@ -107,6 +112,19 @@ def quantity_of_table(unit: str, *kinds: str) -> Callable[[str], float | str]:
     return converted
 
 
+def size(kind: Callable[[str], Value]) -> Callable[[str], Value]:
+    """Make a type of an option out of another: the same, but nothing below zero."""
+
+    def not_negative(text: str) -> Value:
+        value = kind(text)
+        if _BELOW_ZERO.match(text.strip()):
+            raise click.BadParameter(f"{text!r} is below 0; it is 0 or more.")
+        return value
+
+    return not_negative
+
+
+@size
 def step_of_output(text: str) -> float | str:
     """Type of an option: a step of the outputs; with a unit a text, as each table tells its own."""
     match = _WITH_UNIT.fullmatch(text.strip())

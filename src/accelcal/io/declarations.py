@@ -28,6 +28,7 @@ OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial",
 
 _QUANTITIES = (*APPARATUS, "reference_temperature")
 
+_DECIMAL_COMMA = re.compile(r"\d,\d")
 _NUMBER = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
 
 
@@ -228,22 +229,31 @@ def declared_number(
     """
     number, unit = number_and_unit(declared.value, decimal)
     size = _size(key, declared, unit, output_unit, gravity) if unit else 1.0
+    written = f"{key} is {shown(declared.value)}"
     try:
         value = scaled(number, size)
     except ValueError:
-        problem = f"{key} is {shown(declared.value)}"
-        raise declared.refuse(problem, "give it as a number") from None
+        point = ", with a decimal point" if _DECIMAL_COMMA.search(declared.value) else ""
+        raise declared.refuse(written, f"give it as a number{point}") from None
     if not np.isfinite(value):
         raise declared.refuse(f"{key} is {value}", "it is a finite number")
     if key in APPARATUS:
-        line = declared.line or None
-        located(lambda: Apparatus(**{key: value}), source=declared.source, line=line)
+        _check_apparatus(key, value, declared, written if unit else "")
     if key == "reference_temperature" and not -273.15 <= value <= MAXIMUM_TEMPERATURE:
         problem, remedy = f"{key} is {value:g}", "it is a temperature of the test in degC"
         raise declared.refuse(problem, remedy)
     if key == "delta0":
         located(checked_fixture_angle, value, source=declared.source, line=declared.line)
     return value
+
+
+def _check_apparatus(key: str, value: float, declared: Declared, written: str) -> None:
+    """Refuse what no apparatus has; in another unit, as it is written."""
+    try:
+        Apparatus(**{key: value})
+    except InputError as error:
+        problem, _, remedy = str(error).partition("; ")
+        raise declared.refuse(written or problem, remedy) from None
 
 
 def number_and_unit(text: str, decimal: str) -> tuple[str, str]:

@@ -74,9 +74,13 @@ HEAD_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 _BEFORE_UNIT = re.compile(r"\s*[/,]\s*|(?:[_ ](?:in|en|в))?[_ ]")
 _NUMBER = r"[0-9]+(?:[.,][0-9]+)?"
 _COVER = re.compile(
-    rf"[,;]?\s*(?:\b[kк]\s*=\s*({_NUMBER})|(?:[pP]\s*[=≈]\s*)?{_NUMBER}\s*%|[pP]\s*=\s*0[.,]9[0-9]*)"
+    rf"[,;]?\s*(?:\b[kк]\s*=\s*({_NUMBER})|\b({_NUMBER})[ -]?(?:σ|sigma)\b"
+    rf"|(?:[pP]\s*[=≈]\s*)?{_NUMBER}\s*%|[pP]\s*=\s*0[.,]9[0-9]*)"
 )
-"""A coverage factor or probability beside an uncertainty, as in ``U (k = 2, 95 %)``."""
+"""A coverage factor or probability beside an uncertainty, as in ``U (k = 2, 95 %)``, ``U (2σ)``."""
+
+_CAPITAL = re.compile(r"(?:^|[\s_])U$")
+"""The sign of an expanded uncertainty, alone or behind its name, as in ``Unsicherheit U``."""
 
 _LEFT_BEHIND = (
     (re.compile(r"\s*[\[(]\s*[\])]"), ""),
@@ -90,7 +94,8 @@ def _plain(name: str) -> str:
 
 
 _ROLES = {_plain(name): role for role, names in HEAD_COLUMNS.items() for name in names}
-_ROLES |= {_plain(name) + sign: "uncertainty" for name in EXPANDED for sign in ("", "_u")}
+_UNCERTAINTIES = (*HEAD_COLUMNS["uncertainty"], *EXPANDED)
+_ROLES |= {_plain(name) + sign: "uncertainty" for name in _UNCERTAINTIES for sign in ("", "_u")}
 _KEYS = {_plain(name): key for key, names in HEAD_KEYS.items() for name in names}
 _KEYS |= {_plain(name) + "_u": "expanded" for name in EXPANDED}
 
@@ -116,10 +121,12 @@ def without_factor(text: str) -> tuple[str, float | None]:
     (('U [arcsec]', 2.0), ('U, "', None))
     >>> without_factor("1,0 arcsec (k=1,96; P=95 %)")
     ('1,0 arcsec', 1.96)
+    >>> without_factor("U (2σ)")
+    ('U', 2.0)
     """
     if len(text) > LONGEST:
         return text.strip(), None
-    found = [match[1] for match in _COVER.finditer(text) if match[1]]
+    found = [match[1] or match[2] for match in _COVER.finditer(text) if match.lastindex]
     rest = _COVER.sub("", text)
     for pattern, new in _LEFT_BEHIND:
         rest = pattern.sub(new, rest)
@@ -194,8 +201,8 @@ def kind_of_uncertainty(heading: str) -> str:
     Returns
     -------
     str
-        Of `HEAD_KEYS`: ``"expanded"`` for a capital U and the words in `EXPANDED`, ``"standard"``
-        for those in `STANDARD`, else ``"uncertainty"``.
+        Of `HEAD_KEYS`: ``"expanded"`` for a capital U, alone or behind its name, and the words in
+        `EXPANDED`, ``"standard"`` for those in `STANDARD`, else ``"uncertainty"``.
 
     Examples
     --------
@@ -203,10 +210,13 @@ def kind_of_uncertainty(heading: str) -> str:
     ['expanded', 'uncertainty', 'expanded']
     >>> kind_of_uncertainty("Standardunsicherheit [arcsec]")
     'standard'
+    >>> [kind_of_uncertainty(f"Unsicherheit {sign} [arcsec]") for sign in ("U", "u")]
+    ['expanded', 'uncertainty']
     """
     name = _name_and_unit(heading)[0]
     plain = _plain(name)
     if plain.startswith(tuple(map(_plain, STANDARD))):
         return "standard"
-    is_expanded = name == "U" or plain.startswith(tuple(map(_plain, EXPANDED)))
-    return "expanded" if is_expanded else "uncertainty"
+    if _CAPITAL.search(name) or plain.startswith(tuple(map(_plain, EXPANDED))):
+        return "expanded"
+    return "uncertainty"
