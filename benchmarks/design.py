@@ -129,7 +129,7 @@ def ratios(design: Design, draws: int) -> tuple[Design, dict[str, float], float]
     # where each level is met once, a value at T0 is that of the table there, which is counted
     for f in (f for f in foreseen if f.name not in AT_T0.values()):
         values = np.concatenate([part[f.name] for part in parts])
-        unit = AL15.scale_factor.at_reference if f.name == "K1" else 1.0
+        unit = AL15.scale_factor.at_T0 if f.name == "K1" else 1.0
         found[f.name] = float(values.std(ddof=1)) / unit / f.standard_uncertainty
     return design, found, time.perf_counter() - began
 

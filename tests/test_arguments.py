@@ -298,7 +298,7 @@ def test_a_masked_reading_is_missing():
 
 
 def test_complex_readings_are_refused():
-    with pytest.raises(InputError, match="outputs is list; it is a number or an array of numbers"):
+    with pytest.raises(InputError, match="output is list; it is a number or an array of numbers"):
         accelcal.estimate_tables([[1j] * 9], 45.0 * np.arange(9))
 
 

@@ -175,7 +175,7 @@ def test_wrong_arguments_are_told_before_any_file(archive, tmp_path, wrong, said
     with pytest.raises(AccelcalError, match=f"^{said}"):
         accelcal.batch(**arguments)
     with pytest.raises(AccelcalError, match=f"^{said}"):
-        accelcal.write_batch(output=tmp_path / "r.csv", **arguments)
+        accelcal.write_batch(target=tmp_path / "r.csv", **arguments)
     assert [path.name for path in tmp_path.iterdir()] == ["archive"]
 
 

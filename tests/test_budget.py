@@ -714,4 +714,4 @@ def test_a_run_of_unknown_temperature_stands_not_for_the_reference():
     unknown = np.where(record.run == 0, np.nan, record.temperature)
     found = accelcal.fit(replace(record, temperature=unknown, reference_temperature=20.0))
     (bias,) = (part for part in budget(found, 0.0).components if part.symbol == "k0")
-    assert bias.value == pytest.approx(accelcal.AL15.bias.at_reference, abs=1e-9)
+    assert bias.value == pytest.approx(accelcal.AL15.bias.at_T0, abs=1e-9)

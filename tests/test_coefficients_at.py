@@ -60,9 +60,9 @@ def test_intervals_hold_the_truth_between_the_levels():
     """Of 100 units times 3 coefficients 95 % are 285; 270 and 297 are four standard deviations."""
     held, law = 0, accelcal.AL15.scale_factor
     truth = {
-        "k0": accelcal.AL15.bias.at_reference + 15.0 * accelcal.AL15.bias.above,
-        "K1": law.at_reference * (1.0 + 15.0 * law.above),
-        "delta": accelcal.AL15.misalignment.at_reference + 15.0 * accelcal.AL15.misalignment.above,
+        "k0": accelcal.AL15.bias.at_T0 + 15.0 * accelcal.AL15.bias.above,
+        "K1": law.at_T0 * (1.0 + 15.0 * law.above),
+        "delta": accelcal.AL15.misalignment.at_T0 + 15.0 * accelcal.AL15.misalignment.above,
     }
     for seed in range(100):
         found = accelcal.coefficients_at(accelcal.fit(accelcal.simulate(seed=seed)), 35.0)

@@ -105,7 +105,7 @@ def test_other_positions_and_one_stroke_agree_with_the_calibration(calibration):
 def elsewhere(unit, ratio):
     """Coefficients of a unit per power of another local g, which is that many times the first."""
     bias = accelcal.BilinearLaw(*(x / ratio for x in dataclasses.astuple(unit.bias)))
-    scale_factor = replace(unit.scale_factor, at_reference=unit.scale_factor.at_reference * ratio)
+    scale_factor = replace(unit.scale_factor, at_T0=unit.scale_factor.at_T0 * ratio)
     curved = {"k2": unit.k2 * ratio, "k3": unit.k3 * ratio**2}
     curved["cross_coupling"] = unit.cross_coupling * ratio
     return replace(unit, bias=bias, scale_factor=scale_factor, **curved)

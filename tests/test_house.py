@@ -17,6 +17,8 @@ import pytest
 
 import accelcal
 from accelcal.cli.program import COMMANDS, program
+from accelcal.geometry import MOUNTINGS
+from accelcal.stand_uncertainty.readings import StandConditions
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "accelcal"
@@ -248,6 +250,28 @@ def public_functions():
         for own, method in vars(value).items() if inspect.isclass(value) else ():
             if inspect.isfunction(method) and not own.startswith("_"):
                 yield f"{name}.{own}", method
+
+
+SYNONYMS = {
+    "outputs": "output",
+    "angle_deg": "angle",
+    "gravity": "local_gravity",
+    "at_reference": "at_T0",
+    "file": "target, path or source",
+}
+"""Name that no parameter has -> the one for the same."""
+
+
+def test_one_idea_has_one_name():
+    called = dict(public_functions())
+    own = {name: getattr(accelcal, name) for name in HOMES}
+    kinds = {name: kind for name, kind in own.items() if inspect.isclass(kind)}
+    called |= {name: kind for name, kind in kinds.items() if hasattr(kind, "__match_args__")}
+    called["StandConditions"] = StandConditions
+    found = {n: {*inspect.signature(each).parameters} & {*SYNONYMS} for n, each in called.items()}
+    assert {name: names for name, names in found.items() if names} == {}
+    assert "output" not in inspect.signature(accelcal.write_batch).parameters
+    assert inspect.signature(accelcal.design_matrix).parameters["mounting"].default in MOUNTINGS
 
 
 def untold(function):

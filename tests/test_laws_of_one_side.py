@@ -23,7 +23,7 @@ def test_a_level_beyond_t0_counts_the_slope_of_the_other_side_as_doubtful(
 ):
     """The value at T0 was 40 U off, as a slope of the other side is 8 % off."""
     found = laws(temperatures, fitted=fitted).temperature_model
-    truth = accelcal.AL15.scale_factor.at_reference
+    truth = accelcal.AL15.scale_factor.at_T0
     at_T0 = found.K1.at_T0
     assert abs(at_T0.value - truth) <= at_T0.expanded_uncertainty
     slope = next(q for q in (found.K1.above, found.K1.below) if q is not None)

@@ -431,8 +431,8 @@ def test_intervals_hold_a_curved_truth(size):
             found = accelcal.coefficients_at(calibration, temperature, by="levels")
             side = "above" if rise > 0.0 else "below"
             truth = {
-                "k0": bias.at_reference + getattr(bias, side) * rise + size * rise**2,
-                "K1": scale.at_reference * (1.0 + getattr(scale, side) * rise),
+                "k0": bias.at_T0 + getattr(bias, side) * rise + size * rise**2,
+                "K1": scale.at_T0 * (1.0 + getattr(scale, side) * rise),
             }
             held += sum(
                 abs(found[n].value - truth[n]) <= found[n].expanded_uncertainty for n in truth

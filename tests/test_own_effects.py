@@ -442,7 +442,7 @@ def test_a_static_effect_of_a_file_is_taken_up_by_apply(run):
     unit, across = accelcal.AL15, np.sqrt(1.0 - TRUE**2) * np.repeat([1.0, -1.0], 9)
     indicated = 3.324e-3 + TRUE + 105e-6 * TRUE**2 + 87e-6 * TRUE**3 + 3e-4 * np.abs(TRUE) ** 5
     indicated += 1.15e-3 * across + 20e-6 * TRUE * across
-    assert (unit.bias.at_reference, unit.k2, unit.k3) == (3.324e-3, 105e-6, 87e-6)
+    assert (unit.bias.at_T0, unit.k2, unit.k3) == (3.324e-3, 105e-6, 87e-6)
     rows = zip(1.35 * indicated, across, strict=True)
     stream = "output,a_p,a_o\n" + "".join(f"{y:.12f},{a:.12f},0\n" for y, a in rows)
     Path("flight.csv").write_text(stream)

@@ -50,9 +50,7 @@ def oracle(unit, level, degrees, side, delta0):
 
     def law(value, relative=False):
         slope = value.above if dT > 0 else value.below
-        return (
-            value.at_reference * (1 + slope * dT) if relative else value.at_reference + slope * dT
-        )
+        return value.at_T0 * (1 + slope * dT) if relative else value.at_T0 + slope * dT
 
     th = math.radians(degrees) + delta0
     a_i = math.cos(th)
@@ -87,9 +85,9 @@ def test_figures_of_the_paper():
     """The paper's results, page 4; the scale factor within the data sheet's limits."""
     assert AL15.bias == BilinearLaw(3.324e-3, -3.9e-5, -4.5e-5)
     assert (AL15.scale_factor.above, AL15.scale_factor.below) == (520e-6, 480e-6)
-    assert 1.2 <= AL15.scale_factor.at_reference <= 1.5
+    assert 1.2 <= AL15.scale_factor.at_T0 <= 1.5
     assert (AL15.k2, AL15.k3) == (105e-6, 87e-6)
-    assert AL15.misalignment.at_reference == 1.15e-3
+    assert AL15.misalignment.at_T0 == 1.15e-3
     noise = NoiseComponents()
     assert [3 * noise.head, 3 * noise.launch] == pytest.approx([2e-5, 2e-5], rel=0.01)
     assert 3 * noise.launch_sf == pytest.approx(15e-6)
@@ -163,7 +161,7 @@ def test_declarations_are_those_of_the_noise():
         (lambda: NoiseComponents(head=-1e-5), "head is -1e-05; it is 0 or more"),
         (lambda: Accelerometer(scale_factor=BilinearLaw(0.0)), "scale factor is 0"),
         (lambda: Accelerometer(k2=math.inf), "k2 is inf"),
-        (lambda: BilinearLaw(math.nan), "at_reference is nan"),
+        (lambda: BilinearLaw(math.nan), "at_T0 is nan"),
         (lambda: simulate(seed=-1), "seed is -1"),
     ],
 )
@@ -182,7 +180,7 @@ def test_reading_noise_is_new_in_each_reading_and_constant_in_output_units():
     )
     error = noisy.output - clean.output
     for index in range(3):
-        assert_variance(error[noisy.run == index], 5e-6 * AL15.scale_factor.at_reference)
+        assert_variance(error[noisy.run == index], 5e-6 * AL15.scale_factor.at_T0)
     assert np.unique(error).size > 0.99 * error.size
 
 

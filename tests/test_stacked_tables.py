@@ -287,7 +287,7 @@ def test_no_tables_are_no_estimates():
 @pytest.mark.parametrize(
     ("outputs", "options", "message"),
     [
-        (np.zeros(54), {}, r"outputs of shape \(54,\) with angles of shape \(54,\); outputs have"),
+        (np.zeros(54), {}, r"output of shape \(54,\) with angle of shape \(54,\); the output has"),
         (np.zeros((2, 53)), {}, "a row a table and a column for each angle"),
         (np.full((2, 54), np.inf), {}, "an output is infinite; a reading that is missing is NaN"),
         (np.where(np.arange(54) == 7, -np.inf, np.ones((2, 54))), {}, "an output is infinite"),

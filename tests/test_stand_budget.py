@@ -243,7 +243,7 @@ def test_readings_take_the_range_that_holds_them():
 
 
 def test_gravity_acts_on_the_scale_factor_per_metre_only():
-    found = alone(one("local-gravity"), conditions=StandConditions(gravity=9.8106))
+    found = alone(one("local-gravity"), conditions=StandConditions(local_gravity=9.8106))
     place = found.index("K1 per m/s^2")
     assert found.nominal[place] == pytest.approx(1.35 * (1 + 0.75 * 0) / 9.8106, rel=1e-9)
     expected = np.zeros(place + 1)
@@ -639,11 +639,14 @@ def test_what_is_no_test_is_refused():
         (lambda: Stand("none", ()), "no components"),
         (lambda: Stand("two", (one("backlash"), one("backlash"))), "is there twice"),
         (lambda: Stand("one", (one("backlash"),)).scaled([-1.0]), "factors"),
-        (lambda: StandConditions(gravity=98.0), "nowhere on Earth"),
+        (lambda: StandConditions(local_gravity=98.0), "nowhere on Earth"),
         (lambda: StandConditions(load=0.0), "load is 0.0"),
         (lambda: StandConditions(room_temperature=math.nan), "room_temperature is nan"),
         (lambda: StandConditions(ranges=(0.0,)), "each lies between"),
-        (lambda: StandConditions(gravity="9.81"), "gravity is '9.81'; it is a finite number"),
+        (
+            lambda: StandConditions(local_gravity="9.81"),
+            "local_gravity is '9.81'; it is a finite number",
+        ),
         (lambda: StandConditions(load=[700.0]), "load is list; it is a finite number"),
         (lambda: StandConditions(room_temperature=None), "room_temperature is None"),
         (lambda: StandConditions(ranges=[0.1, "1"]), "range 2 is '1'; it is a finite number"),

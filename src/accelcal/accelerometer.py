@@ -29,7 +29,7 @@ class BilinearLaw:
 
     Attributes
     ----------
-    at_reference : float
+    at_T0 : float
         Value at the reference temperature.
     above, below : float, default 0
         Slopes for dT > 0 and for dT < 0 [per degC].
@@ -42,11 +42,11 @@ class BilinearLaw:
     >>> bias.change(np.array([-60.0, 60.0])).round(5)
     array([ 0.0027 , -0.00234])
     >>> scale_factor = accelcal.BilinearLaw(1.35, above=520e-6, below=480e-6)  # relative slopes
-    >>> scale_factor.at_reference * (1.0 + scale_factor.change(np.array([60.0]))).round(5)
+    >>> scale_factor.at_T0 * (1.0 + scale_factor.change(np.array([60.0]))).round(5)
     array([1.39212])
     """
 
-    at_reference: float
+    at_T0: float
     above: float = 0.0
     below: float = 0.0
 
@@ -127,7 +127,7 @@ class Accelerometer:
         check_number(k2=self.k2, k3=self.k3, cross_coupling=self.cross_coupling)
         check_number(reference_temperature=self.reference_temperature)
         check_text(unit=self.unit, serial=self.serial)
-        if self.scale_factor.at_reference == 0.0:
+        if self.scale_factor.at_T0 == 0.0:
             raise InputError("the scale factor is 0; it is the change of output for 1 g")
 
     def indication(self, a_i: Array, a_p: Array, excess: Array) -> Array:
@@ -147,7 +147,7 @@ class Accelerometer:
         """
         along = a_i + self.k2 * a_i**2 + self.k3 * a_i**3
         laws = (self.bias, self.misalignment)
-        bias, misalignment = (law.at_reference + law.change(excess) for law in laws)
+        bias, misalignment = (law.at_T0 + law.change(excess) for law in laws)
         across = misalignment * a_p + self.cross_coupling * a_i * a_p
         return bias + along + across
 

@@ -142,18 +142,18 @@ def is_mounting(name: NDArray[Any]) -> Mask:
 
 
 def accelerations(
-    angle_deg: ArrayLike, delta0: float = 0.0, mounting: ArrayLike = "o+"
+    angle: ArrayLike, delta0: float = 0.0, mounting: ArrayLike = "o+"
 ) -> Acceleration:
     """Acceleration along the three axes at a head angle.
 
     Parameters
     ----------
-    angle_deg : array_like
+    angle : array_like
         Head angle th [deg].
     delta0 : float, default 0
         Fixture angle d0 between the zero of the head and the input axis [rad].
     mounting : str or array_like of str, default "o+"
-        One of `MOUNTINGS`, broadcast against `angle_deg`.
+        One of `MOUNTINGS`, broadcast against `angle`.
 
     Returns
     -------
@@ -179,10 +179,10 @@ def accelerations(
     -1.0
     """
     check_number(delta0=delta0)
-    angle, kind = _with_mounting(number_array(angle_deg, "angle"), mounting)
-    if not np.isfinite(angle).all():
+    degrees, kind = _with_mounting(number_array(angle, "angle"), mounting)
+    if not np.isfinite(degrees).all():
         raise InputError(
-            f"angle {angle[~np.isfinite(angle)].flat[0]}; it is a finite number of deg"
+            f"angle {degrees[~np.isfinite(degrees)].flat[0]}; it is a finite number of deg"
         )
     unknown = ~is_mounting(kind)
     if unknown.any():
@@ -190,7 +190,7 @@ def accelerations(
             f"mounting {as_given(str(kind[unknown].flat[0]))} is unknown;"
             f" it is one of {', '.join(MOUNTINGS)}"
         )
-    cosine, sine = _cos_sin_deg(angle, delta0)
+    cosine, sine = _cos_sin_deg(degrees, delta0)
     cross = np.where((kind == "o-") | (kind == "p-"), -sine, sine)
     about_output_axis = (kind == "o+") | (kind == "o-")
     return Acceleration(

@@ -33,9 +33,10 @@ from numpy.typing import ArrayLike
 
 from accelcal.arguments.kinds import expect, kind_of
 from accelcal.arguments.numbers import number_array
+from accelcal.arguments.options import check_choice
 from accelcal.arrays import Array
 from accelcal.errors import InputError
-from accelcal.geometry import Acceleration
+from accelcal.geometry import MOUNTINGS, Acceleration
 
 __all__ = [
     "COEFFICIENTS",
@@ -218,7 +219,7 @@ def output(coefficients: Mapping[str, ArrayLike], acceleration: Acceleration) ->
     return total
 
 
-def design_matrix(acceleration: Acceleration, mounting: str = "o") -> Array:
+def design_matrix(acceleration: Acceleration, mounting: str = "o+") -> Array:
     """Matrix that maps `COEFFICIENTS` to the outputs at the given accelerations.
 
     Its columns are the outputs (1) of an accelerometer with one coefficient equal to 1, so the
@@ -228,8 +229,8 @@ def design_matrix(acceleration: Acceleration, mounting: str = "o") -> Array:
     ----------
     acceleration : Acceleration
         Arrays of shape (n,) [local g].
-    mounting : str, default "o"
-        Axis along the shaft, ``"o"`` or ``"p"`` (a side behind it is ignored: it is in the signs).
+    mounting : str, default "o+"
+        That of the accelerations, one of `accelcal.geometry.MOUNTINGS`; its side is in their signs.
 
     Returns
     -------
@@ -247,10 +248,7 @@ def design_matrix(acceleration: Acceleration, mounting: str = "o") -> Array:
     >>> accelcal.design_matrix(accelcal.accelerations([0, 90])).tolist()
     [[1.0, 1.0, 1.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]]
     """
-    if not isinstance(mounting, str) or mounting[:1] not in SEEN_IN_MOUNTING:
-        raise InputError(
-            f"mounting {mounting!r:.40} is unknown; the axis along the shaft is o or p"
-        )
+    check_choice(MOUNTINGS, mounting=mounting)
     names = SEEN_IN_MOUNTING[mounting[:1]]
     return np.stack([output({name: 1.0}, acceleration) for name in names], axis=-1)
 

@@ -299,7 +299,7 @@ class _Simulation:
             angle=angle,
             input=a_i,
             cross=a_p,
-            axial=a_i + (misalignment.at_reference + misalignment.change(excess)) * a_p,
+            axial=a_i + (misalignment.at_T0 + misalignment.change(excess)) * a_p,
             excess=excess,
             gain=1.0 + self.accelerometer.scale_factor.change(excess),
             indicated=self.accelerometer.indication(a_i, a_p, excess),
@@ -307,7 +307,7 @@ class _Simulation:
 
     def output(self, c: Conditions) -> Array:
         """Output with its noise and its faults [output unit]."""
-        nominal = self.accelerometer.scale_factor.at_reference
+        nominal = self.accelerometer.scale_factor.at_T0
         scale_factor = nominal * c.gain * (1.0 + self.errors("launch_sf", c.run))
         bias = self.errors("launch", c.run) + self.total("output", c)
         output = scale_factor * (c.indicated + bias)

@@ -195,7 +195,7 @@ def batch(
 
 def write_batch(
     paths: str | PathLike[str] | Iterable[str | PathLike[str]],
-    output: str | PathLike[str],
+    target: str | PathLike[str],
     *,
     jobs: int | None = 1,
     resume: bool = False,
@@ -209,7 +209,7 @@ def write_batch(
     ----------
     paths : path or iterable of paths
         As for `batch`.
-    output : path
+    target : path
         File of the rows of the tables, which ends in ``.csv``, ``.csv.gz`` or ``.parquet``; those
         of the laws and of the errors go beside it.
     jobs, dask, progress, **options
@@ -225,7 +225,7 @@ def write_batch(
     Raises
     ------
     InputError
-        If there is no such file, an option breaks a rule, `output` cannot be written, or an
+        If there is no such file, an option breaks a rule, `target` cannot be written, or an
         interrupted batch left its finished part and `resume` is false.
     DesignError
         As by `batch`.
@@ -240,15 +240,15 @@ def write_batch(
     >>> counts.files, counts.failed
     (1, 0)
     """
-    output = path_text(output)
-    form = form_of(output)
+    target = path_text(target)
+    form = form_of(target)
     require_form(form)
     _check_workers(jobs, dask, progress)
     check_flag(resume=resume)
     settings = _settings(write_batch, **options)
-    names = results(output)
+    names = results(target)
     sources = _sources(_texts(paths), names)
-    with open_journal(output, settings, form, resume=resume) as journal:
+    with open_journal(target, settings, form, resume=resume) as journal:
         function = (
             partial(work, settings=settings, form=form)
             if dask

@@ -17,7 +17,7 @@ _KINDS = {
     "Accelerometer": ("an accelerometer", "make one by accelcal.Accelerometer(...)"),
     "BilinearLaw": (
         "a law of temperature",
-        "make one by accelcal.BilinearLaw(at_reference, above, below)",
+        "make one by accelcal.BilinearLaw(at_T0, above, below)",
     ),
     "Calibration": (
         "a calibration",
@@ -81,7 +81,7 @@ _KINDS = {
     "Stand": ("a stand", "make one by accelcal.read_stand('stand.toml')"),
     "StandConditions": (
         "conditions of a stand",
-        "make them by accelcal.stand_uncertainty.readings.StandConditions(gravity=9.81)",
+        "make them by accelcal.stand_uncertainty.readings.StandConditions(local_gravity=9.81)",
     ),
     "StandComponent": (
         "a component of a stand",

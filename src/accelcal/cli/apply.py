@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Unit of the accelerations; g is local g at the place of calibration.",
 )
-@gravity_option("Gravity at the place of calibration [m/s^2].", name="gravity")
+@gravity_option("Gravity at the place of calibration [m/s^2].", name="local_gravity")
 @click.option("--unit", "output_unit", metavar="UNIT", help="Unit of the outputs in DATA.")
 @serial_option
 @click.option("--run", metavar="TEXT", help="Use the table of this run only.")

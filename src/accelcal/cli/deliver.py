@@ -148,7 +148,7 @@ def by_options(text: str, command: click.Command | None = None) -> str:
     """Name the options of a command where a message of the library names arguments.
 
     The library writes an argument as Python has it: ``resume=True``, ``dask='local'``, or
-    ``gravity=...`` where the reader has a value of his own to give.
+    ``local_gravity=...`` where the reader has a value of his own to give.
 
     Parameters
     ----------

@@ -99,8 +99,8 @@ class TableEstimates(NamedTuple):
 
 
 def estimate_tables(
-    outputs: ArrayLike,
-    angles: ArrayLike,
+    output: ArrayLike,
+    angle: ArrayLike,
     *,
     mounting: str = "o+",
     delta0: float = 0.0,
@@ -113,9 +113,9 @@ def estimate_tables(
 
     Parameters
     ----------
-    outputs : array_like, shape (T, n)
+    output : array_like, shape (T, n)
         Readings, a row a table; NaN where one is missing [output unit].
-    angles : array_like, shape (n,)
+    angle : array_like, shape (n,)
         Head angle of each reading [deg].
     mounting : str, default "o+"
         Mounting of all tables, one of `accelcal.geometry.MOUNTINGS`.
@@ -175,12 +175,12 @@ def estimate_tables(
     """
     check_flag(robust=robust)
     check_whole(1, threads=threads)
-    y, angle = _checked(outputs, angles)
-    spread = np.ones(angle.size) if std is None else _checked_std(std, y)
-    design = design_matrix(accelerations(angle, delta0, mounting), mounting)
+    y, degrees = _checked(output, angle)
+    spread = np.ones(degrees.size) if std is None else _checked_std(std, y)
+    design = design_matrix(accelerations(degrees, delta0, mounting), mounting)
     kept = estimability(design, several(coefficients))
     solver = LeastSquares(design[:, kept.columns], spread if spread.ndim == 1 else 1.0)
-    stack = _Stack(solver, y, spread, head_positions(angle) if robust else None)
+    stack = _Stack(solver, y, spread, head_positions(degrees) if robust else None)
     return TableEstimates(kept.kept, *stack.estimates(threads), kept.stands_for)
 
 
@@ -256,14 +256,14 @@ def _with_scatter(found: Solution, values: Array, errors: Array, rms: Array, dof
     np.maximum(dof, 0, out=dof)
 
 
-def _checked(outputs: ArrayLike, angles: ArrayLike) -> tuple[Array, Array]:
-    y, angle = number_array(outputs, "outputs"), number_array(angles, "angles")
-    if y.ndim != 2 or angle.shape != y.shape[1:]:
+def _checked(output: ArrayLike, angle: ArrayLike) -> tuple[Array, Array]:
+    y, degrees = number_array(output, "output"), number_array(angle, "angle")
+    if y.ndim != 2 or degrees.shape != y.shape[1:]:
         raise InputError(
-            f"outputs of shape {y.shape} with angles of shape {angle.shape}; outputs have a row a"
-            " table and a column for each angle"
+            f"output of shape {y.shape} with angle of shape {degrees.shape}; the output has a row"
+            " a table and a column for each angle"
         )
-    return y, angle
+    return y, degrees
 
 
 def _checked_std(std: ArrayLike, y: Array) -> Array:

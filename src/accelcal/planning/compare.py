@@ -193,7 +193,7 @@ def blank_plan(pace: Pace, resolution: float, accelerometer: Accelerometer) -> T
     expect(accelerometer, Accelerometer)
     check_number(0.0, resolution=resolution)
     return TumblePlan(
-        resolution=resolution * accelerometer.scale_factor.at_reference,
+        resolution=resolution * accelerometer.scale_factor.at_T0,
         seconds_per_reading=pace.reading + pace.turn,
         seconds_between_runs=HOUR * pace.soak,
         timed=True,

@@ -154,11 +154,11 @@ def seen_from(
 def _nominal(accelerometer: Accelerometer) -> Array:
     """Coefficients over K1, in the order of `COEFFICIENTS`."""
     values = {
-        "K0": accelerometer.bias.at_reference,
+        "K0": accelerometer.bias.at_T0,
         "K1": 1.0,
         "K2": accelerometer.k2,
         "K3": accelerometer.k3,
-        "M": accelerometer.misalignment.at_reference,
+        "M": accelerometer.misalignment.at_T0,
         "M_ip": accelerometer.cross_coupling,
     }
     return np.array([values[name] for name in COEFFICIENTS])

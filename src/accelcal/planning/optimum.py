@@ -65,7 +65,7 @@ class _Question(NamedTuple):
 
     def seen(self, degrees: Array, strokes: int) -> Angles:
         """What a reading at each angle is worth, in a test of some strokes."""
-        nominal = self.accelerometer.scale_factor.at_reference
+        nominal = self.accelerometer.scale_factor.at_T0
         return seen_from(
             degrees,
             self.noise,

@@ -72,7 +72,7 @@ class _Test(NamedTuple):
         exact = replace(self.plan, resolution=0.0)
         record = simulate(self.accelerometer, exact, NOISE_FREE, seed=0, declare=False)
         noise = max(self.noise.reading, _NO_NOISE)
-        one = self.accelerometer.scale_factor.at_reference * noise
+        one = self.accelerometer.scale_factor.at_T0 * noise
         record = replace(record, std=np.full(len(record), one)).with_apparatus(
             resolution=self.plan.resolution, **self.noise.declared()
         )

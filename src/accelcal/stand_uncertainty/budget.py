@@ -112,7 +112,7 @@ def stand_budget(
     expect(accelerometer, Accelerometer)
     _check_options(trials, seed, specification)
     readings = readings_of(test, accelerometer, stand.conditions, fixture_angle(test))
-    estimator = estimator_of(readings, method, stand.conditions.gravity)
+    estimator = estimator_of(readings, method, stand.conditions.local_gravity)
     parts = [acting(component, readings) for component in stand.components]
     budget = _linear(stand, parts, readings, estimator)
     if targets is not None:
@@ -257,7 +257,7 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
     --------
     >>> import accelcal
     >>> found = accelerometer_of(accelcal.fit(accelcal.simulate(seed=1)))
-    >>> round(found.scale_factor.at_reference, 3), round(found.scale_factor.above * 1e6)
+    >>> round(found.scale_factor.at_T0, 3), round(found.scale_factor.above * 1e6)
     (1.35, 520)
     """
     reference = calibration.T0_degC
@@ -266,7 +266,7 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
     own, model = nearest.error_model, calibration.temperature_model
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, "delta": model.delta}
     scale_factor = _law(laws.get("K1"), nearest.coefficients["K1"])
-    if scale_factor.at_reference == 0.0:
+    if scale_factor.at_T0 == 0.0:
         raise InputError("the calibration has no scale factor K1; fit a record that determines it")
     return Accelerometer(
         scale_factor=scale_factor,

@@ -87,7 +87,7 @@ class StandConditions:
 
     Attributes
     ----------
-    gravity : float or None
+    local_gravity : float or None
         Local gravity [m/s^2].
     room_temperature : float
         Temperature around the chamber [degC].
@@ -105,7 +105,7 @@ class StandConditions:
         If a number is not finite, has the wrong sign, or is beyond all that exists.
     """
 
-    gravity: float | None = None
+    local_gravity: float | None = None
     room_temperature: float = 20.0
     load: float | None = None
     load_coefficient: float = 0.0
@@ -113,14 +113,14 @@ class StandConditions:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ranges", several(self.ranges))
-        optional = {"gravity": self.gravity, "load": self.load}
+        optional = {"local_gravity": self.local_gravity, "load": self.load}
         check_number(**{name: value for name, value in optional.items() if value is not None})
         check_number(**{name: getattr(self, name) for name in _LARGEST})
         check_number(**{f"range {n}": size for n, size in enumerate(self.ranges, 1)})
-        if self.gravity is not None and not 9.7 < self.gravity < 9.9:
+        if self.local_gravity is not None and not 9.7 < self.local_gravity < 9.9:
             raise InputError(
-                f"gravity {self.gravity} m/s^2 is found nowhere on Earth; it lies between 9.76"
-                " and 9.84"
+                f"local gravity {self.local_gravity} m/s^2 is found nowhere on Earth; it lies"
+                " between 9.76 and 9.84"
             )
         if self.load is not None and not 1e-6 < self.load < 1e12:
             raise InputError(f"load is {self.load} ohm; it lies between 1e-6 and 1e12")
@@ -192,7 +192,7 @@ class Readings:
     @property
     def scale_factor(self) -> float:
         """Scale factor at T0 [output unit / g]."""
-        return self.accelerometer.scale_factor.at_reference
+        return self.accelerometer.scale_factor.at_T0
 
     @property
     def unit(self) -> str | None:

@@ -61,7 +61,7 @@ class Accelerometer:
         self._headings = headings
         self._options = options
         self.serial = found.serial
-        gravity = options.gravity or found.local_gravity
+        gravity = options.local_gravity or found.local_gravity
         self.scale = acceleration_scale(options, gravity)
         self.notes: list[str] = []
         self._temperatures = SampleTemperatures(
@@ -86,7 +86,7 @@ class Accelerometer:
                 if not gravity:
                     raise InputError(
                         f"{axis.name} is in m/s^2; give the gravity of the place of calibration"
-                        " by gravity=..."
+                        " by local_gravity=..."
                     )
                 factors[axis.name] = 1.0 / gravity
         for name in {"a_p", "a_o"} & set(self._headings.columns) - set(factors):

@@ -25,7 +25,7 @@ class StreamOptions:
         Unit of the outputs; None takes that of the stream.
     unit : str
         Unit of the accelerations, ``"g"`` or ``"m/s^2"``.
-    gravity : float or None
+    local_gravity : float or None
         Gravity where it was calibrated; None takes that of the calibration [m/s^2].
     output_uncertainty : float
         Standard uncertainty of an output [output unit of the calibration].
@@ -46,7 +46,7 @@ class StreamOptions:
     temperature: float | None = None
     output_unit: str | None = None
     unit: str = "g"
-    gravity: float | None = None
+    local_gravity: float | None = None
     output_uncertainty: float = 0.0
     temperature_uncertainty: float = 0.0
     extrapolate: bool = False
@@ -64,7 +64,7 @@ def acceleration_scale(options: StreamOptions, gravity: float | None) -> float:
     ----------
     options : StreamOptions
         The unit that is wanted.
-    gravity : float or None
+    local_gravity : float or None
         Gravity where it was calibrated [m/s^2].
 
     Returns
@@ -77,12 +77,12 @@ def acceleration_scale(options: StreamOptions, gravity: float | None) -> float:
     InputError
         If the gravity is needed and not known, or found nowhere on Earth.
     """
-    Apparatus(local_gravity=options.gravity)  # refuses what is found nowhere on Earth
+    Apparatus(local_gravity=options.local_gravity)  # refuses what is found nowhere on Earth
     if options.unit == "g":
         return 1.0
     if not gravity:
         raise InputError(
-            "m/s^2 needs the gravity of the place of calibration; give it by gravity=..., or"
+            "m/s^2 needs the gravity of the place of calibration; give it by local_gravity=..., or"
             " stay with g"
         )
     return gravity

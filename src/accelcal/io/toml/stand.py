@@ -19,7 +19,7 @@ SCHEMA = "accelcal/stand/1"
 
 _KEYS = {"schema": str, "name": str, "source": str, "conditions": dict, "components": dict}
 _CONDITIONS = {
-    "gravity_m_per_s2": ("gravity", float, 1.0),
+    "gravity_m_per_s2": ("local_gravity", float, 1.0),
     "room_temperature_degC": ("room_temperature", float, 1.0),
     "load_resistor_ohm": ("load", float, 1.0),
     "load_resistor_ppm_per_degC": ("load_coefficient", float, 1e-6),
@@ -96,7 +96,7 @@ def _stand(document: Mapping[str, Any], name: str) -> Stand:
         raise InputError(f"schema {document['schema']!r} is none of a stand; write {SCHEMA!r}")
     check_keys(document, _KEYS, _TYPE_NAMES, required=("schema", "name", "components"))
     conditions = _conditions(document.get("conditions", {}))
-    gravity, components = conditions.gravity, document["components"].items()
+    gravity, components = conditions.local_gravity, document["components"].items()
     return Stand(
         name=document["name"],
         components=tuple(_component(key, entry, gravity) for key, entry in components),
