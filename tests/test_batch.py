@@ -291,7 +291,7 @@ def test_no_bar_in_a_pipe(archive, run_cli, tmp_path):
         (["a", "-o", "no/x.csv"], "error: no/x.csv: its folder does not exist; create it or"),
         (["a/t000.csv", "-o", "a/t000.csv"], "error: a/t000.csv is a file to be read; name"),
         (["a", "-o", "x.csv", "--coefficients", "K9"], "error: "),
-        (["a", "-o", "x.csv", "--head-uncertainty", "-1"], "error: head_uncertainty is -1.0; it"),
+        (["a", "-o", "x.csv", "--head-uncertainty", "-1"], "error: invalid value for '--head-unc"),
         (["a", "-o", "x.csv", "--unit", "furlong"], "error: unit 'furlong' is no output unit; it"),
         (["bad", "-o", "x.csv"], "error: none of 1 file can be used, see x.errors.csv; first: bad"),
     ],
