@@ -1,5 +1,6 @@
 """What a batch is asked by files: a head, a model, effects of one's own."""
 
+import inspect
 import io
 import pickle
 from pathlib import Path
@@ -11,6 +12,7 @@ from rows_of_calibrations import warnings
 
 import accelcal
 from accelcal.archive import fitting, through
+from accelcal.archive.batch import BatchOptions
 from accelcal.archive.block import Block, fit_block
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import find_sources
@@ -205,3 +207,15 @@ def test_resume_with_another_head_begins_anew(archive, tmp_path, monkeypatch):
     expected = accelcal.batch(archive / "tables", head=known_head(5)).tables["K2"]
     written = pd.read_csv(output, **exact_numbers())
     assert written["K2"].tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize("function", [accelcal.batch, accelcal.write_batch])
+def test_the_signature_has_the_options_of_a_fit(function):
+    """Help and completion showed ``**options``."""
+    shown, of_fit = (inspect.signature(each).parameters for each in (function, accelcal.fit))
+    handed = [*of_fit][1:]
+    assert set(BatchOptions.__annotations__) == {*handed, "overrides", "specification"}
+    assert {name: shown[name] for name in handed} == {name: of_fit[name] for name in handed}
+    assert {"jobs", "overrides", "specification"} <= set(shown)
+    assert "options" not in shown
+    assert str(shown["overrides"]) == "overrides: 'Mapping[str, Any] | None' = None"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from os import PathLike
 from os.path import realpath
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Unpack
 
 from accelcal.archive.block import Told, fit_block, fit_to_file, work
 from accelcal.archive.columns import (
@@ -28,7 +29,8 @@ from accelcal.archive.through import InMemory, Progress, work_through
 from accelcal.arguments.kinds import path_text, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag, check_function, check_options, check_text
-from accelcal.calibrate.options import Options
+from accelcal.calibrate.fit import fit
+from accelcal.calibrate.options import FitOptions, Options
 from accelcal.equality import equal
 from accelcal.errors import InputError
 from accelcal.io.csv_text import is_batch_result
@@ -124,13 +126,36 @@ class BatchFrames(NamedTuple):
         return ", ".join((*told, counted(errors, "error")))
 
 
+class BatchOptions(FitOptions, total=False):
+    """What `batch` takes beside its own arguments."""
+
+    overrides: Mapping[str, Any] | None
+    specification: Specification | None
+
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def _hands_on(function: _Function) -> _Function:
+    """Show the options that a function hands on where help and completion look for them."""
+    signature = inspect.signature(function)
+    own = [each for each in signature.parameters.values() if each.kind is not each.VAR_KEYWORD]
+    handed = {n: each for n, each in inspect.signature(fit).parameters.items() if n != "record"}
+    for name, kind in BatchOptions.__annotations__.items():
+        optional = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
+        handed.setdefault(name, optional.replace(annotation=kind.__forward_arg__))
+    vars(function)["__signature__"] = signature.replace(parameters=[*own, *handed.values()])
+    return function
+
+
+@_hands_on
 def batch(
     paths: str | PathLike[str] | Iterable[str | PathLike[str]],
     *,
     jobs: int | None = 1,
     dask: str | None = None,
     progress: Progress | None = None,
-    **options: Any,
+    **options: Unpack[BatchOptions],
 ) -> BatchFrames:
     """Fit all tables of an archive.
 
@@ -147,8 +172,9 @@ def batch(
         Is told the number of files, or of parts of large ones, that are done, and that of all,
         which grows where a table proves to be a large one.
     **options
-        Arguments of `accelcal.fit`, such as ``robust`` and ``head``; `specification`, a data sheet;
-        and `overrides`, as of `accelcal.read_table`.
+        Arguments of `accelcal.fit`: method, robust, delta0, reference_temperature, coefficients,
+        strict, temperature_laws, model and head; `overrides`, as of `accelcal.read_table`; and
+        `specification`, a data sheet.
 
     Returns
     -------
@@ -179,8 +205,8 @@ def batch(
     sources = find_sources(_texts(paths))
     kept = InMemory()
     if jobs == 1 or dask:
-        fit = partial(fit_block, settings=settings)
-        work_through(sources, fit, kept, jobs=jobs, dask=dask, tell=progress)
+        in_memory = partial(fit_block, settings=settings)
+        work_through(sources, in_memory, kept, jobs=jobs, dask=dask, tell=progress)
     else:
         with TemporaryDirectory(prefix="accelcal-") as folder:
             to_file = partial(fit_to_file, settings=settings, folder=folder)
@@ -193,6 +219,7 @@ def batch(
     )
 
 
+@_hands_on
 def write_batch(
     paths: str | PathLike[str] | Iterable[str | PathLike[str]],
     target: str | PathLike[str],
@@ -201,7 +228,7 @@ def write_batch(
     resume: bool = False,
     dask: str | None = None,
     progress: Progress | None = None,
-    **options: Any,
+    **options: Unpack[BatchOptions],
 ) -> BatchCounts:
     """Fit all tables of an archive and write the results, with a few blocks of files in memory.
 
@@ -213,7 +240,8 @@ def write_batch(
         File of the rows of the tables, which ends in ``.csv``, ``.csv.gz`` or ``.parquet``; those
         of the laws and of the errors go beside it.
     jobs, dask, progress, **options
-        As for `batch`.
+        As for `batch`: method, robust, delta0, reference_temperature, coefficients, strict,
+        temperature_laws, model, head, overrides and specification too.
     resume : bool, default False
         Go on with what an interrupted batch left.
 

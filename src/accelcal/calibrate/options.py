@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
 import numpy as np
 
@@ -23,6 +23,20 @@ if TYPE_CHECKING:
 
 TEMPERATURE_LAWS = ("tables", "readings")
 """What the temperature laws are fitted to; the first is the default."""
+
+
+class FitOptions(TypedDict, total=False):
+    """Arguments of `accelcal.fit` by their names, as others hand them on."""
+
+    method: str
+    robust: bool
+    delta0: float | None
+    reference_temperature: float | None
+    coefficients: Sequence[str]
+    strict: bool
+    temperature_laws: str
+    model: Discovery | None
+    head: HeadCalibration | None
 
 
 class Options(NamedTuple):
