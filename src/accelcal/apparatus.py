@@ -71,8 +71,13 @@ class Apparatus:
             largest, unit = _LARGEST.get(item.name, (np.inf, ""))
             if value is not None and value >= largest:
                 raise InputError(f"{item.name} is {value}; it is below {largest:g} {unit}")
-        if self.local_gravity is not None and not 9.7 < self.local_gravity < 9.9:
-            raise InputError(
-                f"local gravity {self.local_gravity} m/s^2 is found nowhere on Earth; it lies"
-                " between 9.76 and 9.84, in m/s^2"
-            )
+        require_gravity_of_earth(self.local_gravity)
+
+
+def require_gravity_of_earth(value: float | None) -> None:
+    """Demand a local gravity that a place on Earth may have, if one is given [m/s^2]."""
+    if value is not None and not 9.7 < value < 9.9:
+        raise InputError(
+            f"local gravity {value} m/s^2 is found nowhere on Earth; it lies between 9.76 and 9.84,"
+            " in m/s^2"
+        )

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.accelerometer import Accelerometer
+from accelcal.apparatus import require_gravity_of_earth
 from accelcal.arguments.kinds import several
 from accelcal.arguments.numbers import check_number
 from accelcal.arrays import Array, Numbers, Places
@@ -117,11 +118,7 @@ class StandConditions:
         check_number(**{name: value for name, value in optional.items() if value is not None})
         check_number(**{name: getattr(self, name) for name in _LARGEST})
         check_number(**{f"range {n}": size for n, size in enumerate(self.ranges, 1)})
-        if self.local_gravity is not None and not 9.7 < self.local_gravity < 9.9:
-            raise InputError(
-                f"local gravity {self.local_gravity} m/s^2 is found nowhere on Earth; it lies"
-                " between 9.76 and 9.84"
-            )
+        require_gravity_of_earth(self.local_gravity)
         if self.load is not None and not 1e-6 < self.load < 1e12:
             raise InputError(f"load is {self.load} ohm; it lies between 1e-6 and 1e12")
         for name in ("room_temperature", "load_coefficient"):
