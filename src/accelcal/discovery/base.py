@@ -22,6 +22,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.discovery.spans import lengths
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
+from accelcal.geometry import accelerations
 from accelcal.model import SEEN_IN_MOUNTING
 from accelcal.numerics.sorting import distinct
 from accelcal.plural import named
@@ -105,30 +106,54 @@ def base_model(
             f"{_of_some_runs(record, ideal.input)}the readings do not follow the angle of the head;"
             " discovery needs a tumble test of an accelerometer"
         )
-    law, names = _law(ideal.excess)
-    runs = (ideal.run[:, None] == np.arange(ideal.run.max() + 1)).astype(float)
+    gain, inside, names = _brackets(record, ideal)
+    first = BaseModel(
+        nominal=nominal,
+        reading=record.output / nominal,
+        gain=gain,
+        inside=inside,
+        names=names,
+        conditions=ideal,
+    )
+    model = _over_scale_factor(first)
+    return replace(model, conditions=_fitted_conditions(model, solve(model)))
+
+
+def turned(model: BaseModel, record: TumbleRecord, angle: Array, delta0: float) -> BaseModel:
+    """The model of the same readings where the head has turned by so much more [rad].
+
+    Its conditions have the accelerations of an accelerometer without misalignment.
+    """
+    degrees = record.angle + np.degrees(angle)
+    sensed = accelerations(degrees, delta0, record.mounting)
+    c = replace(
+        model.conditions,
+        angle=degrees,
+        input=sensed.input,
+        cross=sensed.pendulous + sensed.output,  # one of the two is zero
+        axial=sensed.input,
+    )
+    gain, inside, _ = _brackets(record, c)
+    return replace(model, gain=gain, inside=inside, conditions=c)
+
+
+def _brackets(record: TumbleRecord, c: Conditions) -> tuple[Array, Array, tuple[str, ...]]:
+    """Columns of the two brackets under some conditions, and the coefficients they belong to."""
+    law, names = _law(c.excess)
+    runs = (c.run[:, None] == np.arange(c.run.max() + 1)).astype(float)
     gain, of_gain = [law], [f"K1{name}" for name in names]
     inside, of_inside = [law], [f"K0{name}" for name in names]
     if record.apparatus.launch_sf_uncertainty is None:
         gain, of_gain = [*gain, runs], of_gain + ["K1"] * runs.shape[1]
     if record.apparatus.launch_uncertainty is None:
         inside, of_inside = [*inside, runs], of_inside + ["K0"] * runs.shape[1]
-    inside += [ideal.input[:, None] ** 2, ideal.input[:, None] ** 3]
+    inside += [c.input[:, None] ** 2, c.input[:, None] ** 3]
     of_inside += ["K2", "K3"]
     for axis, (tilt, coupling) in _axes(record).items():
-        cross = np.where(np.char.startswith(record.mounting, axis), ideal.cross, 0.0)
-        inside += [cross[:, None] * law, (cross * ideal.input)[:, None]]
+        cross = np.where(np.char.startswith(record.mounting, axis), c.cross, 0.0)
+        inside += [cross[:, None] * law, (cross * c.input)[:, None]]
         of_inside += [*(f"{tilt}{name}" for name in names), coupling]
-    first = BaseModel(
-        nominal=nominal,
-        reading=record.output / nominal,
-        gain=np.hstack(gain),
-        inside=np.hstack(inside),
-        names=(*of_gain, *of_inside),
-        conditions=ideal,
-    )
-    model = _over_scale_factor(first)
-    return replace(model, conditions=_fitted_conditions(model, solve(model)))
+    return np.hstack(gain), np.hstack(inside), (*of_gain, *of_inside)
 
 
 def _of_some_runs(record: TumbleRecord, a_i: Array) -> str:
@@ -224,7 +249,7 @@ def _fitted_conditions(model: BaseModel, parameters: Array) -> Conditions:
     slopes = solve(laws)
     return replace(
         c,
-        axial=c.input + _tilt(model, parameters),
+        axial=c.input + tilt(model, parameters),
         indicated=inside,
         gain=gain,
         per_degree=_per_degree(laws, slopes, c.excess >= 0.0),
@@ -232,7 +257,7 @@ def _fitted_conditions(model: BaseModel, parameters: Array) -> Conditions:
     )
 
 
-def _tilt(model: BaseModel, parameters: Array) -> Array:
+def tilt(model: BaseModel, parameters: Array) -> Array:
     """Part of the cross-axis acceleration that lies along the true input axis [g]."""
     own = np.array([name.startswith("M") and "_i" not in name for name in model.names])
     inside = own[model.gain.shape[1] :]

@@ -17,6 +17,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.gaps import gaps_with
 from accelcal.discovery.instance import (
     Instance,
@@ -99,6 +100,10 @@ def correction(
     comparison = compared(record, reference_temperature, delta0, tuple(instances))
     shown = [_is_visible(comparison, item) for item in instances]
     fitted = [item for item, is_shown in zip(instances, shown, strict=True) if is_shown]
+    straight = straightened(comparison, fitted, delta0)
+    if straight is not None:
+        record = straight
+        comparison = compared(record, reference_temperature, delta0, tuple(instances))
     new = iter(_sizes(comparison, fitted))
     effects = tuple(
         replace(found, parameters=next(new)) if is_shown else found

@@ -173,7 +173,8 @@ def _discovery(
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
     said = list(_caveats(look, named, unexplained))
-    as_given = _as_given(comparison, record, found, question) if found else None
+    changed = found or comparison.record is not record
+    as_given = _as_given(comparison, record, found, question) if changed else None
     return Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
         before=as_given or steps[0],

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family, family_of, with_rates
 from accelcal.discovery.gaps import gap_of
@@ -23,6 +24,9 @@ _SAME_NOISE = 0.01
 
 _WIDER = 1.05
 """Ratio of the gap with some effects to that without from which they are none."""
+
+_EXACT = 3
+"""Most searches by exact laws, each with the effects of the one before."""
 
 
 class Question(NamedTuple):
@@ -52,8 +56,24 @@ class Look(NamedTuple):
 
 
 def look_through(record: TumbleRecord, question: Question) -> Look:
-    """Search a record whose faults are mended for effects, and for what could look like them."""
-    return _beyond_disturbances(_searched(record, question), question)
+    """Search a record whose faults are mended for effects, and for what could look like them.
+
+    Where effects are so large that their exact laws differ from those of small ones, the readings
+    of the look are without the difference.
+    """
+    first = look = _beyond_disturbances(_searched(record, question), question)
+    for _ in range(_EXACT if first.findings.named else 0):
+        known = look.findings.named[0]
+        straight = straightened(first.comparison, known.instances, question.delta0)
+        if straight is None:
+            return look
+        again = _beyond_disturbances(_searched(straight, question), question)
+        if not again.findings.named or not known.ids & again.findings.named[0].ids:
+            return look
+        look = again
+        if look.findings.named[0].ids == known.ids:
+            break
+    return look
 
 
 def _searched(record: TumbleRecord, question: Question) -> Look:

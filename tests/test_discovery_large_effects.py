@@ -1,0 +1,68 @@
+"""Effects so large that the law of small ones does not hold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.discovery.comparison import compared
+from accelcal.discovery.exact_law import straightened
+from accelcal.discovery.instance import instance_of
+from accelcal.effects.catalogue import effect
+from accelcal.simulation import NoiseComponents, TumblePlan
+
+PLAN = TumblePlan(strokes=8, temperatures=(20.0,))
+QUIET = NoiseComponents(head=0.0, temperature=0.0)
+
+
+def off_by(quantity, truth):
+    """Error of a quantity over its expanded uncertainty."""
+    return abs(quantity.value - truth) / quantity.expanded_uncertainty
+
+
+@pytest.mark.parametrize("hidden", ["backlash", "hysteresis"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_lag_of_milliradians_leaves_nothing_and_has_its_size(hidden, seed):
+    size = 6e-3
+    record = accelcal.simulate(plan=PLAN, seed=seed, effects=[effect(hidden).of(size)])
+    found = accelcal.discover(record)
+    assert [item.id for item in found.effects] == [hidden]
+    assert found.unexplained is None
+    assert found.after.reduced_chi2 < 1.5
+    assert found.before.rms > 1e-3  # that of the readings as they are
+    told = next(iter(found.effects[0].parameters.values()))
+    assert off_by(told, size) < 1.3
+    again = accelcal.fit(record, model=found)
+    told = next(iter(again.effects[0].parameters.values()))
+    assert off_by(told, size) < 1.3
+    assert off_by(again.tables[0].coefficients["K1"], 1.35) < 1.3
+
+
+def test_small_effects_leave_the_readings_as_they_are():
+    known = effect("backlash").of(2e-5)
+    comparison = compared(accelcal.simulate(plan=PLAN, seed=1, effects=[known]), 20.0)
+    assert straightened(comparison, [instance_of(known)], 0.0) is None
+
+
+def test_readings_that_do_not_settle_stay_as_they_are():
+    known = effect("dead-zone").of(2e-3)  # wider than the misalignment
+    comparison = compared(accelcal.simulate(plan=PLAN, seed=1, effects=[known]), 20.0)
+    assert straightened(comparison, [instance_of(known)], 0.0) is None
+
+
+def test_without_what_is_beyond_them_small_laws_hold_to_the_last_digit():
+    """Without noise, and with an angle and an output at once."""
+    known = [effect("backlash").of(4e-3), effect("stroke-offset").of(2e-3)]
+    silent = NoiseComponents(reading=0.0, head=0.0, launch=0.0, launch_sf=0.0, temperature=0.0)
+    plan = replace(PLAN, temperatures=(20.0, 60.0), delta0=0.01, resolution=0.0)
+    record = accelcal.simulate(plan=plan, noise=silent, seed=1, effects=known, declare=False)
+    noisy = accelcal.simulate(plan=plan, noise=QUIET, seed=1, effects=known)
+    noise = compared(noisy, 20.0, 0.01).noise
+    comparison = compared(record, 20.0, 0.01, noise=noise)
+    straight = straightened(comparison, list(map(instance_of, known)), 0.01)
+    assert straight is not None
+    again = compared(straight, 20.0, 0.01, noise=noise)
+    directions = again.directions(*map(instance_of, known))
+    left = again.seen - directions @ np.linalg.lstsq(directions, again.seen)[0]
+    assert np.abs(left).max() < 0.02
