@@ -264,13 +264,24 @@ def test_the_verdict_tells_a_run_that_scatters_more():
 
 def test_the_verdict_tells_correlated_neighbours():
     record = of_two_cycles(2)
-    walk = np.cumsum(np.random.default_rng(5).standard_normal(len(record)))
-    found = accelcal.discover(replace(record, output=record.output + 3e-5 * walk))
+    noise = np.random.default_rng(2).standard_normal(len(record))
+    for place in range(1, noise.size):
+        noise[place] += 0.7 * noise[place - 1]
+    found = accelcal.discover(replace(record, output=record.output + 3e-5 * noise))
     assert found.effects == ()
+    assert found.unexplained is None
     (said,) = found.reservations
     assert said.startswith("neighbouring readings are correlated by +0.")
     assert accelcal.Discovery.from_document(found.to_document()).reservations == (said,)
     assert said in " ".join(str(found).split())
+
+
+def test_a_walk_is_more_than_correlated_neighbours():
+    record = of_two_cycles(2)
+    walk = np.cumsum(np.random.default_rng(5).standard_normal(len(record)))
+    found = accelcal.discover(replace(record, output=record.output + 3e-5 * walk))
+    assert found.effects == ()
+    assert found.unexplained.structure.startswith("something slow: most like a bias that wanders")
 
 
 def test_the_verdict_tells_readings_that_scatter_more_than_their_std():

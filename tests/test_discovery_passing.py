@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 import accelcal
-from accelcal.discovery import passing
+from accelcal.discovery import passing, slow
 from accelcal.discovery.comparison import compared
+from accelcal.discovery.family import Judgement
 from accelcal.discovery.noise import memory
+from accelcal.discovery.search import Findings
+from accelcal.discovery.unexplained import chance_without_name
 from accelcal.simulation import NoiseComponents, TumblePlan
 
 TIMED = TumblePlan(timed=True)
@@ -63,7 +66,7 @@ def test_an_oscillation_is_told_with_its_period(minutes):
 
 @pytest.mark.parametrize(("first", "last"), [(60, 68), (116, 130)])
 def test_a_shift_for_a_time_is_told_with_its_place_and_size(first, last):
-    found = accelcal.discover(disturbed(for_a_time(first, last, 4.0 * NOISE)))
+    found = accelcal.discover(disturbed(for_a_time(first, last, 4.0 * NOISE), seed=3))
     assert found.effects == ()
     told = re.match(
         r"the bias is shifted for a time, by \+([\d.]+) ug in (\d+) readings of run (\d),",
@@ -177,7 +180,8 @@ def test_a_shift_of_scale_factor_or_misalignment_is_told(what, unit, by, wave):
 
 
 def test_too_many_readings_are_not_searched(monkeypatch):
-    monkeypatch.setattr(passing, "_MOST", 20)
+    monkeypatch.setattr(passing, "MOST", 20)
+    monkeypatch.setattr(slow, "MOST", 20)
     found = accelcal.discover(disturbed(to_and_fro(780.0, 2.0 * NOISE)))
     assert found.unexplained is None
     assert "neighbouring readings are correlated" in " ".join(found.notes)
@@ -195,3 +199,55 @@ def test_one_time_for_a_whole_run_tells_no_oscillation(of_run):
     record = disturbed(in_a_stroke(1, 4, 8.0 * NOISE))
     found = accelcal.discover(replace(record, time=of_run * record.run))
     assert found.unexplained.structure.startswith("the noise of stroke")
+
+
+def walking(size):
+    """A bias that goes a random step from each reading to the next."""
+
+    def bias(record):
+        steps = np.random.default_rng(7).standard_normal(len(record))
+        return size * np.cumsum(steps)
+
+    return bias
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_bias_that_walks_is_something_slow_and_no_noise_with_a_memory(seed):
+    found = accelcal.discover(disturbed(walking(NOISE), seed=seed))
+    assert not {item.id for item in found.effects} - set(found.doubtful)
+    assert found.unexplained is not None
+
+
+def test_something_slow_is_told_by_what_wanders_and_by_how_much():
+    walk = walking(2.0 * NOISE)(record := disturbed(nothing))
+    told = slow.slow(compared(disturbed(lambda _: walk), 20.0), (), 0.01)
+    found = re.fullmatch(
+        r"something slow: most like a bias that wanders, as a random walk, by ([\d.]+) ug rms in a"
+        r" run",
+        told.structure,
+    )
+    of_runs = [walk[record.run == run] for run in range(3)]
+    rms = np.sqrt(np.mean([np.var(own) for own in of_runs]))
+    assert float(found[1]) == pytest.approx(1e6 * rms, rel=0.2)
+    assert 0.0 < told.share < 1.0
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5])
+def test_noise_with_a_memory_of_half_is_nothing_slow(rho):
+    told = []
+    for seed in range(25):
+        record = disturbed(nothing, seed=seed, plan=TumblePlan(temperatures=(20.0, 60.0)))
+        c = compared(record, 20.0).model.conditions
+        draws = np.random.default_rng(seed).standard_normal(len(record))
+        noise = 4.0 * NOISE * np.linalg.cholesky(memory(c, rho)) @ draws
+        noisy = replace(record, output=record.output + 1.35 * noise)
+        told.append(slow.slow(compared(noisy, 20.0), (), 0.01, seed))
+    assert sum(each is not None for each in told) <= 1
+
+
+def test_a_disagreement_without_a_name_takes_half_the_rate():
+    def findings(p_value):
+        return Findings(Judgement(p_value, np.ones(1), np.ones(1)), (), None)
+
+    assert chance_without_name(findings(0.004)) == 0.008
+    assert chance_without_name(findings(0.7)) == 1.0

@@ -31,16 +31,20 @@ def dummies(*keys: NDArray[np.generic]) -> Array:
     return np.asarray(index[:, None] == np.arange(index.max() + 1), dtype=np.float64)
 
 
+def repeated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
+    """A column for each position of each run and mounting and sense of rotation, shape (n, k)."""
+    return dummies(c.run, mounting, np.round(c.angle, 6), c.rotation)
+
+
 def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
     """Columns that take up everything that repeats, so that only noise is left, shape (n, k).
 
     Run x mounting x position x sense of rotation, the cycles of each run, a drift in each run, and
     a drift of each position from cycle to cycle.
     """
-    repeated = dummies(c.run, mounting, np.round(c.angle, 6), c.rotation)
     cycles = dummies(c.run, cycle(c))
     runs = dummies(c.run)
-    return np.hstack([repeated, cycles, runs * c.run_time[:, None], worn(c)])
+    return np.hstack([repeated(c, mounting), cycles, runs * c.run_time[:, None], worn(c)])
 
 
 def worn(c: Conditions) -> Array:

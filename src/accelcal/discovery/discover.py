@@ -28,7 +28,7 @@ from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings
 from accelcal.discovery.solution import changes, parameters_of, solution
-from accelcal.discovery.unexplained import what_is_left
+from accelcal.discovery.unexplained import chance_without_name, what_is_left
 from accelcal.discovery.where import shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
@@ -192,7 +192,7 @@ def _discovery(
         notes=tuple(caveat.text for caveat in said),
         doubtful=tuple(dict.fromkeys(name for caveat in said for name in caveat.doubted)),
         reservations=tuple(caveat.reservation for caveat in said if caveat.reservation),
-        p_value=min(findings.before.p_value, unexplained.p_value if unexplained else 1.0),
+        p_value=_p_value(findings, unexplained),
         alpha=question.alpha,
         serial=record.serial,
         T0_degC=question.reference,
@@ -202,6 +202,11 @@ def _discovery(
         software=SOFTWARE,
         sha256=record.sha256,
     )
+
+
+def _p_value(findings: Findings, unexplained: Unexplained | None) -> float:
+    own = findings.before.p_value if findings.named else chance_without_name(findings)
+    return min(own, unexplained.p_value if unexplained else 1.0)
 
 
 def _caveats(look: Look, named: Explanation | None, left: Unexplained | None) -> Iterator[Caveat]:

@@ -15,10 +15,19 @@ from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.passing import passing
 from accelcal.discovery.run_noise import TOO_LOUD, LoudRun, loud_run
 from accelcal.discovery.search import Findings
+from accelcal.discovery.slow import slow
 from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.where import pattern, structure
 from accelcal.discovery.without_entry import without_entry
 from accelcal.results.findings import Unexplained
+
+_UNNAMED = 0.5
+"""Part of the false-alarm rate of a disagreement that has no name."""
+
+
+def chance_without_name(findings: Findings) -> float:
+    """Chance that noise disagrees as much with the model, over the part that is for no name."""
+    return min(1.0, findings.before.p_value / _UNNAMED)
 
 
 def what_is_left(
@@ -30,11 +39,13 @@ def what_is_left(
     """
     found, comparison = findings.explanations, family.comparison
     beside = findings.named[0].instances if findings.named else ()
-    if not found and findings.before.p_value < alpha:
-        told = None if findings.main else without_entry(family, alpha, findings.before.p_value)
+    if not found and chance_without_name(findings) < alpha:
+        told = (
+            None if findings.main else without_entry(family, alpha, chance_without_name(findings))
+        )
         left: Unexplained | None = told or shift or _pattern(family, findings)
     else:
-        left = passing(comparison, beside, alpha, seed)
+        left = passing(comparison, beside, alpha, seed) or slow(comparison, beside, alpha, seed)
     loud = loudest(comparison, beside)
     if loud is None or loud.ratio < TOO_LOUD or loud.p_value >= alpha:
         return left

@@ -84,7 +84,7 @@ def _wandering(
     space, c, sigma = comparison.space, comparison.model.conditions, comparison.noise.sigma
     units = comparison.directions(*instances)
     with_all = _log_likelihood(without(comparison.seen, orthonormal(units)))
-    waves, frequency = _half_waves(c)
+    waves, frequency = half_waves(c)
     seen = {
         what: space.see((c.gain * column)[:, None] * waves * sigma)
         for what, column in coefficient_columns(c).items()
@@ -106,7 +106,7 @@ def _log_likelihood(white: Array) -> float:
     return -0.5 * float(white @ white)
 
 
-def _half_waves(c: Conditions) -> tuple[Array, Array]:
+def half_waves(c: Conditions) -> tuple[Array, Array]:
     """Cosines of mean square 1 along each run, and how many half waves each has."""
     runs = dummies(c.run)
     place = np.zeros(c.number.size)

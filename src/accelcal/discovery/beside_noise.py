@@ -1,0 +1,204 @@
+"""Disturbances beside noise with a memory: how likely, and how often noise looks like them.
+
+The noise is that of an AR(1) process, of any size and one of some correlations. It stands beside a
+disturbance against such noise alone, each with the correlation that suits it best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array, Ints
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.family import independent
+from accelcal.discovery.noise import memory
+from accelcal.discovery.spans import orthonormal
+from accelcal.effects.conditions import Conditions
+
+MOST = 600
+"""Degrees of freedom above which nothing is looked for, as it would take minutes."""
+
+_TAILS = 9.0
+"""Degrees of freedom of the Student distribution of the noise that is drawn, unless the tails of
+the readings are heavier: a hundred readings do not tell that they are lighter."""
+
+_DRAWS = ((99, 0.04), (900, 0.005), (1000, 0.0))
+"""Draws of noise, and the chance below which more are made."""
+
+
+class Kind(NamedTuple):
+    """Disturbances of one kind, s of them with k amplitudes each."""
+
+    each: int  # amplitudes
+    actions: Any  # sparse array, (s * k, n), as most act on a few readings [g per g]
+    variances: tuple[float, ...]  # of the amplitudes that are tried, over that of the noise
+    told: Callable[[int, float, Array], str]  # of which one, its variance, what it does [g]
+
+    def columns(self, place: int) -> Array:
+        """What the amplitudes of one of them do, shape (n, k)."""
+        own = self.actions[place * self.each : (place + 1) * self.each]
+        return np.asarray(own.toarray().T)
+
+
+class Noise(NamedTuple):
+    """Noise of one correlation, in d dimensions of pure error."""
+
+    whitener: Array  # (d, d)
+    log_determinant: float
+    kinds: tuple[_Seen, ...]
+
+
+class _Seen(NamedTuple):
+    """A kind in whitened pure error, v variances of s disturbances."""
+
+    bases: Array  # (v * s, k, d): what is taken up is the sum of squares in these
+    penalties: Array  # (v * s, 1): half of the logarithms of the variances
+
+
+class Trial(NamedTuple):
+    """Kinds of disturbances beside noise, for the readings that something leaves.
+
+    Attributes
+    ----------
+    left : ndarray, shape (n, d)
+        Orthonormal basis of what is left of the readings.
+    error : ndarray, shape (d,)
+        The readings in it [g].
+    noises : tuple of Noise
+        Noise of each correlation that is tried.
+    p_values : ndarray, shape (kinds,)
+        Chance that noise gains as much by any kind as the readings by this one, over the share that
+        the kinds have of the false-alarm rate.
+    beyond : ndarray, shape (kinds,)
+        Gain in likelihood by each kind beyond that of nearly all noise.
+    """
+
+    left: Array
+    error: Array
+    noises: tuple[Noise, ...]
+    p_values: Array
+    beyond: Array
+
+    def best(self, alpha: float) -> int | None:
+        """Which kind gains most beyond noise, of those with a chance below a rate, if any has."""
+        if self.p_values.min() >= alpha:
+            return None
+        return int(np.argmax(np.where(self.p_values < alpha, self.beyond, -np.inf)))
+
+    def likeliest(self, kind: int) -> tuple[Array, Array, int]:
+        """Whitener (d, n) and whitened error of the likeliest noise, and which of a kind it is."""
+        found = np.array(
+            [_likelihoods(noise, self.error[:, None])[1][kind][:, 0] for noise in self.noises]
+        )
+        rho, which = np.unravel_index(found.argmax(), found.shape)
+        whitener = self.noises[int(rho)].whitener
+        return whitener @ self.left.T, whitener @ self.error, int(which)
+
+
+def tried(
+    comparison: Comparison,
+    taken: Array,
+    kinds: Sequence[tuple[Kind, float]],
+    rhos: Sequence[float],
+    share: float,
+    seed: int,
+) -> Trial:
+    """Try kinds of disturbances in what some columns leave of the readings.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The readings.
+    taken : ndarray, shape (n, k)
+        Columns of whatever rank.
+    kinds : sequence of pairs
+        Kinds with their weights: in noise alone, one of twice the weight seems to be there twice as
+        often.
+    rhos : sequence of float
+        Correlations of neighbours that the noise may have.
+    share : float
+        Part of the false-alarm rate that is theirs.
+    seed : int
+        Of the noise that is drawn.
+    """
+    c, relative = comparison.model.conditions, comparison.noise.relative
+    own = orthonormal(taken)
+    left = np.asarray(np.linalg.qr(own, mode="complete")[0][:, own.shape[1] :])
+    noises = tuple(_noise(c, left, [kind for kind, _ in kinds], rho, relative) for rho in rhos)
+    error = left.T @ comparison.model.residual(comparison.parameters)
+    gains, alone = _gains(noises, error[:, None])
+    root = left.T @ np.linalg.cholesky(memory(c, rhos[int(alone[0])], relative))
+    tails, rng = min(comparison.noise.tails, _TAILS), np.random.default_rng(seed)
+
+    def draw(draws: int) -> Array:
+        return np.asarray(root @ independent(tails, rng, (root.shape[1], draws)))
+
+    weights = np.array([weight for _, weight in kinds])
+    p_values, beyond = _chances(noises, gains[:, 0], weights, draw)
+    return Trial(left, error, noises, np.minimum(p_values / share, 1.0), beyond)
+
+
+def _noise(
+    c: Conditions, left: Array, kinds: Sequence[Kind], rho: float, relative: Array | None
+) -> Noise:
+    covariance = left.T @ memory(c, rho, relative) @ left
+    whitener = np.linalg.inv(np.linalg.cholesky(covariance))
+    seen = tuple(_seen(whitener @ left.T, kind) for kind in kinds)
+    return Noise(whitener, -2.0 * float(np.log(np.diag(whitener)).sum()), seen)
+
+
+def _seen(see: Array, kind: Kind) -> _Seen:
+    seen = (kind.actions @ see.T).reshape(-1, kind.each, len(see))
+    values, vectors = np.linalg.eigh(seen @ seen.mT)
+    kept = values > 1e-6 * values.max()
+    values = np.where(kept, values, 1.0)
+    bases, penalties = [], []
+    for variance in kind.variances:
+        bases.append((vectors * (kept / np.sqrt(values + 1.0 / variance))[:, None]).mT @ seen)
+        grown = np.log1p(variance * values) if np.isfinite(variance) else np.zeros_like(values)
+        penalties.append(0.5 * (kept * grown).sum(axis=1))
+    return _Seen(np.concatenate(bases), np.concatenate(penalties)[:, None])
+
+
+def _likelihoods(noise: Noise, errors: Array) -> tuple[Array, list[Array]]:
+    """Logarithms for K errors with noise of any size: alone, (K,), beside each kind, (v * s, K)."""
+    white = noise.whitener @ errors
+    squares = (white**2).sum(axis=0)
+    start, half = -0.5 * noise.log_determinant, 0.5 * len(white)
+    beside = []
+    for bases, penalties in noise.kinds:
+        taken = ((bases.reshape(-1, len(white)) @ white) ** 2).reshape(*bases.shape[:2], -1)
+        rest = np.maximum(squares - taken.sum(axis=1), 1e-12 * squares)
+        beside.append(start - penalties - half * np.log(rest))
+    return start - half * np.log(squares), beside
+
+
+def _gains(noises: Sequence[Noise], errors: Array) -> tuple[Array, Ints]:
+    """Gain in likelihood by the best of each kind, (kinds, K), and which noise is best alone."""
+    found = [_likelihoods(noise, errors) for noise in noises]
+    alone = np.array([own for own, _ in found])
+    beside = np.array([[kind.max(axis=0) for kind in own] for _, own in found])
+    return beside.max(axis=0) - alone.max(axis=0), alone.argmax(axis=0)
+
+
+def _chances(
+    noises: Sequence[Noise], gains: Array, weights: Array, draw: Callable[[int], Array]
+) -> tuple[Array, Array]:
+    """Chance that noise gains as much by any kind, and what is gained beyond nearly all noise.
+
+    The kinds are judged together by the smallest weighted chance that a draw of noise has among
+    them: many of them see the same, so that their number would count too much.
+    """
+    found = np.empty((gains.size, 0))
+    for draws, possible in _DRAWS:
+        found = np.hstack([found, _gains(noises, draw(draws))[0]])
+        above = (found >= gains[:, None]).sum(axis=1)
+        if above.min() > possible * found.shape[1]:
+            break
+    ranks = found.shape[1] - np.argsort(np.argsort(found, axis=1), axis=1)
+    smallest = (ranks / weights[:, None]).min(axis=0)  # the rank of the largest gain is 1
+    as_rare = (smallest <= (above / weights)[:, None]).sum(axis=1)
+    return (1.0 + as_rare) / (1.0 + found.shape[1]), gains - np.quantile(found, 0.99, axis=1)
