@@ -66,3 +66,14 @@ def test_without_what_is_beyond_them_small_laws_hold_to_the_last_digit():
     directions = again.directions(*map(instance_of, known))
     left = again.seen - directions @ np.linalg.lstsq(directions, again.seen)[0]
     assert np.abs(left).max() < 0.02
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_large_loop_in_which_the_head_begins_at_rest_makes_no_outlier(seed):
+    """A decay was taken for it, and what that left of the second reading for an outlier."""
+    plan = TumblePlan(strokes=4, temperatures=(20.0,), resolution=0.0)
+    known = effect("hysteresis").of(2e-3, approach=0.0)
+    found = accelcal.discover(accelcal.simulate(plan=plan, seed=seed, effects=[known]))
+    assert found.faults == ()
+    assert [item.id for item in found.effects] == ["hysteresis"]
+    assert found.effects[0].parameters["half_width"].expanded_uncertainty < 1e-5

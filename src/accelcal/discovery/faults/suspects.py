@@ -6,6 +6,7 @@ the last one that it does not explain takes those before it along (Rosner's gene
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -82,9 +83,9 @@ class Views(NamedTuple):
         if step.is_exchange:
             pair, readings = list(step.readings), readings.copy()
             readings[pair] = readings[pair[::-1]]
-            views = [view.changed(step.column) for view in three]
+            views = [view.changed(step.columns[:, 0]) for view in three]
         else:
-            views = [view.without(step.column) for view in three]
+            views = [reduce(PureError.without, step.columns.T, view) for view in three]
         return Views(readings, self.weight, self.least, self.conditions, *views)
 
 
@@ -97,7 +98,7 @@ class Suspect(NamedTuple):
         One reading for an outlier, two for an exchange, none for something that goes on in time.
     p_value : float
         Chance of it over all readings or pairs.
-    column : ndarray, shape (n,)
+    columns : ndarray, shape (n, k)
         What was taken out, or for an exchange the change of the readings [g].
     deviation : float
         How far an outlier is off, in standard deviations of the others.
@@ -107,7 +108,7 @@ class Suspect(NamedTuple):
 
     readings: tuple[int, ...]
     p_value: float
-    column: Array
+    columns: Array
     deviation: float = 0.0
     if_normal: float = 1.0
 
@@ -196,7 +197,7 @@ def _exchange(views: Views, pairs: Places) -> Suspect | None:
     gain = of_two / 2.0 / noise
     tries = _TRIES_OF_PAIRS * pairs.shape[1]
     chance = min(1.0, tries * f_survival(gain, 2.0, dof))
-    return Suspect(tuple(pair), chance, change)
+    return Suspect(tuple(pair), chance, change[:, None])
 
 
 def _least(views: Views, pairs: Places) -> list[int]:
@@ -224,11 +225,14 @@ def _outlier(views: Views) -> Suspect | None:
     if views.moving.dof < _FEWEST or not (view.telling & views.moving.telling).any():
         return None
     worst = _worst(views)
-    unit = np.eye(1, views.weight.size, worst)[0]
+    unit = np.eye(1, views.weight.size, worst).T
     rivals = _rivals(views.conditions, worst) * views.weight[:, None]
     gains = views.smooth.gains(rivals)
-    if gains.max() > 1.0001 * views.smooth.gains(unit[:, None])[0]:
-        return Suspect((), 1.0, rivals[:, int(np.argmax(gains))])
+    if gains.max() > 1.0001 * views.smooth.gains(unit)[0]:
+        likelier = rivals[:, [int(np.argmax(gains))]]
+        # what is over after the first reading, as a loop that begins elsewhere, is no decay of more
+        first = views.conditions.run_time[worst] == 0.0
+        return Suspect((), 1.0, np.hstack([unit, likelier]) if first else likelier)
     return _judged(views, Suspect((worst,), 1.0, unit))
 
 
