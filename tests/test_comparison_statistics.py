@@ -10,10 +10,10 @@ from scipy import stats
 
 import accelcal
 from accelcal.compensate.choice import compensation
-from accelcal.discovery.chances import Estimated, chances
 from accelcal.discovery.factors import Block
-from accelcal.discovery.repeatability import known_noise
-from accelcal.discovery.simulated import simulated_readings
+from accelcal.discovery.new_record.chances import Estimated, chances
+from accelcal.discovery.new_record.repeatability import known_noise
+from accelcal.discovery.new_record.simulated import simulated_readings
 from accelcal.discovery.space import space_of
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 

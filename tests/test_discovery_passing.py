@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import accelcal
-from accelcal.discovery import passing, slow
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.family import Judgement
 from accelcal.discovery.noise import memory
 from accelcal.discovery.search import Findings
-from accelcal.discovery.unexplained import chance_without_name
+from accelcal.discovery.unnamed import passing, slow
+from accelcal.discovery.unnamed.unexplained import chance_without_name
 from accelcal.simulation import NoiseComponents, TumblePlan
 
 TIMED = TumblePlan(timed=True)

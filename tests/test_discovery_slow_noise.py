@@ -11,7 +11,7 @@ from rivals.trial import truth_of
 from scipy.stats import multivariate_normal
 
 import accelcal
-from accelcal.discovery.wandering import _SIZES, _likeliest
+from accelcal.discovery.unnamed.wandering import _SIZES, _likeliest
 from accelcal.results.findings import Gap
 from accelcal.simulation import TumblePlan
 

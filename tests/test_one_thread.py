@@ -5,7 +5,8 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import accelcal
-from accelcal.discovery import compare, discover
+from accelcal.discovery import discover
+from accelcal.discovery.new_record import compare
 from accelcal.discovery.stand import discover as discover_of_a_stand
 from accelcal.numerics import one_thread
 from accelcal.numerics.one_thread import in_one_thread, multiply

@@ -13,8 +13,8 @@ from .compensate.apply import apply as apply
 from .compensate.at_temperature import CoefficientsAt as CoefficientsAt
 from .compensate.at_temperature import coefficients_at as coefficients_at
 from .compensate.measured import MeasuredAcceleration as MeasuredAcceleration
-from .discovery.compare import compare as compare
 from .discovery.discover import discover as discover
+from .discovery.new_record.compare import compare as compare
 from .discovery.stand.discover import discover_stand as discover_stand
 from .discovery.twin import Twin as Twin
 from .discovery.twin import twin as twin

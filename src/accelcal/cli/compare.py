@@ -42,7 +42,7 @@ def compare(
       accelcal fit table.csv -o calibration.json
       accelcal compare calibration.json next-year.csv
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
-    from accelcal.discovery.compare import compare as simulate_and_compare
+    from accelcal.discovery.new_record.compare import compare as simulate_and_compare
     from accelcal.io.documents.calibrations import read_calibrations
     from accelcal.io.documents.of_serial import records_of_serial
     from accelcal.io.tables import read_tables

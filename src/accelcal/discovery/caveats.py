@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.discovery.any_pattern import any_patterns, of_position
 from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
@@ -16,11 +15,12 @@ from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.other_laws import Alternative, other_laws, other_places
-from accelcal.discovery.passing import SMALL_UNITS
 from accelcal.discovery.solution import changes, parameters_of, solution
+from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
+from accelcal.discovery.unnamed.passing import SMALL_UNITS
+from accelcal.discovery.unnamed.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
+from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
 from accelcal.discovery.untold import said_of_untold
-from accelcal.discovery.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
-from accelcal.discovery.wide_dead_zone import said_of_silence
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.results.discovery import IF_IT_IS

@@ -10,7 +10,6 @@ from accelcal.arguments.options import check_flag
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.caveats import Caveat, caveats, of_partners
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.empirical_terms import empirical_explanation
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.gap_as_given import gap_as_given, of_all_readings
@@ -28,7 +27,8 @@ from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings
 from accelcal.discovery.solution import changes, parameters_of, solution
-from accelcal.discovery.unexplained import chance_without_name, what_is_left
+from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
+from accelcal.discovery.unnamed.unexplained import chance_without_name, what_is_left
 from accelcal.discovery.where import shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError

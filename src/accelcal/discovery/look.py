@@ -12,10 +12,10 @@ from accelcal.discovery.family import Family, family_of, with_rates
 from accelcal.discovery.gaps import gap_of
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.noise import FEWEST_REPLICATES
-from accelcal.discovery.passing import shift_in_place_of_one
 from accelcal.discovery.search import Findings, in_the_main, search
 from accelcal.discovery.solution import solution
-from accelcal.discovery.wandering import LIKELY, Wandering, wandering
+from accelcal.discovery.unnamed.passing import shift_in_place_of_one
+from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
 from accelcal.effects.effect import Effect
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Unexplained

@@ -10,7 +10,7 @@ from accelcal.discovery.caveats import Caveat
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.run_noise import TOO_LOUD
-from accelcal.discovery.unexplained import loudest
+from accelcal.discovery.unnamed.unexplained import loudest
 
 _UNEVEN = 1.2
 """Ratio of the noise of two readings that is told."""

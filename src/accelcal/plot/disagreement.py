@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from accelcal.discovery.compare import residuals_of
+from accelcal.discovery.new_record.compare import residuals_of
 from accelcal.plot.coefficients import draw_runs
 from accelcal.plot.discovery import draw_where
 from accelcal.plot.pictures import Pictures

@@ -12,13 +12,13 @@ from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import Block
 from accelcal.discovery.family import Family, judge
 from accelcal.discovery.instance import Instance, column_of
-from accelcal.discovery.passing import passing
 from accelcal.discovery.run_noise import TOO_LOUD, LoudRun, loud_run
 from accelcal.discovery.search import Findings
-from accelcal.discovery.slow import slow
 from accelcal.discovery.spans import orthonormal, squares_in
+from accelcal.discovery.unnamed.passing import passing
+from accelcal.discovery.unnamed.slow import slow
+from accelcal.discovery.unnamed.without_entry import without_entry
 from accelcal.discovery.where import pattern, structure
-from accelcal.discovery.without_entry import without_entry
 from accelcal.results.findings import Unexplained
 
 _UNNAMED = 0.5

@@ -13,12 +13,13 @@ from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
-from accelcal.discovery.calibration_errors import CalibrationErrors, calibration_errors
-from accelcal.discovery.chances import Estimated, chances
-from accelcal.discovery.changes import Uncertain, changes, wider
 from accelcal.discovery.columns import head_columns, saturated
 from accelcal.discovery.declared_noise import relative_noise
-from accelcal.discovery.errors_counted import (
+from accelcal.discovery.factors import blocks
+from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, calibration_errors
+from accelcal.discovery.new_record.chances import Estimated, chances
+from accelcal.discovery.new_record.changes import Uncertain, changes, wider
+from accelcal.discovery.new_record.errors_counted import (
     coefficient_notes,
     counted,
     freedom,
@@ -27,7 +28,15 @@ from accelcal.discovery.errors_counted import (
     notes,
     size_counted,
 )
-from accelcal.discovery.factors import blocks
+from accelcal.discovery.new_record.one_head import head_difference, is_same_head, is_turned_over
+from accelcal.discovery.new_record.repeatability import (
+    KnownNoise,
+    known_noise,
+    taken_from_calibration,
+    worse_than_known,
+)
+from accelcal.discovery.new_record.simulated import Simulated, simulated_readings
+from accelcal.discovery.new_record.suited import suited
 from accelcal.discovery.noise import (
     ReadingNoise,
     acting,
@@ -36,16 +45,7 @@ from accelcal.discovery.noise import (
     refuse_too_many,
     sources,
 )
-from accelcal.discovery.one_head import head_difference, is_same_head, is_turned_over
-from accelcal.discovery.repeatability import (
-    KnownNoise,
-    known_noise,
-    taken_from_calibration,
-    worse_than_known,
-)
-from accelcal.discovery.simulated import Simulated, simulated_readings
 from accelcal.discovery.space import Space, space_of, whitener_of
-from accelcal.discovery.suited import suited
 from accelcal.discovery.where import pattern, shares, structure
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.at_positions import said_of_positions

@@ -20,8 +20,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.compensate.coefficients import PARAMETERS, Compensation
-from accelcal.discovery.repeatability import known_noise
-from accelcal.discovery.simulated import (
+from accelcal.discovery.new_record.repeatability import known_noise
+from accelcal.discovery.new_record.simulated import (
     ERRORS,
     SHAFT,
     Simulated,

@@ -12,12 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.beside_noise import MOST, Kind, Trial, tried
 from accelcal.discovery.columns import coefficient_columns, repeated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, column_of
-from accelcal.discovery.passing import SMALL_UNITS
-from accelcal.discovery.wandering import half_waves
+from accelcal.discovery.unnamed.beside_noise import MOST, Kind, Trial, tried
+from accelcal.discovery.unnamed.passing import SMALL_UNITS
+from accelcal.discovery.unnamed.wandering import half_waves
 from accelcal.results.findings import Unexplained
 from accelcal.units import MICRO
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from accelcal.discovery.drift_anew import drift_anew
 from accelcal.discovery.family import Family
-from accelcal.discovery.wide_dead_zone import wide_dead_zone
+from accelcal.discovery.unnamed.drift_anew import drift_anew
+from accelcal.discovery.unnamed.wide_dead_zone import wide_dead_zone
 from accelcal.results.findings import Unexplained
 
 

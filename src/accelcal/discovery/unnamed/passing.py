@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.beside_noise import MOST, Kind, tried
 from accelcal.discovery.columns import coefficient_columns, dummies, saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
+from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
 from accelcal.discovery.where import structure
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.grouping import grouped

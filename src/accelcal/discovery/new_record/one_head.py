@@ -9,8 +9,8 @@ import numpy as np
 
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
-from accelcal.discovery.calibration_errors import CalibrationErrors
-from accelcal.discovery.simulated import Simulated
+from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
+from accelcal.discovery.new_record.simulated import Simulated
 from accelcal.head_angles import head_positions
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.calibration_errors import CalibrationErrors
-from accelcal.discovery.simulated import SHAFT, Simulated
+from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
+from accelcal.discovery.new_record.simulated import SHAFT, Simulated
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord

@@ -12,13 +12,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.any_pattern import of_position
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import CONTRADICTION, Explanation
 from accelcal.discovery.family import Family, agrees, chance
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.spans import lengths, orthonormal, without
-from accelcal.discovery.wandering import POSSIBLE
+from accelcal.discovery.unnamed.any_pattern import of_position
+from accelcal.discovery.unnamed.wandering import POSSIBLE
 from accelcal.results.findings import Unexplained
 from accelcal.units import MICRO
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.compensate.coefficients import Compensation
-from accelcal.discovery.calibration_errors import is_corrected
-from accelcal.discovery.one_head import is_same_file
-from accelcal.discovery.simulated import Simulated, gravity_ratio
+from accelcal.discovery.new_record.calibration_errors import is_corrected
+from accelcal.discovery.new_record.one_head import is_same_file
+from accelcal.discovery.new_record.simulated import Simulated, gravity_ratio
 from accelcal.estimate.error_components import SHIFTED
 from accelcal.estimate.launch import OTHERS_SHARE
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
