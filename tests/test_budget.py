@@ -153,9 +153,12 @@ def test_uncertainty_of_the_temperature_acts_by_the_slopes(exact):
     assert u == pytest.approx(0.1 * (-3.9e-5 + 520e-6 + 0.5 * 1.5e-6), rel=1e-3)
 
 
-def test_calibration_uncertainty_is_that_of_the_covariance(al15):
+@pytest.mark.parametrize("levels", [1, 3])
+def test_calibration_uncertainty_is_that_of_the_covariance(al15, levels):
     """x' C x / K1^2 with the table's covariance is what correlated coefficients give at T0."""
     table = al15.tables[0]
+    if levels == 1:
+        al15 = replace(al15, tables=(table,), temperature_model=None)
     a, p = 0.8, -0.6
     x = np.array([1.0, a, a**2, a**3, p, a * p])
     assert table.covariance_names == ("K0", "K1", "K2", "K3", "M", "M_ip")
