@@ -259,3 +259,35 @@ def test_what_a_caller_declares_may_have_a_unit(name, text, value):
 def test_targets_take_the_same_units():
     for name, text in (("K1", "5 ppm"), ("M", "5\u00b5rad"), ("K1", "5e-4 %"), ("K2", "5 ug/g^2")):
         assert target_value(name, text) == 5e-6
+
+
+@pytest.mark.parametrize("key", ["head_uncertainity", "Head uncertanty", "launch_bias_uncertainty"])
+def test_a_misspelt_key_is_told(key):
+    record = declared(f"{key}: 2e-5")
+    (note,) = record.notes
+    assert note.startswith(f"header line {key!r} declares nothing: the key may be meant as ")
+    assert "launch_uncertainty" in note or "head_uncertainty" in note
+
+
+@pytest.mark.parametrize("line", ["operator: 2", "head_note: 2 of 3", "resolutions: by eye"])
+def test_other_keys_are_metadata_without_a_note(line):
+    assert declared(line).notes == ()
+
+
+@pytest.mark.parametrize("key", ["T_0", "Tref", "t_ref"])
+def test_other_names_of_the_reference_temperature(key):
+    assert declared(f"{key}: 25").reference_temperature == 25.0
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "head_uncertainty (k=2): 4 arcsec",
+        "head_uncertainty: 4 arcsec (k = 2)",
+        "head_uncertainty (95 %, k=2): 4 arcsec",
+        "launch_uncertainty: 1e-5 g (2 sigma)",
+    ],
+)
+def test_an_uncertainty_with_a_factor_is_refused(line):
+    with pytest.raises(TableError, match="with a factor; give the standard uncertainty alone"):
+        declared(line)

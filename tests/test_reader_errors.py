@@ -505,6 +505,11 @@ ERRORS = {
         "1: head_uncertainty is given in 'gon'; give it in rad, mrad, urad, nrad, deg, arcmin,"
         " arcsec, g, mg, ug, ng",
     ),
+    "header with a factor": (
+        "# head_uncertainty (95 %, k=2): 4 arcsec\n" + OK,
+        "1: head_uncertainty is '4 arcsec 95 %, k=2', with a factor; give the standard uncertainty"
+        " alone, that of k = 1",
+    ),
     "header mega": (
         "# launch_uncertainty: 20 MG\n" + OK,
         "1: launch_uncertainty is given in 'MG'; give it in g, mg, ug, ng",

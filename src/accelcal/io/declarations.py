@@ -30,6 +30,7 @@ _QUANTITIES = (*APPARATUS, "reference_temperature")
 
 _DECIMAL_COMMA = re.compile(r"\d,\d")
 _NUMBER = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
+_FACTOR = re.compile(r"\bk\s*=|sigma\b|σ|\b9[59][0-9.,]*\s*%", re.IGNORECASE)
 
 
 class Declarations(NamedTuple):
@@ -227,6 +228,9 @@ def declared_number(
     TableError
         If it is no number, in a unit of something else, or out of its range.
     """
+    if _FACTOR.search(declared.value):
+        problem = f"{key} is {shown(declared.value)}, with a factor"
+        raise declared.refuse(problem, "give the standard uncertainty alone, that of k = 1")
     number, unit = number_and_unit(declared.value, decimal)
     size = _size(key, declared, unit, output_unit, gravity) if unit else 1.0
     written = f"{key} is {shown(declared.value)}"

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
+from accelcal.io.doubtful_keys import notes_of_keys
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import (
     ACROSS,
@@ -23,7 +24,7 @@ _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
-_DECLARATION = re.compile(r"([^:=,;\t]+)[:=](.*)")
+_DECLARATION = re.compile(r"((?:[^:=,;\t(\[]|[(\[][^;\t)\]]*[)\]])+|[^:=,;\t]+)[:=](.*)")
 _DECLARATION_IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
 _QUOTED = re.compile(r'"((?:[^"]|"")*)"')
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
@@ -307,7 +308,7 @@ def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, De
             elif key != "sep":
                 declare(declared, key, Declared(value, number, name))
     notes = [f"text above the headings was set aside ({listed(aside)})"] if aside else []
-    return declared, notes
+    return declared, [*notes, *notes_of_keys({key: own.value for key, own in declared.items()})]
 
 
 def _keys_and_values(line: str) -> list[tuple[str, str]]:

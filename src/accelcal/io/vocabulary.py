@@ -50,8 +50,8 @@ KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "serial": COLUMNS["serial"],
         "unit": (*COLUMNS["unit"], "output_unit"),
-        "local_gravity": ("g", "local_gravity"),
-        "reference_temperature": ("t0", "reference_temperature"),
+        "local_gravity": ("g", "g_local", "local_gravity", "gravity"),
+        "reference_temperature": ("t0", "t_0", "tref", "t_ref", "reference_temperature"),
         "positions": ("positions", "stellungen"),
         "head_uncertainty": ("head_uncertainty",),
         "launch_uncertainty": ("launch_uncertainty",),
