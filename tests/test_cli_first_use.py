@@ -238,7 +238,11 @@ RECORDS = {
     "small outputs": (lambda i: (i, 1e-300 * (2 + i)), "output '2e-300' is too small, as all"),
     "times": (
         lambda i: (1e298 * (i + 1), i),
-        "time '1e+298' is no time of a record; write seconds",
+        "time '1e+298' is no time of a record; write seconds, or name the unit of the time",
+    ),
+    "milliseconds since 1970": (
+        lambda i: (1_700_000_000_000 + 5000 * i, i),
+        "time '1700000000000' is no time of a record; write seconds, or name the unit",
     ),
     "days": (
         lambda i: (45000.0 + 5.0 * i / 86400.0, i),

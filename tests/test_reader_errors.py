@@ -310,6 +310,11 @@ ERRORS = {
         "T,J,k,Y,time\n20,1,1,1,5\n20,2,1,2,\n",
         "3: time is missing; write the time of every reading, or leave the column out",
     ),
+    "time in milliseconds since 1970": (
+        "T,J,k,Y,time\n20,1,1,1,1717143600000\n20,2,1,2,1717143660000\n",
+        "2: time '1717143600000' is no time of a record; write seconds, or name the unit of the"
+        " time in its heading, such as time [ms]",
+    ),
     "clock": (
         "T,J,k,Y,time\n20,1,1,1,25:01:05\n",
         "2: time '25:01:05' is not a number;"

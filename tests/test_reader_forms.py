@@ -581,6 +581,18 @@ def test_times_that_no_head_is_quick_enough_for_are_told(tmp_path, heading, step
     assert of_batch == "".join(notes)
 
 
+def test_a_batch_refuses_milliseconds_since_1970_too(tmp_path):
+    frame = accelcal.simulate(seed=1).to_frame().drop(columns="angle")
+    path = tmp_path / "a.csv"
+    frame.assign(time=1_717_143_600_000 + 60_000 * np.arange(len(frame))).to_csv(path, index=False)
+    found = accelcal.batch(path)
+    assert len(found.tables) == 0
+    assert "'1717143600000' is no time of a record" in found.errors["message"][0]
+    path.write_text(path.read_text().replace(",time", ",time [ms]", 1))
+    assert len(accelcal.batch(path).tables) == 3
+    assert np.diff(accelcal.read_table(path).time).tolist() == [60.0] * (len(frame) - 1)
+
+
 @pytest.mark.parametrize(("heading", "factor"), [("time", 1), ("t [min]", 60), ("time_ms", 1e-3)])
 def test_time_in_seconds(heading, factor):
     rows = [(*row, second) for second, row in enumerate(ROWS)]

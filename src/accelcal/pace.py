@@ -9,6 +9,9 @@ from accelcal.arrays import Array
 QUICKEST = 0.1
 """Mean time from reading to reading that no head is quick enough for [s]."""
 
+LATEST = 1e11
+"""Times beyond it are in another unit than s: that of the clocks of computers counts to 2e9 [s]."""
+
 _DATES = 20_000.0, 80_000.0
 """Days from 1899-12-30 to 1954 and to 2119, as spreadsheets count dates."""
 

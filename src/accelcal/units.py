@@ -78,7 +78,7 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
         "temperature": MappingProxyType({"degC": 1.0}),
         "temperature difference": MappingProxyType({"degC": 1.0, "K": 1.0, "mK": 1e-3}),
         "time": MappingProxyType(
-            {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": HOUR, "d": DAY}
+            {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": HOUR, "d": DAY}
         ),
     }
 )

@@ -337,9 +337,7 @@ def _time(columns: Mapping[str, Column]) -> NDArray[Any] | None:
     column = columns["time"]
     values = times(column, columns.get("date"), _labels(columns, "serial")[0])
     if values.dtype.kind == "f":
-        with np.errstate(over="ignore"):
-            values = in_seconds(column, values)
-        column.check(np.isfinite(values), "{} is infinite or too large", "write a finite number")
+        return in_seconds(column, values)
     return values
 
 

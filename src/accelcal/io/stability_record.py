@@ -46,9 +46,6 @@ _TWO_UNITS = "unit {} in the header, but {} in the column headings; declare one 
 _LARGEST = 1e30
 """Outputs beyond it, and below its inverse, are none [output unit]."""
 
-_LONGEST = 1e12
-"""Times beyond it are none [s]; that of the common clocks counts to 2e9."""
-
 _SHORTEST = 1e-9
 """Steps of time below it are none [s]."""
 
@@ -240,7 +237,6 @@ def _seconds(columns: Roles) -> Array:
     if found.dtype.kind != "f":
         seconds: Array = (found - found[0]) / np.timedelta64(1, "s")
         return seconds
-    column.check(np.abs(found) <= _LONGEST, "{} is no time of a record", "write seconds")
     launches = [found] if launch is None else [found[launch == i] for i in np.unique(launch)]
     if not column.unit and all(map(is_in_days, launches)):
         raise column.refuse(0, "{} may count days, as a spreadsheet does with dates", _IN_DAYS)

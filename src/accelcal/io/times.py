@@ -14,6 +14,7 @@ from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.vocabulary import TIME_UNITS
+from accelcal.pace import LATEST
 
 DAY = np.timedelta64(1, "D")
 """A day, to add clock times to."""
@@ -126,7 +127,7 @@ def in_seconds(column: Column, values: Array) -> Array:
     Raises
     ------
     TableError
-        If the unit is none of a time.
+        If the unit is none of a time, or a time is far from all clocks, as ms since 1970 are.
 
     Examples
     --------
@@ -138,7 +139,11 @@ def in_seconds(column: Column, values: Array) -> Array:
     if factor is None:
         problem = "{} is in " + unit.replace("{", "{{").replace("}", "}}")
         raise column.refuse(0, problem, "write the unit of the time, such as time [s]")
-    return values * factor
+    with np.errstate(over="ignore"):
+        seconds = values * factor
+    remedy = "write seconds, or name the unit of the time in its heading, such as time [ms]"
+    column.check(np.abs(seconds) <= LATEST, "{} is no time of a record", remedy)
+    return seconds
 
 
 def has_clock_times(column: Column) -> bool:

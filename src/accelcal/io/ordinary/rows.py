@@ -20,7 +20,7 @@ from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.parts import Leading, Parts, Stretches, leading_of, parts_of
 from accelcal.io.ordinary.plans import PLANNED, Plans, read_plans, without_gaps
 from accelcal.io.readings import FEWEST_IN_TURN, MARKERS
-from accelcal.pace import QUICKEST
+from accelcal.pace import LATEST, QUICKEST
 from accelcal.record import TumbleRecord
 
 
@@ -131,6 +131,7 @@ def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
     if time is not None and "run" not in cells.codes:
         odd |= parts.rows.any(_goes_back(time, parts.rows))
     if time is not None:
+        odd |= ~(parts.rows.highest(np.abs(time)) <= LATEST)
         odd |= parts.rows.highest(time) - parts.rows.lowest(time) < QUICKEST * (parts.rows.size - 1)
     if "serial" in cells.labels:
         odd |= cells.odd_labels("serial", parts.code)
