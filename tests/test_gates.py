@@ -655,6 +655,23 @@ def test_declared_step_that_is_not_the_one_seen():
     assert "resolution" in warned
 
 
+@pytest.mark.parametrize("declared", ["1e-4", "0.001", "0.01", "0.1", "1"])
+@pytest.mark.parametrize("strokes", [2, 6])
+def test_a_declared_step_that_the_readings_do_not_keep(declared, strokes):
+    text = f"# resolution: {declared}\n" + text_of(rounded(1e-7, strokes))
+    warned = warnings_of(accelcal.fit(accelcal.read_table(io.StringIO(text))))
+    said = f"^U counts the rounding of the declared step of {declared.replace('1e-4', '0.0001')} mA"
+    assert_said(warned, "resolution", said + r".* the readings have steps of 1e-07: check it")
+
+
+@pytest.mark.parametrize(("step", "offset"), [(2e-5, 0.0), (3e-5, 0.0), (1e-4, 0.0000371)])
+def test_a_declared_step_that_the_readings_keep(step, offset):
+    rows = [[*row[:3], round(row[3] - offset, 8)] for row in rounded(step)]
+    text = f"# resolution: {step}\n" + text_of(rows)
+    calibration = accelcal.fit(accelcal.read_table(io.StringIO(text)))
+    assert "resolution" not in warnings_of(calibration)
+
+
 @pytest.mark.parametrize("step", [1e-4, 5e-5])
 @pytest.mark.parametrize("share", [0.05, 0.1, 0.2])
 def test_strokes_that_differ_by_a_declared_step_are_no_fault(step, share):

@@ -1,9 +1,10 @@
-"""Gate on the digits of the readings: too coarse for the noise, or alike where they cannot be."""
+"""Gate on the digits of the readings: too coarse, finer than declared, or alike by no chance."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from accelcal.arrays import Array, Mask
 from accelcal.gates.copies import copied_strokes, copy_said
 from accelcal.gates.range_ends import range_ends
 from accelcal.gates.stack import TableStack
@@ -14,6 +15,9 @@ _HARMLESS = 1e-6  # g, well below the noise of any reading
 _HIDING = 0.5  # noise over step below which rounding is no longer random
 _NO_SCATTER = 1e-6  # noise over step that only rounding errors of the arithmetic make
 _ALIKE = 1.5  # visible over declared step above which the two contradict each other
+_FINER = 20.0  # declared step over that of the digits above which the two may be unlike
+_OFF = 0.1  # declared steps by which a reading is off the multiples of the step
+_MANY = 0.1  # share of such readings that contradicts the declaration
 
 
 def resolution(stack: TableStack) -> GateStack:
@@ -28,8 +32,8 @@ def resolution(stack: TableStack) -> GateStack:
     -------
     GateStack
         A warning where such a step is visible and not declared, where a stroke has the readings of
-        another one to the last digit of a fine step, or several readings the largest output or the
-        least.
+        another one to the last digit of a fine step, several readings the largest output or the
+        least, or the readings have digits that the declared step would have rounded away.
 
     Notes
     -----
@@ -41,14 +45,12 @@ def resolution(stack: TableStack) -> GateStack:
     covered = step < _ALIKE * stack.step
     untold = ~(harmless | covered | np.isfinite(stack.noise))
     bad = ~(harmless | covered | untold | (noise >= _HIDING * step))
-    copies, ends = copied_strokes(stack), range_ends(stack, step)
-    bad[[*copies, *ends]] = True
+    faults = _faults(stack, step, noise)
+    bad[[*faults]] = True
 
     def said(index: int) -> str:
-        if index in copies:
-            return copy_said(*(f"stroke {stroke}" for stroke in copies[index]))
-        if index in ends:
-            return ends[index].said(stack.table.record.unit or "output units")
+        if index in faults:
+            return faults[index]
         if harmless[index]:
             return "no step of the readings that matters"
         own, scale, scatter = (float(a[index]) for a in (step, stack.scale, noise))
@@ -64,3 +66,39 @@ def resolution(stack: TableStack) -> GateStack:
         return f"{steps}: {remedy}, or read more digits" if bad[index] else steps
 
     return gate_stack("resolution", bad, said, [(untold, "")])
+
+
+def _faults(stack: TableStack, step: Array, noise: Array) -> dict[int, str]:
+    """Tables with other faults than a coarse step, and what is said of each."""
+    unit = stack.table.record.unit or "output units"
+    finer = {
+        index: _finer_said(stack, index) for index in np.flatnonzero(_finer(stack, noise)).tolist()
+    }
+    ends = {index: end.said(unit) for index, end in range_ends(stack, step).items()}
+    copies = {
+        index: copy_said(*(f"stroke {stroke}" for stroke in strokes))
+        for index, strokes in copied_strokes(stack).items()
+    }
+    return {**finer, **ends, **copies}
+
+
+def _finer(stack: TableStack, noise: Array) -> Mask:
+    """Tables whose declared step counts, although it cannot be that of their readings.
+
+    The multiples of the step may have an offset, such as a carrier that was subtracted. Readings
+    that were corrected, as for a temperature that moved, have no digits to go by.
+    """
+    finer: Mask = (stack.digit > 0.0) & (stack.step > _FINER * stack.digit)
+    finer &= (noise < _HIDING * stack.step) & (stack.step > _HARMLESS * stack.scale)
+    phase = np.exp(2j * np.pi * stack.output[:, finer] / stack.step[finer])
+    off = np.abs(np.angle(phase * phase.mean(axis=0).conj())) / (2.0 * np.pi)
+    finer[finer] = (off > _OFF).mean(axis=0) > _MANY
+    return finer
+
+
+def _finer_said(stack: TableStack, index: int) -> str:
+    step, digit = float(stack.step[index]), float(stack.digit[index])
+    unit = stack.table.record.unit or "output units"
+    size = f"{step:.6g} {unit} ({acceleration(step / float(stack.scale[index]))})"
+    counted = f"U counts the rounding of the declared step of {size}"
+    return f"{counted}, but the readings have steps of {digit:.6g}: check it and its unit"
