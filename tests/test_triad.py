@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import math
 import re
 from pathlib import Path
 
@@ -519,6 +520,17 @@ def test_bad_files_are_told_in_a_line(tmp_path, capsys, old, new, message):
     code, out, err = run(capsys, "triad", path)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert message in err
+
+
+def test_angles_in_radians_are_refused(tmp_path, capsys):
+    head, *rows = [row for row in EXAMPLE.read_text("utf-8").splitlines() if row[0] != "#"]
+    cells = [row.split(",") for row in rows]
+    turned = [[shaft, f"{math.radians(float(angle)):.6f}", *out] for shaft, angle, *out in cells]
+    path = tmp_path / "radians.csv"
+    path.write_text("\n".join([head, *map(",".join, turned)]), "utf-8")
+    code, out, err = run(capsys, "triad", path)
+    assert (code, out) == (2, "")
+    assert "look like radians; write head angles in degrees" in err
 
 
 SCHEMAS = ["calibration", "triad"]

@@ -63,12 +63,25 @@ def _angle(column: Column) -> Array:
     values = numbers(column)
     beyond = np.abs(values) > MAXIMUM_ANGLE
     column.check(~beyond, "{} is no angle of a head", "write head angles in degrees")
-    _refuse_radians(column, values)
+    refuse_radians(column, values)
     return values
 
 
-def _refuse_radians(column: Column, angle: Array) -> None:
-    """Refuse angles that go around in a few degrees, and not by whole ones."""
+def refuse_radians(column: Column, angle: Array) -> None:
+    """Refuse angles that go around in a few degrees, and not by whole ones.
+
+    Parameters
+    ----------
+    column : Column
+        The column of the angles.
+    angle : ndarray of float, shape (n,)
+        Its numbers [deg], NaN where one is missing.
+
+    Raises
+    ------
+    TableError
+        At the first of them that is no whole number, if they look like radians.
+    """
     known = angle[~np.isnan(angle)]
     if known.size == 0 or np.ptp(known) < 1.5 or np.abs(known).max() > 2.0001 * np.pi:
         return

@@ -13,6 +13,7 @@ from accelcal.head_angles import nominal_angles
 from accelcal.io.cells import MISSING, Column, complete_numbers
 from accelcal.io.declarations import declared_number, unit_and_serial
 from accelcal.io.output_unit import unit_of_outputs, units_written
+from accelcal.io.places import refuse_radians
 from accelcal.io.readings import temperatures_of
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_text
@@ -156,8 +157,9 @@ def _turned(shaft: Column, angle: Column) -> Array:
     if angle.unit and not has_unit("angle", angle.unit):
         problem = f"angle in {angle.unit}"
         raise TableError(problem, "give it in deg", source=angle.source, line=int(angle.lines[0]))
-    rows = []
-    for index, value in enumerate(complete_numbers(angle)):
+    degrees, rows = complete_numbers(angle), []
+    refuse_radians(angle, degrees)
+    for index, value in enumerate(degrees):
         name, line = str(shaft.cells[index]), int(shaft.lines[index])
         rows.append(located(up_of_turn, name, [value], source=shaft.source, line=line)[0])
     return np.array(rows)
