@@ -207,3 +207,14 @@ def test_covariance_carries_the_uncertainty_of_a_measured_acceleration(laws, tem
         assert measured.value == pytest.approx(a, rel=1e-12)
         u = np.sqrt(jacobian @ found.covariance @ jacobian)
         assert measured.standard_uncertainty == pytest.approx(u, rel=1e-9)
+
+
+def test_a_table_of_them(calibration):
+    found = accelcal.coefficients_at(calibration, 35.0)
+    frame = found.to_frame().set_index("coefficient")
+    assert list(frame.index) == list(found)
+    assert frame.loc["K1", ["value", "unit"]].tolist() == [found["K1"].value, "mA/g"]
+    assert frame.attrs["units"]["expanded_uncertainty"] == "unit"
+    assert str(found).split("\n")[1] == f"K1: {found['K1']}"
+    html = found._repr_html_()
+    assert f"<td>K1</td>\n      <td>{found['K1']}</td>" in html

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,10 @@ from accelcal.model import ERROR_UNITS, LAWS
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Correlated, Rows, rows_of
 from accelcal.results.quantity import Quantity
+from accelcal.results.result import frame_of
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["CoefficientsAt", "coefficients_at"]
 
@@ -67,6 +71,26 @@ class CoefficientsAt(Correlated, FrozenMapping[Quantity]):
         One to be changed is ``dict(coefficients)``.
         """
         return self
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name}: {quantity}" for name, quantity in self.items())
+
+    def _repr_html_(self) -> str:
+        import pandas as pd
+
+        columns = {"coefficient": list(self), "value (95 %)": list(map(str, self.values()))}
+        return str(pd.DataFrame(columns).to_html(index=False))
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate the coefficients.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row a coefficient; ``frame.attrs["units"]`` maps the columns of numbers to ``"unit"``,
+            the column of their units.
+        """
+        return frame_of([{"coefficient": name, **own.to_document()} for name, own in self.items()])
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (dict(self), self.covariance_names, self.covariance_matrix)
