@@ -416,11 +416,33 @@ def test_all_spellings_of_metres_per_second_squared_are_alike(run, unit):
     assert values(one) == values(other)
 
 
-@pytest.mark.parametrize("unit", ["mg", "ft/s^2", "gal"])
+@pytest.mark.parametrize(
+    ("unit", "size"), [("mg", 1e-3), ("ug", 1e-6), ("µg", 1e-6), ("g_local", 1.0)]
+)
+def test_a_cross_axis_in_parts_of_g(run, calibration, unit, size):
+    expected = accelcal.apply(calibration, [1.0], 20.0, 0.5).value
+    below = f"output,temperature,a_p\nmA,degC,{unit}\n1,20,{0.5 / size}\n"
+    for text in (f"output,temperature,a_p [{unit}]\n1,20,{0.5 / size}\n", below):
+        code, rows, _ = run(HEAD.replace("# unit: mA\n", "") + text)
+        assert code == 0
+        assert values(rows) == pytest.approx(expected, rel=0, abs=1e-14)
+
+
+def test_the_lone_output_is_taken(run):
+    plain = run(HEAD + "output,temperature,a_p\n1.25,20,0\n")[1]
+    code, rows, err = run("Current [mA],temperature,a_p,supply\n1.25,20,0,28\n")
+    assert (code, values(rows)) == (0, values(plain))
+    assert "note: column 'Current [mA]' is taken for the outputs, by its unit" in err
+    code, _, err = run("Current [mA],temperature,a_p,supply [V]\n1.25,20,0,28\n")
+    assert code == 2
+    assert "no column output among" in err
+
+
+@pytest.mark.parametrize("unit", ["ft/s^2", "gal", "MG"])
 def test_a_cross_axis_in_another_unit_is_refused(run, unit):
     code, _, err = run(HEAD + f"output,temperature,a_p [{unit}]\n1,20,500\n")
     assert code == 2
-    assert f"a_p in {unit}; give it in g or m/s^2" in err
+    assert f"a_p in {unit}; give it in g, mg, ug or m/s^2" in err
 
 
 def test_cross_axis_that_is_not_calibrated_is_set_aside(run):

@@ -60,6 +60,12 @@ def test_columns_units_and_header():
     assert record.launches[1].output.tolist() == [1.1, 1.2, 1.0]
 
 
+def test_the_lone_output_is_taken():
+    record = read("time,Strom in mA,T\n0,1,20\n1,2,20\n2,3,21\n")
+    assert (record.unit, record.launches[0].output.tolist()) == ("mA", [1.0, 2.0, 3.0])
+    assert "column 'Strom in mA' is taken for the outputs, by its unit" in record.notes
+
+
 def test_dates_become_seconds():
     record = read("time,output_V\n2024-05-31T23:59:59,1\n2024-06-01T00:00:00.5,2\n"
                   "2024-06-01T00:00:02+00:00,3\n")  # fmt: skip

@@ -24,6 +24,7 @@ from accelcal.io.engines import (
     is_bulk,
 )
 from accelcal.io.layout import Layout, read_layout
+from accelcal.io.lone_output import with_lone_output
 from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
@@ -129,6 +130,7 @@ def read_stability(
     text = read_text(source)
     layout = with_units_below(read_layout(text, _REMEDY))
     layout = layout._replace(headings=tuple(map(_own_heading, layout.headings)))
+    layout = with_lone_output(layout)
     given = unit_and_serial(overrides)
     columns = _columns(layout)
     output = numbers(columns["output"])

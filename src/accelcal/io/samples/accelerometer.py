@@ -11,7 +11,7 @@ from accelcal.compensate.apply import compensate
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.errors import InputError
-from accelcal.io.samples.headings import SampleHeadings, in_metres
+from accelcal.io.samples.headings import SampleHeadings, acceleration_unit
 from accelcal.io.samples.options import StreamOptions, acceleration_scale, output_factor
 from accelcal.io.samples.reader import SampleBlock
 from accelcal.io.samples.temperatures import OTHER_TEMPERATURES, SampleTemperatures
@@ -81,14 +81,14 @@ class Accelerometer:
                 effect = f"{axis.delta.at_T0 * 1e3:.3g} mg for each g"
                 self.notes.append(f"no column {axis.name}: it is taken as 0, an error of {effect}")
                 continue
-            factors[axis.name] = 1.0
-            if in_metres(self._headings.units.get(axis.name, "g")):
-                if not gravity:
-                    raise InputError(
-                        f"{axis.name} is in m/s^2; give the gravity of the place of calibration"
-                        " by local_gravity=..."
-                    )
-                factors[axis.name] = 1.0 / gravity
+            unit = acceleration_unit(self._headings.units.get(axis.name, "g"))
+            size, in_metres = unit or (1.0, False)
+            if in_metres and not gravity:
+                raise InputError(
+                    f"{axis.name} is in m/s^2; give the gravity of the place of calibration"
+                    " by local_gravity=..."
+                )
+            factors[axis.name] = size / (gravity or 1.0) if in_metres else size
         for name in {"a_p", "a_o"} & set(self._headings.columns) - set(factors):
             self.notes.append(f"column {name} is set aside: the calibration does not know its part")
         return factors

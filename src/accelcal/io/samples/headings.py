@@ -12,6 +12,7 @@ from accelcal.io.channels import with_channels
 from accelcal.io.columns import places_of
 from accelcal.io.declarations import declared_number
 from accelcal.io.layout import Declared, Layout, declare, split_headings, split_line
+from accelcal.io.lone_output import with_lone_output
 from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, TRIAD, StreamForm
 from accelcal.io.text import refuse_document
@@ -23,9 +24,9 @@ from accelcal.io.vocabulary import (
     has_unit,
     header_line,
 )
-from accelcal.units import canonical_unit
+from accelcal.units import canonical_unit, size_of
 
-__all__ = ["SampleHeadings", "in_metres", "read_sample_headings"]
+__all__ = ["SampleHeadings", "acceleration_unit", "read_sample_headings"]
 
 _LOCAL_G = ("g", "g_local")
 _TWO_UNITS = "units {} and {} for the outputs; name one unit"
@@ -173,11 +174,12 @@ def read_sample_headings(
         headings, place, row, notes = told, place + 1, "", (UNITS_BELOW.format(place),)
     layout = Layout(source, declared, headings, line, separator, [], (), ())
     if form is ONE_ACCELEROMETER:
-        layout = with_channels(layout)
+        layout = with_lone_output(with_channels(layout))
         _refuse_triad(layout)
     columns = places_of(layout, () if _channels(layout) else form.outputs, form.remedy, form.roles)
     units = _units(layout, columns, form.outputs)
-    return SampleHeadings(layout, columns, units, place, row, (*notes, *_unused(layout)))
+    notes = (*notes, *layout.notes, *_unused(layout))
+    return SampleHeadings(layout, columns, units, place, row, notes)
 
 
 def _down_to_headings(
@@ -264,12 +266,12 @@ def _unit_to_give(role: str, unit: str) -> str:
     if role == "temperature":
         return "" if has_unit("temperature", unit) else "degC"
     if role in ACROSS_AXES:
-        return "" if unit in _LOCAL_G or in_metres(unit) else "g or m/s^2"
+        return "" if acceleration_unit(unit) else "g, mg, ug or m/s^2"
     return ""
 
 
-def in_metres(unit: str) -> bool:
-    """Tell whether the unit of an acceleration is m/s^2.
+def acceleration_unit(unit: str) -> tuple[float, bool] | None:
+    """Tell the size of a unit of an acceleration.
 
     Parameters
     ----------
@@ -278,12 +280,17 @@ def in_metres(unit: str) -> bool:
 
     Returns
     -------
-    bool
-        True for all spellings of it.
+    size : float
+        How many g or m/s^2 it is.
+    in_metres : bool
+        Whether it is m/s^2. None in place of both where it is no such unit.
 
     Examples
     --------
-    >>> in_metres("m/s2"), in_metres("mg")
-    (True, False)
+    >>> acceleration_unit("m/s2"), acceleration_unit("mg"), acceleration_unit("V")
+    ((1.0, True), (0.001, False), None)
     """
-    return canonical_unit(unit) == "m/s^2"
+    if canonical_unit(unit) == "m/s^2":
+        return 1.0, True
+    size = 1.0 if unit in _LOCAL_G else size_of(unit, "acceleration")
+    return None if size is None else (size, False)
