@@ -489,6 +489,11 @@ FORMS = {
     "UTF-16": PLAIN.encode("utf-16"),
     "gzip": gzip.compress(PLAIN.encode()),
     "latin-1": PLAIN.replace("temperature", "T [°C]").encode("latin-1"),
+    "windows-1251": PLAIN.replace("temperature", "Температура, °С")
+    .replace(",", ";")
+    .replace("Температура;", "Температура,")
+    .replace(".", ",")
+    .encode("windows-1251"),
     "trailing separators": PLAIN.replace("\n0", "\n0").replace("5\n", "5,,\n"),
     "numpy.savetxt": "# unit: mA\n# time,output,temperature\n0.0,1.25,20.5\n0.1,-1.25,21\n",
     "comments": PLAIN.replace("\n0.1", "\n# a remark\n\n0.1"),

@@ -936,7 +936,7 @@ def test_a_direction_of_the_temperature_is_set_aside_with_a_note():
 
 def test_headings_in_letters_of_another_encoding_are_told_of_it(tmp_path):
     path = tmp_path / "cyrillic.csv"
-    path.write_bytes("Температура;Положение;Ход;Выход\n20;1;1;1,35\n".encode("cp1251"))
+    path.write_bytes("Температура;Положение;Ход;Выход\n20;1;1;1,35\n".encode("cp866"))
     with pytest.raises(accelcal.TableError, match="the text is not UTF-8: export it so"):
         accelcal.read_table(path)
 
@@ -945,6 +945,27 @@ def test_latin_1_is_noted():
     record = read("# operator: Müller\n".encode("latin-1") + TEXT.encode())
     assert record.metadata == {"operator": "Müller"}
     assert record.notes == ("the text is not UTF-8 and was read as latin-1",)
+
+
+@pytest.mark.parametrize(
+    "headings", ["№ положения;№ хода;Выходной сигнал, мА", "Положение №;Ход №;Ток, мА"]
+)
+def test_a_table_of_a_russian_program(tmp_path, headings):
+    rows = "".join(f"20;{j};1;{y:.4f}\n" for j, y in enumerate([1.35, 0.96, 0.005, -0.95], 1))
+    path = tmp_path / "a.csv"
+    text = f"# оператор: Ёлкин\nТемпература, °С;{headings}\n{rows}".replace(".", ",")
+    path.write_bytes(text.encode("windows-1251"))
+    record = accelcal.read_table(path)
+    assert (record.unit, record.output[3]) == ("mA", -0.95)
+    assert record.metadata == {"оператор": "Ёлкин"}
+    assert record.notes[0] == "the text is not UTF-8 and was read as windows-1251"
+
+
+@pytest.mark.parametrize("heading", ["Position n°", "N° Position", "position N°"])
+def test_a_position_counted_in_french(heading):
+    text = f"Température (°C);{heading};Passage;Courant (mA)\n20;1;1;1,35\n20;5;1;-1,3\n"
+    record = read(text.encode("latin-1"))
+    assert record.position.tolist() == [1, 5]
 
 
 def test_several_accelerometers():

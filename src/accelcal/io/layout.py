@@ -9,6 +9,7 @@ from typing import NamedTuple
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.doubtful_keys import notes_of_keys
+from accelcal.io.one_byte import ONE_BYTE
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import (
     ACROSS,
@@ -114,7 +115,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     """
     refuse_document(source.text, source.name)
     lines = source.text.split("\n")
-    if source.encoding == "latin-1":  # which takes any bytes
+    if source.encoding in ONE_BYTE:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
     headings, above, start = _find_headings(lines, source.name, remedy)
     declared, aside = _declarations(above, source.name)

@@ -13,6 +13,7 @@ from accelcal.arguments.kinds import kind_of
 from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.csv_text import is_batch_result
 from accelcal.io.digest import sha256_of
+from accelcal.io.one_byte import one_byte_encoding
 
 Source = str | os.PathLike[str] | IO[bytes] | IO[str]
 """A path, ``"-"`` for standard input, or an open file."""
@@ -353,8 +354,9 @@ def _decode(data: bytes, name: str) -> SourceText:
     try:
         return SourceText(name, data.decode("utf-8-sig"), "utf-8")
     except UnicodeDecodeError:
-        notes = ("the text is not UTF-8 and was read as latin-1",)
-        return SourceText(name, data.decode("latin-1"), "latin-1", notes=notes)
+        encoding = one_byte_encoding(data)
+        notes = (f"the text is not UTF-8 and was read as {encoding}",)
+        return SourceText(name, data.decode(encoding, "replace"), encoding, notes=notes)
 
 
 def _utf16(data: bytes) -> str:

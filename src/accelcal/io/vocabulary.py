@@ -139,7 +139,7 @@ _SERIAL = re.compile(  # and a label with a digit, which a serial port does not 
     re.IGNORECASE,
 )
 _MEASURED = re.compile(r"(T *= *)?([-\u2212]?[0-9]+(?:[.,][0-9]+)?) *(.*)")
-_COUNTED = re.compile(r"(?:no|nr|№|n°)_(?P<behind>.+)|(?P<before>.+)_(?:no|nr|number|#)")
+_COUNTED = re.compile(r"(?:no|nr|№|n°)_(?P<behind>.+)|(?P<before>.+)_(?:no|nr|№|n°|number|#)")
 
 
 ACROSS: Mapping[str, str] = MappingProxyType(

@@ -25,6 +25,7 @@ from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column, numbers
 from accelcal.io.engines import decimal_mark, pandas_options
 from accelcal.io.layout import split_line
+from accelcal.io.one_byte import one_byte_encoding
 from accelcal.io.parquet import CsvOfParquet
 from accelcal.io.samples.forms import ONE_ACCELEROMETER, StreamForm
 from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
@@ -362,7 +363,7 @@ def _encoding(start: bytes) -> str:
     try:
         start[: start.rfind(b"\n") + 1].decode("utf-8")
     except UnicodeDecodeError:
-        return "latin-1"
+        return one_byte_encoding(start)
     return "utf-8-sig"
 
 
