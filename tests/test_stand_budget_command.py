@@ -486,6 +486,7 @@ def test_the_chart_has_a_panel_for_each_coefficient():
         (["--monte-carlo", "10"], "from 1000 to 1000000"),
         (["--mountings", "q"], "mounting 'q' is unknown"),
         (["--test", "a.csv", "--positions", "3"], "leave one of them out"),
+        (["--positions", "12", "--angles", "0,90,180"], "--positions and --angles; give one of"),
         (["--angles", "90,270"], "do not determine"),
         (["--spec", "nosuch.toml"], "no such file"),
         (["nosuch.json"], "no such file"),

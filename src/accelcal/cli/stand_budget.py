@@ -163,6 +163,8 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
 def _test(accelerometer: Accelerometer, options: Mapping[str, Any]) -> TumbleRecord:
     """The test: a table, or one that is planned."""
     given = {name: options[name] for name in _PLAN if options[name] is not None}
+    if {"positions", "angles"} <= given.keys():
+        raise InputError("--positions and --angles; give one of the two")
     if options["test"] is None:
         from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 
