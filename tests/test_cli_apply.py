@@ -367,6 +367,16 @@ def test_another_prefix_is_converted(run):
     assert "note: outputs in uA are converted to mA" in err
 
 
+@pytest.mark.parametrize(
+    ("unit", "marker", "told"),
+    [("mA", "-9999", 1), ("uA", "999999", 1), ("mA", "-9998", 0), ("uA", "999.99", 0)],
+)
+def test_markers_of_missing_outputs_are_told(run, unit, marker, told):
+    code, rows, err = run(f"output [{unit}],temperature,a_p\n1,20,0\n{marker},20,0\n")
+    assert (code, len(rows)) == (0, 2)
+    assert err.count("1 of 2 samples have an output that looks like a marker") == told
+
+
 def test_no_unit_is_said(run):
     assert (
         "note: the stream names no unit; outputs are taken as mA"

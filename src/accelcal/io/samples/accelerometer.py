@@ -6,11 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Mask
 from accelcal.compensate.apply import compensate
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.errors import InputError
+from accelcal.io.readings import MARKERS
 from accelcal.io.samples.headings import SampleHeadings, acceleration_unit
 from accelcal.io.samples.options import StreamOptions, acceleration_scale, output_factor
 from accelcal.io.samples.reader import SampleBlock
@@ -21,6 +22,11 @@ __all__ = ["Accelerometer"]
 
 _WIDEST = 2.0
 """Accelerations across beyond it were hardly meant in g [g]."""
+
+_FARTHEST = 10.0
+"""Accelerations beyond so many times the tested ones may be markers of missing outputs."""
+
+_MARKED = "have an output that looks like a marker of a missing one, such as -9999: leave it empty"
 
 _FAR = "there the nonlinearity is extrapolated"
 _WIDE = (
@@ -124,5 +130,12 @@ class Accelerometer:
             OTHER_TEMPERATURES: ~found.within_temperatures,
             f"are outside the tested {low:g} to {high:g} g: {_FAR}": ~found.within_accelerations,
             _WIDE: np.max(across, axis=0) > _WIDEST if across else ~solved,
+            _MARKED: self._marked(used, np.abs(found.value) > _FARTHEST * max(-low, high)),
         }
         return {what: int(np.sum(solved & is_so)) for what, is_so in told.items()}
+
+    def _marked(self, used: Mapping[str, Array], far: Mask) -> Mask:
+        """Samples, of some that are far off, whose output loggers write for a missing one."""
+        marked: Mask = far.copy()
+        marked[far] = np.isin(np.abs(used["output"][far] / self._factors["output"]), MARKERS)
+        return marked
