@@ -632,6 +632,8 @@ def test_faults_are_told_in_a_line(saved, capsys, arguments, told):
 
 
 def test_extrapolation_on_request(saved, capsys):
+    assert run(saved, "--temperature", "95") == 2
+    assert "stay within, or accept it by --extrapolate" in capsys.readouterr().err
     assert run(saved, "--temperature", "95", "--extrapolate") == 0
     assert "(*extrapolated)" in capsys.readouterr().out
 

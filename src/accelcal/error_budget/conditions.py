@@ -144,6 +144,6 @@ def _outside(coefficients: Coefficients, at: Array, extrapolate: bool) -> Mask:
     if outside.any() and not extrapolate:
         raise InputError(
             f"temperature {at[outside][0]:g} degC lies outside the calibrated {low:g} to {high:g}"
-            " degC; stay within, or ask to extrapolate"
+            " degC; stay within, or accept it by extrapolate=True"
         )
     return np.asarray(outside)
