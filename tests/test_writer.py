@@ -112,6 +112,11 @@ def test_several_accelerometers():
         ([FULL, replace(FULL, serial="B", run_labels=("x", "y", "z"))], "different runs"),
         (replace(FULL, metadata={"a": "b\nc"}), "does not fit into a header line"),
         (replace(FULL, metadata={"a:b": "c"}), "does not fit into a header line"),
+        (replace(FULL, metadata={"a (b": "2): c"}), "does not fit into a header line"),
+        (
+            replace(FULL, time=FULL.time + 1.7e12),
+            r"a time of 1.701e\+12 s; give times from the start",
+        ),
         (replace(FULL, metadata={"serial": "c"}), "does not fit into a header line"),
         (replace(FULL, serial="a,"), "does not fit into a header line"),
         (replace(FULL, run_labels=("", "b", "c")), "does not fit into a cell"),

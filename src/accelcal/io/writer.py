@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import fields
 from typing import IO, Any
@@ -15,9 +16,13 @@ from accelcal.errors import InputError
 from accelcal.escapes import ESCAPED
 from accelcal.io.csv_text import csv_text
 from accelcal.io.vocabulary import canonical_key
+from accelcal.pace import LATEST
 from accelcal.record import TumbleRecord
 
 __all__ = ["write_table"]
+
+_OPEN_BRACKET = re.compile(r"[(\[][^)\]]*$")
+"""In a key, it would reach over the colon behind the key."""
 
 
 def write_table(
@@ -135,7 +140,8 @@ def _runs_by_appearance(record: TumbleRecord) -> tuple[str, ...]:
 
 
 def _metadata_line(key: str, value: str) -> str:
-    if key != "delta0" and (canonical_key(key) or key != key.strip() or set(key) & set(":=,;\t#")):
+    broken = key != key.strip() or set(key) & set(":=,;\t#") or _OPEN_BRACKET.search(key)
+    if key != "delta0" and (canonical_key(key) or broken):
         raise InputError(f"metadata key {key!r} does not fit into a header line; rename it")
     return f"# {key}: {value}"
 
@@ -173,6 +179,8 @@ def _columns(record: TumbleRecord) -> dict[str, list[Any]]:
     columns |= {"stroke": record.stroke.tolist(), "output": record.output.tolist()}
     columns["run"] = [_label(record.run_labels[index]) for index in record.run.tolist()]
     columns["mounting"] = record.mounting.tolist()
+    if record.time is not None and np.abs(record.time).max() > LATEST:
+        raise InputError(f"a time of {np.abs(record.time).max():g} s; give times from the start")
     for name in ("clamping", "time", "std", "count"):
         values = getattr(record, name)
         if values is not None:
