@@ -461,6 +461,13 @@ def test_there_is_no_frame_y():
         accelcal.calibrate_triad(np.eye(3), frame="y")
 
 
+def test_a_frame_beside_known_attitudes_is_refused():
+    up = np.vstack([np.eye(3), -np.eye(3)])
+    assert accelcal.calibrate_triad(2.0 * up, up).frame == "block"
+    with pytest.raises(accelcal.InputError, match="frame is 'x', but the attitudes are known"):
+        accelcal.calibrate_triad(2.0 * up, up, frame="x")
+
+
 # -- files and the command -------------------------------------------------------------------------
 
 

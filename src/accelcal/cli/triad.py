@@ -22,9 +22,8 @@ from accelcal.cli.options import (
 @click.option(
     "--frame",
     type=click.Choice(["x", "z"]),
-    default="x",
-    show_default=True,
-    help="Axis of the frame that lies along its channel's sensitive axis (attitudes unknown).",
+    help="Axis of the frame that lies along its channel's sensitive axis, x if not given (attitudes"
+    " unknown).",
 )
 @local_gravity_option
 @click.option("--unit", metavar="UNIT", help="Unit of the outputs, such as V.")
@@ -34,7 +33,7 @@ from accelcal.cli.options import (
 def triad(
     data: str,
     path: str | None,
-    frame: str,
+    frame: str | None,
     local_gravity: float | None,
     unit: str | None,
     serial: str | None,

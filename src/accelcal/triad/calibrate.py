@@ -31,7 +31,7 @@ _CROSS = tuple((i, j) for i in range(3) for j in range(3) if i != j)
 
 
 def calibrate_triad(
-    output: ArrayLike | TriadRecord, up: ArrayLike | None = None, *, frame: str = "x"
+    output: ArrayLike | TriadRecord, up: ArrayLike | None = None, *, frame: str | None = None
 ) -> TriadCalibration:
     """Calibrate three accelerometers in one block.
 
@@ -42,10 +42,11 @@ def calibrate_triad(
     up : array_like, shape (n, 3), optional
         Acceleration along the axes of the block, which points up [local g]. Without it the only
         truth is that its length is 1.
-    frame : {"x", "z"}, default "x"
+    frame : {"x", "z"}, optional
         Frame of a triad whose attitudes are unknown, where S is known but for a rotation:
-        ``"x"`` lies with its axis x along the sensitive axis of channel x and has that of y in
-        its plane xy; ``"z"`` lies with its axis z along that of z and has that of y in yz.
+        ``"x"``, the default, lies with its axis x along the sensitive axis of channel x and has
+        that of y in its plane xy; ``"z"`` lies with its axis z along that of z and has that of y
+        in yz. Known attitudes are those of the axes of the block.
 
     Returns
     -------
@@ -55,8 +56,8 @@ def calibrate_triad(
     Raises
     ------
     InputError
-        If the arrays have other shapes, `up` comes with a record, or, with known attitudes, an
-        output never changes or two outputs are one.
+        If the arrays have other shapes, `up` comes with a record, or, with known attitudes, a frame
+        is given, an output never changes or two outputs are one.
     DesignError
         If the attitudes are too few or too alike; the message names what they leave open.
 
@@ -76,7 +77,8 @@ def calibrate_triad(
     >>> accelcal.calibrate_triad(output).scale_factors["K_x"].value.__round__(2)
     2.0
     """
-    check_choice(FRAMES, frame=frame)
+    if frame is not None:
+        check_choice(FRAMES, frame=frame)
     if isinstance(output, TriadRecord):
         if up is not None:
             raise InputError("directions beside a record; put them into the record")
@@ -89,13 +91,19 @@ def calibrate_triad(
     return _calibrated(TriadRecord(readings, None if up is None else number_array(up, "up")), frame)
 
 
-def _calibrated(given: TriadRecord, frame: str) -> TriadCalibration:
+def _calibrated(given: TriadRecord, chosen: str | None) -> TriadCalibration:
     record = one_an_attitude(given)
     if record.up is None:
+        frame = chosen or next(iter(FRAMES))
         found = from_unknown_attitudes(record.output, frame)
-    else:
-        found = from_known_attitudes(record.output, record.up, Visits.of(given))
+    elif chosen is None:
         frame = "block"
+        found = from_known_attitudes(record.output, record.up, Visits.of(given))
+    else:
+        raise InputError(
+            f"frame is {chosen!r}, but the attitudes are known, and so are the axes of the block;"
+            " leave the frame out"
+        )
     unit = record.unit or "output unit"
     names, matrix = _covariance(found)
     per_g = f"{unit}/g"
