@@ -77,3 +77,18 @@ def test_a_large_loop_in_which_the_head_begins_at_rest_makes_no_outlier(seed):
     assert found.faults == ()
     assert [item.id for item in found.effects] == ["hysteresis"]
     assert found.effects[0].parameters["half_width"].expanded_uncertainty < 1e-5
+
+
+@pytest.mark.parametrize("level", [20.0, 50.0])
+def test_a_record_in_which_no_effect_shows_is_fitted_with_the_sizes_of_the_model(level):
+    """Of no effects nothing was stacked, and at T0 the column is zero: errors of numpy."""
+    known = effect("k2-temperature").of(3e-6)
+    record = accelcal.simulate(plan=TumblePlan(strokes=4), seed=5, effects=[known])
+    found = accelcal.discover(record)
+    assert [item.id for item in found.effects] == ["k2-temperature"]
+    other = accelcal.simulate(plan=replace(PLAN, temperatures=(level,)), seed=6, effects=[known])
+    again, bare = accelcal.fit(other, model=found), accelcal.fit(other)
+    assert again.effects[0].parameters == found.effects[0].parameters
+    k2, as_it_is = (each.tables[0].coefficients["K2"].value for each in (again, bare))
+    slope = found.effects[0].parameters["slope"].value
+    assert as_it_is - k2 == pytest.approx(1.35 * slope * (level - 20.0), rel=0.05, abs=1e-12)

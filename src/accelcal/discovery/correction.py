@@ -216,9 +216,12 @@ def _columns(
     uncertain = np.array(told)
     seen = comparison.space.see(columns[:, uncertain > 0.0])
     norms = lengths(seen)
+    norms[norms == 0.0] = 1.0  # of a size that acts on no reading
     inverse = np.linalg.pinv((seen / norms).T @ (seen / norms))
     scale = np.sqrt(np.diagonal(inverse))
+    scale[scale == 0.0] = 1.0
     correlation = inverse / np.outer(scale, scale)
+    np.fill_diagonal(correlation, 1.0)
     factor = np.zeros((sizes.size, seen.shape[1]))
     factor[uncertain > 0.0] = uncertain[uncertain > 0.0, None] * covariance_root(correlation)
     return columns, sizes, factor

@@ -39,6 +39,8 @@ def straightened(
     tell the sizes by the columns of small ones, as of a dead zone in which some are silent. The
     fixture angle is in rad.
     """
+    if not instances:
+        return None
     record, model, space = comparison.record, comparison.model, comparison.space
     beyond, moved = np.zeros(model.reading.size), np.inf
     while moved > _SEEN:
