@@ -64,7 +64,7 @@ def acceleration_scale(options: StreamOptions, gravity: float | None) -> float:
     ----------
     options : StreamOptions
         The unit that is wanted.
-    local_gravity : float or None
+    gravity : float or None
         Gravity where it was calibrated [m/s^2].
 
     Returns
