@@ -115,7 +115,7 @@ def base_model(
         names=names,
         conditions=ideal,
     )
-    model = _over_scale_factor(first)
+    model = over_scale_factor(first)
     return replace(model, conditions=_fitted_conditions(model, solve(model)))
 
 
@@ -171,7 +171,7 @@ def _follows(a_i: Array, output: Array) -> bool:
     return bool((x @ y) ** 2 > 0.5 * (x @ x) * (y @ y))
 
 
-def _over_scale_factor(model: BaseModel) -> BaseModel:
+def over_scale_factor(model: BaseModel) -> BaseModel:
     """Divide the readings by the scale factor at T0, beside which its slopes are told.
 
     The slope of all readings over a_i, which the model starts from, is that at the mean level.

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.base import solve, tilt, turned
+from accelcal.discovery.base import over_scale_factor, solve, tilt, turned
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, own_columns
 from accelcal.discovery.solution import solution
@@ -59,7 +59,10 @@ def straightened(
     bend, step = space.see(further - beyond), space.see(longer - straight)
     if bend @ bend > _BEND**2 * (step @ step):
         return None
-    return replace(record, output=record.output - model.nominal * beyond)
+    # the sizes are told over the scale factor of readings that are without this, which is another
+    nominal = over_scale_factor(now.model).nominal
+    change = (nominal - model.nominal) * straight - model.nominal * beyond
+    return replace(record, output=record.output + change)
 
 
 def _times(
