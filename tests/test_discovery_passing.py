@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from accelcal.discovery.comparison import compared
 from accelcal.discovery.family import Judgement
 from accelcal.discovery.noise import memory
 from accelcal.discovery.search import Findings
-from accelcal.discovery.unnamed import passing, slow
+from accelcal.discovery.unnamed import beside_noise, passing, slow
 from accelcal.discovery.unnamed.unexplained import chance_without_name
 from accelcal.simulation import NoiseComponents, TumblePlan
 
@@ -251,3 +252,11 @@ def test_a_disagreement_without_a_name_takes_half_the_rate():
 
     assert chance_without_name(findings(0.004)) == 0.008
     assert chance_without_name(findings(0.7)) == 1.0
+
+
+def test_the_page_tells_how_many_draws_judge_and_the_least_chance_of_something_slow():
+    """It told 999 where there are up to twice as many."""
+    most = sum(draws for draws, _ in beside_noise._DRAWS)
+    page = (Path(__file__).parents[1] / "docs" / "discovery.md").read_text()
+    assert f"judged by up to {most} simulated draws" in " ".join(page.split())
+    assert f"never a chance below {1.0 / (1 + most) / slow._SHARE:g}" in " ".join(page.split())
