@@ -478,6 +478,7 @@ ARCSEC = np.pi / 648000.0
         "angle,error [arcsec],U (k=2) [arcsec]\n0,1.5,1\n90,-0.5,1\n",
         "angle,error [arcsec],U (2σ) [arcsec]\n0,1.5,1\n90,-0.5,1\n",
         "angle,error [arcsec],U [arcsec] (2-sigma)\n0,1.5,1\n90,-0.5,1\n",
+        "Winkel;Fehler [arcsec];U (2 Sigma) [arcsec]\n0;1,5;1\n90;-0,5;1\n",
         "# k: 2\nWinkel;Fehler [arcsec];Unsicherheit U [arcsec]\n0;1,5;1\n90;-0,5;1\n",
         "Winkel;Fehler [arcsec];Messunsicherheit u [arcsec]\n0;1,5;0,5\n90;-0,5;0,5\n",
         'Nennwinkel in Grad;Fehler, ";U (k = 2), "\n0;1,5;1\n90;-0,5;1\n',

@@ -74,7 +74,7 @@ HEAD_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 _BEFORE_UNIT = re.compile(r"\s*[/,]\s*|(?:[_ ](?:in|en|в))?[_ ]")
 _NUMBER = r"[0-9]+(?:[.,][0-9]+)?"
 _COVER = re.compile(
-    rf"[,;]?\s*(?:\b[kк]\s*=\s*({_NUMBER})|\b({_NUMBER})[ -]?(?:σ|sigma)\b"
+    rf"[,;]?\s*(?:\b[kк]\s*=\s*({_NUMBER})|\b({_NUMBER})[ -]?(?:σ|[Ss]igma)\b"
     rf"|(?:[pP]\s*[=≈]\s*)?{_NUMBER}\s*%|[pP]\s*=\s*0[.,]9[0-9]*)"
 )
 """A coverage factor or probability beside an uncertainty, as in ``U (k = 2, 95 %)``, ``U (2σ)``."""
