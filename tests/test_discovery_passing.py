@@ -180,6 +180,50 @@ def test_a_shift_of_scale_factor_or_misalignment_is_told(what, unit, by, wave):
     assert float(told[1]) == pytest.approx(1e6 * by * NOISE, rel=0.35)
 
 
+def slipped(by, *, first, last, seed, temperatures):
+    """A record of 36 readings a run, the misalignment of which is another in some readings."""
+    plan = TumblePlan(temperatures=temperatures, strokes=4, timed=True)
+
+    def bias(record):
+        return for_a_time(first, last, by)(record) * np.sin(np.radians(record.angle))
+
+    return disturbed(bias, seed=seed, plan=plan)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(("first", "last", "end"), [(82, 108, "run"), (46, 108, "record")])
+def test_a_slip_is_a_step_and_no_tilt(first, last, end, seed):
+    """It passed for a tilt of the foundation."""
+    runs = (20.0, 20.0, 20.0)
+    record = slipped(10.0 * NOISE, first=first, last=last, seed=seed, temperatures=runs)
+    found = accelcal.discover(record)
+    assert found.effects == ()
+    told = re.match(
+        rf"the misalignment steps by \+([\d.]+) urad at 360 deg of stroke 1 in run"
+        rf" {1 + first // 36}, to the end of the {end}",
+        found.unexplained.structure,
+    )
+    assert float(told[1]) == pytest.approx(1e7 * NOISE, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_disturbed_run_is_no_noisy_one(seed):
+    """Nothing was missing, as its scatter counted as noise of this run."""
+    runs = (20.0, 80.0, -40.0)
+    record = slipped(20.0 * NOISE, first=82, last=108, seed=seed, temperatures=runs)
+    told = accelcal.discover(record).unexplained.structure
+    assert re.match(r"the misalignment is shifted for a time, by -1\d\d urad in 9 readings", told)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_noisy_run_is_not_disturbed(seed):
+    def louder(record):
+        noise = np.random.default_rng(seed).standard_normal(len(record))
+        return 4.0 * NOISE * noise * (record.run == 1)
+
+    assert accelcal.discover(disturbed(louder, seed=seed)).unexplained is None
+
+
 def test_too_many_readings_are_not_searched(monkeypatch):
     monkeypatch.setattr(passing, "MOST", 20)
     monkeypatch.setattr(slow, "MOST", 20)

@@ -1,7 +1,7 @@
 """Disturbances beside noise with a memory: how likely, and how often noise looks like them.
 
-The noise is that of an AR(1) process, of any size and one of some correlations. It stands beside a
-disturbance against such noise alone, each with the correlation that suits it best.
+The noise is that of an AR(1) process, of any size and one of some correlations, and of one size in
+all runs or not. It stands beside a disturbance against such noise alone, each as it suits best.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.family import independent
 from accelcal.discovery.noise import memory
 from accelcal.discovery.spans import orthonormal
-from accelcal.effects.conditions import Conditions
 
 MOST = 600
 """Degrees of freedom above which nothing is looked for, as it would take minutes."""
@@ -124,13 +124,13 @@ def tried(
     seed : int
         Of the noise that is drawn.
     """
-    c, relative = comparison.model.conditions, comparison.noise.relative
     own = orthonormal(taken)
     left = np.asarray(np.linalg.qr(own, mode="complete")[0][:, own.shape[1] :])
-    noises = tuple(_noise(c, left, [kind for kind, _ in kinds], rho, relative) for rho in rhos)
+    covariances = _covariances(comparison, rhos)
+    noises = tuple(_noise(each, left, [kind for kind, _ in kinds]) for each in covariances)
     error = left.T @ comparison.model.residual(comparison.parameters)
     gains, alone = _gains(noises, error[:, None])
-    root = left.T @ np.linalg.cholesky(memory(c, rhos[int(alone[0])], relative))
+    root = left.T @ np.linalg.cholesky(covariances[int(alone[0])])
     tails, rng = min(comparison.noise.tails, _TAILS), np.random.default_rng(seed)
 
     def draw(draws: int) -> Array:
@@ -141,11 +141,21 @@ def tried(
     return Trial(left, error, noises, np.minimum(p_values / share, 1.0), beyond)
 
 
-def _noise(
-    c: Conditions, left: Array, kinds: Sequence[Kind], rho: float, relative: Array | None
-) -> Noise:
-    covariance = left.T @ memory(c, rho, relative) @ left
-    whitener = np.linalg.inv(np.linalg.cholesky(covariance))
+def _covariances(comparison: Comparison, rhos: Sequence[float]) -> list[Array]:
+    """Covariances of the noise that is tried, (n, n), to some factor.
+
+    Where it is thought to differ from run to run, a disturbance of one run may have made it so:
+    noise that does not is tried too.
+    """
+    own, by_std = comparison.noise.relative, relative_noise(comparison.record)
+    declared = own is None or (by_std is not None and np.array_equal(own, by_std))
+    sizes = [own] if declared else [own, by_std]
+    c = comparison.model.conditions
+    return [memory(c, rho, size) for size in sizes for rho in rhos]
+
+
+def _noise(covariance: Array, left: Array, kinds: Sequence[Kind]) -> Noise:
+    whitener = np.linalg.inv(np.linalg.cholesky(left.T @ covariance @ left))
     seen = tuple(_seen(whitener @ left.T, kind) for kind in kinds)
     return Noise(whitener, -2.0 * float(np.log(np.diag(whitener)).sum()), seen)
 

@@ -80,15 +80,17 @@ def passing(
 def shift_in_place_of_one(
     comparison: Comparison, instances: Sequence[Instance], p_value: float
 ) -> Unexplained | None:
-    """Find a shift for a time that explains the readings much better than one of some effects.
+    """Find a shift for a time, or a step, that explains much better than one of some effects.
 
     There is none where none explains better by more than the search for the best of many shifts
     gains, or where there are more than 600 degrees of freedom. The p-value is the chance that noise
     alone disagrees as much with the model.
     """
-    space = comparison.space
-    kind = _shifts(comparison.model.conditions, comparison.record.run_labels, [*SMALL_UNITS])
-    columns = kind.actions.toarray().T
+    space, c, labels = comparison.space, comparison.model.conditions, comparison.record.run_labels
+    bias, *others = SMALL_UNITS
+    kinds = (_shifts(c, labels, [bias, *others]), _steps(c, labels, others))
+    tellers = [(kind.told, i) for kind in kinds for i in range(kind.actions.shape[0])]
+    columns = np.hstack([kind.actions.toarray().T for kind in kinds])
     if space.dof > MOST or not columns.size:
         return None
     units, seen = comparison.directions(*instances), space.see(columns)
@@ -102,7 +104,8 @@ def shift_in_place_of_one(
         squares = (sizes * length) ** 2
         best = int(np.argmax(squares))
         if squares[best] - squares_in(own, left) >= 2.0 * np.log(squares.size):
-            told = kind.told(best, np.inf, sizes[best] * columns[:, best])
+            teller, which = tellers[best]
+            told = teller(which, np.inf, sizes[best] * columns[:, best])
             return Unexplained(told, float(squares[best] / (comparison.seen**2).sum()), p_value)
     return None
 
@@ -171,6 +174,44 @@ def _shifts(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -
         )
 
     return Kind(1, _acting([(own, acting[what][own]) for what, own in found], c), (np.inf,), told)
+
+
+def _steps(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -> Kind:
+    """A coefficient that is another from some reading on, to the end of its run or of the record.
+
+    A step of the bias is in the catalogue.
+    """
+    columns = coefficient_columns(c)
+    acting = {what: c.gain * columns[what] for what in coefficients}
+    found = [
+        (what, own, until)
+        for own, until in _ends(c)
+        for what, column in acting.items()
+        if np.ptp(column[own]) > 1.0
+    ]
+
+    def told(place: int, _: float, change: Array) -> str:
+        what, own, until = found[place]
+        clearest = own[np.argmax(np.abs(acting[what][own]))]
+        size = change[clearest] / acting[what][clearest] * MICRO
+        return (
+            f"the {what} steps by {size:+.3g} {SMALL_UNITS[what]} at {c.angle[own[0]]:g} deg of"
+            f" stroke {c.stroke[own[0]]} in run {labels[c.run[own[0]]]}, to the end of the {until}"
+        )
+
+    rows = [(own, acting[what][own]) for what, own, _ in found]
+    return Kind(1, _acting(rows, c), (np.inf,), told)
+
+
+def _ends(c: Conditions) -> Iterator[tuple[Ints, str]]:
+    """Readings from one on to the end of its run, where they are most of it, or of the record."""
+    last = c.order.size - 1
+    for first, reading in enumerate(c.order):
+        run = np.flatnonzero(c.run[c.order] == c.run[reading])
+        if run[-1] < last and first > 0:
+            yield c.order[first:], "record"
+        if run[0] < first and run[-1] + 1 - first > run.size // 2:
+            yield c.order[first : run[-1] + 1], "run"
 
 
 def _stretches(c: Conditions) -> Iterator[Ints]:
