@@ -206,6 +206,17 @@ def test_a_slip_is_a_step_and_no_tilt(first, last, end, seed):
     assert float(told[1]) == pytest.approx(1e7 * NOISE, rel=0.1)
 
 
+def test_a_tilt_beside_runs_turned_back_is_not_sure():
+    """A slip within the first run turns all later ones, as if they were mounted anew."""
+    runs = (20.0, 20.0, 20.0)
+    record = slipped(40.0 * NOISE, first=33, last=108, seed=1, temperatures=runs)
+    found = accelcal.discover(record)
+    assert [fault.name for fault in found.faults][:2] == ["mounted anew", "mounted anew"]
+    assert [item.id for item in found.effects] == ["foundation-tilt"]
+    assert found.doubtful == ("foundation-tilt",)
+    assert "a head that slips within a run looks like both" in " ".join(found.notes)
+
+
 @pytest.mark.parametrize("seed", [2, 3])
 def test_a_disturbed_run_is_no_noisy_one(seed):
     """Nothing was missing, as its scatter counted as noise of this run."""

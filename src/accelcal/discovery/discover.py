@@ -172,7 +172,7 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    said = list(_caveats(look, named, unexplained))
+    said = [*_caveats(look, named, unexplained), *_of_mountings(found, named)]
     changed = found or comparison.record is not record
     as_given = _as_given(comparison, record, found, question) if changed else None
     return Discovery(
@@ -229,6 +229,18 @@ def _in_the_main(look: Look) -> Iterator[Caveat]:
             " rest is more than noise, of something else or of these beyond their laws for small"
             " sizes, and U does not count it",
             names,
+        )
+
+
+def _of_mountings(found: Sequence[Fault], named: Explanation | None) -> Iterator[Caveat]:
+    """A tilt beside runs that are taken as turned back, which may all be one slip."""
+    turned = any(fault.name == _REMOUNTED for fault in found)
+    if turned and named is not None and _TILT in named.ids:
+        yield Caveat(
+            f"{_TILT} is not sure: runs are taken as turned back, as of a unit that was mounted"
+            " anew, and a head that slips within a run looks like both; repeat the test without"
+            " touching the clamp",
+            [_TILT],
         )
 
 
