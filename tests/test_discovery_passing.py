@@ -217,6 +217,17 @@ def test_a_tilt_beside_runs_turned_back_is_not_sure():
     assert "a head that slips within a run looks like both" in " ".join(found.notes)
 
 
+@pytest.mark.parametrize(("timed", "doubtful"), [(False, ("temperature-hysteresis",)), (True, ())])
+def test_a_pause_of_a_drift_is_no_temperature_hysteresis(timed, doubtful):
+    """Without times nobody knows how long the drift went on between the runs."""
+    plan = TumblePlan(temperatures=(20.0, 80.0, 20.0), strokes=4, timed=timed)
+    drift = [accelcal.effect("bias-drift").of(3e-4)]
+    found = accelcal.discover(accelcal.simulate(plan=plan, effects=drift, seed=1))
+    assert "bias-drift" in {item.id for item in found.effects}
+    assert found.doubtful == doubtful
+    assert ("a pause beside bias-drift does the same" in " ".join(found.notes)) is not timed
+
+
 @pytest.mark.parametrize("seed", [2, 3])
 def test_a_disturbed_run_is_no_noisy_one(seed):
     """Nothing was missing, as its scatter counted as noise of this run."""

@@ -62,6 +62,9 @@ _VAGUE = 1.0 / 3.0
 _QUICK = 2.0
 """Intervals between readings within which a settling is that of the first reading alone."""
 
+_OF_LEVELS, _OF_TIME = "temperature-hysteresis", "bias-drift"
+"""What steps between runs, as the other does in a pause that nobody wrote down."""
+
 _TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
 
 
@@ -360,9 +363,13 @@ def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterat
             " effects on it from run to run cannot be seen"
         )
     if record.time is None:
+        ids = {item.effect.id for item in instances}
+        unsure = [_OF_LEVELS] if {_OF_LEVELS, _OF_TIME} <= ids else []
+        told = f"; {_OF_LEVELS} is not sure: a pause beside {_OF_TIME} does the same"
         yield Caveat(
             "no times: one reading a minute is assumed, in the order of the strokes, and no pause"
-            " between runs"
+            f" between runs{told if unsure else ''}",
+            unsure,
         )
 
 
