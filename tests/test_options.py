@@ -288,7 +288,7 @@ WRONG = {
         "run": ["nosuch", 99],
     },
     "batch": OF_BATCH,
-    "calibrate_triad": {"frame": ["y", 5, ["x"], None], "up": ["z", 10**400]},
+    "calibrate_triad": {"frame": ["y", 5, ["x"]], "up": ["z", 10**400]},
     "design": {**OF_DESIGN, "positions": ["8", [1], b"8"], "strokes": [[0], ["6"]]},
     "discover": OF_DISCOVERY,
     "discover_stand": OF_DISCOVERY,
