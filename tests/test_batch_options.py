@@ -209,13 +209,9 @@ def test_resume_with_another_head_begins_anew(archive, tmp_path, monkeypatch):
     assert written["K2"].tolist() == expected.tolist()
 
 
-@pytest.mark.parametrize("function", [accelcal.batch, accelcal.write_batch])
-def test_the_signature_has_the_options_of_a_fit(function):
-    """Help and completion showed ``**options``."""
-    shown, of_fit = (inspect.signature(each).parameters for each in (function, accelcal.fit))
-    handed = [*of_fit][1:]
+def test_the_options_of_a_batch_are_those_of_a_fit():
+    """Type checkers and editors know them by these names, readers by the docstring."""
+    handed = {n for n in inspect.signature(accelcal.fit).parameters if n != "record"}
     assert set(BatchOptions.__annotations__) == {*handed, "overrides", "specification"}
-    assert {name: shown[name] for name in handed} == {name: of_fit[name] for name in handed}
-    assert {"jobs", "overrides", "specification"} <= set(shown)
-    assert "options" not in shown
-    assert str(shown["overrides"]) == "overrides: 'Mapping[str, Any] | None' = None"
+    for function in (accelcal.batch, accelcal.write_batch):
+        assert all(name in inspect.getdoc(function) for name in handed)

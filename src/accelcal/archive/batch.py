@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from os import PathLike
 from os.path import realpath
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 from accelcal.archive.block import Told, fit_block, fit_to_file, work
 from accelcal.archive.columns import (
@@ -29,7 +28,6 @@ from accelcal.archive.through import InMemory, Progress, work_through
 from accelcal.arguments.kinds import path_text, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag, check_function, check_options, check_text
-from accelcal.calibrate.fit import fit
 from accelcal.calibrate.options import FitOptions, Options
 from accelcal.equality import equal
 from accelcal.errors import InputError
@@ -133,22 +131,6 @@ class BatchOptions(FitOptions, total=False):
     specification: Specification | None
 
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
-
-
-def _hands_on(function: _Function) -> _Function:
-    """Show the options that a function hands on where help and completion look for them."""
-    signature = inspect.signature(function)
-    own = [each for each in signature.parameters.values() if each.kind is not each.VAR_KEYWORD]
-    handed = {n: each for n, each in inspect.signature(fit).parameters.items() if n != "record"}
-    for name, kind in BatchOptions.__annotations__.items():
-        optional = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
-        handed.setdefault(name, optional.replace(annotation=kind.__forward_arg__))
-    vars(function)["__signature__"] = signature.replace(parameters=[*own, *handed.values()])
-    return function
-
-
-@_hands_on
 def batch(
     paths: str | PathLike[str] | Iterable[str | PathLike[str]],
     *,
@@ -219,7 +201,6 @@ def batch(
     )
 
 
-@_hands_on
 def write_batch(
     paths: str | PathLike[str] | Iterable[str | PathLike[str]],
     target: str | PathLike[str],
