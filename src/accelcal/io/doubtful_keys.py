@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from difflib import get_close_matches
 
 from accelcal.io.vocabulary import KEYS
 
@@ -34,7 +33,7 @@ def notes_of_keys(declared: Mapping[str, str]) -> Iterator[str]:
     """
     for key in _with_numbers(declared):
         folded = re.sub(r"[\W_]+", "_", key).strip("_").casefold()
-        near = get_close_matches(folded, _NAMES, n=2, cutoff=_ALIKE)
+        near = _nearly_alike(folded)
         if near:
             meant = f"the key may be meant as {' or '.join(near)}"
             yield f"header line {key!r} declares nothing: {meant}"
@@ -42,3 +41,9 @@ def notes_of_keys(declared: Mapping[str, str]) -> Iterator[str]:
 
 def _with_numbers(declared: Mapping[str, str]) -> Iterable[str]:
     return (key for key, text in declared.items() if key not in KEYS and _NUMBER.match(text))
+
+
+def _nearly_alike(key: str) -> list[str]:
+    from difflib import get_close_matches  # few files have such a key
+
+    return get_close_matches(key, _NAMES, n=2, cutoff=_ALIKE)

@@ -15,7 +15,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.columns import coefficient_columns, repeated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, column_of
-from accelcal.discovery.unnamed.beside_noise import MOST, Kind, Trial, tried
+from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
 from accelcal.discovery.unnamed.wandering import half_waves
 from accelcal.results.findings import Unexplained
@@ -41,11 +41,15 @@ def slow(
     There is none where noise with a memory of half often looks like it, at a false-alarm rate
     alpha, or where there are more than 600 degrees of freedom.
     """
-    trial = _trial(comparison, instances, seed)
-    best = None if trial is None else trial.best(alpha)
-    if trial is None or best is None:
+    taken = _taken(comparison, instances)
+    if taken is None:
         return None
-    what, (kind, _) = list(_kinds(comparison).items())[best]
+    kinds = _kinds(comparison)
+    trial = tried(comparison, taken, list(kinds.values()), _MEMORY, _SHARE, seed)
+    best = trial.best(alpha)
+    if best is None:
+        return None
+    what, (kind, _) = list(kinds.items())[best]
     see, white, which = trial.likeliest(best)
     columns = kind.columns(0)
     acting = see @ columns
@@ -63,14 +67,14 @@ def slow(
     return Unexplained(told, min(max(share, 0.0), 1.0), float(trial.p_values[best]))
 
 
-def _trial(comparison: Comparison, instances: Sequence[Instance], seed: int) -> Trial | None:
+def _taken(comparison: Comparison, instances: Sequence[Instance]) -> Array | None:
+    """Columns of what is the same in all strokes, and of some effects; None beside too many."""
     c, model = comparison.model.conditions, comparison.model
     columns = [column_of(item, c)[:, None] for item in instances]
     repeats = repeated(c, comparison.record.mounting)
     if comparison.space.size - repeats.shape[1] > MOST:
         return None
-    taken = np.hstack([repeats, model.jacobian(comparison.parameters), *columns])
-    return tried(comparison, taken, list(_kinds(comparison).values()), _MEMORY, _SHARE, seed)
+    return np.hstack([repeats, model.jacobian(comparison.parameters), *columns])
 
 
 def _kinds(comparison: Comparison) -> dict[str, tuple[Kind, float]]:
