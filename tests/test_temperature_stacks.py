@@ -14,6 +14,7 @@ from accelcal.estimate.joint import estimate_stack
 from accelcal.estimate.tables import prepare
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.simulation import NoiseComponents, TumblePlan
+from accelcal.temperature import product_fit as steps
 from accelcal.temperature.bilinear import bilinear_design
 from accelcal.temperature.generalised_least_squares import law_maps
 from accelcal.temperature.laws import laws_of_stack
@@ -253,6 +254,16 @@ def test_each_record_takes_its_own_steps():
         rows = np.array([record])
         for found, alone in zip(whole, solved(fit.of_records(rows), laws[rows]), strict=True):
             assert_allclose(found[rows], alone, rtol=1e-9, atol=1e-15)
+
+
+def test_more_steps_of_the_product_fit_would_move_no_reading(monkeypatch):
+    fit, laws = moving_fit(**DECLARED)
+    found = solved(fit, laws)
+    monkeypatch.setattr(steps, "_CONVERGED", 1e-13)
+    last = solved(fit, laws)
+    models = [fit.readings.at(own.felt).model(own.parameters) for own in (found, last)]
+    assert (np.abs(models[0] - models[1]) < 1e-4 * sizes_at(fit, last).noise).all()
+    assert_allclose(found.doubt, last.doubt, rtol=1e-3)
 
 
 def test_map_of_the_product_fit_is_its_derivative():

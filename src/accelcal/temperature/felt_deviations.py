@@ -101,6 +101,11 @@ class _Felt(NamedTuple):
         """Tables whose temperatures move by much while no law tells what that does."""
         return np.isnan(self.share) & (self.span > _MUCH)
 
+    @property
+    def told(self) -> Mask:
+        """What there is to say of each table, in the order of these four, shape (R, 4, t)."""
+        return np.stack([self.follows, self.in_part, self.ignored, self.untold], axis=1)
+
 
 def brought_to_rest(
     tables: Sequence[PreparedTable],
@@ -145,15 +150,8 @@ def brought_to_rest(
             still[table][rows] += np.where(follows[:, None], change, 0.0)
     unfelt = np.where(felt.follows, unfelt_share(felt.share, felt.doubt), 1.0)
     said = [
-        tuple(
-            _sentences(
-                _Felt(*(own[record] for own in felt)),
-                [own[record] for own in temperatures.readings],
-                temperatures.levels[record],
-                run_labels(record),
-            )
-        )
-        for record in range(len(span))
+        tuple(_sentences(record, own, felt, temperatures, run_labels)) if any(map(any, own)) else ()
+        for record, own in enumerate(felt.told.tolist())
     ]
     return AtRest(still, unfelt, said)
 
@@ -202,34 +200,38 @@ def _change(fit: ProductFit, state: Solution, felt: _Felt) -> Array:
 
 
 def _sentences(
-    felt: _Felt, temperatures: Sequence[Array], levels: Array, labels: Sequence[str]
+    record: int,
+    told: Sequence[Sequence[bool]],
+    felt: _Felt,
+    temperatures: RecordedTemperatures,
+    run_labels: Callable[[int], Sequence[str]],
 ) -> Iterator[str]:
     """Say of one record what was done, and what its recorded temperatures leave in doubt."""
-    follow = np.flatnonzero(felt.follows).tolist()
+    follow, partly, ignored, untold = ([i for i, yes in enumerate(own) if yes] for own in told)
+    labels, levels = run_labels(record), temperatures.levels[record]
+    readings = [own[record] for own in temperatures.readings]
     if follow:
-        away = max(float(np.abs(temperatures[i] - levels[i]).max()) for i in follow)
+        away = max(float(np.abs(readings[i] - levels[i]).max()) for i in follow)
         yield (
             f"{_runs(labels, follow)}: the temperature moves, by up to {away:.2g} degC from its"
             " mean, and the readings follow; they were brought to the mean temperature of the run"
             " by the slopes of the laws"
         )
-    partly = np.flatnonzero(felt.in_part).tolist()
     if partly:
-        shares = ", ".join(f"{100.0 * felt.share[i]:.0f} %" for i in partly)
+        shares = ", ".join(f"{100.0 * felt.share[record, i]:.0f} %" for i in partly)
         yield (
             f"{_runs(labels, partly)}: of the recorded changes of the temperature {shares} were"
             " felt, so others were that nobody recorded: they make readings near 0 and 180 deg"
             " noisier than the others, which few strokes and runs do not tell: then U of K3 may"
             " be too small, those of K0 and M are too large; mend the sensor or the chamber"
         )
-    for place in np.flatnonzero(felt.ignored).tolist():
-        yield from _mistyped(_runs(labels, [place]), temperatures[place])
-    untold = np.flatnonzero(felt.untold).tolist()
+    for place in ignored:
+        yield from _mistyped(_runs(labels, [place]), readings[place])
     if untold:
         yield (
             f"{_runs(labels, untold)}: the recorded temperatures span up to"
-            f" {felt.span[untold].max():.2g} degC, and no laws in this mounting tell what that does"
-            " to the readings, which are taken as they are"
+            f" {felt.span[record, untold].max():.2g} degC, and no laws in this mounting tell what"
+            " that does to the readings, which are taken as they are"
         )
 
 

@@ -38,7 +38,7 @@ from accelcal.temperature.product_model import times
 
 _MOST_STEPS = 30
 _SURE = 3.0  # standard uncertainties by which a scale factor must differ from zero
-_CONVERGED = 1e-6  # of the noise of a reading
+_CONVERGED = 1e-6  # of the noise of a reading; less than that would the next step move it
 _AT_A_TIME = 8192  # readings; with some dozens of columns each, they take 2 MB
 
 
@@ -57,14 +57,16 @@ def solved(fit: ProductFit, laws: Array) -> Solution:
     Solution
         A record comes out the same whatever the others are.
     """
-    state = _start(fit, laws)
+    state, moved = _start(fit, laws), np.zeros(len(laws))
     left, blocks = np.arange(len(laws)), fit.head.blocks(_AT_A_TIME)
     for _ in range(_MOST_STEPS):
         part, before = fit.of_records(left), Solution(*(values[left] for values in state))
-        after, still = _step(part, before, blocks)
+        after, now = _step(part, before, blocks)
         for whole, new in zip(state, after, strict=True):
             whole[left] = new
-        left = left[~still]
+        shorter = np.divide(now, moved[left], out=np.ones_like(now), where=moved[left] > now)
+        moved[left] = now
+        left = left[now * shorter >= _CONVERGED]  # where the next step would still move something
         if not left.size:
             break
     return state
@@ -92,17 +94,17 @@ def scale_factor_is_told(value: ArrayLike, uncertainty: ArrayLike) -> Mask:
 
 
 def _start(fit: ProductFit, laws: Array) -> Solution:
-    """What is common to all temperatures starts at 0."""
+    """What is common to all temperatures starts at 0; the deviations, as if felt in full."""
     common = np.zeros((len(laws), fit.readings.common.shape[1]))
     p = laws.shape[1] // 3
     parameters = np.concatenate([laws, common], axis=1)
     parameters[:, p + 1 : 2 * p] *= laws[:, p, None]
-    part = np.full((len(laws), len(fit.tables)), PRIOR)
-    return Solution(parameters, part, part.copy())
+    in_full = np.ones((len(laws), len(fit.tables)))
+    return Solution(parameters, in_full, np.zeros_like(in_full))
 
 
-def _step(fit: ProductFit, state: Solution, blocks: Sequence[Block]) -> tuple[Solution, Mask]:
-    """One step, and the records that it hardly moved."""
+def _step(fit: ProductFit, state: Solution, blocks: Sequence[Block]) -> tuple[Solution, Array]:
+    """One step, and the most by which it moved a reading of each record, in units of the noise."""
     sizes = sizes_at(fit, state)
 
     def of(block: Block) -> _Columns:
@@ -111,12 +113,8 @@ def _step(fit: ProductFit, state: Solution, blocks: Sequence[Block]) -> tuple[So
     columns = of if len(blocks) > 1 else _kept(of(blocks[0]))
     step, felt, doubt = _System.of(fit.head, blocks, columns).solve()
     found = Solution(state.parameters + step, PRIOR * (1.0 + felt), PRIOR * doubt)
-    still, felt = np.ones(len(step), dtype=bool), (found.felt - state.felt) / PRIOR
-    for block in blocks:
-        still &= columns(block).hardly_moved(step, felt)
-        if not still.any():
-            break
-    return found, still
+    felt = (found.felt - state.felt) / PRIOR
+    return found, np.max([columns(block).moved(step, felt) for block in blocks], axis=0)
 
 
 class _Columns(NamedTuple):
@@ -158,11 +156,11 @@ class _Columns(NamedTuple):
         """Number of felt parts."""
         return int(self.errors.felt.shape[2])
 
-    def hardly_moved(self, step: Array, felt: Array) -> Mask:
-        """Tell which records a step of the parameters and of the felt parts hardly moved."""
+    def moved(self, step: Array, felt: Array) -> Array:
+        """Tell by how much a step of the parameters and of the felt parts moved a reading."""
         moved = times(self.values[..., : self.parameters], step)
         moved += times(self.values[..., -1 - self.felt : -1], felt)
-        return np.asarray((np.abs(moved) < _CONVERGED).all(axis=1))
+        return np.asarray(np.abs(moved).max(axis=1))
 
 
 _ColumnsOf = Callable[[Block], _Columns]
