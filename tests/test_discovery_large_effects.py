@@ -92,3 +92,12 @@ def test_a_record_in_which_no_effect_shows_is_fitted_with_the_sizes_of_the_model
     k2, as_it_is = (each.tables[0].coefficients["K2"].value for each in (again, bare))
     slope = found.effects[0].parameters["slope"].value
     assert as_it_is - k2 == pytest.approx(1.35 * slope * (level - 20.0), rel=0.05, abs=1e-12)
+
+
+@pytest.mark.parametrize(("hidden", "size"), [("backlash", 3e-3), ("backlash", 1e-2)])
+def test_a_new_record_agrees_with_a_calibration_that_has_a_large_lag(hidden, size):
+    """By the law of small ones, readings were predicted that lag without turning the axis."""
+    known = [effect(hidden).of(size)]
+    old, new = (accelcal.simulate(effects=known, seed=seed) for seed in (1, 2))
+    calibration = accelcal.fit(old, model=accelcal.discover(old))
+    assert accelcal.compare(calibration, new).p_value > 0.01

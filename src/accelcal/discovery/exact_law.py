@@ -19,8 +19,8 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, own_columns
 from accelcal.discovery.solution import solution
 from accelcal.discovery.untold import fitted_sizes
-from accelcal.effects.conditions import Conditions
-from accelcal.effects.effect import ActsOn, Disturbance
+from accelcal.effects.effect import Disturbance
+from accelcal.effects.found import total
 from accelcal.record import TumbleRecord
 
 _SEEN = 0.1
@@ -100,18 +100,12 @@ def _beyond(
     for item, size in acting:
         straight += own_columns(item, model.conditions) @ size
     effects = [_of_size(item, size) for item, size in acting]
-    moved = turned(model, comparison.record, _total("angle", effects, model.conditions), delta0)
+    moved = turned(model, comparison.record, total("angle", effects, model.conditions), delta0)
     gain, inside = moved.split(parameters)
     axial = moved.conditions.input + tilt(moved, parameters)
     now = replace(moved.conditions, axial=axial, indicated=inside, gain=gain)
-    whole = gain * (inside + _total("output", effects, now))
+    whole = gain * (inside + total("output", effects, now))
     return whole - np.multiply(*model.split(parameters)) - straight, straight
-
-
-def _total(acts_on: ActsOn, effects: Sequence[Disturbance], c: Conditions) -> Array:
-    """Sum of the effects that act on one thing, by their exact laws."""
-    acting = (item.change(c) for item in effects if item.effect.acts_on == acts_on)
-    return sum(acting, start=np.zeros(c.angle.size))
 
 
 def _is_possible(instance: Instance, size: Array) -> bool:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from accelcal.effects.effect import Disturbance
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import ActsOn, Disturbance
 from accelcal.effects.empirical import effect_of
 from accelcal.results.findings import FoundEffect
 
@@ -28,6 +32,27 @@ def disturbances(found: Iterable[FoundEffect]) -> tuple[Disturbance, ...]:
         If an effect is not in the catalogue, or a parameter breaks a rule.
     """
     return tuple(map(_disturbance, found))
+
+
+def total(acts_on: ActsOn, effects: Iterable[Disturbance], c: Conditions) -> Array:
+    """Sum of the effects that act on one thing, by their exact laws.
+
+    Parameters
+    ----------
+    acts_on : {"angle", "temperature", "output", "readings"}
+        The thing.
+    effects : iterable of Disturbance
+        Effects, of which others are left out.
+    c : Conditions
+        Of n readings.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In rad, degC or g.
+    """
+    acting = (item.change(c) for item in effects if item.effect.acts_on == acts_on)
+    return sum(acting, start=np.zeros(c.angle.size))
 
 
 def _disturbance(found: FoundEffect) -> Disturbance:

@@ -13,7 +13,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, CrossAxis
 from accelcal.discovery.instance import contribution
 from accelcal.effects.conditions import Conditions, conditions_of
-from accelcal.effects.found import disturbances
+from accelcal.effects.found import disturbances, total
 from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
@@ -82,7 +82,27 @@ def simulated_readings(
     InputError
         If a mounting was not calibrated.
     """
-    along = _along(found, record)
+    along, effects = _along(found, record), disturbances(calibration.effects)
+    full = now = _full(calibration, found, record, along)
+    lag = total("angle", effects, full)
+    if lag.any():
+        read = replace(record, angle=record.angle + np.degrees(lag))
+        now = _full(calibration, found, read, along)
+    others = (item for item in effects if item.effect.acts_on not in ("angle", "output"))
+    added = [contribution(item, full) for item in others]
+    inside = now.indicated + total("output", effects, now)
+    return Simulated(
+        conditions=full,
+        reading=record.output / found.K1.at_T0,
+        simulated=np.sum([now.gain * inside, *added], axis=0),
+        by_error=_by_error(full, along == found.cross.name),
+    )
+
+
+def _full(
+    calibration: Calibration, found: Compensation, record: TumbleRecord, along: NDArray[np.str_]
+) -> Conditions:
+    """Conditions with what the calibration says is indicated, and how it changes."""
     c = _conditions(calibration, found, record, along)
     rise, a_i, a_p = c.excess, c.input, c.cross
     gain = 1.0 + found.K1.change(rise)
@@ -93,14 +113,7 @@ def simulated_readings(
     tilt = _of_axis(along, found, lambda axis: axis.delta.local_slope(rise))
     heat = found.k0.local_slope(rise) + found.K1.local_slope(rise) * inside / gain + tilt * a_p
     full = replace(c, axial=a_i + delta * a_p, indicated=inside, gain=gain)
-    full = replace(full, per_degree=heat, per_degree_falling=heat)
-    added = [contribution(item, full) for item in disturbances(calibration.effects)]
-    return Simulated(
-        conditions=full,
-        reading=record.output / found.K1.at_T0,
-        simulated=np.sum([gain * inside, *added], axis=0),
-        by_error=_by_error(full, along == found.cross.name),
-    )
+    return replace(full, per_degree=heat, per_degree_falling=heat)
 
 
 def _along(found: Compensation, record: TumbleRecord) -> NDArray[np.str_]:
