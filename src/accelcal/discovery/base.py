@@ -87,11 +87,15 @@ class BaseModel:
 
 
 def base_model(
-    record: TumbleRecord, reference_temperature: float, delta0: float = 0.0
+    record: TumbleRecord,
+    reference_temperature: float,
+    delta0: float = 0.0,
+    silent: Mask | None = None,
 ) -> BaseModel:
     """Set up the base model of a record, T0 in degC and the fixture angle in rad.
 
-    Its conditions are those of an accelerometer that has the fitted coefficients.
+    Its conditions are those of an accelerometer that has the fitted coefficients. Readings that are
+    silent, shape (n,), have the bias alone, as if nothing accelerated it.
 
     Raises
     ------
@@ -99,6 +103,8 @@ def base_model(
         If the readings do not follow the input axis at all.
     """
     ideal = conditions_of(record, reference_temperature, delta0)
+    if silent is not None:
+        ideal = _silenced(ideal, silent)
     centred = ideal.input - ideal.input.mean()
     nominal = float(centred @ record.output / (centred @ centred or np.inf))
     if not abs(nominal) > 1e-3 * np.abs(record.output - record.output.mean()).max():
@@ -116,7 +122,20 @@ def base_model(
         conditions=ideal,
     )
     model = over_scale_factor(first)
-    return replace(model, conditions=_fitted_conditions(model, solve(model)))
+    return replace(model, conditions=_fitted_conditions(model, solve(model), record))
+
+
+def _silenced(c: Conditions, silent: Mask) -> Conditions:
+    """Conditions in which some readings are without acceleration."""
+    heard = np.where(silent, 0.0, 1.0)
+    return replace(
+        c,
+        input=c.input * heard,
+        cross=c.cross * heard,
+        axial=c.axial * heard,
+        indicated=c.indicated * heard,
+        per_radian=c.per_radian * heard,
+    )
 
 
 def turned(model: BaseModel, record: TumbleRecord, angle: Array, delta0: float) -> BaseModel:
@@ -241,7 +260,7 @@ def _law(excess: Array) -> tuple[Array, list[str]]:
     return np.stack(columns, axis=1), names
 
 
-def _fitted_conditions(model: BaseModel, parameters: Array) -> Conditions:
+def _fitted_conditions(model: BaseModel, parameters: Array, record: TumbleRecord) -> Conditions:
     """Conditions with what the fitted model says the accelerometer indicates and how it changes."""
     c = model.conditions
     gain, inside = model.split(parameters)
@@ -249,12 +268,25 @@ def _fitted_conditions(model: BaseModel, parameters: Array) -> Conditions:
     slopes = solve(laws)
     return replace(
         c,
-        axial=c.input + tilt(model, parameters),
+        axial=_axial(model, parameters, record),
         indicated=inside,
         gain=gain,
         per_degree=_per_degree(laws, slopes, c.excess >= 0.0),
         per_degree_falling=_per_degree(laws, slopes, c.excess > 0.0),
     )
+
+
+def _axial(model: BaseModel, parameters: Array, record: TumbleRecord) -> Array:
+    """Acceleration along the true input axis [g], shape (n,).
+
+    Both sides of a mounting tell the fixture angle, which then may be another than the given one.
+    """
+    c, sides = model.conditions, set(record.mounting.tolist())
+    if len({side[0] for side in sides}) == len(sides):
+        return c.input + tilt(model, parameters)
+    freed = model.extended(c.per_radian[:, None], ("fixture",))
+    found = solve(freed)
+    return np.asarray(c.input + tilt(freed, found) + found[-1] * c.per_radian)
 
 
 def tilt(model: BaseModel, parameters: Array) -> Array:

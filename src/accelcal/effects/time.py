@@ -25,6 +25,9 @@ _APPROACH = 45.0
 APPROACH, USUAL = "approach", 1.0
 """Parameter that tells how it comes there, and its value where nothing else is said."""
 
+_NARROW = 1e-5
+"""Half width of a play that the misalignment does not hide where a is extreme [g]."""
+
 _SENSES = (0.0, -1.0, USUAL)
 """Senses in which it comes there, against or with the stroke; 0 where it is at rest there."""
 
@@ -71,7 +74,7 @@ def _bias_step(c: Conditions, step: float, reading: float) -> Array:
 
 
 def _play(c: Conditions, half_width: float, approach: float) -> Array:
-    """Play operator on a_i along the way of the head in each run, readings or not."""
+    """Play operator on a along the way of the head in each run, readings or not."""
     if approach not in _SENSES:
         raise InputError(
             f"hysteresis: approach is {approach:g}; the head comes to the first position of a run"
@@ -83,7 +86,7 @@ def _play(c: Conditions, half_width: float, approach: float) -> Array:
         passed = list(_passed(c, own, approach))
         state = passed[0][0]
         for index, values in zip(own, passed, strict=True):
-            sensed = float(c.input[index])
+            sensed = float(c.axial[index])
             for value in (*values, sensed):
                 state = min(max(state, value - half_width), value + half_width)
             lag[index] = state - sensed
@@ -91,12 +94,13 @@ def _play(c: Conditions, half_width: float, approach: float) -> Array:
 
 
 def _passed(c: Conditions, own: Places, approach: float) -> Iterator[list[float]]:
-    """Extremes of a_i that the head passes on its way to each reading of a run, in their order.
+    """Extremes of a that the head passes on its way to each reading of a run, in their order.
 
     It begins by coming to the first position. The stroke of a reading that is missing at either end
     of the turn goes there nevertheless.
     """
     ends = (float(c.angle.min()), float(c.angle.max()))
+    wave = _wave(c.angle[own], c.axial[own])
     before: int | None = None
     for index in own.tolist():
         here, forward = float(c.angle[index]), c.stroke[index] % 2 == 1
@@ -107,22 +111,35 @@ def _passed(c: Conditions, own: Places, approach: float) -> Iterator[list[float]
         else:
             ended, begun = ends[int(c.stroke[before] % 2 == 1)], ends[int(not forward)]
             way = [float(c.angle[before]), ended, begun, here]
-        yield [value for start, end in pairwise(way) for value in _extremes(start, end)]
+        yield [value for start, end in pairwise(way) for value in _extremes(start, end, *wave)]
         before = index
+
+
+def _wave(angle: Array, axial: Array) -> tuple[float, float]:
+    """Amplitude of a in a turn [g], and head angle where it is largest [deg]."""
+    turn = np.radians(angle)
+    waves = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    cosine, sine = np.linalg.lstsq(waves, axial, rcond=None)[0].tolist()
+    return math.hypot(cosine, sine), math.degrees(math.atan2(sine, cosine))
 
 
 def _approaches(c: Conditions) -> Array:
     """Ways to come to the first position of each run that the readings can tell apart."""
-    tried = {_play(c, 1e-6, sense).tobytes(): sense for sense in _SENSES}
-    return np.sort(np.array(list(tried.values())))
+    tried: dict[float, Array] = {}
+    for sense in reversed(_SENSES):
+        lag = _play(c, _NARROW, sense)
+        if all(np.abs(lag - other).max() > 0.5 * _NARROW for other in tried.values()):
+            tried[sense] = lag
+    return np.sort(np.array(list(tried)))
 
 
-def _extremes(start: float, end: float) -> list[float]:
-    """a_i where a turn begins, and at the multiples of 180 deg on its way [g]."""
-    low, high = sorted((start, end))
+def _extremes(start: float, end: float, amplitude: float, largest: float) -> list[float]:
+    """Values of a where a turn begins, and where it is extreme on its way [g]."""
+    low, high = sorted((start - largest, end - largest))
     halves = range(math.floor(low / 180.0) + 1, math.ceil(high / 180.0))
-    turned = [-1.0 if half % 2 else 1.0 for half in halves]
-    return [math.cos(math.radians(start)), *(turned if start < end else turned[::-1])]
+    turned = [-amplitude if half % 2 else amplitude for half in halves]
+    first = amplitude * math.cos(math.radians(start - largest))
+    return [first, *(turned if start < end else turned[::-1])]
 
 
 def _tilt(c: Conditions, rate: float, sine: float, cosine: float) -> Array:
@@ -220,13 +237,15 @@ EFFECTS = (
         name="hysteresis of the sensor",
         physics="The output lags behind the input by a constant, after the sign of its last"
         " change.",
-        formula="play operator of half width w on a_i",
+        formula="play operator of half width w on a = a_i + delta a_p",
         signature="Forward minus back goes with sign(sin th): its ratio at 45 and 90 deg is 1.",
         to_tell_apart="positions between 0 and 45 deg in both senses, where backlash falls with"
         " sin th",
         acts_on="output",
         parameters=(
-            Parameter("half_width", "g", "half the width w of the play", minimum=0.0, small=1e-6),
+            Parameter(
+                "half_width", "g", "half the width w of the play", minimum=0.0, small=_NARROW
+            ),
             Parameter(
                 APPROACH,
                 "1",
