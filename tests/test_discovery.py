@@ -404,9 +404,59 @@ def test_a_dead_zone_wider_than_the_misalignment_puts_the_cube_in_doubt():
     names = {name for e in found.effects for name in (e.id, *e.indistinguishable)}
     assert names == {"cross-axis-cubic", "dead-zone"}
     assert any("positions across the input axis are silent" in note for note in found.notes)
-    assert set(found.doubtful) == {e.id for e in found.effects} - {"dead-zone"}
+    assert set(found.doubtful) == {e.id for e in found.effects}
     cube = accelcal.simulate(plan=plan, effects=[effect("cross-axis-cubic").of(2e-4)], seed=4)
     assert not any("silent" in note for note in accelcal.discover(cube).notes)
+
+
+@pytest.mark.parametrize("mountings", [("o+",), ("o+", "o-")])
+def test_a_hysteresis_turns_where_the_true_axis_is_vertical(mountings):
+    """With a fixture that is off by 0.02 rad no size of it had a name."""
+    plan = TumblePlan(mountings=mountings, temperatures=(20.0,), delta0=0.02)
+    lagging = accelcal.simulate(plan=plan, effects=[effect("hysteresis").of(2e-5)], seed=1)
+    found = accelcal.discover(lagging, delta0=0.0)
+    assert set(ids(found)) == {"hysteresis"} | ({"fixture-offset"} if mountings[1:] else set())
+    width = next(e for e in found.effects if e.id == "hysteresis").parameters["half_width"]
+    assert abs(width.value - 2e-5) < 1.5 * width.expanded_uncertainty
+
+
+def test_a_dead_zone_that_may_be_wider_leaves_the_scale_factor_open():
+    """Its U was some 14 ppm, where 2 mg were told as 1.16 mg."""
+    plan = TumblePlan(temperatures=(20.0,))
+    wide = accelcal.simulate(plan=plan, effects=[effect("dead-zone").of(2e-3)], seed=1)
+    found = accelcal.discover(wide)
+    assert ids(found) == ["dead-zone"] == list(found.doubtful)
+    assert found.effects[0].parameters["threshold"].standard_uncertainty is None
+    left_open = {c.coefficient for c in found.coefficients if c.after.standard_uncertainty is None}
+    assert left_open == {"K1", "K3"}
+    narrow = accelcal.simulate(plan=plan, effects=[effect("dead-zone").of(2e-4)], seed=1)
+    told = accelcal.discover(narrow)
+    assert told.effects[0].parameters["threshold"].standard_uncertainty is not None
+    assert told.doubtful == ()
+
+
+@pytest.mark.parametrize("positions", [12, 24])
+@pytest.mark.parametrize("levels", [(20.0,), (20.0, 80.0)])
+def test_a_dead_zone_that_silences_positions_has_its_width_where_the_others_tell_it(
+    positions, levels
+):
+    """It was a dead zone as wide as the misalignment beside an odd quadratic, both sure."""
+    plan = TumblePlan(positions=positions, temperatures=levels)
+    wide = accelcal.simulate(plan=plan, effects=[effect("dead-zone").of(3e-3)], seed=3)
+    found = accelcal.discover(wide)
+    assert ids(found) == ["dead-zone"]
+    assert found.effects[0].indistinguishable == (("odd-quadratic",) if positions == 12 else ())
+    width = found.effects[0].parameters["threshold"]
+    assert abs(width.value - 3e-3) < 1.5 * width.expanded_uncertainty
+    assert found.before.rms > 2e-4
+    K1, M = (c.after for c in found.coefficients if c.coefficient in ("K1", "M"))
+    scale = 1.35 / found.scale_factor - 1.0
+    assert abs(K1.value - scale) < 1.5 * K1.expanded_uncertainty
+    assert abs(M.value - 1.15e-3) < 1.5 * M.expanded_uncertainty
+    fitted = accelcal.fit(wide, model=found)
+    told = fitted.tables[0].coefficients
+    assert abs(told["K1"].value - 1.35) < 1.5 * told["K1"].expanded_uncertainty
+    assert abs(told["M"].value - 1.35 * 1.15e-3) < 1.5 * told["M"].expanded_uncertainty
 
 
 def test_a_dead_zone_wider_than_the_misalignments_of_two_temperatures_is_told():

@@ -12,6 +12,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.base import solve
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.instance import contribution, instance_of
+from accelcal.discovery.silence import silent_by
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.found import disturbances
 from accelcal.errors import InputError
@@ -70,9 +71,9 @@ def action(discovery: Discovery, record: TumbleRecord, effect: str | None = None
         raise InputError(f"effect {chosen!r} was not found; the discovery has {', '.join(ids)}")
     place = ids.index(chosen)
     given = disturbances(discovery.effects)
-    with_all = compared(
-        record, discovery.T0_degC, discovery.delta0_rad, tuple(map(instance_of, given))
-    )
+    t0, delta0 = discovery.T0_degC, discovery.delta0_rad
+    silent = silent_by(record, t0, delta0, given)
+    with_all = compared(record, t0, delta0, tuple(map(instance_of, given)), silent=silent)
     added = [contribution(item, with_all.model.conditions) for item in given]
     left = _left(with_all, np.sum(added, axis=0))
     without = _left(with_all, np.sum(added, axis=0) - added[place])

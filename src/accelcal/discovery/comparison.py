@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.declared_noise import relative_noise
@@ -84,6 +84,7 @@ def compared(
     *,
     memory: bool = True,
     noise: ReadingNoise | None = None,
+    silent: Mask | None = None,
 ) -> Comparison:
     """Compare a record with the base model.
 
@@ -102,6 +103,8 @@ def compared(
         Whether neighbouring readings may be correlated.
     noise : ReadingNoise, optional
         Noise of the readings; by default that of their replicates.
+    silent : ndarray of bool, shape (n,), optional
+        Readings that a dead zone silences, see `accelcal.discovery.silence`.
 
     Returns
     -------
@@ -114,7 +117,7 @@ def compared(
         If the record is too small or too large, see `accelcal.discovery.noise`.
     """
     refuse_too_many(record)
-    model = base_model(record, reference_temperature, delta0)
+    model = base_model(record, reference_temperature, delta0, silent)
     repeating = saturated(model.conditions, record.mounting)
     if noise is None:
         within = _beside(repeating, [column_of(item, model.conditions) for item in known])

@@ -27,6 +27,7 @@ from accelcal.discovery.instance import (
     own_columns,
     sizes_of,
 )
+from accelcal.discovery.silence import silent_by, unheard
 from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.untold import fitted_sizes, untold
@@ -97,10 +98,11 @@ def correction(
     instances = [instance_of(item) for item in known]
     if not instances:
         return Correction(record, np.empty((len(record), 0)), 1, ())
-    comparison = compared(record, reference_temperature, delta0, tuple(instances))
+    silent = silent_by(record, reference_temperature, delta0, known)
+    comparison = compared(record, reference_temperature, delta0, tuple(instances), silent=silent)
     shown = [_is_visible(comparison, item) for item in instances]
     fitted = [item for item, is_shown in zip(instances, shown, strict=True) if is_shown]
-    straight = straightened(comparison, fitted, delta0)
+    straight = straightened(comparison, fitted, delta0) if silent is None else None
     if straight is not None:
         record = straight
         comparison = compared(record, reference_temperature, delta0, tuple(instances))
@@ -112,8 +114,9 @@ def correction(
     by_noise = _by_noise(comparison, fitted, shown, effects)
     columns, sizes, factor = _columns(comparison, effects, by_noise)
     left_open = _left_open(comparison, _of_size(fitted, shown, effects))
-    output = record.output - comparison.model.nominal * (columns @ sizes)
-    acting = comparison.model.nominal * np.hstack([columns @ factor, left_open])
+    lacking, open_too = unheard(comparison, fitted, reference_temperature, delta0)
+    output = record.output - comparison.model.nominal * (columns @ sizes - lacking)
+    acting = comparison.model.nominal * np.hstack([columns @ factor, left_open, open_too])
     if gaps:
         steps = gaps_with(comparison, [instances[:k] for k in range(len(instances) + 1)])
         effects = tuple(

@@ -26,9 +26,11 @@ from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.search import Findings
+from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, parameters_of, solution
 from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
 from accelcal.discovery.unnamed.unexplained import chance_without_name, what_is_left
+from accelcal.discovery.unnamed.wide_dead_zone import with_open_width
 from accelcal.discovery.where import shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
@@ -173,9 +175,8 @@ def _discovery(
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
     said = [*_caveats(look, named, unexplained), *_of_mountings(found, named)]
-    changed = found or comparison.record is not record
-    as_given = _as_given(comparison, record, found, question) if changed else None
-    return Discovery(
+    as_given = _as_given(comparison, record, found, question)
+    told = Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
         before=as_given or steps[0],
         after=gap_of(within, steps[-1].heldout_rms),
@@ -202,6 +203,7 @@ def _discovery(
         software=SOFTWARE,
         sha256=record.sha256,
     )
+    return with_open_width(told, family, findings.named[0]) if findings.named else told
 
 
 def _p_value(findings: Findings, unexplained: Unexplained | None) -> float:
@@ -260,7 +262,11 @@ def _next_measurement(look: Look, named: Explanation, question: Question) -> str
 
 def _as_given(
     comparison: Comparison, record: TumbleRecord, found: Sequence[Fault], question: Question
-) -> Gap:
+) -> Gap | None:
+    """Gap of the record as it is, where the search was in another one or took some as silent."""
+    silent = silent_in(comparison.model.conditions).any()
+    if not (found or silent or comparison.record is not record):
+        return None
     noise = of_all_readings(comparison.noise, found)
     return gap_as_given(record, question.reference, question.delta0, question.seed, noise)
 

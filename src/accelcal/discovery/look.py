@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from accelcal.arrays import Mask
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.explanation import Explanation
@@ -13,6 +14,7 @@ from accelcal.discovery.gaps import gap_of
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.noise import FEWEST_REPLICATES
 from accelcal.discovery.search import Findings, in_the_main, search
+from accelcal.discovery.silence import DEAD_ZONE, silent_readings
 from accelcal.discovery.solution import solution
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
@@ -30,7 +32,7 @@ _EXACT = 3
 
 
 class Question(NamedTuple):
-    """What is asked of a record: T0 [degC], fixture angle [rad], and how to search."""
+    """What is asked of a record: T0 [degC], fixture angle [rad], how to search, what is silent."""
 
     reference: float
     delta0: float
@@ -39,6 +41,7 @@ class Question(NamedTuple):
     most: int
     seed: int
     empirical: bool = False
+    silent: Mask | None = None
 
 
 class Look(NamedTuple):
@@ -62,6 +65,8 @@ def look_through(record: TumbleRecord, question: Question) -> Look:
     of the look are without the difference.
     """
     first = look = _beyond_disturbances(_searched(record, question), question)
+    if (beside := _beside_silence(first, question)) is not None:
+        return beside
     for _ in range(_EXACT if first.findings.named else 0):
         known = look.findings.named[0]
         straight = straightened(first.comparison, known.instances, question.delta0)
@@ -74,6 +79,29 @@ def look_through(record: TumbleRecord, question: Question) -> Look:
         if look.findings.named[0].ids == known.ids:
             break
     return look
+
+
+def _beside_silence(look: Look, question: Question) -> Look | None:
+    """Search with the readings silent that a dead zone would silence, if it is found so."""
+    zone = next((entry for entry in question.effects if entry.id == DEAD_ZONE), None)
+    findings, comparison = look.findings, look.comparison
+    named = next(iter(findings.explanations), None)
+    if zone is None or findings.before.p_value >= question.alpha:
+        return None
+    if named is not None and DEAD_ZONE not in named.ids:
+        return None
+    record, only = comparison.record, [Instance(zone, (1.0,), {})]
+    silent = silent_readings(
+        record, question.reference, question.delta0, only, noise=comparison.noise
+    )
+    if silent is None:
+        return None
+    asked = question._replace(silent=silent)
+    again = _beyond_disturbances(_searched(record, asked), asked)
+    explanations = sorted(again.findings.explanations, key=lambda one: DEAD_ZONE not in one.ids)
+    if not explanations or DEAD_ZONE not in explanations[0].ids:
+        return None
+    return again._replace(findings=again.findings._replace(explanations=tuple(explanations)))
 
 
 def _searched(record: TumbleRecord, question: Question) -> Look:
@@ -151,7 +179,8 @@ def _widens_the_gap(comparison: Comparison, found: Explanation) -> bool:
 def _look(
     record: TumbleRecord, question: Question, known: tuple[Instance, ...], *, memory: bool = True
 ) -> Look:
-    comparison = compared(record, question.reference, question.delta0, known, memory=memory)
+    reference, delta0, silent = question.reference, question.delta0, question.silent
+    comparison = compared(record, reference, delta0, known, memory=memory, silent=silent)
     family = with_rates(family_of(comparison, question.effects), question.seed)
     return Look(family, search(family, alpha=question.alpha, most=question.most))
 

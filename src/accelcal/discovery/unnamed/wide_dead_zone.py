@@ -8,6 +8,7 @@ With steps of 45 deg it looks like a_p^3, whatever its width: K1 and K3 take up 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,26 +17,31 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import CONTRADICTION, Explanation
 from accelcal.discovery.family import Family, agrees, chance
 from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.silence import ALONG, DEAD_ZONE, silent_in
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.discovery.unnamed.any_pattern import of_position
 from accelcal.discovery.unnamed.wandering import POSSIBLE
+from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Unexplained
+from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
-_ID = "dead-zone"
+_TAKE_UP = ("K1", "K3")
 _STEPS = 5
 _RANK = 1e-9
-
-_ALONG = 0.1
-"""Acceleration along the input axis above which no dead zone of this kind is silent [g]."""
 
 _WIDTHS = (0.5, 0.7, 0.85, 1.0, 1.2)
 """Thresholds that are tried, over the misalignment of each level."""
 
 _SILENT = (
     "the positions across the input axis are silent, as in a dead zone of {:.4g} ug or any wider"
-    " one, of which K1 and K3 take up the rest: U does not count that; to tell: fine steps of the"
-    " head about the two positions near 0 g"
+    " one, of which K1 and K3 take up the rest: nothing bounds that, and no U counts it; to tell:"
+    " fine steps of the head about the two positions near 0 g"
+)
+
+_TOLD = (
+    "the positions across the input axis are silent in it, so that the others alone tell the"
+    " misalignment"
 )
 
 
@@ -44,22 +50,55 @@ def said_of_silence(
 ) -> Iterator[tuple[str, list[str]]]:
     """Say where a dead zone of any width explains the readings in place of what is named.
 
-    It is said of effects of the position alone, with the ids of those that it puts in doubt.
+    It is said of effects of the position alone, with their ids: one of them is in doubt, and of a
+    dead zone the size.
     """
-    if not found:
+    if found and silent_in(family.comparison.model.conditions).any():
+        yield f"{DEAD_ZONE}: {_TOLD}", []
         return
-    instances = list(found[0].instances)
-    left = without(family.comparison.seen, orthonormal(found[0].directions))
+    for name, tilt in silenced(family, found[0]) if found else ():
+        yield f"{name}: {_SILENT.format(tilt * MICRO)}", [name]
+
+
+def silenced(family: Family, named: Explanation) -> Iterator[tuple[str, float]]:
+    """Find effects of the position alone in whose place a dead zone of any width explains all.
+
+    Beside the id of each, the acceleration that is silent in it at least [g].
+    """
+    instances = list(named.instances)
+    left = without(family.comparison.seen, orthonormal(named.directions))
     bound = float(left @ left) - 2.0 * float(np.log(POSSIBLE))
-    for place in np.flatnonzero(of_position(family, found[0])).tolist():
-        name = instances[place].effect.id
+    for place in np.flatnonzero(of_position(family, named)).tolist():
         others = instances[:place] + instances[place + 1 :]
         tilt, rest = _fitted(family.comparison, others, np.inf)
         if float(rest @ rest) < bound:
-            yield (
-                f"{name}: {_SILENT.format(float(tilt.max()) * MICRO)}",
-                [] if name == _ID else [name],
-            )
+            yield instances[place].effect.id, float(tilt.max())
+
+
+def with_open_width(found: Discovery, family: Family, named: Explanation) -> Discovery:
+    """Take the uncertainty from the width of a dead zone that may as well be wider.
+
+    So from K1 and K3, which take up whatever it is wider: nothing bounds that.
+    """
+    if DEAD_ZONE not in named.ids or silent_in(family.comparison.model.conditions).any():
+        return found
+    if DEAD_ZONE not in (name for name, _ in silenced(family, named)):
+        return found
+    coefficients = (
+        replace(change, after=_open(change.after)) if change.coefficient in _TAKE_UP else change
+        for change in found.coefficients
+    )
+    effects = (
+        replace(effect, parameters={name: _open(q) for name, q in effect.parameters.items()})
+        if effect.id == DEAD_ZONE
+        else effect
+        for effect in found.effects
+    )
+    return replace(found, coefficients=tuple(coefficients), effects=tuple(effects))
+
+
+def _open(quantity: Quantity) -> Quantity:
+    return Quantity(quantity.value, None, quantity.unit)
 
 
 def wide_dead_zone(family: Family, alpha: float, p_value: float) -> Unexplained | None:
@@ -99,7 +138,7 @@ def _fitted(
     model, c = comparison.model, comparison.model.conditions
     columns = np.stack([np.zeros(len(c.input)), *(column_of(i, c) for i in others)], axis=1)
     own = np.array([name.startswith("M") and "_i" not in name for name in model.names])
-    across, tilting = np.abs(c.input) < _ALONG, model.inside[:, own[model.gain.shape[1] :]]
+    across, tilting = np.abs(c.input) < ALONG, model.inside[:, own[model.gain.shape[1] :]]
     parameters, sizes = comparison.parameters, np.zeros(columns.shape[1])
     silent = across
     for _ in range(_STEPS):

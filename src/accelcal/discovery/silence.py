@@ -1,0 +1,135 @@
+"""Readings within a dead zone: they indicate the bias alone, as if nothing accelerated the unit.
+
+In a dead zone wider than the misalignment the positions across the input axis tell nothing of the
+misalignment, which the others tell. Where these are so many that K1 and K3 do not take its width
+up, they tell that as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from accelcal.arrays import Array, Mask
+from accelcal.discovery.base import base_model, tilt
+from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.instance import Instance, instance_of
+from accelcal.discovery.noise import ReadingNoise
+from accelcal.discovery.solution import solution
+from accelcal.discovery.spans import lengths
+from accelcal.discovery.untold import fitted_sizes
+from accelcal.effects.conditions import Conditions, conditions_of
+from accelcal.effects.effect import Disturbance
+from accelcal.numerics.covariance_root import covariance_root
+from accelcal.record import TumbleRecord
+
+DEAD_ZONE = "dead-zone"
+
+ALONG = 0.1
+"""Acceleration along the input axis above which no dead zone of this kind is silent [g]."""
+
+_LEFT = 0.1
+"""Part of a disagreement that a dead zone may leave to be looked for in this way."""
+
+_NOISE = 2.0
+"""Sum of squares of a reading that it may leave in any case, over that of noise."""
+
+
+def silent_in(c: Conditions) -> Mask:
+    """Readings that are taken as silent: those without any acceleration, shape (n,)."""
+    return np.asarray((c.input == 0.0) & (c.cross == 0.0))
+
+
+def silent_readings(
+    record: TumbleRecord,
+    reference: float,
+    delta0: float,
+    instances: Sequence[Instance],
+    *,
+    width: float | None = None,
+    noise: ReadingNoise | None = None,
+) -> Mask | None:
+    """Find the readings that a dead zone silences, by what all others tell.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The n readings.
+    reference, delta0 : float
+        T0 [degC] and fixture angle [rad].
+    instances : sequence of Instance
+        Effects, among them a dead zone.
+    width : float, optional
+        Its threshold [g]; by default as the readings that are not silent tell it.
+    noise : ReadingNoise, optional
+        Noise of the readings; by default that of their replicates.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,), or None
+        None where no reading is silent or none tells the threshold, and without a given one where
+        the effects leave much of the disagreement.
+    """
+    across = np.abs(conditions_of(record, reference, delta0).input) < ALONG
+    if not across.any() or across.all():
+        return None
+    beside = compared(record, reference, delta0, tuple(instances), noise=noise, silent=across)
+    sizes = fitted_sizes(beside, instances)
+    place = next(i for i, item in enumerate(instances) if item.effect.id == DEAD_ZONE)
+    if not sizes.shown[sum(map(len, sizes.of_each[:place]))]:
+        return None
+    if width is None:
+        left = beside.seen - sizes.linear @ sizes.whole
+        if left @ left > max(_LEFT * float(beside.seen @ beside.seen), _NOISE * left.size):
+            return None
+        width = float(sizes.of_each[place][0])
+    silent = across & (np.abs(_axial(beside, instances, reference, delta0)) < width)
+    return silent if silent.any() else None
+
+
+def _axial(
+    comparison: Comparison, instances: Sequence[Instance], reference: float, delta0: float
+) -> Array:
+    """Acceleration along the true input axis, silent readings included [g], shape (n,)."""
+    whole = base_model(comparison.record, reference, delta0)
+    found = solution(comparison, instances).parameters[: len(whole.names)]
+    return whole.conditions.input + tilt(whole, found)
+
+
+def silent_by(
+    record: TumbleRecord, reference: float, delta0: float, known: Sequence[Disturbance]
+) -> Mask | None:
+    """Find the readings that a dead zone among known effects silences, see `silent_readings`."""
+    widths = [item.values["threshold"] for item in known if item.effect.id == DEAD_ZONE]
+    if not widths or not widths[0]:
+        return None
+    return silent_readings(
+        record, reference, delta0, [instance_of(item) for item in known], width=widths[0]
+    )
+
+
+def unheard(
+    comparison: Comparison, instances: Sequence[Instance], reference: float, delta0: float
+) -> tuple[Array, Array]:
+    """Find what silent readings would indicate beside their bias, as all others tell it.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        What they lack, zero for all others [g].
+    ndarray, shape (n, k)
+        Its change by one standard uncertainty of each of k combinations of coefficients [g].
+    """
+    whole, model = base_model(comparison.record, reference, delta0), comparison.model
+    fit = solution(comparison, instances)
+    parameters = fit.parameters[: len(model.names)]
+    silent = silent_in(model.conditions).astype(np.float64)
+    lacking = np.multiply(*whole.split(parameters)) - np.multiply(*model.split(parameters))
+    slopes = silent[:, None] * (whole.jacobian(parameters) - model.jacobian(parameters))
+    own = np.flatnonzero(slopes.any(axis=0))
+    jacobian = comparison.space.whiten(fit.model.jacobian(fit.parameters))
+    norms = lengths(jacobian)
+    norms[norms == 0.0] = np.inf
+    inverse = (np.linalg.pinv(jacobian / norms, rcond=1e-9) / norms[:, None])[own]
+    return silent * lacking, slopes[:, own] @ covariance_root(inverse @ inverse.T)
