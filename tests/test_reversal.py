@@ -38,6 +38,16 @@ def test_exact_readings_give_both_angles_back():
     assert misalignments[20.0].value == pytest.approx(DELTA, abs=2e-9)
 
 
+def test_an_angle_of_degrees_is_no_tangent():
+    """By tangents in place of angles it was 14 urad too large at 2 deg, with U of 5 urad."""
+    (found,) = accelcal.fit(record(seed=None, delta0=0.035)).fixture_angle
+    assert found.angle.value == pytest.approx(0.035, abs=3e-6)
+    free = dict(zip(found.temperatures, found.misalignments, strict=True))[20.0]
+    assert free.value == pytest.approx(DELTA, abs=1e-7)
+    law = accelcal.fit(record(seed=None, delta0=0.035)).temperature_model.delta.at_T0
+    assert law.value == pytest.approx(free.value, abs=1e-9)
+
+
 def test_tables_stay_effective_and_laws_are_free(reversed_fit):
     plus, minus = (
         next(t for t in reversed_fit.tables if t.mounting == side and t.temperature_degC == 20.0)

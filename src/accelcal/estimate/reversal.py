@@ -2,7 +2,8 @@
 
 A fixture angle d0 beyond the one taken as given acts as K1 cos(th + d0), which a table takes for a
 misalignment of -d0 on the side + and of +d0 on the side -, where the cross axis has changed its
-sign. So the mean of both sides is the misalignment and half the difference, - minus +, the angle.
+sign: M/K1 = tan(alpha - d0) and tan(alpha + d0), where tan(alpha) is the misalignment. So the mean
+of these angles is alpha and half their difference, - minus +, is d0.
 The errors of the head are common to both sides and turn with the angle: they leave the mean and
 stay in the angle. The covariance of all tables, which has them in common, knows that by itself.
 
@@ -44,8 +45,9 @@ _G = "g/g^2"
 class _Reversal(NamedTuple):
     """One axis measured on both sides.
 
-    `angle`, shape (R,), and `misalignments`, a row for each level, are weights of the effective
-    misalignments of all R tables; `correction` is what to add to them, a row for each table.
+    `angle`, shape (R,), and `misalignments`, a row for each level, are weights of the angles whose
+    tangents are the effective misalignments of all R tables; `correction` is what to add to these
+    angles, a row for each table.
     """
 
     axis: str
@@ -77,8 +79,9 @@ def fixture_angles(
 
     Notes
     -----
-    At each level delta = (delta+ + delta-)/2 and delta0 = given + (delta- - delta+)/2, of the
-    means over the runs of each side; delta0 is the mean over the levels.
+    At each level delta = tan((alpha+ + alpha-)/2) and delta0 = given + (alpha- - alpha+)/2, where
+    tan(alpha) is the M/K1 of a table, of the means over the runs of each side; delta0 is the mean
+    over the levels. It holds 0.75 k3 delta0 of the cubic term, which is not taken off.
     """
     return tuple(_told(each, estimate, delta0) for each in _reversals(tables, estimate))
 
@@ -106,11 +109,11 @@ def misalignment_stack(
     value, expanded = (np.full(temperatures.shape, np.nan) for _ in range(2))
     axes = np.array([table.axis for table in tables])
     for reversal in reversed(list(_reversals(tables, estimate))):  # the first of an axis counts
-        effective, jacobian = _effective(estimate)
         weights, own = reversal.misalignments, np.flatnonzero(axes == reversal.axis)
-        known = interval_stack(propagate(estimate.components, weights @ jacobian))
+        free, through = _tangents(*_weighted(_angles(estimate), weights))
+        known = interval_stack(propagate(estimate.components, through))
         level = _nearest(temperatures[:, own], _means(temperatures, weights != 0.0))
-        value[:, own] = np.take_along_axis(effective @ weights.T, level, axis=1)
+        value[:, own] = np.take_along_axis(free, level, axis=1)
         expanded[:, own] = np.take_along_axis(known.expanded, level, axis=1)
     return value, expanded
 
@@ -128,24 +131,24 @@ def _nearest(temperatures: Array, levels: Array) -> Places:
 
 
 def _told(reversal: _Reversal, estimate: JointEstimate, delta0: float) -> FixtureAngle:
-    effective, jacobian = _effective(estimate)
-    weights = np.vstack([reversal.angle, reversal.misalignments])
-    values, through = weights @ effective + _first(delta0, weights), weights @ jacobian
-    levels = len(reversal.levels)
+    angles, levels = _angles(estimate), len(reversal.levels)
+    angle, by_all = _weighted(angles, reversal.angle[None])
+    free, of_free = _tangents(*_weighted(angles, reversal.misalignments))
+    values, through = np.concatenate([angle + delta0, free]), np.vstack([by_all, of_free])
     if _tells_couplings(estimate, reversal.misalignments):
         coupling, by_all = _effective(estimate, "M_ip")
         values = np.concatenate([values, reversal.misalignments @ coupling])
         through = np.vstack([through, reversal.misalignments @ by_all])
     components = propagate(estimate.components, through)
     known = intervals(components)
-    angle, *rest = (
+    fixture, *rest = (
         interval.around(float(value), "rad" if i <= levels else _G)
         for i, (value, interval) in enumerate(zip(values, known, strict=True))
     )
     names, matrix = _covariance(components, levels)
     return FixtureAngle(
         axis=reversal.axis,
-        angle=angle,
+        angle=fixture,
         temperatures=tuple(float(t) if np.isfinite(t) else None for t in reversal.levels),
         misalignments=tuple(rest[:levels]),
         couplings=tuple(rest[levels:]),
@@ -193,8 +196,9 @@ def free_of_fixture_angle(
         return estimate
     correction = np.sum(corrections, axis=0)
     effective, jacobian = _effective(estimate)
-    change: Array = effective @ correction.T
-    by_all: Array = correction @ jacobian
+    whole = np.eye(len(correction)) + correction
+    free, by_all = _tangents(*_weighted(_angles(estimate), whole))
+    change, by_all = free - effective, by_all - jacobian
     chosen = np.flatnonzero(correction.any(axis=1)).tolist()
     scale_factor = np.stack([estimate.coefficients[i][..., _K1] for i in chosen], axis=-1)
     through = scale_factor[..., None] * by_all[..., chosen, :]
@@ -277,5 +281,17 @@ def _effective(estimate: JointEstimate, name: str = "M") -> tuple[Array, Array]:
     return own / scale_factor, jacobian
 
 
-def _first(value: float, like: Array) -> Array:
-    return np.pad([value], (0, like.shape[0] - 1))
+def _angles(estimate: JointEstimate) -> tuple[Array, Array]:
+    """Angles whose tangents are the effective misalignments, and their derivatives."""
+    effective, jacobian = _effective(estimate)
+    return np.arctan(effective), jacobian / (1.0 + effective**2)[..., None]
+
+
+def _weighted(known: tuple[Array, Array], weights: Array) -> tuple[Array, Array]:
+    values, jacobian = known
+    return values @ weights.T, weights @ jacobian
+
+
+def _tangents(angles: Array, jacobian: Array) -> tuple[Array, Array]:
+    found = np.tan(angles)
+    return found, jacobian * (1.0 + found**2)[..., None]
