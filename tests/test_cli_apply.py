@@ -64,6 +64,29 @@ def test_several_declarations_in_a_line(run):
     assert "V" in err
 
 
+def test_units_in_the_cells(run):
+    """They were no numbers."""
+    plain = run(HEAD + "temperature,output\n20,1.3\n,0.5\n")
+    told = run(HEAD + "temperature,output\n20 degC,1.3 mA\n,0.5 mA\n")
+    assert told == plain
+    assert told[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("T,output\n20,NA\n20,1.3 mA", ":4: output '1.3 mA' has a unit, and its heading has none;"),
+        ("T,output [uA]\n20,1.3 mA", "under a heading in uA; use one unit"),
+        ("T,output [mA]\n20 K,1.3 mA", "is in K; give it in degC"),
+        ("T,output [mA]\n20,1.3 mA\n20,1.3", "'1.3' after cells in mA; use one unit"),
+    ],
+)
+def test_units_in_the_cells_that_contradict_are_refused(run, text, message):
+    code, rows, err = run("# serial: AL-15\n" + text + "\n")
+    assert (code, rows) == (2, None)
+    assert message in err
+
+
 def test_units_below_the_headings(run):
     """`accelcal fit` took them, and apply refused them as no numbers."""
     text = "Zeit;Temperatur;Ausgang;a_p\ns;°C;mA;g\n0,0;20,0;1,35471;0\n0,1;20,0;1,35472;0\n"

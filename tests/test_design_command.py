@@ -153,6 +153,8 @@ def test_optimal(capsys, tmp_path):
         ([*QUICK, "--cycles", "2"], "give one of them"),
         ([*QUICK, "--hours", "3"], "soaks and mountings alone take 7 h"),
         (["design", "--positions", "7.5"], "write whole numbers above zero"),
+        ([*QUICK, "--seed", "3"], "--seed is for --optimal"),
+        ([*QUICK, "--spacing", "3"], "--spacing is for --optimal"),
         (["design", "--optimal", "D"], "--optimal needs --hours"),
         (["design", "--optimal", "D", "--hours", "9", "--positions", "8"], "leave one out"),
         (["design", "--optimal", "D", "--hours", "9", "--strokes", "2,4"], "one choice"),

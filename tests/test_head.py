@@ -535,6 +535,25 @@ def test_an_expanded_uncertainty_needs_its_factor(text):
         ),
         ("angle,error [arcsec],U (k=0) [arcsec]", "factor 0, and not 1"),
         ("angle,error [arcsec],U (95 %) [arcsec]", "is expanded; say by which factor"),
+        ("angle,error [arcsec],uncertainty (95 %) [arcsec]", "is expanded; say by which factor"),
+        (
+            "angle,error [arcsec],U (k=2; 3σ) [arcsec]",
+            "has the coverage factors 2 and 3; write one",
+        ),
+        ("# uncertainty (95%): 1 arcsec\nangle,error [arcsec],x", "is expanded; say by which f"),
+        ("# 2σ: 1 arcsec\nangle,error [arcsec],u [arcsec]", "is expanded; say by which factor"),
+        (
+            "# uncertainty: 2 arcsec\nangle,error [arcsec],u [arcsec]",
+            "'2 arcsec' is not that of col",
+        ),
+        (
+            "# coverage: 95 %\nangle,error [arcsec],U [arcsec]",
+            "no factor from 1 to 20; write the f",
+        ),
+        (
+            "# coverage: 0.95\nangle,error [arcsec],U [arcsec]",
+            "no factor from 1 to 20; write the f",
+        ),
         ("Winkel [grad],error [arcsec],u [arcsec]", "is in grad; give it in rad"),
     ],
 )
@@ -647,7 +666,17 @@ def test_the_picture_has_each_error_with_its_interval(tables, tmp_path, capsys):
     assert labels == ["before any reading, 95 %", "error, 95 %"]
 
 
-@pytest.mark.parametrize("line", ["coverage: 2", "k: 2", "k = 2", "coverage factor: 2"])
+def test_units_in_the_cells_of_a_certificate():
+    """They were no numbers."""
+    text = "Winkel;Abweichung;U (k=2)\n0\u00b0;1,5 arcsec;2 arcsec\n90\u00b0;-1 arcsec;2 arcsec\n"
+    found = accelcal.read_head(io.StringIO(text))
+    np.testing.assert_allclose(found.errors, [1.5 * ARCSEC, -ARCSEC], rtol=1e-12)
+    np.testing.assert_allclose(found.covariance, ARCSEC**2 * np.eye(2), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "line", ["coverage: 2", "k: 2", "k = 2", "coverage factor: 2", "coverage: 2 (95 %)"]
+)
 def test_a_coverage_factor_goes_by_several_names(line):
     text = f"# uncertainty: 1 arcsec\n# {line}\nangle,error [arcsec]\n0,1\n90,-1\n"
     found = accelcal.read_head(io.StringIO(text)).uncertainty

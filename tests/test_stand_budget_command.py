@@ -508,8 +508,12 @@ def test_a_stand_without_a_load_is_named_with_its_file(capsys, tmp_path):
 
 @pytest.mark.parametrize(
     ("arguments", "told"),
-    [([], "neither CAL.json nor --stand"), (["cal.json", "--seed", "1"], "add --stand STAND.toml")],
+    [
+        ([], "neither CAL.json nor --stand"),
+        (["cal.json", "--seed", "1"], "add --stand STAND.toml"),
+        (["--stand", str(PAPER), "--seed", "1"], "add --monte-carlo N"),
+    ],
 )
-def test_without_a_stand_its_options_are_refused(capsys, arguments, told):
+def test_options_without_what_they_are_for_are_refused(capsys, arguments, told):
     assert main(["budget", *arguments]) == 2
     assert told in capsys.readouterr().err

@@ -116,7 +116,7 @@ def target(text: str) -> tuple[str, float]:
 @number_option(
     "--spacing", "DEG", "Smallest distance of two positions for --optimal [default: 15 deg]."
 )
-@seed_option("Seed of --optimal [default: 0].", default=0)
+@seed_option("Seed of --optimal [default: 0].")
 @click.option(
     "--sheet",
     type=FileToWrite("CSV", ".csv"),
@@ -144,6 +144,9 @@ def design(
       accelcal design --optimal D --hours 12 --sheet plan.csv
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
     given = _arguments(options)
+    for name in ("seed", "spacing"):
+        if options[name] is not None and not options["optimal"]:
+            raise InputError(f"--{name} is for --optimal, which finds angles; leave it out")
     found = _optimum(options, given) if options["optimal"] else _comparison(given)
     if sheet is not None:
         _write_sheet(found, given, sheet)
@@ -221,7 +224,7 @@ def _optimum(options: dict[str, Any], given: dict[str, Any]) -> Any:
         given["spacing"] = options["spacing"]
     given["effects"] = False  # the text has no room for them: give its angles to `design` instead
     chosen = {name: value for name, value in given.items() if name != "strokes" or value}
-    return optimal_design(options["optimal"], seed=options["seed"], **chosen)
+    return optimal_design(options["optimal"], seed=options["seed"] or 0, **chosen)
 
 
 def _write_sheet(found: Any, given: dict[str, Any], path: str) -> None:

@@ -100,7 +100,8 @@ def asked_for_stand(context: click.Context) -> bool:
     Raises
     ------
     InputError
-        If options of the two budgets are mixed, or neither a calibration nor a stand is given.
+        If options of the two budgets are mixed, neither a calibration nor a stand is given, or a
+        seed without trials.
     """
     given = {
         name
@@ -117,6 +118,8 @@ def asked_for_stand(context: click.Context) -> bool:
             if asked
             else f"{flag} tells of a stand; add --stand STAND.toml"
         )
+    if "seed" in given and context.params["monte_carlo"] == 0:
+        raise InputError("--seed is that of Monte Carlo trials; add --monte-carlo N")
     if not asked and "calibration" not in given:
         raise InputError("neither CAL.json nor --stand STAND.toml; give one of them")
     return asked

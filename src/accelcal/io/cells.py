@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from itertools import compress
 from typing import NamedTuple
 
@@ -79,11 +80,17 @@ class Column(NamedTuple):
         )
         return self._replace(cells=chosen, lines=self.lines[keep])
 
-    def without_unit(self) -> Column:
-        """Take off the unit that every cell carries, as in ``1.25 mA``; it becomes the column's."""
+    def without_unit(self, is_unit: Callable[[str], bool] | None = None) -> Column:
+        """Take off the unit that every cell carries, as in ``1.25 mA``; it becomes the column's.
+
+        Parameters
+        ----------
+        is_unit : callable, optional
+            What tells a unit, right or wrong, of the column; by default that of its role.
+        """
         first = next((cell for cell in self.cells if str(cell).casefold() not in MISSING), "")
         match = _WITH_UNIT.fullmatch(str(first))
-        if not match or not is_unit_of(self.role, match[2]):
+        if not match or not (is_unit or partial(is_unit_of, self.role))(match[2]):
             return self
         unit, allowed = match[2], UNITS_OF.get(self.role)
         if allowed and not has_unit(self.role, unit):

@@ -13,10 +13,11 @@ from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import number_and_unit
 from accelcal.io.head_words import (
     HEAD_KEYS,
+    Cover,
     head_heading,
     head_key,
     kind_of_uncertainty,
-    without_factor,
+    without_cover,
 )
 from accelcal.io.layout import Declared
 from accelcal.io.small_table import SmallTable, small_table
@@ -32,6 +33,8 @@ _HOW_SURE = "add a column uncertainty [arcsec], or a line '# uncertainty: 0.5 ar
 _HOW_FAR = "say by which factor, as in '# coverage: 2'"
 _LARGEST = 0.1
 """Errors beyond it are none of a head [rad]."""
+_LARGEST_FACTOR = 20.0
+"""Coverage factors beyond it are probabilities in percent."""
 
 
 def read_head(source: Source) -> HeadCalibration:
@@ -85,7 +88,7 @@ def _certificate(table: SmallTable) -> HeadCalibration:
         _factor(table.columns["angle"], "deg") * 180.0 / np.pi
     )
     sign = 1.0 if there[0] == "error" else -1.0
-    column = table.columns[there[0]]
+    column = _bare(table.columns[there[0]])
     error = sign * complete_numbers(column) * _factor(column)
     column.check(np.abs(error) < _LARGEST, "{} is no error of a head", "check its unit")
     place, order, of_row = np.unique(head_positions(angle), return_index=True, return_inverse=True)
@@ -104,6 +107,11 @@ def _certificate(table: SmallTable) -> HeadCalibration:
     )
 
 
+def _bare(column: Column) -> Column:
+    """Without the unit of an angle that every cell carries."""
+    return column.without_unit(lambda unit: size_of(unit, "angle") is not None)
+
+
 def _factor(column: Column, default: str | None = None) -> float:
     """Radians of a unit of a column."""
     unit = column.unit or default
@@ -118,45 +126,71 @@ def _factor(column: Column, default: str | None = None) -> float:
 def _uncertainty(table: SmallTable, size: int) -> Array:
     """Standard uncertainty of each position [rad]."""
     declared = table.layout.declared
+    kind = next((key for key in ("standard", "expanded", "uncertainty") if key in declared), None)
     if "uncertainty" in table.columns:
-        column = table.columns["uncertainty"]
-        kind = kind_of_uncertainty(column.heading)
-        what, beside = f"column {column.heading}", without_factor(column.heading)[1]
-        cover = _cover(kind, what, beside, declared, table.layout.refuse)
-        values = complete_numbers(column) * _factor(column)
-        column.check(values > 0.0, "{} is not above 0", "write the standard uncertainty")
-    else:
-        kind = next((key for key in ("standard", "expanded", "uncertainty") if key in declared), "")
-        if not kind:
-            raise table.layout.refuse("the uncertainty of the errors is not given", _HOW_SURE)
-        written = declared[kind]
-        bare, beside = without_factor(written.value)
-        cover = _cover(kind, "the uncertainty", beside, declared, written.refuse)
-        unit = size_of(number_and_unit(bare, ",")[1], "angle")
-        if unit is None:
-            problem = f"uncertainty {written.value!r} has no unit of an angle"
-            raise written.refuse(problem, _HOW_SURE)
-        values = np.full(size, _positive(kind, written._replace(value=bare), unit))
+        column = _bare(table.columns["uncertainty"])
+        values = _of_column(column, table)
+        if kind and not np.allclose(values, _of_line(kind, declared, size), rtol=1e-6, atol=0.0):
+            problem = f"uncertainty {declared[kind].value!r} is not that of column {column.heading}"
+            raise declared[kind].refuse(problem, "keep one of both")
+        return values
+    if not kind:
+        raise table.layout.refuse("the uncertainty of the errors is not given", _HOW_SURE)
+    return _of_line(kind, declared, size)
+
+
+def _of_column(column: Column, table: SmallTable) -> Array:
+    kind = kind_of_uncertainty(column.heading)
+    beside = without_cover(column.heading)
+    what, declared = f"column {column.heading}", table.layout.declared
+    cover = _cover(kind, what, beside, declared, table.layout.refuse)
+    values = complete_numbers(column) * _factor(column)
+    column.check(values > 0.0, "{} is not above 0", "write the standard uncertainty")
     return values / cover
+
+
+def _of_line(kind: str, declared: Mapping[str, Declared], size: int) -> Array:
+    written = declared[kind]
+    beside = without_cover(written.value)
+    cover = _cover(kind, "the uncertainty", beside, declared, written.refuse)
+    unit = size_of(number_and_unit(beside.rest, ",")[1], "angle")
+    if unit is None:
+        raise written.refuse(f"uncertainty {written.value!r} has no unit of an angle", _HOW_SURE)
+    return np.full(size, _positive(kind, written._replace(value=beside.rest), unit) / cover)
 
 
 def _cover(
     kind: str,
     what: str,
-    beside: float | None,
+    beside: Cover,
     declared: Mapping[str, Declared],
     refuse: Callable[[str, str], TableError],
 ) -> float:
     """Factor that an uncertainty is expanded by, as it stands beside it or in a line of its own."""
-    line = _positive("coverage", declared["coverage"]) if "coverage" in declared else None
+    line = _factor_of_line(declared["coverage"]) if "coverage" in declared else None
     if kind == "standard":
         line = 1.0
-    if beside is not None and not beside == (line or beside) > 0.0:
+    if len(set(beside.factors)) > 1:
+        both = " and ".join(f"{factor:g}" for factor in beside.factors)
+        raise refuse(f"{what} has the coverage factors {both}", "write one of them")
+    factor = next(iter(beside.factors), None)
+    if factor is not None and not factor == (line or factor) > 0.0:
         other = "a standard uncertainty has none" if kind == "standard" else f"not {line or 1:g}"
-        raise refuse(f"{what} has the coverage factor {beside:g}, and {other}", "write one of them")
-    if line is None and beside is None and kind == "expanded":
+        raise refuse(f"{what} has the coverage factor {factor:g}, and {other}", "write one of them")
+    if line is None and factor is None and (kind == "expanded" or beside.probability):
         raise refuse(f"{what} is expanded", _HOW_FAR)
-    return line or beside or 1.0
+    return line or factor or 1.0
+
+
+def _factor_of_line(written: Declared) -> float:
+    """Coverage factor of a line, behind which its probability may stand."""
+    rest = without_cover(written.value).rest
+    number, unit = number_and_unit(rest or written.value, ",")
+    factor = _positive("coverage", written._replace(value=number))
+    if unit or not 1.0 <= factor <= _LARGEST_FACTOR:
+        problem = f"coverage {written.value!r} is no factor from 1 to {_LARGEST_FACTOR:g}"
+        raise written.refuse(problem, "write the factor, as 2, not the probability")
+    return factor
 
 
 def _positive(key: str, written: Declared, unit: float = 1.0) -> float:

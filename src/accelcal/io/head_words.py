@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import NamedTuple
 
 from accelcal.io.vocabulary import COLUMNS, LONGEST, Heading, split_unit
 from accelcal.units import size_of
@@ -100,8 +101,26 @@ _KEYS = {_plain(name): key for key, names in HEAD_KEYS.items() for name in names
 _KEYS |= {_plain(name) + "_u": "expanded" for name in EXPANDED}
 
 
-def without_factor(text: str) -> tuple[str, float | None]:
-    """Take the coverage factor off a heading or value of an uncertainty.
+class Cover(NamedTuple):
+    """What stands beside an uncertainty of how it is expanded.
+
+    Attributes
+    ----------
+    rest : str
+        The text without it.
+    factors : tuple of float
+        Coverage factors.
+    probability : bool
+        Whether there is a coverage probability.
+    """
+
+    rest: str
+    factors: tuple[float, ...] = ()
+    probability: bool = False
+
+
+def without_cover(text: str) -> Cover:
+    """Take coverage factors and probabilities off a heading or value of an uncertainty.
 
     Parameters
     ----------
@@ -110,27 +129,26 @@ def without_factor(text: str) -> tuple[str, float | None]:
 
     Returns
     -------
-    str
-        The rest, without a coverage probability too.
-    float or None
-        The factor; None where there is none.
+    Cover
+        The rest, and what was taken off.
 
     Examples
     --------
-    >>> without_factor("U (k = 2) [arcsec]"), without_factor('U (95 %), "')
-    (('U [arcsec]', 2.0), ('U, "', None))
-    >>> without_factor("1,0 arcsec (k=1,96; P=95 %)")
-    ('1,0 arcsec', 1.96)
-    >>> without_factor("U (2σ)")
-    ('U', 2.0)
+    >>> without_cover("U (k = 2) [arcsec]"), without_cover('U (95 %), "')  # doctest: +ELLIPSIS
+    (Cover(rest='U [arcsec]', factors=(2.0,), ...), Cover(rest='U, "', ..., probability=True))
+    >>> without_cover("1,0 arcsec (k=1,96; P=95 %)")
+    Cover(rest='1,0 arcsec', factors=(1.96,), probability=True)
+    >>> without_cover("U (2σ)").factors
+    (2.0,)
     """
     if len(text) > LONGEST:
-        return text.strip(), None
-    found = [match[1] or match[2] for match in _COVER.finditer(text) if match.lastindex]
+        return Cover(text.strip())
+    found = [match[1] or match[2] for match in _COVER.finditer(text)]
     rest = _COVER.sub("", text)
     for pattern, new in _LEFT_BEHIND:
         rest = pattern.sub(new, rest)
-    return rest.strip(), float(found[0].replace(",", ".")) if found else None
+    factors = tuple(float(number.replace(",", ".")) for number in found if number)
+    return Cover(rest.strip(), factors, probability=None in found)
 
 
 def head_heading(text: str) -> Heading:
@@ -159,7 +177,7 @@ def head_heading(text: str) -> Heading:
 
 def _name_and_unit(heading: str) -> tuple[str, str]:
     """Take unit and coverage factor off a heading."""
-    name, unit = split_unit(without_factor(heading)[0])
+    name, unit = split_unit(without_cover(heading).rest)
     if _plain(name) in _ROLES or unit or len(name) > LONGEST:
         return name.strip(), unit
     for mark in _BEFORE_UNIT.finditer(name):
@@ -180,14 +198,19 @@ def head_key(key: str) -> str:
     Returns
     -------
     str
-        One of `HEAD_KEYS`, else the same.
+        One of `HEAD_KEYS`, else the same. A bare factor or probability is that of an expanded
+        uncertainty.
 
     Examples
     --------
     >>> head_key("stroke"), head_key("erweiterungsfaktor"), head_key("serial")
     ('coverage', 'coverage', 'serial')
+    >>> head_key("2σ"), head_key("95 %")
+    ('expanded', 'expanded')
     """
-    return _KEYS.get(_plain(key), key)
+    cover = without_cover(key)
+    bare = (cover.factors or cover.probability) and not cover.rest
+    return "expanded" if bare else _KEYS.get(_plain(key), key)
 
 
 def kind_of_uncertainty(heading: str) -> str:

@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import compress
 from typing import IO, Any, cast
 
@@ -27,7 +28,7 @@ from accelcal.io.engines import decimal_mark, pandas_options
 from accelcal.io.layout import split_line
 from accelcal.io.one_byte import one_byte_encoding
 from accelcal.io.parquet import CsvOfParquet
-from accelcal.io.samples.forms import ONE_ACCELEROMETER, StreamForm
+from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, StreamForm
 from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
 from accelcal.io.text import (
     PARQUET,
@@ -39,6 +40,7 @@ from accelcal.io.text import (
     standard_input,
     unreadable,
 )
+from accelcal.io.vocabulary import is_unit_of
 from accelcal.plural import counted
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
@@ -251,7 +253,15 @@ class SampleReader:
 
     def _column(self, role: str, cells: list[str], lines: Ints) -> Column:
         heading = self.headings.cells[self.headings.columns[role]].text
-        return Column(role, heading, None, cells, lines, self.source, self._decimal)
+        kind = role if role in ("temperature", *ACROSS_AXES) else "output"
+        unit = self.headings.units.get(kind)
+        column = Column(role, heading, unit, cells, lines, self.source, self._decimal)
+        bare = column.without_unit(partial(is_unit_of, kind))
+        if bare.unit != unit and kind == "output":
+            at = next(i for i, cell in enumerate(cells) if cell != bare.cells[i])
+            remedy = f"write it in the heading, as {heading} [{bare.unit}]"
+            raise column.refuse(at, "{} has a unit, and its heading has none", remedy)
+        return bare
 
 
 @contextmanager
