@@ -657,6 +657,19 @@ def test_faults_of_files_are_told_in_a_line(tmp_path, capsys, name, content, mes
     assert "Traceback" not in told
 
 
+def test_results_that_were_cut_off_are_refused(results, tmp_path, capsys):
+    """Of the last number digits were lost: a bias of 3 g counted beside those of 3 mg."""
+    rows = results.read_text("utf-8").rstrip("\n").split("\n")
+    place = rows[0].split(",").index("k0_standard_uncertainty")
+    short = ",".join(rows[-1].split(",")[:place]) + ",1.6"
+    path = tmp_path / "cut.csv"
+    path.write_text("\n".join([*rows[:-1], short]), "utf-8")
+    assert run(path) == 2
+    assert f"the last row has {place + 1} of {rows[0].count(',') + 1} fields" in capsys.readouterr().err
+    path.write_text("\n".join(rows), "utf-8")
+    assert run(path) == run(results)
+
+
 def test_a_file_of_results_is_not_overwritten(results, capsys):
     assert run(results, "-o", results) == 2
     assert "is a file to be read" in capsys.readouterr().err

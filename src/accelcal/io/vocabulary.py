@@ -112,7 +112,7 @@ LONGEST = 100
 
 _WRONG_ANGLES = (
     *(spelling for spelling, name in spellings("angle").items() if name != "deg"),
-    *("gon", "mdeg", "turn", "turns", "rev", "mil"),
+    *("gon", "gons", "grads", "gradian", "gradians", "mdeg", "turn", "turns", "rev", "mil"),
 )
 _WRONG_UNITS = {
     "temperature": ("K", "mK", "Kelvin", "F", "°F", "degF", "Fahrenheit"),

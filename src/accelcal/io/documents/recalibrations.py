@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -58,6 +59,7 @@ def _frame(text: str) -> pd.DataFrame:
 
     headings = text.partition("\n")[0]
     separator = max(",;\t", key=headings.count)
+    _refuse_cut(text, separator)
     options: Any = {
         "sep": separator,
         "decimal": "," if separator != "," and _DECIMAL_COMMA.search(text) else ".",
@@ -74,3 +76,14 @@ def _frame(text: str) -> pd.DataFrame:
             " table first"
         ) from None
     return frame
+
+
+def _refuse_cut(text: str, separator: str) -> None:
+    """Refuse a last row that ends too soon: of its last number some digits may be lost."""
+    bare = text.strip("\n")
+    ends = [bare.rpartition("\n")[2], bare.partition("\n")[0]]
+    there, wanted = (len(next(csv.reader([row], delimiter=separator), ())) for row in ends)
+    if there < wanted:
+        raise InputError(
+            f"the last row has {there} of {wanted} fields: the file was cut off; copy it again"
+        )
