@@ -665,7 +665,10 @@ def test_results_that_were_cut_off_are_refused(results, tmp_path, capsys):
     path = tmp_path / "cut.csv"
     path.write_text("\n".join([*rows[:-1], short]), "utf-8")
     assert run(path) == 2
-    assert f"the last row has {place + 1} of {rows[0].count(',') + 1} fields" in capsys.readouterr().err
+    assert (
+        f"the last row has {place + 1} of {rows[0].count(',') + 1} fields"
+        in capsys.readouterr().err
+    )
     path.write_text("\n".join(rows), "utf-8")
     assert run(path) == run(results)
 

@@ -139,6 +139,8 @@ def test_a_large_record_is_read_by_pandas_to_the_same_numbers():
         ("time,output,input\n0,1,0\n1,2,\n2,3,0\n", ":3: input is missing"),
         ("time [weeks],output\n0,1\n1,2\n2,1\n", "is in weeks; write the unit of the time"),
         ("time,output,input [m/s^2]\n0,1,0\n1,2,1\n2,3,0\n", "in m/s^2; give it in g, mg or ug"),
+        ("time,output\n0,1\n1,-9999\n2,3\n", ":3: output '-9999' looks like a marker of a missing"),
+        ("time,output,temperature\n0,1,293\n1,2,293\n2,3,293\n", "is no temperature of a test"),
         ("time,output,temperature [K]\n0,1,293\n1,2,293\n2,3,293\n", "in K; give it in degC"),
     ],
 )

@@ -509,6 +509,7 @@ def test_csv_of_the_command(capsys):
     [
         ("z,90,", "w,90,", ":6: shaft 'w'; write x, y or z"),
         ("z,0,", "z,zero,", "is not a number"),
+        ("1.325600", "9999", ":4: x_mA '9999' looks like a marker of a missing reading"),
         ("x_mA", "x_V", "units V and mA in one table"),
         ("x_mA", "x [furlong]", "bad.csv:3: unit 'furlong' is no output unit"),
         ("x_mA", "first", "no column x among"),
@@ -527,6 +528,30 @@ def test_bad_files_are_told_in_a_line(tmp_path, capsys, old, new, message):
     code, out, err = run(capsys, "triad", path)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert message in err
+
+
+def test_directions_beside_shaft_and_angle_have_to_agree():
+    """Shaft and angle were set aside without a word."""
+    text = io.StringIO(EXAMPLE.read_text("utf-8"))
+    rows = [row.split(",") for row in text.read().splitlines() if row[0] in "xyz"]
+    up = [up_of_turn(shaft, [float(angle)])[0] for shaft, angle, *_ in rows]
+    heads = "shaft,angle,x [mA],y [mA],z [mA],up_x,up_y,up_z"
+    both = [[*row, *map(str, direction)] for row, direction in zip(rows, up, strict=True)]
+    whole = "\n".join([heads, *map(",".join, both)])
+    np.testing.assert_array_equal(read_triad(io.StringIO(whole)).up, up)
+    both[2][1] = str(float(both[2][1]) + 45.0)
+    with pytest.raises(
+        accelcal.TableError, match=r":4: angle '135.0' and shaft are not as up_x, up_y, up_z"
+    ):
+        read_triad(io.StringIO("\n".join([heads, *map(",".join, both)])))
+    with pytest.raises(accelcal.TableError, match="column up_x and up_y alone"):
+        read_triad(io.StringIO(whole.replace("up_z", "comment")))
+
+
+def test_units_in_the_cells_are_read():
+    bare = "x [mA],y [mA],z [mA]\n0.1,0.2,1.0\n0.1,1.0,0.2\n"
+    units = "x,y,z\n0.1 mA,0.2 mA,1.0 mA\n0.1 mA,1.0 mA,0.2 mA\n"
+    assert read_triad(io.StringIO(units)) == read_triad(io.StringIO(bare))
 
 
 def test_angles_in_radians_are_refused(tmp_path, capsys):

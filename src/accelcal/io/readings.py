@@ -141,7 +141,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     outputs = np.stack([numbers(column) for column in table.outputs], axis=1)
     first, across = table.outputs[0], table.across
     present = ~np.isnan(outputs)
-    _refuse_markers(table.outputs, outputs)
+    refuse_markers(table.outputs, outputs)
     _require_any(present, first)
     serial, serials = _labels(table.columns, "serial")
     missing_row, missing_output = np.nonzero(~present)
@@ -276,7 +276,7 @@ def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:
     return None if values is None else values[index]
 
 
-def _refuse_markers(columns: Iterable[Column], outputs: Array) -> None:
+def refuse_markers(columns: Iterable[Column], outputs: Array) -> None:
     """Refuse -9999 and the like, as loggers write for a missing reading, far outside the others."""
     marker = np.isin(np.abs(outputs), MARKERS)
     size = np.abs(outputs[~marker & ~np.isnan(outputs)]).max(initial=0.0)
@@ -306,10 +306,15 @@ def temperatures_of(column: Column) -> Array:
     if not isinstance(column.cells, np.ndarray):
         blank = np.array([cell == "" for cell in column.cells])
     column.check(~blank, "{} is empty", "write it in every row, 'unknown' where it is not known")
+    refuse_other_temperatures(column, values)
+    return values
+
+
+def refuse_other_temperatures(column: Column, values: Array) -> None:
+    """Refuse what is hardly a temperature in degC, such as one in kelvin or a marker."""
     outside = (values < -273.15) | (values > MAXIMUM_TEMPERATURE)
     problem = "{} is no temperature of a test, from -273.15 to 250 degC"
     column.check(~outside, problem, "write temperatures in degC")
-    return values
 
 
 def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:

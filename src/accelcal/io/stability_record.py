@@ -26,6 +26,7 @@ from accelcal.io.engines import (
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.lone_output import with_lone_output
 from accelcal.io.output_unit import unit_of_outputs, units_written
+from accelcal.io.readings import refuse_markers, refuse_other_temperatures
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
 from accelcal.io.units_row import with_units_below
@@ -140,6 +141,7 @@ def read_stability(
         missing = columns["output"].lines[~kept]
         notes.append(f"{were(missing, 'missing output')} left out ({listed(missing)})")
     columns = {name: column.take(kept) for name, column in columns.items()}
+    refuse_markers([columns["output"]], output[kept, None])
     _require_size(output[kept], columns["output"])
     _require_change(output[kept], columns["output"])
     written = units_written(layout, [columns["output"]])
@@ -204,7 +206,9 @@ def _launches(columns: Roles, output: Array) -> list[Launch]:
 def _degrees(column: Column) -> Array:
     if column.unit and not has_unit("temperature", column.unit):
         raise column.refuse(0, f"{{}} in {column.unit}", "give it in degC")
-    return numbers(column)
+    found = numbers(column)
+    refuse_other_temperatures(column, found)
+    return found
 
 
 def _applied(column: Column) -> Array:

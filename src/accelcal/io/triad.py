@@ -14,10 +14,10 @@ from accelcal.io.cells import MISSING, Column, complete_numbers
 from accelcal.io.declarations import declared_number, unit_and_serial
 from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.places import refuse_radians
-from accelcal.io.readings import temperatures_of
+from accelcal.io.readings import refuse_markers, temperatures_of
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_text
-from accelcal.io.vocabulary import Heading, has_unit, read_heading, split_unit
+from accelcal.io.vocabulary import Heading, has_unit, is_unit_of, read_heading, split_unit
 from accelcal.results.triad import AXES
 from accelcal.triad.record import TriadRecord, up_of_turn
 from accelcal.units import is_output_unit
@@ -29,6 +29,9 @@ _UP = re.compile(r"up_?([xyz])(?:_g)?", re.IGNORECASE)
 _REMEDY = (
     "name the columns x, y, z and, where attitudes are known, up_x, up_y, up_z or shaft, angle"
 )
+_ONE_OF_BOTH = "correct one, or keep one of both"
+_LEAST_COSINE = np.cos(np.pi / 8.0)
+"""Of the angle between directions that are written as up and by shaft and angle: 22.5 deg."""
 _TWO_UNITS = "units {} and {} in one table; write all in one unit"
 
 
@@ -72,10 +75,11 @@ def read_triad(
     """
     table = small_table(read_text(source), triad_heading, tuple(AXES), _REMEDY)
     given, named = unit_and_serial(overrides), table.layout.declared.get("serial")
-    channels = [table.columns[axis] for axis in AXES]
+    channels = [table.columns[axis].without_unit(_is_output_unit) for axis in AXES]
     written = units_written(table.layout, channels)
     unit = unit_of_outputs(written, given.get("unit"), table.layout.source, _TWO_UNITS)
     output = np.column_stack([complete_numbers(column) for column in channels])
+    refuse_markers(channels, output)
     return located(
         lambda: TriadRecord(
             output=output,
@@ -117,17 +121,30 @@ def triad_heading(text: str) -> Heading:
     return known if known.role == "temperature" else Heading(text, None)
 
 
+def _is_output_unit(unit: str) -> bool:
+    return is_unit_of("output", unit)
+
+
 def _up(table: SmallTable) -> Array | None:
     there = set(table.columns)
-    if {"up_x", "up_y", "up_z"} <= there:
-        return np.column_stack([complete_numbers(table.columns[f"up_{axis}"]) for axis in AXES])
-    if {"shaft", "angle"} <= there:
-        return _turned(table.columns["shaft"], table.columns["angle"])
-    half = sorted(there - {*AXES, "temperature"})
+    written = [f"up_{axis}" for axis in AXES]
+    told = [names for names in (written, ["shaft", "angle"]) if there >= {*names}]
+    half = sorted(there - {*AXES, "temperature"}.union(*told))
     if half:
         problem = f"column {' and '.join(half)} alone, which tells no attitude"
         raise table.layout.refuse(problem, _REMEDY)
-    return None
+    if not told:
+        return None
+    if told == [["shaft", "angle"]]:
+        return _turned(table.columns["shaft"], table.columns["angle"])
+    up = np.column_stack([complete_numbers(table.columns[name]) for name in written])
+    if len(told) > 1:
+        turned = _turned(table.columns["shaft"], table.columns["angle"])
+        agree = (up * turned).sum(axis=1) > _LEAST_COSINE * np.linalg.norm(up, axis=1)
+        table.columns["angle"].check(
+            agree, "{} and shaft are not as up_x, up_y, up_z", _ONE_OF_BOTH
+        )
+    return up
 
 
 def _temperature(table: SmallTable) -> Array | None:
