@@ -139,6 +139,11 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
     -------
     StandBudget
         The budget.
+
+    Raises
+    ------
+    InputError
+        If a coefficient has two targets, or the budget cannot be made.
     """
     from accelcal.accelerometer import AL15
     from accelcal.io.toml.specification import read_specification
@@ -149,6 +154,9 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
     accelerometer = AL15 if calibration is None else accelerometer_of(calibration)
     stand = read_stand(options["stand"])
     specification = read_specification(options["spec"]) if options["spec"] else None
+    targets = dict(options["targets"])
+    if len(targets) < len(options["targets"]):
+        raise InputError("a coefficient has two targets; give one")
     try:
         return stand_budget(
             stand,
@@ -156,7 +164,7 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
             accelerometer,
             trials=options["monte_carlo"],
             seed=options["seed"],
-            targets=dict(options["targets"]) or None,
+            targets=targets or None,
             specification=specification,
         )
     except StandError as error:

@@ -125,7 +125,8 @@ def _target(budget: StandBudget, symbol: str, given: float | str) -> float:
     if isinstance(given, str):
         match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S.*?)\s*", given)
         if not match:
-            raise InputError(f"target {symbol}={given}; write number and unit, as in {symbol}=5ppm")
+            example = "as in K1=5ppm or k0=10ug"
+            raise InputError(f"target {symbol}={given}; write number and unit, {example}")
         value = _number(symbol, match[1])
         factor = _factor(symbol, match[2], unit, abs(float(budget.nominal[place])))
     if not isinstance(value, Real) or not 0.0 < value < np.inf:
