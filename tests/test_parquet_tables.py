@@ -45,6 +45,21 @@ def test_a_table_of_readings_may_be_parquet(rows, path, form, monkeypatch):
         assert getattr(record, name).tolist() == rows[name].tolist()
 
 
+@pytest.mark.parametrize("unit", ["s", "ms", "us", "ns"])
+def test_durations_are_seconds(rows, tmp_path, unit):
+    """Those of 54 s in nanoseconds were 54e9 s."""
+    since = pd.to_timedelta(0.5 * rows.index, unit="s").astype(f"timedelta64[{unit}]")
+    table = rows.rename(columns={"output": "output [mA]"})
+    table.assign(time=since).to_parquet(tmp_path / "t.parquet")
+    expected = since.to_numpy() / pd.Timedelta(1, "s")
+    assert accelcal.read_table(tmp_path / "t.parquet").time.tolist() == expected.tolist()
+    in_memory = accelcal.read_arrays(table.assign(time=since))
+    assert in_memory.time.tolist() == expected.tolist()
+    table.assign(**{"time [ms]": since}).to_parquet(tmp_path / "t.parquet")
+    with pytest.raises(accelcal.TableError, match="holds duration.*write numbers, or leave the un"):
+        accelcal.read_table(tmp_path / "t.parquet")
+
+
 def test_its_digest_is_that_of_the_file_whoever_reads_it(path):
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     assert accelcal.read_table(path).sha256 == digest

@@ -150,6 +150,8 @@ def _cells(heading: str, array: NDArray[Any]) -> list[Any]:
         return list(map(_label, array.tolist()))
     if array.dtype.kind == "M":
         array = np.datetime_as_string(array, unit="us")
+    if array.dtype.kind == "m":
+        array = array.astype("timedelta64[us]")  # of nanoseconds bare numbers would be left
     cells: list[Any] = array.tolist()
     if array.dtype.kind in "OSU":
         cells = ["" if cell is None else cell_text(cell) for cell in cells]

@@ -13,6 +13,7 @@ from typing import IO, Any
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, not_installed
 from accelcal.io.csv_text import csv_text
+from accelcal.io.vocabulary import read_heading
 
 _ROWS = 50_000  # that are turned into text together
 
@@ -102,7 +103,8 @@ def as_csv(table: Any, name: str, above: int = 0) -> bytes:
     Raises
     ------
     TableError
-        If a column holds more than a value a row, or a text a line break.
+        If a column holds more than a value a row, or durations under a unit that is not ``s``, or
+        a text a line break.
     """
     import pyarrow as pa
 
@@ -113,6 +115,9 @@ def as_csv(table: Any, name: str, above: int = 0) -> bytes:
         if pa.types.is_dictionary(column.type):
             plain = column.cast(column.type.value_type)
             table = table.set_column(index, table.field(index).name, plain)
+        if pa.types.is_duration(column.type):
+            heading = table.field(index).name
+            table = table.set_column(index, heading, _in_seconds(column, heading, name))
     for heading in table.column_names:
         _refuse_line_break(heading, "the heading", name, 1)
     try:
@@ -125,6 +130,18 @@ def as_csv(table: Any, name: str, above: int = 0) -> bytes:
     except pa.ArrowInvalid:
         problem, remedy = "a text is not UTF-8", "write the file again in UTF-8"
         raise TableError(problem, remedy, source=name) from None
+
+
+def _in_seconds(column: Any, heading: str, name: str) -> Any:
+    """Durations as numbers of seconds: as text, they would be those of their own unit."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    if read_heading(heading).unit not in (None, "s"):
+        problem = f"column {heading!r} holds {column.type}"
+        raise TableError(problem, "write numbers, or leave the unit out", source=name)
+    whole = column.cast(pa.duration("us"), safe=False).cast(pa.int64())
+    return pc.divide(whole.cast(pa.float64(), safe=False), 1e6)
 
 
 class CsvOfParquet(io.RawIOBase):
