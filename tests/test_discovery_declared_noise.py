@@ -251,6 +251,14 @@ def test_a_run_far_noisier_than_the_others_is_told():
         assert set(found.doubtful) >= {each.id for each in found.effects}
 
 
+def test_the_noisy_run_is_named_behind_one_whose_noise_nothing_tells():
+    """It was run 1, of a single stroke, that was said to scatter."""
+    record = of_two_cycles(1, 20.0)
+    found = accelcal.discover(record.select((record.run > 0) | (record.stroke == 1)))
+    assert found.unexplained.structure.startswith("run 2 scatters")
+    assert [told[:14] for told in found.reservations] == ["run 2 scatters"]
+
+
 def test_the_verdict_tells_a_run_that_scatters_more():
     found = accelcal.discover(of_two_cycles(1, 6.0))
     assert found.effects == ()

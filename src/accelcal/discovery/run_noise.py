@@ -117,8 +117,9 @@ def loud_run(
 
     There is none where the replicates of fewer than two runs tell their noise, or by a step alone.
     """
-    told = [run for run in _runs(c, residual, all_that_repeats, relative)[1] if run.is_told]
-    return None if len(told) < 2 or step**2 > _pooled(told) else _loudest(told)
+    runs = _runs(c, residual, all_that_repeats, relative)[1]
+    told = [run for run in runs if run.is_told]
+    return None if len(told) < 2 or step**2 > _pooled(told) else _loudest(runs)
 
 
 def _pooled(runs: Sequence[_RunError]) -> float:
