@@ -26,7 +26,7 @@ NOTHING = tuple((0.0,) * 12 for _ in range(12))
 
 def forward(found, a_i, temperature, a_p=0.0, a_o=0.0):
     """Output of the product model, written out term by term as an oracle."""
-    dT = temperature - found.T0
+    dT = temperature - found.T0_degC
     slope = {
         name: law.above.value if dT > 0 else law.below.value
         for name, law in (("k0", found.k0), ("K1", found.K1), ("delta", found.cross.delta))
@@ -62,7 +62,7 @@ compensations = st.builds(
         st.floats(-1e-3, 1e-3),
     ),
     covariance=st.just(NOTHING),
-    T0=st.floats(-10.0, 40.0),
+    T0_degC=st.floats(-10.0, 40.0),
     temperatures=st.just((-60.0, 100.0)),
 )  # fmt: skip
 
@@ -73,7 +73,7 @@ TYPICAL = Compensation(
     k3=8e-5,
     cross=CrossAxis("a_p", Law(1.15e-3, Slope(1.5e-6), Slope(1.2e-6)), 2e-5),
     covariance=NOTHING,
-    T0=20.0,
+    T0_degC=20.0,
     temperatures=(-40.0, 80.0),
 )
 

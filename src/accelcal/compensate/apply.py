@@ -230,7 +230,7 @@ def _solved(
         value=value,
         standard_uncertainty=standard,
         expanded_uncertainty=np.asarray(expanded),
-        within_temperatures=found.within_temperatures(rise + (found.T0 or 0.0)),
+        within_temperatures=found.within_temperatures(rise + (found.T0_degC or 0.0)),
         within_accelerations=found.within_accelerations(value),
     )
 
@@ -266,8 +266,8 @@ def _through(
 
 
 def _rise(found: Compensation, temperature: ArrayLike | None) -> Array:
-    if temperature is not None and found.T0 is not None:
-        return number_array(temperature, "temperature") - found.T0
+    if temperature is not None and found.T0_degC is not None:
+        return number_array(temperature, "temperature") - found.T0_degC
     if found.several_levels:
         raise InputError(
             "the calibration depends on temperature; give the temperature of the samples"

@@ -166,7 +166,7 @@ def coefficients_at(
         if not extrapolate:
             raise InputError(f"{problem}; {CALIBRATE_THERE}")
         warnings.warn(problem, AccelcalWarning, stacklevel=2)
-    rise = 0.0 if found.T0 is None else temperature - found.T0
+    rise = 0.0 if found.T0_degC is None else temperature - found.T0_degC
     by_laws = calibration.temperature_model is not None and run is None
     known = by_laws or bool(found.within_temperatures(temperature))
     units = {**ERROR_UNITS, "K1": calibration.tables[0].coefficients["K1"].unit}

@@ -115,7 +115,7 @@ def _told(
         )
     near = nearest_table(groups[0], calibration.T0_degC)
     return {
-        "T0": _reference(calibration),
+        "T0_degC": _reference(calibration),
         "temperatures": reach,
         "undetermined": tuple(s for g in groups for s in lost_symbols(g, cross_name(g[0]))),
         "assumptions": (*not_determined(groups), *said, *without_covariance(near)),

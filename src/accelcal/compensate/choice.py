@@ -135,7 +135,7 @@ def _refuse_run(run: str | int | None) -> None:
 
 def _with_effects(calibration: Calibration, found: Compensation, *, taken_up: bool) -> Compensation:
     """Take up what is a function of acceleration and temperature, and say what is left."""
-    own = static_effects(calibration, found.K1.at_T0, found.T0) if taken_up else None
+    own = static_effects(calibration, found.K1.at_T0, found.T0_degC) if taken_up else None
     names = [item.effect.id for item in own.disturbances] if own else []
     said = [*(how_taken_up(calibration) if own else []), *left_in_use(calibration, names)]
     return replace(found, effects=own, assumptions=(*found.assumptions, *said))
@@ -226,7 +226,7 @@ def _by_laws(
         k3=values["k3"],
         cross=CrossAxis(cross_name(table), laws["delta"], values["delta_ip"]),
         **errors_of_laws(model, laws, alone)._asdict(),
-        T0=calibration.T0_degC,
+        T0_degC=calibration.T0_degC,
         temperatures=None,
         hysteresis=0.0 if model.hysteresis is None else abs(model.hysteresis.value or 0.0),
         **of_test(calibration, table),

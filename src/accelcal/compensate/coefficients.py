@@ -181,7 +181,7 @@ class Compensation(KnownErrors):
     covariance : tuple of tuple of float
         Covariance of `PARAMETERS` and `SLOPES`; delta and delta_ip are those of `cross`. NaN where
         unknown, the square of the slope itself where it was taken from the other side of T0.
-    T0 : float or None
+    T0_degC : float or None
         Reference temperature [degC]; None where no temperature is known.
     temperatures : tuple of float, or None
         Lowest and highest temperature of the tables [degC].
@@ -216,7 +216,7 @@ class Compensation(KnownErrors):
     k3: float
     cross: CrossAxis
     covariance: Rows
-    T0: float | None
+    T0_degC: float | None
     temperatures: tuple[float, float] | None
     accelerations: tuple[float, float] = (-1.0, 1.0)
     other: OtherAxis | None = None

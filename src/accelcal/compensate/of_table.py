@@ -49,7 +49,7 @@ def by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
         k3=values["k3"],
         cross=CrossAxis(cross_name(table), Law(values["delta"]), values["delta_ip"]),
         **errors_of_table(calibration, table)._asdict(),
-        T0=level,
+        T0_degC=level,
         temperatures=None if level is None else (level, level),
         **of_test(calibration, table),
     )

@@ -64,8 +64,8 @@ def _notes(content: Mapping[str, Any]) -> Iterator[str]:
 
 def _data(found: Compensation, prefix: str) -> Iterator[str]:
     values: dict[str, float] = {}
-    if found.T0 is not None and found.several_levels:
-        values["T0"] = found.T0
+    if found.T0_degC is not None and found.several_levels:
+        values["T0"] = found.T0_degC
     for symbol, law in _laws(found):
         values[symbol] = law.at_T0
         if found.several_levels:

@@ -92,7 +92,7 @@ def export_content(
         "output_unit": calibration.output_unit,
         "acceleration_unit": "g_local",
         "g_local_m_s2": calibration.g_local_m_s2,
-        "T0_degC": found.T0,
+        "T0_degC": found.T0_degC,
         "model": _MODEL.format(cross=_cross_terms(found)),
         "temperature_laws": _LAWS if found.several_levels else None,
         "sign_convention": SIGN_CONVENTION,

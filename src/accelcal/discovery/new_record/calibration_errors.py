@@ -220,7 +220,7 @@ def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Arra
     by_head = np.zeros((len(ERRORS), positions.size))
     for place, axis in enumerate(found.axes):
         own = [table for table in tables if axis_of(table.calibrated.mounting) == axis.name]
-        sides = _nearest(own, found.T0)
+        sides = _nearest(own, found.T0_degC)
         influence = {side: _influence(table, positions) for side, table in sides.items()}
         freed = axis.name in {SHAFT[told.axis] for told in calibration.fixture_angle}
         _tell(by_head, place, list(influence.values()), list(sides), freed=freed)

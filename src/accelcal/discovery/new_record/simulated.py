@@ -139,7 +139,7 @@ def _conditions(
     both = []
     for axis in found.axes:
         delta0 = fixture_angle(record, freed_angle(calibration, axis.name).value or None)
-        both.append(conditions_of(record, 0.0 if found.T0 is None else found.T0, delta0))
+        both.append(conditions_of(record, 0.0 if found.T0_degC is None else found.T0_degC, delta0))
     main, other = both[0], both[-1]
     of_angle = ("input", "cross", "axial", "indicated", "per_radian")
     is_main = along == found.cross.name
