@@ -62,7 +62,7 @@ def test_monte_carlo_agrees_with_the_linear_budget_within_sampling_error():
     assert np.abs(ratio - 1.0).max() < 4.5 / math.sqrt(2.0 * trials)
     off = np.abs(tried.value - found.nominal) / found.standard_uncertainty
     assert off.max() < 5.0 / math.sqrt(trials)
-    ends = (tried.high - tried.low) / (2.0 * found.expanded_uncertainty)
+    ends = (tried.upper - tried.lower) / (2.0 * found.expanded_uncertainty)
     assert ends == pytest.approx(1.0, abs=0.04)
 
 
@@ -70,7 +70,7 @@ def test_a_rectangular_error_alone_has_the_interval_of_its_limits():
     face = component("fixture-angle", 1e-4 / math.sqrt(3.0), "rectangular")
     found = stand_budget(Stand("face", (face,)), made(), trials=20_000, seed=2)
     place, tried = found.index("delta"), found.monte_carlo
-    width = 0.5 * (tried.high - tried.low)[place]
+    width = 0.5 * (tried.upper - tried.lower)[place]
     assert width == pytest.approx(0.95e-4, rel=0.01)
     assert found.expanded_uncertainty[place] == pytest.approx(1.96e-4 / math.sqrt(3.0), rel=1e-3)
     assert not tried.agrees[place]
@@ -93,7 +93,7 @@ def test_few_degrees_of_freedom_widen_both_intervals():
     found = stand_budget(Stand("few", (part,)), made(), trials=50_000, seed=4)
     place = found.index("K1")
     tried = found.monte_carlo
-    width = 0.5 * (tried.high - tried.low)[place]
+    width = 0.5 * (tried.upper - tried.lower)[place]
     assert found.expanded_uncertainty[place] == pytest.approx(2.5706 * 1.35e-5, rel=1e-4)
     assert width == pytest.approx(found.expanded_uncertainty[place], rel=0.05)
 
@@ -113,8 +113,8 @@ def test_trials_stop_where_the_result_is_stable():
 def test_a_seed_repeats_the_trials():
     stand = Stand("noise", (component("launch-bias", 2e-6),))
     one, two, other = (stand_budget(stand, made(), trials=1000, seed=s) for s in (1, 1, 2))
-    assert one.monte_carlo.low.tolist() == two.monte_carlo.low.tolist()
-    assert one.monte_carlo.low.tolist() != other.monte_carlo.low.tolist()
+    assert one.monte_carlo.lower.tolist() == two.monte_carlo.lower.tolist()
+    assert one.monte_carlo.lower.tolist() != other.monte_carlo.lower.tolist()
 
 
 def test_numerical_tolerance_is_half_of_the_first_digit():

@@ -124,7 +124,7 @@ class MonteCarlo(EqualByContents):
         Whether the results are stable to `tolerance`, JCGM 101, 7.9.
     value, standard_uncertainty : ndarray
         Mean and standard deviation of the trials.
-    low, high : ndarray
+    lower, upper : ndarray
         Ends of the probabilistically symmetric 95 % interval.
     numerical : ndarray
         Twice the standard deviation of the less certain end, by the batches of trials.
@@ -139,14 +139,24 @@ class MonteCarlo(EqualByContents):
     stable: bool
     value: Array
     standard_uncertainty: Array
-    low: Array
-    high: Array
+    lower: Array
+    upper: Array
     numerical: Array
     tolerance: Array
     agrees: Mask
 
     def __post_init__(self) -> None:
         freeze(self)
+
+    def at(self, place: int) -> dict[str, Any]:
+        """Return what it tells of one coefficient, as it stands in the JSON document."""
+        return {
+            **members_at(self, "value standard_uncertainty", place),
+            "low": float(self.lower[place]),
+            "high": float(self.upper[place]),
+            **members_at(self, "numerical tolerance", place),
+            "agrees": bool(self.agrees[place]),
+        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -281,16 +291,13 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
 
     def _coefficient(self, i: int) -> dict[str, Any]:
         own = self.coefficients[i]
-        trials = self.monte_carlo
-        tried = "value standard_uncertainty low high numerical tolerance"
         return {
             **members(own, "symbol where unit"),
             "value": float(self.nominal[i]),
             **members_at(self, "standard_uncertainty", i),
             "dof": finite_or_none(self.dof[i]),
             **members_at(self, "coverage_factor expanded_uncertainty", i),
-            "monte_carlo": trials
-            and {**members_at(trials, tried, i), "agrees": bool(trials.agrees[i])},
+            "monte_carlo": self.monte_carlo and self.monte_carlo.at(i),
         }
 
     def _component(self, part: StandShare) -> dict[str, Any]:
@@ -325,6 +332,6 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
         whole = {"component": "total", "sensitivity": None, "standard_uncertainty": u, "share": 1.0}
         trials = self.monte_carlo
         known = [self.expanded_uncertainty[i], self.dof[i]]
-        known += [] if trials is None else [trials.low[i], trials.high[i], trials.agrees[i]]
+        known += [] if trials is None else [trials.lower[i], trials.upper[i], trials.agrees[i]]
         found = dict(zip(_OF_TOTAL, (value.item() for value in known), strict=False))
         yield place | whole | dict.fromkeys(_OF_TOTAL) | found
