@@ -598,6 +598,30 @@ def test_output_file_is_the_json(saved, tmp_path, capsys):
     assert json.loads(path.read_text("utf-8"))["schema"] == "accelcal/budget/1"
 
 
+@pytest.mark.parametrize("options", [{}, {"temperature": 80.0}, {"temperature": [-50.0, 20.0]}])
+def test_a_budget_comes_back_from_json(al15, options):
+    found = accelcal.budget(al15, [0.0, 1.0], **options, time=600.0, extrapolate=True)
+    again = accelcal.ErrorBudget.from_json(found.to_json())
+    assert again == found
+    assert np.isfinite([part.dof for part in again.components]).any()
+    assert str(again) == str(found)
+
+
+def test_a_budget_whose_temperature_is_unknown_comes_back(al15):
+    blind = replace(al15.tables[0], temperature_degC=None)
+    one = replace(al15, tables=(blind,), temperature_model=None, T0_degC=None)
+    found = accelcal.budget(one, 1.0)
+    assert np.isnan(found.temperature_degC).all()
+    assert accelcal.ErrorBudget.from_json(found.to_json()) == found
+
+
+def test_a_damaged_budget_is_refused(al15):
+    document = accelcal.budget(al15, [0.0, 1.0]).to_document()
+    del document["points"][1]["components"][0]
+    with pytest.raises(DocumentError, match="key points: points that do not have the same comp"):
+        accelcal.ErrorBudget.from_document(document)
+
+
 def test_stability_file(saved, tmp_path, capsys):
     path = tmp_path / "stability.json"
     stability_test(COMPONENTS).to_json(path)

@@ -126,7 +126,7 @@ def budget(
         time_s=points.time,
         extrapolated=points.extrapolated,
         components=parts,
-        correlated=correlated,
+        correlated=correlated & {part.symbol for part in parts},
         systematic=np.sum([part.value for part in parts], axis=0),
         bound=np.sum([part.bound for part in parts], axis=0),
         covariance=added,

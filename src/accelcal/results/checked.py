@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from accelcal.errors import DocumentError
+
+if TYPE_CHECKING:
+    from accelcal.arrays import Array
 
 
 class DamageError(DocumentError):
@@ -204,6 +207,18 @@ def freedom_or_none(value: Any) -> float | None:
     return found
 
 
+def number_or_nan(value: Any) -> float:
+    """Take a number; null stands for NaN."""
+    found = number_or_none(value)
+    return math.nan if found is None else found
+
+
+def freedom(value: Any) -> float:
+    """Take degrees of freedom; null stands for such as do not end."""
+    found = freedom_or_none(value)
+    return math.inf if found is None else found
+
+
 def whole(value: Any) -> int:
     """Take a whole number from zero."""
     found = number(value)
@@ -253,6 +268,21 @@ def list_of(kind: Kind[Part], least: int = 0) -> Kind[tuple[Part, ...]]:
         return tuple(taken)
 
     return take
+
+
+def column(document: Mapping[str, Any], *keys: str, kind: Kind[Any] = number) -> Array:
+    """Take the array of what stands under all keys but the first of each item of a list.
+
+    Examples
+    --------
+    >>> column({"points": [{"a": {"x": 1.0}}, {"a": {"x": 2.0}}]}, "points", "a", "x").tolist()
+    [1.0, 2.0]
+    """
+    import numpy as np  # here, as some results are read without it
+
+    for key in reversed(keys[1:]):
+        kind = member(key, kind)
+    return np.array(checked(document, keys[0], list_of(kind)))
 
 
 def mapping_of(kind: Kind[Part], among: Sequence[str] = ()) -> Kind[dict[str, Part]]:

@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
 
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.mapping import freeze, members, members_at
-from accelcal.results.result import JsonResult, TabularResult
+from accelcal.results.checked import (
+    DamageError,
+    Kind,
+    checked,
+    column,
+    flag,
+    freedom,
+    list_of,
+    member,
+    number,
+    number_or_nan,
+    size,
+)
+from accelcal.results.fields import ReadByFields
+from accelcal.results.mapping import finite_or_none, freeze, members, members_at
+from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,9 +40,16 @@ __all__ = ["SCHEMA", "ErrorBudget", "ErrorComponent"]
 
 SCHEMA = "accelcal/budget/1"
 
+_AXES = ("a_i", "a_p", "a_o")
+_OF_A_POINT = (
+    *("systematic", "bound", "covariance", "standard_uncertainty"),
+    *("coverage_factor", "expanded_uncertainty"),
+)
+_OF_A_PART = ("value", "bound", "standard_uncertainty")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ErrorComponent(EqualByContents):
+class ErrorComponent(EqualByContents, ReadByFields):
     """One component of the error at n points.
 
     Attributes
@@ -44,6 +68,13 @@ class ErrorComponent(EqualByContents):
         Where the bound or the uncertainty comes from.
     """
 
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+        "value": number,
+        "bound": size,
+        "standard_uncertainty": size,
+        "dof": freedom,
+    }  # at one point
+
     name: str
     symbol: str
     value: Array
@@ -57,7 +88,7 @@ class ErrorComponent(EqualByContents):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ErrorBudget(EqualByContents, JsonResult, TabularResult):
+class ErrorBudget(EqualByContents, StoredResult, TabularResult):
     """Error of the measured acceleration with its band, at n points.
 
     Attributes
@@ -99,6 +130,9 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
     >>> found.expanded_uncertainty.shape, [part.symbol for part in found.components[:3]]
     ((2,), ['k0', 'K1', 'k2'])
     """
+
+    SCHEMA: ClassVar[str] = SCHEMA
+    _WRITER: ClassVar[str] = "accelcal budget"
 
     a_i: Array
     a_p: Array
@@ -154,26 +188,42 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
         }
 
     def _point(self, index: int) -> dict[str, Any]:
-        temperature = float(self.temperature_degC[index])
-        plain = "systematic bound covariance standard_uncertainty coverage_factor"
-        plain += " expanded_uncertainty"
         return {
-            "acceleration": members_at(self, "a_i a_p a_o", index),
-            "temperature_degC": None if math.isnan(temperature) else temperature,
+            "acceleration": members_at(self, " ".join(_AXES), index),
+            "temperature_degC": finite_or_none(self.temperature_degC[index]),
             **members_at(self, "time_s", index),
             "extrapolated": bool(self.extrapolated[index]),
-            **members_at(self, plain, index),
+            **members_at(self, " ".join(_OF_A_POINT), index),
             "unit": "g",
             "components": [
                 {
                     **members(part, "name symbol"),
-                    **members_at(part, "value bound standard_uncertainty", index),
+                    **members_at(part, " ".join(_OF_A_PART), index),
+                    "dof": finite_or_none(part.dof[index]),
                     "correlated": part.symbol in self.correlated,
                     "origin": part.origin,
                 }
                 for part in self.components
             ],
         }
+
+    @classmethod
+    def _read(cls, document: Mapping[str, Any]) -> ErrorBudget:
+        points = partial(column, document, "points")
+        parts = checked(document, "points", list_of(member("components", list_of(_part)), 1))
+        if len({tuple(part.symbol for part, _ in own) for own in parts}) > 1:
+            raise DamageError("points that do not have the same components", "points")
+        return cls._of_fields(
+            document,
+            **{axis: points("acceleration", axis) for axis in _AXES},
+            **{name: points(name) for name in ("time_s", *_OF_A_POINT)},
+            temperature_degC=points("temperature_degC", kind=number_or_nan),
+            extrapolated=points("extrapolated", kind=flag),
+            components=tuple(
+                _at_all([part for part, _ in own]) for own in zip(*parts, strict=True)
+            ),
+            correlated=frozenset(part.symbol for part, correlated in parts[0] if correlated),
+        )
 
     def rows(self) -> list[dict[str, Any]]:
         """List the totals and components of all points, a flat dictionary each."""
@@ -198,6 +248,19 @@ class ErrorBudget(EqualByContents, JsonResult, TabularResult):
         from accelcal.results.result import frame_of
 
         return frame_of(self.rows(), a_i="g", a_p="g", a_o="g")
+
+
+def _part(document: Mapping[str, Any]) -> tuple[ErrorComponent, bool]:
+    """Read a component at one point, and whether it is correlated with others."""
+    return ErrorComponent._of_fields(document), checked(document, "correlated", flag)
+
+
+def _at_all(points: Sequence[ErrorComponent]) -> ErrorComponent:
+    """A component at all points, of what it is at each."""
+    arrays: dict[str, Any] = {
+        name: np.array([getattr(point, name) for point in points]) for name in (*_OF_A_PART, "dof")
+    }
+    return replace(points[0], **arrays)
 
 
 def _row(part: dict[str, Any]) -> dict[str, Any]:
