@@ -14,10 +14,11 @@ import pytest
 
 from accelcal.accelerometer import AL15
 from accelcal.cli.main import main
-from accelcal.errors import InputError, TableError
+from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.toml.specification import read_specification
 from accelcal.io.toml.stand import read_stand
 from accelcal.report.stand_budget import stand_budget_text
+from accelcal.results.stand_budget import StandBudget
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 from accelcal.stand_uncertainty.budget import stand_budget
 from accelcal.stand_uncertainty.distribution import Distribution
@@ -407,6 +408,27 @@ def test_the_command_tells_components_and_coefficients(capsys):
     assert "Systematic and unseen: chamber, load" in told.out
     assert "Below 0.1 % of every u here: level." in told.out
     assert told.out.isascii()
+
+
+def test_a_budget_comes_back_from_json():
+    spec = read_specification(DATA_SHEET)
+    asked = [
+        {},
+        {"trials": 1000, "seed": 1},
+        {"targets": {"k0": "10 ug", "K1": "10 ppm"}, "specification": spec},
+    ]
+    for options in asked:
+        found = stand_budget(read_stand(PAPER), made(), **options)
+        again = StandBudget.from_json(found.to_json())
+        assert again == found
+        assert again.to_json() == found.to_json()
+
+
+def test_a_damaged_budget_is_refused():
+    document = stand_budget(read_stand(PAPER), made()).to_document()
+    document["components"][0]["contributions"] = [1e-6]
+    with pytest.raises(DocumentError, match="key components: no number for each coefficient"):
+        StandBudget.from_document(document)
 
 
 def test_the_command_writes_json_and_csv(capsys, tmp_path):

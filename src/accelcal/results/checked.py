@@ -214,7 +214,9 @@ def number_or_nan(value: Any) -> float:
 
 
 def freedom(value: Any) -> float:
-    """Take degrees of freedom; null stands for such as do not end."""
+    """Take degrees of freedom, however many; null stands for such as do not end."""
+    if isinstance(value, float) and finite(value) > LARGEST:
+        return value
     found = freedom_or_none(value)
     return math.inf if found is None else found
 

@@ -126,17 +126,17 @@ def rows_of(matrix: NDArray[Any]) -> Rows:
 def covariance(value: Any) -> Covariance:
     """Take the names and the matrix of a covariance; both are empty where it is unknown."""
     names = checked(value, "names", list_of(text))
-    matrix = checked(value, "matrix", _symmetric)
+    matrix = checked(value, "matrix", symmetric)
     if len(matrix) != len(names) or len(set(names)) < len(names):
         raise DamageError(f"{len(names)} names, and no matrix of that size")
     return names, matrix
 
 
 def _over_dof(value: Any) -> Rows:
-    return checked(value, "over_dof", _symmetric, UNKNOWN[1])
+    return checked(value, "over_dof", symmetric, UNKNOWN[1])
 
 
-def _symmetric(value: Any) -> Rows:
+def symmetric(value: Any) -> Rows:
     """Take a matrix that may be a covariance."""
     matrix = list_of(list_of(number))(value)
     if {len(row) for row in matrix} - {len(matrix)}:

@@ -1,4 +1,4 @@
-"""What all results can do: be a document of JSON, be a table, and be read back."""
+"""What all results can do: be a document of JSON and be read back from it, be a table."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = [
-    "JsonResult",
     "StoredResult",
     "TabularResult",
     "all_from_json",
@@ -32,10 +31,19 @@ __all__ = [
 Result = TypeVar("Result", bound="StoredResult")
 
 
-class JsonResult(ABC):
-    """A result that is a document of JSON."""
+class StoredResult(ReadByFields, ABC):
+    """A result that is a document of JSON, and is read back from it."""
 
     __slots__ = ()
+
+    SCHEMA: ClassVar[str]
+    """Type and version of such documents."""
+
+    _WRITER: ClassVar[str]
+    """The command that writes such documents, for messages."""
+
+    _REMEDIES: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """Schema of another document -> what to do with one that is given in place of this."""
 
     _SEVERAL: ClassVar[str] = ""
     """Key of the list in which several stand in one document."""
@@ -58,21 +66,6 @@ class JsonResult(ABC):
             The JSON text; numbers keep all their digits.
         """
         return json_text(self.to_document(), path)
-
-
-class StoredResult(JsonResult, ReadByFields):
-    """A result that is read back from its document."""
-
-    __slots__ = ()
-
-    SCHEMA: ClassVar[str]
-    """Type and version of such documents."""
-
-    _WRITER: ClassVar[str]
-    """The command that writes such documents, for messages."""
-
-    _REMEDIES: ClassVar[Mapping[str, str]] = MappingProxyType({})
-    """Schema of another document -> what to do with one that is given in place of this."""
 
     @classmethod
     def _read(cls, document: Mapping[str, Any]) -> Self:
@@ -185,14 +178,14 @@ def parts_of(kind: type[Result], document: Any) -> tuple[Result, ...]:
     return (part_of(kind, document),)
 
 
-def all_to_json(results: Sequence[JsonResult], **others: JsonResult | None) -> str:
+def all_to_json(results: Sequence[StoredResult], **others: StoredResult | None) -> str:
     """Write a result as its document, or several of a kind in one document.
 
     Parameters
     ----------
-    results : sequence of JsonResult
+    results : sequence of StoredResult
         One or more, of a kind that has a key for several.
-    **others : JsonResult or None
+    **others : StoredResult or None
         What stands beside several, by its key.
 
     Returns

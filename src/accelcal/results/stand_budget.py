@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -13,8 +14,21 @@ from accelcal.arrays import Array, Mask
 from accelcal.equality import EqualByContents
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
+from accelcal.results.checked import (
+    DamageError,
+    Kind,
+    checked,
+    column,
+    flag,
+    freedom,
+    list_of,
+    number,
+    number_or_nan,
+)
+from accelcal.results.covariance import symmetric
+from accelcal.results.fields import ReadByFields, StoredPart
 from accelcal.results.mapping import finite_or_none, freeze, members, members_at
-from accelcal.results.result import JsonResult, TabularResult
+from accelcal.results.result import StoredResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
 
 if TYPE_CHECKING:
@@ -31,8 +45,12 @@ FELT = 1e-3
 _OF_TOTAL = ("expanded_uncertainty", "dof", "monte_carlo_low", "monte_carlo_high", "linear_agrees")
 
 
+def _array(value: Any) -> Array:
+    return np.array(list_of(number)(value))
+
+
 @dataclass(frozen=True, slots=True)
-class BudgetedCoefficient:
+class BudgetedCoefficient(StoredPart):
     """What a budget is made for.
 
     Attributes
@@ -55,7 +73,7 @@ class BudgetedCoefficient:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StandShare(EqualByContents):
+class StandShare(EqualByContents, ReadByFields):
     """What one component of the stand does.
 
     Attributes
@@ -86,6 +104,12 @@ class StandShare(EqualByContents):
         Where the size comes from.
     """
 
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+        "dof": freedom,
+        "contributions": _array,
+        "residual": number_or_nan,
+    }
+
     name: str
     kind: str
     standard_uncertainty: float
@@ -111,7 +135,7 @@ class StandShare(EqualByContents):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MonteCarlo(EqualByContents):
+class MonteCarlo(EqualByContents, ReadByFields):
     """Propagation of distributions, JCGM 101; arrays have shape (q,).
 
     Attributes
@@ -148,6 +172,22 @@ class MonteCarlo(EqualByContents):
     def __post_init__(self) -> None:
         freeze(self)
 
+    @classmethod
+    def of_budget(cls, document: Mapping[str, Any]) -> MonteCarlo | None:
+        """Read it from the document of its budget, None where that has none."""
+        own = checked(document, "monte_carlo", lambda value: value)
+        if own is None:
+            return None
+        tried = partial(column, document, "coefficients", "monte_carlo")
+        names = ("value", "standard_uncertainty", "numerical", "tolerance")
+        return cls._of_fields(
+            own,
+            **{name: tried(name) for name in names},
+            lower=tried("low"),
+            upper=tried("high"),
+            agrees=tried("agrees", kind=flag),
+        )
+
     def at(self, place: int) -> dict[str, Any]:
         """Return what it tells of one coefficient, as it stands in the JSON document."""
         return {
@@ -160,7 +200,7 @@ class MonteCarlo(EqualByContents):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StandBudget(EqualByContents, JsonResult, TabularResult):
+class StandBudget(EqualByContents, StoredResult, TabularResult):
     """Uncertainty of q coefficients by the stand; arrays have shape (q,).
 
     Attributes
@@ -200,6 +240,10 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
     >>> found.expanded_uncertainty.shape == (len(found.coefficients),)
     True
     """
+
+    SCHEMA: ClassVar[str] = SCHEMA
+    _WRITER: ClassVar[str] = "accelcal budget"
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"components": list_of(StandShare._of_fields)}
 
     stand: str
     source: str
@@ -292,7 +336,7 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
     def _coefficient(self, i: int) -> dict[str, Any]:
         own = self.coefficients[i]
         return {
-            **members(own, "symbol where unit"),
+            **own.to_document(),
             "value": float(self.nominal[i]),
             **members_at(self, "standard_uncertainty", i),
             "dof": finite_or_none(self.dof[i]),
@@ -312,6 +356,23 @@ class StandBudget(EqualByContents, JsonResult, TabularResult):
             "sensitivities": part.sensitivities.tolist(),
             "origin": part.origin,
         }
+
+    @classmethod
+    def _read(cls, document: Mapping[str, Any]) -> StandBudget:
+        found = partial(column, document, "coefficients")
+        names = ("standard_uncertainty", "coverage_factor", "expanded_uncertainty")
+        whole = cls._of_fields(
+            document,
+            nominal=found("value"),
+            **{name: found(name) for name in names},
+            dof=found("dof", kind=freedom),
+            covariance=np.array(checked(document, "covariance", symmetric)),
+            monte_carlo=MonteCarlo.of_budget(document),
+        )
+        sizes = {len(whole.covariance), *(part.contributions.size for part in whole.components)}
+        if sizes - {whole.nominal.size}:
+            raise DamageError("no number for each coefficient", "components")
+        return whole
 
     def rows(self) -> list[dict[str, Any]]:
         """List coefficients by components, a flat dictionary each; totals follow the components."""

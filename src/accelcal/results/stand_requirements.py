@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from accelcal.results.fields import Part
+from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
 
 __all__ = ["InstrumentRequirement", "Requirements", "Sufficiency", "TargetReached"]
 
 
 @dataclass(frozen=True, slots=True)
-class TargetReached:
+class TargetReached(StoredPart):
     """A target and what the stand does about it; uncertainties are expanded, 95 %.
 
     Attributes
@@ -52,7 +52,7 @@ class TargetReached:
 
 
 @dataclass(frozen=True, slots=True)
-class InstrumentRequirement(Part):
+class InstrumentRequirement(StoredPart):
     """What one instrument must be, as a standard uncertainty.
 
     Attributes
@@ -83,7 +83,7 @@ class InstrumentRequirement(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Requirements(Part):
+class Requirements(StoredPart):
     """The inverse question: from targets to instruments.
 
     Attributes
@@ -99,7 +99,7 @@ class Requirements(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Sufficiency:
+class Sufficiency(StoredPart):
     """A limit of a data sheet against the expanded uncertainty of what it limits.
 
     Attributes
