@@ -25,11 +25,12 @@ from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
+from accelcal.discovery.run_noise import LoudRun
 from accelcal.discovery.search import Findings
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, parameters_of, solution
 from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
-from accelcal.discovery.unnamed.unexplained import chance_without_name, what_is_left
+from accelcal.discovery.unnamed.unexplained import chance_without_name, loudest, what_is_left
 from accelcal.discovery.unnamed.wide_dead_zone import with_open_width
 from accelcal.discovery.where import shares
 from accelcal.effects.effect import Effect
@@ -166,7 +167,8 @@ def _discovery(
 ) -> Discovery:
     comparison, family, findings = look.comparison, look.family, look.findings
     named = next(iter(findings.named), None)
-    unexplained = what_is_left(family, findings, look.shift, question.alpha, question.seed)
+    loud = loudest(comparison, named.instances if named else ())
+    unexplained = what_is_left(family, findings, look.shift, loud, question.alpha, question.seed)
     if named is None and unexplained is not None and question.empirical:
         named = empirical_explanation(family)
     bare = solution(comparison)
@@ -174,7 +176,7 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    said = [*_caveats(look, named, unexplained), *_of_mountings(found, named)]
+    said = [*_caveats(look, named, unexplained, loud), *_of_mountings(found, named)]
     as_given = _as_given(comparison, record, found, question)
     told = Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
@@ -211,10 +213,12 @@ def _p_value(findings: Findings, unexplained: Unexplained | None) -> float:
     return min(own, unexplained.p_value if unexplained else 1.0)
 
 
-def _caveats(look: Look, named: Explanation | None, left: Unexplained | None) -> Iterator[Caveat]:
+def _caveats(
+    look: Look, named: Explanation | None, left: Unexplained | None, loud: LoudRun | None
+) -> Iterator[Caveat]:
     said = [*_in_the_main(look), *caveats(look.family, look.findings.named, look.walks, left)]
     instances = named.instances if named else ()
-    said += noise_caveats(look.comparison, instances)
+    said += noise_caveats(look.comparison, instances, loud)
     yield from said
     if instances:
         doubted = {name for caveat in said for name in caveat.doubted}

@@ -9,8 +9,7 @@ import numpy as np
 from accelcal.discovery.caveats import Caveat
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.run_noise import TOO_LOUD
-from accelcal.discovery.unnamed.unexplained import loudest
+from accelcal.discovery.run_noise import TOO_LOUD, LoudRun
 
 _UNEVEN = 1.2
 """Ratio of the noise of two readings that is told."""
@@ -26,10 +25,12 @@ _BEYOND_STD = 3.0
 """Noise over the declared one from which the verdict tells it."""
 
 
-def noise_caveats(comparison: Comparison, instances: tuple[Instance, ...]) -> Iterator[Caveat]:
-    """Tell what a reader must know of the noise, beside some effects."""
+def noise_caveats(
+    comparison: Comparison, instances: tuple[Instance, ...], loud: LoudRun | None
+) -> Iterator[Caveat]:
+    """Tell what a reader must know of the noise, beside some effects, and of its loudest run."""
     yield from _of_memory(comparison)
-    yield from _of_runs(comparison, instances)
+    yield from _of_runs(comparison, instances, loud)
     yield from _of_std(comparison)
     if np.isfinite(comparison.noise.tails):
         yield Caveat("the noise has heavier tails than a normal one, and is judged accordingly")
@@ -48,7 +49,9 @@ def _of_memory(comparison: Comparison) -> Iterator[Caveat]:
         )
 
 
-def _of_runs(comparison: Comparison, instances: tuple[Instance, ...]) -> Iterator[Caveat]:
+def _of_runs(
+    comparison: Comparison, instances: tuple[Instance, ...], loud: LoudRun | None
+) -> Iterator[Caveat]:
     """Readings that are weighted, and a run that scatters much more than the others."""
     relative = comparison.noise.relative
     ratio = 1.0 if relative is None else float(relative.max() / relative.min())
@@ -58,7 +61,6 @@ def _of_runs(comparison: Comparison, instances: tuple[Instance, ...]) -> Iterato
             f"the readings are weighted by {by}, the largest of which is {ratio:.2g} times the"
             " smallest"
         )
-    loud = loudest(comparison, instances)
     if loud is None or loud.ratio < _LOUD or loud.p_value >= _CHANCE:
         return
     label = comparison.record.run_labels[loud.run]

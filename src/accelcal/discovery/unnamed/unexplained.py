@@ -31,11 +31,16 @@ def chance_without_name(findings: Findings) -> float:
 
 
 def what_is_left(
-    family: Family, findings: Findings, shift: Unexplained | None, alpha: float, seed: int
+    family: Family,
+    findings: Findings,
+    shift: Unexplained | None,
+    loud: LoudRun | None,
+    alpha: float,
+    seed: int,
 ) -> Unexplained | None:
     """Tell what the effects that were found, if any, do not explain.
 
-    A shift for a time may have been found in their place.
+    A shift for a time may have been found in their place, and the loudest run be too loud.
     """
     found, comparison = findings.explanations, family.comparison
     beside = findings.named[0].instances if findings.named else ()
@@ -46,7 +51,6 @@ def what_is_left(
         left: Unexplained | None = told or shift or _pattern(family, findings)
     else:
         left = passing(comparison, beside, alpha, seed) or slow(comparison, beside, alpha, seed)
-    loud = loudest(comparison, beside)
     if loud is None or loud.ratio < TOO_LOUD or loud.p_value >= alpha:
         return left
     return _scattering(comparison, loud, left)
