@@ -32,7 +32,7 @@ def calibrated(seed=1, attitudes=12, noise=(1e-5, 1e-5, 1e-5), **fields):
     rng = np.random.default_rng(seed)
     up = directions(rng, attitudes)
     found = accelcal.calibrate_triad(outputs(up) + noise * rng.normal(size=up.shape), up)
-    return replace(found, output_unit="mA", local_gravity=9.81, serial="B7", **fields)
+    return replace(found, output_unit="mA", g_local_m_s2=9.81, serial="B7", **fields)
 
 
 def applied(triad, output, **options):
@@ -165,7 +165,7 @@ def test_what_the_calibration_does_not_know_is_told():
 
 
 def test_a_calibration_with_a_temperature_holds_there_alone():
-    triad, output = calibrated(temperature=20.0), outputs(np.eye(3))
+    triad, output = calibrated(temperature_degC=20.0), outputs(np.eye(3))
     found = applied(triad, output, temperature=[19.5, 20.0, np.nan])
     assert found.inside.tolist() == [True, True, False]
     assert np.array_equal(found.value[:2], triad.accelerations(output)[:2])
@@ -259,7 +259,7 @@ def test_a_stream_that_does_not_fit_is_refused_in_a_line(run, text, options, mes
 
 
 def test_temperatures_of_a_stream(run):
-    triad = calibrated(temperature=20.4)
+    triad = calibrated(temperature_degC=20.4)
     code, rows, err = run(STREAM, "--same-launch", triad=triad)
     assert (code, len(rows)) == (0, 2)
     assert "temperature" not in err
@@ -288,7 +288,7 @@ def test_an_axis_of_a_triad_does_not_pass_for_the_output_of_one_accelerometer(ru
 def test_rows_of_other_order_are_refused():
     frame = pd.DataFrame(outputs(np.eye(3)), columns=list(AXES), index=[3, 4, 5])
     warm = pd.Series([20.0, 20.0, 20.0], index=[5, 4, 3])
-    triad = calibrated(temperature=20.0)
+    triad = calibrated(temperature_degC=20.0)
     with pytest.raises(InputError, match="output and temperature are Series of different indices"):
         applied(triad, frame, temperature=warm)
     assert applied(triad, frame, temperature=warm[::-1]).value.shape == (3, 3)

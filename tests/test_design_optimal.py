@@ -136,7 +136,7 @@ def test_they_keep_hours_and_distance(for_k2):
     assert for_k2.best.hours <= 8.2
     stops = np.array([angle for angle, _ in for_k2.stops()])
     gaps = np.diff(np.append(np.sort(stops), stops.min() + 360.0))
-    assert gaps.min() >= for_k2.spacing - 1e-6
+    assert gaps.min() >= for_k2.spacing_deg - 1e-6
 
 
 def test_the_gain_is_that_of_the_predictions(for_k2):

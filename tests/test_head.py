@@ -613,7 +613,7 @@ def test_a_head_uncertainty_beside_a_known_head_is_told(tables, tmp_path, capsys
         {"covariance_matrix": ((0.0, 1.0),) * 2},
         {"covariance_matrix": ((1.0, 0.5), (-0.5, 1.0))},
         {"covariance_matrix": ((1.0, 1.5), (1.5, 1.0))},
-        {"declared_uncertainty": 0.0},
+        {"declared_uncertainty_rad": 0.0},
         {"units": (UnitOnHead("a", None, ((1.0,),), (1.0,), {}),)},
     ],
 )

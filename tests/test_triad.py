@@ -494,7 +494,7 @@ def test_json_comes_back(tmp_path, capsys):
     assert run(capsys, "triad", EXAMPLE, "-o", path, "--g", "9.8106")[0] == 0
     found = TriadCalibration.from_json(path)
     assert found == TriadCalibration.from_json(found.to_json())
-    assert found.local_gravity == 9.8106
+    assert found.g_local_m_s2 == 9.8106
     assert "per m/s^2" in str(found)
 
 
@@ -733,29 +733,29 @@ def of_temperatures(*temperatures, above=""):
 def test_a_triad_knows_its_temperature():
     record = of_temperatures(20, 20.1, 20.2, 20.1, 20.2, 20)
     found = accelcal.calibrate_triad(record)
-    assert found.temperature == pytest.approx(20.1)
+    assert found.temperature_degC == pytest.approx(20.1)
     assert "mg rms; 20.10 degC\n" in str(found)
     assert found.gates[-1].verdict == "pass"
     assert accelcal.TriadCalibration.from_json(found.to_json()) == found
     document = json.loads(found.to_json())
-    assert document.pop("temperature_degC") == found.temperature
-    assert accelcal.TriadCalibration.from_document(document).temperature is None
+    assert document.pop("temperature_degC") == found.temperature_degC
+    assert accelcal.TriadCalibration.from_document(document).temperature_degC is None
     drifting = accelcal.calibrate_triad(of_temperatures(20, 20.5, 21, 21.5, 22, 22.5))
     (gate,) = (gate for gate in drifting.gates if gate.name == "temperature")
     assert (gate.verdict, gate.finding[:15]) == ("warn", "20 to 22.5 degC")
     twice = np.vstack([record.output, record.output]), np.vstack([record.up, record.up])
     both = accelcal.TriadRecord(*twice, temperature=[20.0] * 6 + [22.0] * 5 + [np.nan])
-    assert accelcal.calibrate_triad(both).temperature == pytest.approx((5 * 21.0 + 20.0) / 6)
+    assert accelcal.calibrate_triad(both).temperature_degC == pytest.approx((5 * 21.0 + 20.0) / 6)
 
 
 def test_a_temperature_may_stand_above_the_table_or_be_unknown():
     rows = SIX.replace("T,", "").replace("{},", "")
     found = [
-        accelcal.calibrate_triad(read_triad(io.StringIO(above + rows))).temperature
+        accelcal.calibrate_triad(read_triad(io.StringIO(above + rows))).temperature_degC
         for above in ("# temperature: 21.5 degC\n", "", "# temperature: unknown\n")
     ]
     assert found == [21.5, None, None]
-    assert accelcal.calibrate_triad(of_temperatures(*["unknown"] * 6)).temperature is None
+    assert accelcal.calibrate_triad(of_temperatures(*["unknown"] * 6)).temperature_degC is None
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,7 @@ def refuse_for_triad(**given: Any) -> None:
 def assumptions_of_triad(triad: TriadCalibration, *, same_launch: bool = False) -> tuple[str, ...]:
     """List what a user of a triad's calibration has to be warned of."""
     unknown = [] if triad.covariance_names else [_NOISE_UNKNOWN]
-    state = _ONE_STATE if triad.temperature is None else _ONE_LAUNCH
+    state = _ONE_STATE if triad.temperature_degC is None else _ONE_LAUNCH
     return (*gates_that_warn(triad), *unknown, *([] if same_launch else [state]))
 
 
@@ -153,7 +153,7 @@ def _temperatures(
     triad: TriadCalibration, temperature: ArrayLike | None, shape: tuple[int, ...]
 ) -> Array | None:
     """Temperature of each sample, None where it is not given."""
-    if triad.temperature is None:
+    if triad.temperature_degC is None:
         refuse_for_triad(temperature=temperature)
     if temperature is None:
         return None

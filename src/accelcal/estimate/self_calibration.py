@@ -165,7 +165,7 @@ def calibrate_head(
         errors=tuple(errors.tolist()),
         covariance_matrix=rows_of(covariance),
         origin="self-calibration",
-        declared_uncertainty=declared,
+        declared_uncertainty_rad=declared,
         harmonics=tuple(_harmonics(positions, errors, covariance, declared)),
         units=tuple(
             UnitOnHead(

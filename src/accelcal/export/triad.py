@@ -61,11 +61,11 @@ def triad_content(triad: TriadCalibration, sha256: str | None = None) -> dict[st
         "exported_by": SOFTWARE,
         "output_unit": triad.output_unit,
         "acceleration_unit": "g_local",
-        "g_local_m_s2": triad.local_gravity,
+        "g_local_m_s2": triad.g_local_m_s2,
         "model": "y = b + S a, so a = S^-1 (y - b)",
         "frame": FRAMES.get(triad.frame, triad.frame),
         "validity": {
-            "temperature_degC": triad.temperature,
+            "temperature_degC": triad.temperature_degC,
             "length_g": 1.0,
             "note": "Beyond 1 g the outputs are taken as linear.",
         },

@@ -54,8 +54,8 @@ class HeadPlot(Pictures):
         half = np.array([each.expanded_uncertainty for each in head.quantities()], dtype=float)
         factor, unit = readable("rad", head.errors, half)
         ax = canvas(ax, (6.4, 3.8))
-        if head.declared_uncertainty is not None:
-            band = factor * NORMAL_FACTOR * head.declared_uncertainty
+        if head.declared_uncertainty_rad is not None:
+            band = factor * NORMAL_FACTOR * head.declared_uncertainty_rad
             name = "before any reading, 95 %"
             ax.axhspan(-band, band, color=colours.series[1], alpha=0.15, lw=0, label=name)
         ax.axhline(0.0, color=colours.muted, lw=0.8)

@@ -27,8 +27,8 @@ def head_text(found: HeadCalibration) -> str:
 def _head(found: HeadCalibration) -> Iterator[str]:
     yield from wrapped(f"Head, {found.origin} from {found.source}")
     told = f"{len(found.errors)} positions, {MICRO * found.uncertainty:.3g} urad rms uncertainty"
-    if found.declared_uncertainty is not None:
-        told += f"; {MICRO * found.declared_uncertainty:.3g} urad declared"
+    if found.declared_uncertainty_rad is not None:
+        told += f"; {MICRO * found.declared_uncertainty_rad:.3g} urad declared"
     yield told
 
 

@@ -81,8 +81,8 @@ def _targets(found: OptimalDesign) -> Iterator[str]:
 
 def _cautions(found: OptimalDesign) -> Iterator[str]:
     yield (
-        f"Positions are {found.spacing:g} deg apart or more. Head errors count as independent from"
-        " position to position;"
+        f"Positions are {found.spacing_deg:g} deg apart or more. Head errors count as independent"
+        " from position to position;"
     )
     yield "a harmonic of the head is not, and no choice of angles averages it."
     if found.best.strokes < _TWO_CYCLES:

@@ -28,13 +28,13 @@ def _head(found: TriadCalibration) -> Iterator[str]:
 
 
 def _temperature(found: TriadCalibration) -> str:
-    return "" if found.temperature is None else f"; {found.temperature:.2f} degC"
+    return "" if found.temperature_degC is None else f"; {found.temperature_degC:.2f} degC"
 
 
 def _table(found: TriadCalibration) -> Iterator[str]:
     biases = {name: q for name, q in found.parameters.items() if name.startswith("b_")}
     rows = [_HEADING, *_rows("bias", biases), *_rows("scale factor", found.scale_factors)]
-    if found.local_gravity:
+    if found.g_local_m_s2:
         rows += _rows("", {n: _per_si(q, found) for n, q in found.scale_factors.items()})
     rows += _rows("sensitive axis", found.misalignments)
     rows += _rows("90 deg - angle", {f"{p[0]}, {p[1]}": q for p, q in found.axis_angles.items()})
@@ -42,7 +42,7 @@ def _table(found: TriadCalibration) -> Iterator[str]:
 
 
 def _per_si(quantity: Quantity, found: TriadCalibration) -> Quantity:
-    g = found.local_gravity or 1.0
+    g = found.g_local_m_s2 or 1.0
     unit = quantity.unit.removesuffix("/g") + " per m/s^2"
     parts = (quantity.value, quantity.standard_uncertainty, quantity.expanded_uncertainty)
     value, standard, expanded = (None if part is None else part / g for part in parts)

@@ -123,7 +123,7 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         Covariance of the errors, which is the array `covariance` as well [rad^2].
     origin : str
         ``"self-calibration"`` or ``"certificate"``.
-    declared_uncertainty : float or None
+    declared_uncertainty_rad : float or None
         Standard uncertainty of a position before any reading [rad]; None for a certificate.
     harmonics : tuple of HeadHarmonic
         The same errors as harmonics, with what cannot be told of them.
@@ -147,12 +147,13 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
 
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal head"
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"declared_uncertainty_rad": size_or_none}
 
     angles_deg: tuple[float, ...]
     errors: tuple[float, ...]
     covariance_matrix: Rows
     origin: str
-    declared_uncertainty: float | None = None
+    declared_uncertainty_rad: float | None = None
     harmonics: tuple[HeadHarmonic, ...] = ()
     units: tuple[UnitOnHead, ...] = ()
     gates: tuple[Gate, ...] = ()
@@ -169,7 +170,7 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         sizes = [{len(u.pull), len(u.information), *map(len, u.information)} for u in self.units]
         if any(size != {n} for size in sizes):
             raise InputError("a unit tells of another number of positions than the head has")
-        if self.declared_uncertainty is not None and not self.declared_uncertainty > 0.0:
+        if self.declared_uncertainty_rad is not None and not self.declared_uncertainty_rad > 0.0:
             raise InputError("the declared uncertainty of a head is above 0 rad")
         if not _is_covariance(matrix):
             raise InputError("the covariance of a head is none; it is symmetric and not negative")
@@ -222,10 +223,10 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
             The same object where the table told nothing of the head.
         """
         rest = tuple(unit for unit in self.units if unit.sha256 != sha256)
-        if sha256 is None or len(rest) == len(self.units) or self.declared_uncertainty is None:
+        if sha256 is None or len(rest) == len(self.units) or self.declared_uncertainty_rad is None:
             return self
         n = len(self.errors)
-        information = np.eye(n) / self.declared_uncertainty**2
+        information = np.eye(n) / self.declared_uncertainty_rad**2
         pull = np.zeros(n)
         for unit in rest:
             information = information + np.array(unit.information)
@@ -294,8 +295,7 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         positions = zip(self.angles_deg, self.quantities(), strict=True)
         return {
             "schema": SCHEMA,
-            **members(self, "software origin source"),
-            "declared_uncertainty_rad": self.declared_uncertainty,
+            **members(self, "software origin source declared_uncertainty_rad"),
             "positions": [{"angle_deg": a, "error": q.to_document()} for a, q in positions],
             "covariance": document_of(self.covariance_matrix),
             **members(self, "harmonics units gates"),
@@ -309,7 +309,6 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
             angles_deg=tuple(angle for angle, _ in positions),
             errors=tuple(error for _, error in positions),
             covariance_matrix=checked(document, "covariance", list_of(list_of(number))),
-            declared_uncertainty=checked(document, "declared_uncertainty_rad", size_or_none),
         )
 
 

@@ -8,9 +8,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.arguments.options import check_choice
-from accelcal.results.checked import DamageError, Kind, checked, mapping_of, number, size
+from accelcal.results.checked import DamageError, Kind, mapping_of, size
 from accelcal.results.designs import DesignComparison, TestDesign
-from accelcal.results.mapping import freeze
+from accelcal.results.mapping import freeze, members
 from accelcal.results.result import StoredResult, TabularResult, part_of
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class OptimalDesign(StoredResult, TabularResult):
         The best test, then equally spaced ones.
     losses : mapping of str to float
         Name of each of them -> what was minimised, in proportion to standard uncertainties.
-    spacing : float
+    spacing_deg : float
         Least distance of two positions [deg].
     seed : int
         Of the search.
@@ -48,12 +48,15 @@ class OptimalDesign(StoredResult, TabularResult):
 
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal design"
-    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"comparison": partial(part_of, DesignComparison)}
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+        "comparison": partial(part_of, DesignComparison),
+        "losses": mapping_of(size),
+    }
 
     criterion: str
     comparison: DesignComparison
     losses: Mapping[str, float]
-    spacing: float
+    spacing_deg: float
     seed: int
 
     def __post_init__(self) -> None:
@@ -106,9 +109,7 @@ class OptimalDesign(StoredResult, TabularResult):
         """Return the design as a JSON document."""
         return {
             "schema": SCHEMA,
-            "criterion": self.criterion,
-            "spacing_deg": self.spacing,
-            "seed": self.seed,
+            **members(self, "criterion spacing_deg seed"),
             "stops": [{"angle_deg": a, "readings": n} for a, n in self.stops()],
             "losses": dict(self.losses),
             "gains": {name: self.gain(name) for name in list(self.losses)[1:]},
@@ -117,12 +118,9 @@ class OptimalDesign(StoredResult, TabularResult):
 
     @classmethod
     def _read(cls, document: Mapping[str, Any]) -> OptimalDesign:
-        losses = checked(document, "losses", mapping_of(size))
-        found = cls._of_fields(
-            document, losses=losses, spacing=checked(document, "spacing_deg", number)
-        )
-        whole = len(losses) == len(found.designs) and "optimal" in losses
-        if not whole or not all(losses.values()):
+        found = cls._of_fields(document)
+        whole = len(found.losses) == len(found.designs) and "optimal" in found.losses
+        if not whole or not all(found.losses.values()):
             raise DamageError("no loss above zero of each test", "losses")
         return found
 

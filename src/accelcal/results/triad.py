@@ -15,7 +15,7 @@ from accelcal.arguments.numbers import number_array
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
-from accelcal.results.checked import checked, number, or_none, size_or_none
+from accelcal.results.checked import Kind, size_or_none
 from accelcal.results.covariance import CorrelatedByName, Rows
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Gate, Quantity
@@ -73,9 +73,9 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         known [g].
     gates : tuple of Gate
         Checks with their findings.
-    temperature : float or None
+    temperature_degC : float or None
         Mean temperature of the attitudes [degC].
-    local_gravity : float or None
+    g_local_m_s2 : float or None
         Local gravity [m/s^2].
     output_unit, serial : str or None
         Of the outputs; of the triad.
@@ -99,6 +99,8 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
 
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal triad"
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"g_local_m_s2": size_or_none}
+    _MISSING: ClassVar[Mapping[str, Any]] = {"temperature_degC": None}
 
     frame: str
     parameters: Mapping[str, Quantity]
@@ -111,8 +113,8 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
     dof: int
     residual_rms: float
     gates: tuple[Gate, ...]
-    temperature: float | None = None
-    local_gravity: float | None = None
+    temperature_degC: float | None = None
+    g_local_m_s2: float | None = None
     output_unit: str | None = None
     serial: str | None = None
     source: str = "<table>"
@@ -125,7 +127,8 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
     @property
     def temperatures(self) -> tuple[float, float] | None:
         """The lowest and the highest for which it is good, None where nothing tells it [degC]."""
-        return None if self.temperature is None else (self.temperature, self.temperature)
+        level = self.temperature_degC
+        return None if level is None else (level, level)
 
     @property
     def bias(self) -> Array:
@@ -219,9 +222,8 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
             "schema": SCHEMA,
             "software": self.software,
             "acceleration_unit": "g_local",
-            "g_local_m_s2": self.local_gravity,
-            "temperature_degC": self.temperature,
-            **members(self, "attitudes frame dof residual_rms output_unit serial source"),
+            **members(self, "g_local_m_s2 temperature_degC attitudes frame dof residual_rms"),
+            **members(self, "output_unit serial source"),
             **members(self, "parameters scale_factors misalignments axis_angles"),
             "covariance": self._covariance_document(),
             **members(self, "gates notes"),
@@ -229,7 +231,4 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
 
     @classmethod
     def _read(cls, document: Mapping[str, Any]) -> TriadCalibration:
-        gravity = checked(document, "g_local_m_s2", size_or_none)
-        read: dict[str, Any] = cls._covariance_fields(document)
-        read["temperature"] = checked(document, "temperature_degC", or_none(number), None)
-        return cls._of_fields(document, local_gravity=gravity, **read)
+        return cls._of_fields(document, **cls._covariance_fields(document))

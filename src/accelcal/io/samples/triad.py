@@ -47,26 +47,26 @@ class Triad:
         heat = options.temperature_uncertainty or None
         by = None if options.by == "laws" else options.by
         refuse_for_triad(temperature_uncertainty=heat, run=options.run, by=by)
-        if found.temperature is None:
+        if found.temperature_degC is None:
             refuse_for_triad(temperature=options.temperature)
         self._found = found
         self.assumptions = assumptions_of_triad(found, same_launch=options.same_launch)
         self._noise = options.output_uncertainty
         self.serial = found.serial
-        self.scale = acceleration_scale(options, options.local_gravity or found.local_gravity)
+        self.scale = acceleration_scale(options, options.local_gravity or found.g_local_m_s2)
         self._factor, self.notes = output_factor(options.output_unit, headings, found.output_unit)
         self._temperatures = SampleTemperatures(
             headings, options.temperature, found.temperatures, extrapolate=options.extrapolate
         )
         self.notes += self._temperatures.notes
-        if found.temperature is None and "temperature" in headings.columns:
+        if found.temperature_degC is None and "temperature" in headings.columns:
             self.notes.append("column temperature is set aside: that of the calibration is unknown")
 
     def used(self, block: SampleBlock) -> Mapping[str, Array]:
         """Take the outputs of the channels, and temperatures where they count."""
         used = {axis: block.values[axis] * self._factor for axis in AXES}
         warmth = self._temperatures.of_column(block)
-        if self._found.temperature is None or warmth is None:
+        if self._found.temperature_degC is None or warmth is None:
             return used
         return {**used, "temperature": warmth}
 
@@ -75,7 +75,7 @@ class Triad:
         found = apply_triad(
             self._found,
             np.stack([used[axis] for axis in AXES], axis=-1),
-            None if self._found.temperature is None else self._temperatures.of(block),
+            None if self._found.temperature_degC is None else self._temperatures.of(block),
             output_uncertainty=self._noise,
         )
         self._temperatures.refuse_others(block, found)
