@@ -478,3 +478,14 @@ def test_a_missing_browser_is_one_line(folder, monkeypatch, capsys):
 
 def test_forms():
     assert [form_of(name) for name in ("a.HTML", "b.md", "c.x.pdf")] == ["html", "md", "pdf"]
+
+
+def test_a_check_that_warns_of_many_tables_is_told_once_at_the_top():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 50.0) * 6, strokes=2)
+    backlash = accelcal.effect("backlash").of(1e-4)
+    found = accelcal.fit(accelcal.simulate(plan=plan, effects=[backlash], seed=1))
+    text = markdown(report_page(found))
+    top = text[text.index("Clear these up first") : text.index("## Coefficients")]
+    assert top.count("forward against back: mean") == 1
+    assert "forward against back: warns of 11 other tables, listed under Checks" in top
+    assert text[text.index("## Checks") :].count("forward against back: mean") == 12

@@ -36,6 +36,7 @@ from accelcal.report.calibration_rows import (
     LAW_HEADINGS,
     alarms,
     coefficient_rows,
+    first_alarms,
     strong_correlations,
     table_title,
     temperature_laws,
@@ -237,7 +238,7 @@ def _free_misalignment(calibration: Calibration, table: TableCalibration) -> Qua
 
 def _warnings(calibration: Calibration) -> Section | None:
     blocks: list[Block] = []
-    bare, warned = without_uncertainty(calibration), alarms(calibration)
+    bare, warned = without_uncertainty(calibration), first_alarms(calibration)
     if bare:
         blocks.append(Note("bad", "No uncertainty", [typeset(item) for item in bare]))
     if warned:

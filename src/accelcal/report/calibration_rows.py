@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -69,11 +70,27 @@ class CoefficientRow(NamedTuple):
 
 def alarms(calibration: Calibration) -> list[str]:
     """List run, gate and finding of the gates that warn, before anyone believes the numbers."""
+    return [sentence for _, sentence in _alarms(calibration)]
+
+
+def first_alarms(calibration: Calibration, most: int = 3) -> list[str]:
+    """List `alarms`; of a gate that warns of more tables the first, and of how many others."""
+    found = list(_alarms(calibration))
+    count, told = Counter(name for name, _ in found), []
+    for name, sentence in found:
+        if count[name] > most:
+            others = f"{name}: warns of {count[name] - 1} other tables, listed under Checks"
+            told += [sentence, others] if others not in told else []
+        else:
+            told.append(sentence)
+    return told
+
+
+def _alarms(calibration: Calibration) -> Iterator[tuple[str, str]]:
     found = [(f"{table_title(t)}, ", gate) for t in calibration.tables for gate in t.gates]
-    found += [("", gate) for gate in calibration.gates]
-    return [
-        f"{where}{gate.name}: {gate.finding}" for where, gate in found if gate.verdict == "warn"
-    ]
+    for where, gate in (*found, *(("", gate) for gate in calibration.gates)):
+        if gate.verdict == "warn":
+            yield gate.name, f"{where}{gate.name}: {gate.finding}"
 
 
 def without_uncertainty(calibration: Calibration) -> list[str]:
