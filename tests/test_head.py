@@ -663,7 +663,7 @@ def test_the_picture_has_each_error_with_its_interval(tables, tmp_path, capsys):
     assert np.allclose(drawn, factor * np.array(half))
     assert "rad]" in ax.get_ylabel()
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert labels == ["before any reading, 95 %", "error, 95 %"]
+    assert labels == ["declared, 95 %", "error, 95 %"]
 
 
 def test_units_in_the_cells_of_a_certificate():

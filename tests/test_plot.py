@@ -341,13 +341,37 @@ def test_a_signature_in_time_is_drawn_in_time():
     assert_legible(ax)
 
 
+def test_two_readings_of_an_angle_have_the_scatter_of_all():
+    """One degree of freedom has the factor 12.7: its intervals hid everything else."""
+    from accelcal.plot.residuals import Readings
+
+    rng = np.random.default_rng(1)
+    angle = np.repeat(np.arange(8) * 45.0, 2)
+    _, _, half = Readings(angle, np.ones(16, dtype=int), rng.normal(size=16)).means()
+    assert np.ptp(half) == pytest.approx(0.0)
+    assert half[0] == pytest.approx(2.306 / 2**0.5, rel=0.5)  # Student of 8 degrees of freedom
+
+
+def test_readings_that_nothing_repeats_have_no_interval():
+    from accelcal.plot.residuals import Readings
+
+    angle = np.array([0.0, 0.0, 45.0, 90.0])
+    _, means, half = Readings(angle, np.ones(4, dtype=int), np.arange(4.0)).means()
+    assert means.tolist() == [0.5, 2.0, 3.0]
+    assert np.isnan(half).all()
+
+
 def test_where_tells_noise_from_factors():
     from accelcal.plot.discovery import draw_where
 
-    ax = draw_where((Share("position", 0.5, 1e-9), Share("time", 0.01, 0.7)), 0.01, None)
+    found = (Share("position", 0.5, 1e-9), Share("time", 0.01, 0.7), Share("turn", 0.03, 0.4))
+    ax = draw_where(found, 0.01, None)
     colours = {bar.get_facecolor()[:3] for bar in ax.patches}
     assert len(colours) == 2
-    assert [text.get_text() for text in ax.texts] == ["p < 0.001", "p = 0.7"]
+    assert [text.get_text() for text in ax.texts] == ["p < 0.001", "", ""]
+    names = [label.get_text().replace("\n", " ") for label in ax.get_yticklabels()]
+    assert names == ["position", "other factors, no more than noise", "repeatability"]
+    assert sorted(bar.get_width() for bar in ax.patches) == pytest.approx([4.0, 46.0, 50.0])
 
 
 def test_changes_are_in_half_widths(found):

@@ -52,6 +52,7 @@ class CalibrationPlot(Pictures):
         -------
         Axes
             Points are readings; bars are their means by angle and direction with 95 % intervals.
+            Fewer than three readings of an angle have the scatter of all angles together.
 
         Raises
         ------

@@ -104,6 +104,7 @@ class DisagreementPlot(Pictures):
         -------
         Axes
             Points are readings; bars are their means by angle and direction with 95 % intervals.
+            Fewer than three readings of an angle have the scatter of all angles together.
 
         Raises
         ------

@@ -14,7 +14,7 @@ from accelcal.discovery.action import Action, action
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import Readings
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
-from accelcal.report.findings import p_value
+from accelcal.report.findings import p_value, parts_of_disagreement
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import readable
 
@@ -226,23 +226,25 @@ def _moved(change: Change) -> tuple[float, float]:
 
 @styled
 def draw_where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
-    """Draw the shares of the factors from the largest down; believed are those below alpha."""
-    shares = sorted(found, key=lambda item: -item.share)
+    """Draw the parts of the disagreement as the report lists them; believed are p below alpha."""
+    names, shares, chances = zip(*parts_of_disagreement(found), strict=True)
     colours = palette()
     ax = canvas(ax, (6.4, max(1.6 + 0.28 * len(shares), 2.2)))
     ax.grid(visible=False, axis="y")
-    sure = [share.p_value < alpha for share in shares]
-    sizes = [100.0 * share.share for share in shares]
+    sure = [chance is not None and chance < alpha for chance in chances]
+    sizes = [100.0 * share for share in shares]
     for believed, name in ((True, f"p < {alpha:g}"), (False, "may be noise")):
         rows = [i for i, one in enumerate(sure) if one == believed]
         colour = colours.series[0] if believed else colours.muted
         if rows:
             ax.barh(rows, [sizes[i] for i in rows], 0.62, color=colour, label=name)
     most = max(sizes, default=1.0)
-    for place, share in enumerate(shares):
-        chance = p_value(share.p_value)
-        ax.text(sizes[place] + 0.015 * most, place, chance, va="center", fontsize=SMALL)
-    ax.set_yticks(range(len(shares)), [share.factor.replace("*", " × ") for share in shares])
+    for place, chance in enumerate(chances):
+        said = "" if chance is None else p_value(chance)
+        ax.text(sizes[place] + 0.015 * most, place, said, va="center", fontsize=SMALL)
+    ax.set_yticks(
+        range(len(shares)), [textwrap.fill(name.replace("*", " × "), 22) for name in names]
+    )
     ax.invert_yaxis()
     ax.set(xlabel="share of the disagreement [%]", xlim=(0.0, 1.25 * most or 1.0))
     ax.set_xticks([tick for tick in ax.get_xticks() if tick <= 100.0])

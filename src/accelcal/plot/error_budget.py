@@ -72,7 +72,8 @@ class ErrorBudgetPlot(Pictures):
         handles = _draw(panels, points)
         figure = panels[0].figure
         if own:
-            figure.suptitle(f"Error by (4), {document['serial'] or document['source']}")
+            unit = document["serial"] or document["source"]
+            figure.suptitle(f"Error of the measured acceleration by (4), {unit}")
             figure.legend(handles=list(handles.values()), loc="outside right center")
         else:
             panels[0].legend(

@@ -56,7 +56,7 @@ class HeadPlot(Pictures):
         ax = canvas(ax, (6.4, 3.8))
         if head.declared_uncertainty_rad is not None:
             band = factor * NORMAL_FACTOR * head.declared_uncertainty_rad
-            name = "before any reading, 95 %"
+            name = "declared, 95 %"
             ax.axhspan(-band, band, color=colours.series[1], alpha=0.15, lw=0, label=name)
         ax.axhline(0.0, color=colours.muted, lw=0.8)
         ax.errorbar(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,23 +55,25 @@ class Readings:
                 )
 
     def means(self) -> tuple[Array, Array, Array]:
-        """Head angles, mean at each, and half width of its 95 % interval (NaN of one reading)."""
+        """Head angles, mean at each, and half width of its 95 % interval by Student.
+
+        Three readings of an angle or more have a scatter of their own; fewer have that of all
+        angles together. NaN where this has less than two degrees of freedom, too.
+        """
         angles, index, members = grouped(self.angle)
         values = self.value[group_after_group(index, members)]
-        told = [mean_and_half_width(own) for own in np.split(values, np.cumsum(members)[:-1])]
-        means, half_widths = np.array(told).reshape(-1, 2).T
-        return angles, means, half_widths
-
-
-def mean_and_half_width(values: Array) -> tuple[float, float]:
-    """Mean, and half width of its 95 % interval by Student; NaN where there is one reading only."""
-    if values.size < 2:
-        return float(values.mean()), float("nan")
-    spread = float(values.std(ddof=1)) / values.size**0.5
-    return float(values.mean()), student_quantile(LEVEL, values.size - 1) * spread
+        own = np.split(values, np.cumsum(members)[:-1])
+        means = np.array([part.mean() for part in own])
+        squares = np.array([part.var() * part.size for part in own])
+        dof = members - 1
+        few = dof < _LEAST_DOF
+        squares[few], dof[few] = squares.sum(), dof.sum()
+        factors = np.array([student_quantile(LEVEL, d) if d >= _LEAST_DOF else np.nan for d in dof])
+        return angles, means, factors * np.sqrt(squares / np.maximum(dof, 1) / members)
 
 
 _MARKERS = (">", "<")
+_LEAST_DOF = 2  # of a scatter that tells an interval; Student's factor of one is 12.7
 _APART = 2.5  # deg between the means of forward and back strokes
 _MOST_NAMED = 12  # angles or runs that have each its own label
 _CROWDED = 400  # points; more of them are drawn fainter
@@ -99,14 +101,15 @@ def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
         at = part.angle + shift
         ax.scatter(at, value, s=9, alpha=faint, lw=0, rasterized=pixels, **marked)
         angles, means, half = part.means()
-        error = np.where(np.isfinite(half), factor * half, 0.0)
+        told = np.isfinite(half)
+        error = np.where(told, factor * half, 0.0)
         ax.errorbar(
             angles + shift,
             factor * means,
             error,
             ls="",
             rasterized=3 * means.size > _PIXELS,  # a marker, a line and its ends
-            label=f"{name}, mean and 95 % interval",
+            label=f"{name}, mean and 95 % interval" if told.any() else f"{name}, mean",
             **marked,
         )
     _name_angles(ax, readings.angle)
@@ -235,7 +238,7 @@ def tumble(calibration: Calibration, ax: Axes | None, *, run: str | int | None) 
     ax.plot(turn, np.zeros(turn.size), color=colours.ink, lw=1.1, label="zero")
     for number, name, part in readings.directions():
         colour, marker = colours.series[number], _MARKERS[number]
-        angles, means, half = (np.asarray(x) for x in _closed(part).means())
+        angles, means, half = _closed(part)
         th, middle = np.radians(angles), factor * means
         wide = factor * np.nan_to_num(half)
         ax.fill_between(th, middle - wide, middle + wide, color=colour, alpha=0.18, lw=0)
@@ -247,15 +250,11 @@ def tumble(calibration: Calibration, ax: Axes | None, *, run: str | int | None) 
     return ax
 
 
-def _closed(readings: Readings) -> Readings:
-    """The turn closed: a return to the start is another reading of it, as 0 and as 360 deg."""
-    angle = head_positions(readings.angle)
-    again = angle == 0.0
-    return Readings(
-        np.concatenate([angle, np.full(int(again.sum()), 360.0)]),
-        np.concatenate([readings.stroke, readings.stroke[again]]),
-        np.concatenate([readings.value, readings.value[again]]),
-    )
+def _closed(readings: Readings) -> Array:
+    """Means of a closed turn: a return to the start is another reading of it, as 0 and 360 deg."""
+    turn = np.array(replace(readings, angle=head_positions(readings.angle)).means())
+    again = turn[:, turn[0] == 0.0] + np.array([[360.0], [0.0], [0.0]])
+    return np.hstack([turn, again])
 
 
 def _rings(ax: Axes, largest: float, unit: str) -> None:

@@ -28,18 +28,23 @@ def _source(source: ErrorSource) -> str:
 
 
 def factor_rows(where: Sequence[Share]) -> list[tuple[str, str, str]]:
-    """Tell factor, share and chance of noise, with a heading; the significant ones one by one."""
-    named = [share for share in where if share.p_value < _SHOWN_P]
+    """Tell factor, share and chance of noise, with a heading."""
     rows = [("factor", "share", "chance of noise")]
-    rows += [
-        (share.factor, f"{100.0 * share.share:.1f} %", probability(share.p_value))
-        for share in sorted(named, key=lambda share: -share.share)
-    ]
-    rest = sum(share.share for share in where if share.p_value >= _SHOWN_P)
-    rows.append(("other factors, no more than noise", f"{100.0 * rest:.1f} %", ""))
-    repeatability = max(1.0 - sum(share.share for share in where), 0.0)  # rounded below zero
-    rows.append(("repeatability", f"{100.0 * repeatability:.1f} %", ""))
+    for factor, share, p in parts_of_disagreement(where):
+        rows.append((factor, f"{100.0 * share:.1f} %", "" if p is None else probability(p)))
     return rows
+
+
+def parts_of_disagreement(where: Sequence[Share]) -> list[tuple[str, float, float | None]]:
+    """List factor, share and chance of noise: the significant ones, all others, repeatability."""
+    named = [share for share in where if share.p_value < _SHOWN_P]
+    rest = sum(share.share for share in where if share.p_value >= _SHOWN_P)
+    repeatability = max(1.0 - sum(share.share for share in where), 0.0)  # rounded below zero
+    return [
+        *((one.factor, one.share, one.p_value) for one in sorted(named, key=lambda s: -s.share)),
+        ("other factors, no more than noise", rest, None),
+        ("repeatability", repeatability, None),
+    ]
 
 
 def chance(p: float) -> str:
