@@ -40,6 +40,11 @@ ERRORS = {
     "empty": ("", f"the file is empty; {NAMES}"),
     "blank": ("\n , \n", f"the file is empty; {NAMES}"),
     "header only": ("# serial: A\n", f"header lines, but no table; {NAMES}"),
+    "positions alone": (
+        "Pos. 1,Pos. 2,Pos. 3\n1.3,0.9,0.01\n",
+        "1: no column for temperature among 'Pos. 1, Pos. 2, Pos. 3'; add a column temperature or"
+        " a line '# temperature: 20'",
+    ),
     "headings only": (H, "1: column headings but no readings; add a row for each reading"),
     "no headings": ("20,1,1,1.3\n", f"1: numbers where the column headings belong; {NAMES}"),
     "prose": ("\nDear all,\n", f"2: no column headings in 'Dear all,'; {NAMES}"),

@@ -278,6 +278,14 @@ BY_POSITION = (lambda row: (row[0], row[2])), (lambda row: row[1])
 BY_TEMPERATURE = (lambda row: row[1:3]), (lambda row: row[0])
 
 
+def test_one_stroke_across_needs_no_column_but_the_outputs():
+    """All else may be declared; such a row passed for none of headings."""
+    text = "# temperature: 20\n# stroke: 1\nPos. 1,Pos. 2,Pos. 3,Pos. 5\n1.3,0.9,0.01,-1.3\n"
+    record = read(text)
+    assert record.output.tolist() == [1.3, 0.9, 0.01, -1.3]
+    assert record.angle.tolist() == [0.0, 45.0, 90.0, 180.0]
+
+
 def test_the_example_across_has_the_readings_of_the_others():
     folder = GUIDE.parents[1] / "examples" / "forms"
     found = [read_table(folder / f"{name}.csv") for name in ("positions_across", "wide")]

@@ -92,7 +92,7 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     _require(layout, roles, across)
     key = [roles[name] for name in ("temperature", "position", "angle", "stroke") if name in roles]
     measured = list(outputs.values()) if wide else [roles["output"]]
-    needed = max(key if wide else key + measured) + 1
+    needed = max(key if wide else key + measured, default=0) + 1
     columns = engine(layout, sorted({*roles.values(), *measured}), needed)
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
     named = {name: columns[i] for name, i in roles.items() if name not in empty}

@@ -281,6 +281,8 @@ def _split_headings(line: str, separator: str | None) -> list[str]:
 def _are_headings(cells: tuple[Heading, ...]) -> bool:
     roles = {cell.role for cell in cells if cell.role and cell.role != "date"}
     numbered = [cell for cell in cells if cell.role in ACROSS]
+    if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
+        return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing
     if len(numbered) == 1 and not numbered[0].text[0].isalpha():
         roles.difference_update(ACROSS)  # "temperature; 20" is no row of headings
     roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}
