@@ -85,7 +85,7 @@ if TYPE_CHECKING:
 @stand_options
 @serial_option
 @mounting_option
-@picture_option("the budget (png or svg)")
+@picture_option("the budget (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def budget(
     calibration: str | None,

@@ -83,5 +83,6 @@ def program() -> None:
 
     Results go to standard output, everything else to standard error.
 
-    Exit codes: 0 done; 1 done, but a verdict failed; 2 input or options cannot be used.
+    Exit codes: 0 done; 1 done, but a verdict failed or a batch has errors; 2 input or options
+    cannot be used.
     """

@@ -69,7 +69,7 @@ def probability(text: str) -> float | None:
 @click.option(
     "--launch-gap", type=duration, metavar="S", help="A longer pause begins a new launch [s]."
 )
-@picture_option("the bias and the Allan deviation (png, svg)")
+@picture_option("the bias and the Allan deviation (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def stability(
     data: Sequence[str],
