@@ -171,6 +171,7 @@ def _discovery(
     unexplained = what_is_left(family, findings, look.shift, loud, question.alpha, question.seed)
     if named is None and unexplained is not None and question.empirical:
         named = empirical_explanation(family)
+        loud = loudest(comparison, named.instances if named else ())
     bare = solution(comparison)
     within = solution(comparison, named.instances) if named else bare
     strongest = _strongest_first(named) if named else ()
