@@ -56,7 +56,9 @@ def test_durations_are_seconds(rows, tmp_path, unit):
     in_memory = accelcal.read_arrays(table.assign(time=since))
     assert in_memory.time.tolist() == expected.tolist()
     table.assign(**{"time [ms]": since}).to_parquet(tmp_path / "t.parquet")
-    with pytest.raises(accelcal.TableError, match="holds duration.*write numbers, or leave the un"):
+    with pytest.raises(
+        accelcal.TableError, match=r"holds duration.*write numbers, or leave the un"
+    ):
         accelcal.read_table(tmp_path / "t.parquet")
 
 

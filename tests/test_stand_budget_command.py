@@ -534,7 +534,7 @@ def test_a_stand_without_a_load_is_named_with_its_file(capsys, tmp_path):
         ([], "neither CAL.json nor --stand"),
         (["cal.json", "--seed", "1"], "add --stand STAND.toml"),
         (["--stand", str(PAPER), "--seed", "1"], "add --monte-carlo N"),
-        (["--stand", str(PAPER), *"--target K1=5ppm --target K1=6ppm".split()], "two targets"),
+        (["--stand", str(PAPER), "--target", "K1=5ppm", "--target", "K1=6ppm"], "two targets"),
     ],
 )
 def test_options_that_do_not_go_together_are_refused(capsys, arguments, told):

@@ -166,12 +166,7 @@ def _discovery(
     look: Look, record: TumbleRecord, found: Sequence[Fault], question: Question
 ) -> Discovery:
     comparison, family, findings = look.comparison, look.family, look.findings
-    named = next(iter(findings.named), None)
-    loud = loudest(comparison, named.instances if named else ())
-    unexplained = what_is_left(family, findings, look.shift, loud, question.alpha, question.seed)
-    if named is None and unexplained is not None and question.empirical:
-        named = empirical_explanation(family)
-        loud = loudest(comparison, named.instances if named else ())
+    named, unexplained, loud = _named_and_left(look, question)
     bare = solution(comparison)
     within = solution(comparison, named.instances) if named else bare
     strongest = _strongest_first(named) if named else ()
@@ -207,6 +202,20 @@ def _discovery(
         sha256=record.sha256,
     )
     return with_open_width(told, family, findings.named[0]) if findings.named else told
+
+
+def _named_and_left(
+    look: Look, question: Question
+) -> tuple[Explanation | None, Unexplained | None, LoudRun | None]:
+    """What is named, what is left beside it, and the run that scatters most beside the others."""
+    family, findings = look.family, look.findings
+    named = next(iter(findings.named), None)
+    loud = loudest(look.comparison, named.instances if named else ())
+    left = what_is_left(family, findings, look.shift, loud, question.alpha, question.seed)
+    if named is None and left is not None and question.empirical:
+        named = empirical_explanation(family)
+        loud = loudest(look.comparison, named.instances if named else ())
+    return named, left, loud
 
 
 def _p_value(findings: Findings, unexplained: Unexplained | None) -> float:
