@@ -98,7 +98,7 @@ def test_kinds_of_tests_look_different_and_stand_in_the_legend(strokes, others):
         text.get_text(): line
         for text, line in zip(legend.texts, legend.legend_handles, strict=True)
     }
-    kinds = [f"{count} strokes at 20 degC, o+" for count in strokes]
+    kinds = [f"{count} strokes at 20 °C, o+" for count in strokes]
     assert [*shown][:-1] == ([*kinds[:24], "other tests"] if others else kinds)
     looks = [(line.get_marker(), line.get_color()) for line in shown.values()]
     assert len(set(looks)) == len(looks)

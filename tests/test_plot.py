@@ -361,6 +361,21 @@ def test_readings_that_nothing_repeats_have_no_interval():
     assert np.isnan(half).all()
 
 
+def test_a_map_tells_the_mounting_of_each_run_where_there_are_several():
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "o-"), strokes=2)
+    ax = accelcal.fit(accelcal.simulate(plan=plan, seed=1)).plot.residual_map()
+    names = [label.get_text() for label in ax.child_axes[0].get_xticklabels()]
+    assert names == ["run 1 o+\n20 °C", "run 2 o−\n20 °C"]
+
+
+def test_many_test_plans_are_named_on_the_front_alone():
+    found = accelcal.design(
+        positions=(8, 12, 16, 24), strokes=(2, 4, 6, 8, 10), temperatures=[(20.0,)], effects=False
+    )
+    for ax, name in zip(found.plot.hours(), ("K0", "K1", "K2", "K3", "M", "M_ip"), strict=True):
+        assert 0 < len(ax.texts) <= len(found.front(name))
+
+
 def test_where_tells_noise_from_factors():
     from accelcal.plot.discovery import draw_where
 

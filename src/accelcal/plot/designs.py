@@ -11,6 +11,7 @@ from accelcal.arrays import Array
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.plot.ticks import short_log_ticks
+from accelcal.plural import counted
 from accelcal.report.numbers import in_small_unit, written
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.optimal_design import OptimalDesign
@@ -35,7 +36,8 @@ _NARROW = 0.1  # of the values: an axis that spans less would make much of what 
 _ACROSS = 3
 _LETTER = (0.028, 0.055)  # of a panel: width and height of one in a label
 _BESIDE = (0.02, 0.022)  # of a panel: from a point to its label
-_LABELLED = 40  # tests; of more, only those on the front are named
+_POINT = (0.01, 0.013)  # of a panel: half width and height of a point
+_LABELLED = 16  # tests; of more, only those on the front are named
 _MARKERS = "os^"
 _COLUMNS = 4
 _OTHERS = "other tests"
@@ -97,7 +99,7 @@ def _own(count: int, looks: Looks, found: DesignComparison) -> Any:
     axes = own_panels(count, _ACROSS, (4.0, 3.1), around=0.5 + 0.2 * -(-len(handles) // _COLUMNS))
     figure = axes[0].figure
     figure.suptitle(
-        "Expected standard uncertainty u by hours of testing; numbers are those of the positions"
+        "Expected standard uncertainty u by hours of testing; numbers: positions in a turn"
     )
     figure.legend(handles=handles, loc="outside lower center", ncols=_COLUMNS)
     return axes
@@ -130,9 +132,10 @@ def _draw(ax: Any, found: DesignComparison, name: str, looks: Looks, labels: lis
 
 def _name(ax: Any, named: list[tuple[str, float, float]]) -> None:
     """Write beside each point what it is: within the panel, above it or below, if there is room."""
-    taken: list[Array] = []
-    for label, x, y in named:
-        place = ax.transAxes.inverted().transform(ax.transData.transform((x, y)))
+    at = np.array([(x, y) for _, x, y in named]).reshape(-1, 2)
+    places = ax.transAxes.inverted().transform(ax.transData.transform(at))
+    taken = [place + np.array([[-1.0], [1.0]]) * _POINT for place in places]
+    for (label, x, y), place in zip(named, places, strict=True):
         left = place[0] > 0.5
         rooms = {below: _room(label, place, left=left, below=below) for below in (False, True)}
         free = [below for below, room in rooms.items() if not _overlap(room, taken)]
@@ -193,8 +196,9 @@ def _scales(ax: Any) -> None:
 
 def _kind(design: TestDesign) -> str:
     """What the colour tells."""
-    levels = ", ".join(f"{t:g}" for t in design.temperatures)
-    return f"{design.strokes} strokes at {levels} degC, {' '.join(design.mountings)}"
+    levels = ", ".join(f"{t:g}" for t in design.temperatures).replace("-", "−")
+    strokes = counted(design.strokes, "stroke")
+    return f"{strokes} at {levels} °C, {' '.join(design.mountings)}"
 
 
 def _number(design: TestDesign) -> str:

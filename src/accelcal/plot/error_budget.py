@@ -175,6 +175,7 @@ def _name_points(ax: Axes, points: Sequence[Document], *, last: bool) -> None:
     ax.tick_params(labelbottom=last)
     if len(points) <= _LABELLED:
         labels = [place(point).replace(", ", "\n").replace("degC", "°C") for point in points]
+        labels = [label.replace("-", "−") for label in labels]
         ax.set_xticks(range(len(points)), labels, fontsize=SMALL)
     elif last:
         ax.set_xlabel("point, counted from 0 in the order of the table")

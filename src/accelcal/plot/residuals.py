@@ -210,13 +210,17 @@ def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[in
         return
     above = ax.secondary_xaxis("top")
     centres = (ends[:-1] + ends[1:]) / 2
-    name_ticks(above.xaxis, centres, [_level(table) for table in tables], 8, fontsize=SMALL)
+    sides = len({table.mounting for table in tables}) > 1
+    names = [_level(table, table.mounting if sides else "") for table in tables]
+    name_ticks(above.xaxis, centres, names, 8, fontsize=SMALL)
     above.tick_params(length=0, colors=palette().ink)
     above.spines["top"].set_visible(False)
 
 
-def _level(table: TableCalibration) -> str:
+def _level(table: TableCalibration, side: str) -> str:
+    """Run, mounting and temperature of a table, as far as they are to be told."""
     run = table.run if len(table.run) <= 8 else f"{table.run[:7]}…"
+    run = f"run {run} {side}".strip()
     if table.temperature_degC is None:
         return run
     return f"{run}\n{table.temperature_degC:.0f} °C".replace("-", "−")
