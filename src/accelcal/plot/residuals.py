@@ -219,8 +219,8 @@ def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[in
 
 def _level(table: TableCalibration, side: str) -> str:
     """Run, mounting and temperature of a table, as far as they are to be told."""
-    run = table.run if len(table.run) <= 8 else f"{table.run[:7]}…"
-    run = f"run {run} {side}".strip()
+    run = f"run {table.run}" if len(table.run) <= 8 else f"{table.run[:4]}…{table.run[-6:]}"
+    run = f"{run} {side}".strip()
     if table.temperature_degC is None:
         return run
     return f"{run}\n{table.temperature_degC:.0f} °C".replace("-", "−")
