@@ -76,6 +76,13 @@ def test_links_of_pages_lead_somewhere(page):
         assert not place or place in anchors(other), target
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_no_sentence_of_a_page_was_cut_off(page):
+    """A blank at the end of a line is what a cut leaves."""
+    lines = page.read_text("utf-8").splitlines()
+    assert [line for line in lines if line.endswith(" ")] == []
+
+
 def anchors(page):
     """What headings are called, as MyST and GitHub make it."""
     text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
