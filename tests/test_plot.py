@@ -368,13 +368,15 @@ def test_a_map_tells_the_mounting_of_each_run_where_there_are_several():
     assert names == ["run 1 o+\n20 °C", "run 2 o−\n20 °C"]
 
 
-def test_long_names_of_runs_stay_apart_on_a_map():
+def test_long_names_of_runs_stay_apart():
     plan = accelcal.TumblePlan(temperatures=(20.0, 60.0), strokes=2)
     frame = accelcal.simulate(plan=plan, seed=1).to_frame()
     frame["run"] = "visit number " + frame["run"].astype(str)
-    ax = accelcal.fit(accelcal.read_arrays(frame)).plot.residual_map()
-    names = [label.get_text() for label in ax.child_axes[0].get_xticklabels()]
-    assert names == ["visi…mber 1\n20 °C", "visi…mber 2\n60 °C"]
+    plot = accelcal.fit(accelcal.read_arrays(frame)).plot
+    names = [label.get_text() for label in plot.residual_map().child_axes[0].get_xticklabels()]
+    assert names == ["visi…umber 1\n20 °C", "visi…umber 2\n60 °C"]
+    names = [label.get_text() for label in plot.coefficients()[0].get_xticklabels()]
+    assert names == ["vi…er 1", "vi…er 2"]
 
 
 def test_many_test_plans_are_named_on_the_front_alone():

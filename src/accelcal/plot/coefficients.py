@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.plot.style import SMALL, blank, canvas, canvases, entitled, palette, styled
-from accelcal.plot.ticks import name_ticks
+from accelcal.plot.ticks import name_ticks, shortened
 from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
 from accelcal.report.numbers import matching_digits, readable, significant
 from accelcal.results.table import nearest_table
@@ -80,7 +80,7 @@ def _tell(ax: Axes, value: float, half: float, unit: str) -> None:
 
 def _name_places(ax: Axes, names: Sequence[str]) -> None:
     """Name the runs below, each one where there is room."""
-    short = [name if len(name) <= 7 else f"{name[:6]}…" for name in names]
+    short = [shortened(name, 7) for name in names]
     name_ticks(ax.xaxis, range(len(names)), short, _MOST_NAMED)
     ax.set_xlabel("run")
 

@@ -14,7 +14,7 @@ from accelcal.numerics.grouping import group_after_group, grouped
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
-from accelcal.plot.ticks import name_ticks
+from accelcal.plot.ticks import name_ticks, shortened
 from accelcal.report.numbers import readable
 from accelcal.results.usable import tables_of_run
 
@@ -219,7 +219,7 @@ def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[in
 
 def _level(table: TableCalibration, side: str) -> str:
     """Run, mounting and temperature of a table, as far as they are to be told."""
-    run = f"run {table.run}" if len(table.run) <= 8 else f"{table.run[:4]}…{table.run[-6:]}"
+    run = f"run {table.run}" if len(table.run) <= 8 else shortened(table.run, 12)
     run = f"{run} {side}".strip()
     if table.temperature_degC is None:
         return run

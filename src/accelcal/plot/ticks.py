@@ -12,6 +12,18 @@ def name_ticks(axis: Any, places: Any, names: Sequence[str], most: int, **text: 
     axis.set_ticks(places[::every], names[::every], **text)
 
 
+def shortened(name: str, most: int) -> str:
+    """Take letters out of the middle of a long name: names of a series differ at their ends.
+
+    Examples
+    --------
+    >>> shortened("visit number 12", 8), shortened("20 (2)", 8)
+    ('vi…er 12', '20 (2)')
+    """
+    begin = most // 3
+    return name if len(name) <= most else f"{name[:begin]}…{name[begin + 1 - most :]}"
+
+
 def short_log_ticks(axis: Any, steps: Sequence[float], digits: int = 6) -> None:
     """Label a logarithmic axis with plain numbers at `steps` of each decade, such as 1, 2, 5."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
