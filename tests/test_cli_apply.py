@@ -87,6 +87,17 @@ def test_units_in_the_cells_that_contradict_are_refused(run, text, message):
     assert message in err
 
 
+@pytest.mark.parametrize("line", ["# unit: V", "# serial: B-2;;", '"# temperature: 60"'])
+def test_header_lines_between_the_samples_are_refused(run, line):
+    """Of files set one below the other the samples counted in the unit of the first."""
+    text = HEAD + "temperature,output\n20,1.3\n{}\n20,1.3\n"
+    code, rows, err = run(text.format(line))
+    assert (code, rows) == (2, None)
+    assert "data.csv:5: header line '" in err
+    for harmless in ("# unit: mA", "# a pause: 3 min", "# date: 2024-05-31"):
+        assert run(text.format(harmless))[0] == 0
+
+
 def test_units_below_the_headings(run):
     """`accelcal fit` took them, and apply refused them as no numbers."""
     text = "Zeit;Temperatur;Ausgang;a_p\ns;°C;mA;g\n0,0;20,0;1,35471;0\n0,1;20,0;1,35472;0\n"

@@ -28,6 +28,7 @@ from accelcal.units import canonical_unit, size_of
 
 __all__ = ["SampleHeadings", "acceleration_unit", "read_sample_headings"]
 
+_USED = ("unit", "serial", "temperature", "serials")
 _LOCAL_G = ("g", "g_local")
 _TWO_UNITS = "units {} and {} for the outputs; name one unit"
 _AROUND = ' \t\r\n"'
@@ -101,6 +102,32 @@ class SampleHeadings:
         if written is None or written.value.removesuffix("degC").strip().casefold() in MISSING:
             return None
         return declared_number("temperature", written, ".")
+
+    def refuse_declaration(self, comment: str, line: int) -> None:
+        """Refuse a comment between the samples that declares other than the header lines do.
+
+        Parameters
+        ----------
+        comment : str
+            The line, from its ``#``.
+        line : int
+            Its number.
+
+        Raises
+        ------
+        TableError
+            If it has another unit, serial number or temperature.
+        """
+        declared = self.layout.declared
+        for part in declarations_in(comment.strip(_AROUND + ",;").lstrip("# ")):
+            key, value = header_line(part)
+            above = declared[key].value if key in declared else None
+            if key in _USED and value and value != above:
+                problem = f"header line {shown(part)} between the samples"
+                remedy = (
+                    "write it above the headings, and samples that differ into a file of their own"
+                )
+                raise TableError(problem, remedy, source=self.source, line=line)
 
     def of_serial(self, serial: str | None) -> SampleHeadings:
         """Take the outputs of one accelerometer, where those of several stand side by side.

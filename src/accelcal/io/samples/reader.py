@@ -222,7 +222,9 @@ class SampleReader:
         blank = ' \t"' + (self.headings.separator or "")
         lines, rows = [], []
         for line, row in enumerate(text.split("\n"), self._line):
-            if row.strip(blank) and not _is_comment(row, self.headings.separator):
+            if _is_comment(row, self.headings.separator):
+                self.headings.refuse_declaration(row, line)
+            elif row.strip(blank):
                 lines.append(line)
                 rows.append(self._cells(row, line))
         where = np.array(lines, dtype=np.int64)
