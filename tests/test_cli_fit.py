@@ -93,6 +93,13 @@ def test_csv_has_a_row_for_each_coefficient(run):
     assert {row["coefficient"]: row["stands_for"] for row in rows[11:]}["K1"] == "K1 + K3"
 
 
+def test_an_empty_serial_is_refused(run):
+    """Of an empty variable of a script; it took the serial number off the table."""
+    code, out, err = run("two.csv", "--serial", "")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: invalid value for '--serial': it is empty; write it, or leave")
+
+
 def test_csv_quotes_a_serial_with_commas(run, folder):
     (folder / "odd.csv").write_text(table(header='# serial: a,"b"'))
     rows = list(csv.DictReader(io.StringIO(run("odd.csv", "--format", "csv")[1])))

@@ -11,6 +11,7 @@ import click
 from accelcal.cli.files import PICTURE, REPORT, FileToRead, FileToWrite
 from accelcal.cli.values import (
     fixture_angle,
+    label,
     number,
     numbers,
     quantity,
@@ -203,11 +204,11 @@ report_option = click.option(
 )
 
 serial_option = click.option(
-    "--serial", metavar="TEXT", help="Serial number, if CAL.json holds several."
+    "--serial", type=label, metavar="TEXT", help="Serial number, if CAL.json holds several."
 )
 
 declared_serial_option = click.option(
-    "--serial", metavar="TEXT", help="Serial number of the accelerometer."
+    "--serial", type=label, metavar="TEXT", help="Serial number of the accelerometer."
 )
 
 mounting_option = click.option(

@@ -14,6 +14,7 @@ from accelcal.cli.options import (
     output_option,
     picture_option,
 )
+from accelcal.cli.values import label
 
 
 @click.command(cls=Command)
@@ -27,7 +28,7 @@ from accelcal.cli.options import (
 )
 @local_gravity_option
 @click.option("--unit", metavar="UNIT", help="Unit of the outputs, such as V.")
-@click.option("--serial", metavar="NAME", help="Serial number of the triad.")
+@click.option("--serial", type=label, metavar="NAME", help="Serial number of the triad.")
 @picture_option("the residuals by attitude (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def triad(

@@ -47,6 +47,13 @@ def words(text: str) -> tuple[str, ...]:
     return tuple(item.strip() for item in text.split(","))
 
 
+def label(text: str) -> str:
+    """Type of an option: a text, of which a script may have an empty variable."""
+    if not text.strip():
+        raise click.BadParameter("it is empty; write it, or leave the option out.")
+    return text.strip()
+
+
 def durations(text: str) -> tuple[float, ...]:
     """Type of an option: durations separated by commas, as in ``600,10min,12h``; in seconds."""
     return tuple(duration(item.strip()) for item in text.split(","))
