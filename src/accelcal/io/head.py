@@ -47,7 +47,8 @@ def read_head(source: Source) -> HeadCalibration:
         ``error`` (true minus nominal) and ``uncertainty`` (standard), the last two in arcsec,
         arcmin, urad, mrad, rad or deg by their headings, which may be German, French or Russian.
         A line ``# uncertainty: 0.5 arcsec`` stands for the column, and ``# coverage: 2`` or
-        ``# k: 2``, or ``U (k=2)`` in the heading, says that it is expanded by that factor.
+        ``# k: 2``, or ``U (k=2)`` in the heading, says that it is expanded by that factor. A
+        coverage probability tells no factor.
 
     Returns
     -------

@@ -50,7 +50,8 @@ def read_triad(
         ``ax``, ``acc_x``, ``mean_x``, ``output_x``), a unit behind them as in ``ax_mg``. Where
         attitudes are known, either ``up_x``, ``up_y``, ``up_z``, the acceleration along the axes
         of the block [g], or ``shaft`` (``x``, ``-z`` ...), the axis of the block along the shaft,
-        and ``angle`` of the head [deg].
+        and ``angle`` of the head [deg]; where both are there, the first count and the others have
+        to agree within 22.5 deg.
     overrides : mapping of str to str, optional
         ``unit`` and ``serial`` that win over the header; None leaves the header's.
     local_gravity : float, optional
