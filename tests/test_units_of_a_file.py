@@ -177,3 +177,11 @@ def test_the_work_of_dividing_a_file_grows_as_its_rows_do(monkeypatch):
     assert [record.serial for record in records] == [f"S{n}" for n in range(units)][::-1]
     assert all(record.position.tolist() == list(range(1, 10)) for record in records)
     assert sum(taken) <= 2 * position.size
+
+
+@pytest.mark.parametrize("unit", ["gon", "gons", "grads", "gradian", "Gradians"])
+def test_angles_in_gon_are_refused_however_they_are_called(unit):
+    """Grads and gradians were taken for degrees, with a note."""
+    text = f"temperature,angle [{unit}],stroke,output\n20,0,1,1.3\n20,100,1,0.0\n"
+    with pytest.raises(accelcal.TableError, match=f"is in {unit}; give it in deg"):
+        accelcal.read_table(io.StringIO(text))
