@@ -98,10 +98,11 @@ def _beside_silence(look: Look, question: Question) -> Look | None:
         return None
     asked = question._replace(silent=silent)
     again = _beyond_disturbances(_searched(record, asked), asked)
-    explanations = sorted(again.findings.explanations, key=lambda one: DEAD_ZONE not in one.ids)
-    if not explanations or DEAD_ZONE not in explanations[0].ids:
+    # of effects that look alike, a dead zone is what makes readings silent
+    first = sorted(again.findings.explanations, key=lambda one: DEAD_ZONE not in one.ids)
+    if not first or DEAD_ZONE not in first[0].ids or max(first[0].p_values) >= question.alpha:
         return None
-    return again._replace(findings=again.findings._replace(explanations=tuple(explanations)))
+    return again._replace(findings=again.findings._replace(explanations=tuple(first)))
 
 
 def _searched(record: TumbleRecord, question: Question) -> Look:
