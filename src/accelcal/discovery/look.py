@@ -32,7 +32,10 @@ _EXACT = 3
 
 
 class Question(NamedTuple):
-    """What is asked of a record: T0 [degC], fixture angle [rad], how to search, what is silent."""
+    """What is asked of a record: T0 [degC], fixture angle [rad], how to search, what is silent.
+
+    A family that it is like has its false-alarm rates.
+    """
 
     reference: float
     delta0: float
@@ -42,6 +45,7 @@ class Question(NamedTuple):
     seed: int
     empirical: bool = False
     silent: Mask | None = None
+    like: Family | None = None
 
 
 class Look(NamedTuple):
@@ -72,7 +76,8 @@ def look_through(record: TumbleRecord, question: Question) -> Look:
         straight = straightened(first.comparison, known.instances, question.delta0)
         if straight is None:
             return look
-        again = _beyond_disturbances(_searched(straight, question), question)
+        asked = question._replace(like=look.family)
+        again = _beyond_disturbances(_searched(straight, asked), question)
         if not again.findings.named or not known.ids & again.findings.named[0].ids:
             return look
         look = again
@@ -182,8 +187,23 @@ def _look(
 ) -> Look:
     reference, delta0, silent = question.reference, question.delta0, question.silent
     comparison = compared(record, reference, delta0, known, memory=memory, silent=silent)
-    family = with_rates(family_of(comparison, question.effects), question.seed)
+    family, like = family_of(comparison, question.effects), question.like
+    if like is not None and _same_null(family, like):
+        family = family._replace(tries=like.tries, tests=like.tests)
+    else:
+        family = with_rates(family, question.seed)
     return Look(family, search(family, alpha=question.alpha, most=question.most))
+
+
+def _same_null(one: Family, other: Family) -> bool:
+    """Whether noise makes the same of two families of one test, whatever its size."""
+    first, second = one.comparison.noise, other.comparison.noise
+    return (
+        one.candidates.effects == other.candidates.effects
+        and len(one.blocks) == len(other.blocks)
+        and (first.rho, first.tails) == (second.rho, second.tails)
+        and first.relative is second.relative is None
+    )
 
 
 def _leaves_noise(look: Look, found: Explanation) -> bool:
