@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import as_given
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arrays import Array, Ints, Mask, kept
 from accelcal.equality import EqualByContents
@@ -173,8 +173,7 @@ class TumbleRecord(EqualByContents):
         check_texts(run_labels=self.run_labels, notes=self.notes)
         check_text(serial=self.serial, unit=self.unit, date=self.date, sha256=self.sha256)
         check_written(source=self.source)
-        if self.reference_temperature is not None:
-            check_number(reference_temperature=self.reference_temperature)
+        check_number_or_none(reference_temperature=self.reference_temperature)
 
     def _check_lengths(self) -> None:
         n = self.output.size

@@ -46,6 +46,31 @@ def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **val
             raise InputError(f"{name} is {value}; it is {maximum:g} or less")
 
 
+def check_number_or_none(
+    minimum: float = -math.inf, maximum: float = math.inf, /, **values: float | None
+) -> None:
+    """Refuse what is neither None nor passes `check_number`.
+
+    Parameters
+    ----------
+    minimum, maximum : float
+        Smallest and largest value allowed.
+    **values : float or None
+        The values, by the name that the message gives.
+
+    Raises
+    ------
+    InputError
+        If one breaks the rule.
+
+    Examples
+    --------
+    >>> check_number_or_none(0.0, hours=None)
+    """
+    given = {name: value for name, value in values.items() if value is not None}
+    check_number(minimum, maximum, **given)
+
+
 def check_whole(minimum: int, /, **values: float) -> None:
     """Refuse values that are no whole numbers or below the minimum.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypedDict
 import numpy as np
 
 from accelcal.arguments.kinds import expect
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arguments.options import check_choice, check_flag
 from accelcal.arrays import Mask
 from accelcal.errors import AccelcalWarning
@@ -80,8 +80,7 @@ class Options(NamedTuple):
         check_choice(METHODS, method=self.method)
         check_choice(TEMPERATURE_LAWS, temperature_laws=self.temperature_laws)
         check_flag(robust=self.robust, strict=self.strict)
-        if self.reference_temperature is not None:
-            check_number(T0=self.reference_temperature)
+        check_number_or_none(T0=self.reference_temperature)
         if self.model is not None:
             from accelcal.results.discovery import Discovery
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.numbers import check_number, check_number_or_none
 from accelcal.arguments.options import check_flag, check_function, check_written
 from accelcal.arrays import Array
 from accelcal.effects.conditions import Conditions
@@ -63,8 +63,7 @@ class Parameter:
         check_number(small=self.small)
         if not self.small > 0.0:
             raise InputError(f"small is {self.small}; it is above 0 [{self.unit}]")
-        if self.default is not None:
-            check_number(self.minimum, default=self.default)
+        check_number_or_none(self.minimum, default=self.default)
 
     def checked(self, value: float) -> float:
         """Give the value back if it obeys the rules of the parameter.

@@ -10,7 +10,7 @@ from typing import Any
 
 from accelcal.accelerometer import AL15, Accelerometer
 from accelcal.arguments.kinds import expect, several
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.numbers import check_number, check_number_or_none
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Numbers
 from accelcal.errors import InputError
@@ -117,8 +117,7 @@ def design(
     asked = checked_targets(targets)
     check_flag(declare=declare, effects=effects)
     expect(noise, NoiseComponents)
-    if hours is not None:
-        check_number(hours=hours)
+    check_number_or_none(hours=hours)
     blank = blank_plan(pace, resolution, accelerometer)
     stops: list[dict[str, Any]] = [{"positions": n} for n in several(positions)]
     stops += [{"angles": each} for each in _choices(angles)]

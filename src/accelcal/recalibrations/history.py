@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.numbers import check_number, check_number_or_none
 from accelcal.arguments.options import check_text
 from accelcal.arrays import Array
 from accelcal.errors import InputError
@@ -124,8 +124,7 @@ def history_of(
     """
     check_number(alpha=alpha)
     check_text(serial=serial, mounting=mounting)
-    if temperature is not None:
-        check_number(temperature=temperature)
+    check_number_or_none(temperature=temperature)
     if not SMALLEST_CHANCE <= alpha < 1.0:
         raise InputError(
             f"alpha is {alpha:g}; it is a chance from {SMALLEST_CHANCE:g} to 1, such as 0.01"

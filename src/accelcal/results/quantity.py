@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, NoReturn
 
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arguments.options import check_written
 from accelcal.escapes import visible
 from accelcal.plural import counted
@@ -67,11 +67,13 @@ class Quantity(StoredPart):
 
     def __post_init__(self) -> None:
         check_written(unit=self.unit)
-        if self.value is not None:
-            check_number(value=self.value)
-        for name in ("standard_uncertainty", "expanded_uncertainty", "dof"):
-            if getattr(self, name) is not None:
-                check_number(0.0, **{name: getattr(self, name)})
+        check_number_or_none(value=self.value)
+        check_number_or_none(
+            0.0,
+            standard_uncertainty=self.standard_uncertainty,
+            expanded_uncertainty=self.expanded_uncertainty,
+            dof=self.dof,
+        )
 
     def __str__(self) -> str:
         from accelcal.report.numbers import told

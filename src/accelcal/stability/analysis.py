@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arguments.kinds import expect, several
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.numbers import check_number, check_number_or_none
 from accelcal.arrays import Numbers
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -181,8 +181,7 @@ def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> floa
 def _check(
     scale_factor: float | None, probability: float | None, window: float, times: Numbers
 ) -> None:
-    numbers = {"scale_factor": scale_factor, "probability": probability}
-    check_number(**{name: value for name, value in numbers.items() if value is not None})
+    check_number_or_none(scale_factor=scale_factor, probability=probability)
     check_number(window=window)
     if scale_factor == 0.0:
         raise InputError(f"scale factor {scale_factor}; it is a finite number other than 0")

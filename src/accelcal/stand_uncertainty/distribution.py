@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.numbers import check_number, check_number_or_none
 from accelcal.arguments.options import check_choice
 from accelcal.arrays import Array
 from accelcal.errors import InputError
@@ -145,8 +145,7 @@ def distribution(
     1e-05
     """
     check_choice(SHAPES, distribution=shape)
-    sizes = {"standard": standard, "half_width": half_width, "factor": factor}
-    check_number(0.0, **{name: size for name, size in sizes.items() if size is not None})
+    check_number_or_none(0.0, standard=standard, half_width=half_width, factor=factor)
     _check_freedom(dof)
     if (standard is None) == (half_width is None):
         raise InputError("the size is told twice or not at all; give standard or half_width")

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from accelcal.accelerometer import Accelerometer
 from accelcal.apparatus import require_gravity_of_earth
 from accelcal.arguments.kinds import several
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.numbers import check_number, check_number_or_none
 from accelcal.arrays import Array, Numbers, Places
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.errors import InputError
@@ -114,8 +114,7 @@ class StandConditions:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ranges", several(self.ranges))
-        optional = {"local_gravity": self.local_gravity, "load": self.load}
-        check_number(**{name: value for name, value in optional.items() if value is not None})
+        check_number_or_none(local_gravity=self.local_gravity, load=self.load)
         check_number(**{name: getattr(self, name) for name in _LARGEST})
         check_number(**{f"range {n}": size for n, size in enumerate(self.ranges, 1)})
         require_gravity_of_earth(self.local_gravity)
