@@ -53,17 +53,12 @@ class ReadByFields:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class StoredPart(ReadByFields):
     """A part of a result that stands in a JSON document under the names of its fields."""
 
     def to_document(self) -> dict[str, Any]:
         """Return the part as it stands in the JSON document."""
         return {item.name: document_of(getattr(self, item.name)) for item in fields(self)}
-
-
-@dataclass(frozen=True, slots=True)
-class StoredPart(Part, ReadByFields):
-    """A part that is read back from its place in a document."""
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Self:
