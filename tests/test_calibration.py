@@ -329,6 +329,24 @@ def test_a_large_fixture_angle_is_said_with_what_it_takes_off_the_scale_factor()
     assert not any(text.startswith("M/K1") for text in right.warnings)
 
 
+def test_both_sides_tell_which_fixture_angle_the_tables_lack():
+    """It was guessed from M of one side, with the misalignment in it: 0.0362 rad, 654 ppm."""
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "o-"), delta0=0.0349066)
+    record = dataclasses.replace(accelcal.simulate(plan=plan, seed=2), metadata={})
+    wrong, right = accelcal.fit(record, delta0=0.0), accelcal.fit(record, delta0=0.034911)
+    k1 = [
+        np.mean([table.coefficients["K1"].value for table in found.tables])
+        for found in (wrong, right)
+    ]
+    (said,) = (text for text in wrong.warnings if text.startswith("both sides tell"))
+    assert "delta0 of 0.034911 rad, and the tables take it as 0 rad" in said
+    assert "K1 is 609 ppm too small" in said
+    assert 1e6 * (k1[1] / k1[0] - 1.0) == pytest.approx(609.0, abs=3.0)
+    silent = " ".join(right.warnings)
+    assert "both sides tell" not in silent
+    assert "M/K1" not in silent
+
+
 def test_one_stroke_that_shows_too_little_is_said():
     assert FEW in unrepeated(8)
     assert "measure two strokes or declare head_uncertainty" in unrepeated(12)

@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Mask
+from accelcal.calibrate.large_turn import of_large_turn
 from accelcal.calibrate.table_weaknesses import of_table
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.turns import LARGEST_RATIOS
-from accelcal.geometry import side_of
-from accelcal.model import COEFFICIENTS
 from accelcal.results.beyond_uncertainty import (
     FEWER,
     LEFT_OUT,
@@ -30,8 +28,6 @@ from accelcal.temperature.one_meaning import said_of_meanings
 
 if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
-
-_K1, _M = (COEFFICIENTS.index(name) for name in ("K1", "M"))
 
 _FEW_REPEATS = 5
 """Degrees of freedom of a variance below which a report says that it is hardly known."""
@@ -54,7 +50,6 @@ _FEW_RESIDUALS = 15
 _FEW_DOF = 3
 """Residual degrees of freedom that one stroke needs even with the return."""
 
-_LOST_SCALE_FACTOR = 5e-6  # part of K1 that a fixture angle may take off without a word
 _USUAL_ERROR = 0.1
 """Error of the temperature in a good chamber [degC]."""
 
@@ -194,31 +189,11 @@ def _of_misalignment(fitted: Fitted) -> Iterator[Sentence]:
         )
     else:
         yield Sentence(True, f"{effective} the reversed mounting would separate them")
-    yield _of_large_turn(fitted, delta0)
+    yield of_large_turn(fitted.tables, fitted.estimate, delta0)
     yield Sentence(
         True,
         "if the positions of all strokes were counted in the wrong direction, no residual shows it;"
         " only the signs of M and M_ip change",
-    )
-
-
-def _of_large_turn(fitted: Fitted, delta0: float) -> Sentence:
-    """Say what a large fixture angle, such as another zero of the head, takes off K1 unseen."""
-    coefficients = fitted.estimate.coefficients
-    tilt, k1 = (np.stack(coefficients, axis=-1)[..., i, :] for i in (_M, _K1))
-    ratios = tilt / k1
-    at = np.abs(ratios).argmax(axis=-1)
-    largest = np.take_along_axis(ratios, at[..., None], axis=-1)[..., 0]
-    turn = np.array([side_of(table.mounting) for table in fitted.tables])[at] * largest
-    lost = largest**2 / 2.0
-    return Sentence(
-        (lost > _LOST_SCALE_FACTOR) & (np.abs(largest) < LARGEST_RATIOS["M"]),
-        lambda largest, turn, lost: (
-            f"M/K1 is {1e3 * largest:.3g} mrad: if all of it is the fixture angle or the zero of"
-            f" the head, K1 is {1e6 * lost:.0f} ppm too small, and delta0 is"
-            f" {delta0 - turn:.3g} rad"
-        ),
-        [largest, turn, lost],
     )
 
 

@@ -86,6 +86,31 @@ def fixture_angles(
     return tuple(_told(each, estimate, delta0) for each in _reversals(tables, estimate))
 
 
+def fixture_angle_stack(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Array | None:
+    """Tell the fixture angles of many records beyond the one that was taken as given.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of any of the R records.
+    estimate : JointEstimate
+        Their coefficients.
+
+    Returns
+    -------
+    ndarray, shape (R,), or None
+        Of several axes and clampings the one that is largest [rad]; None where no axis was measured
+        on both sides.
+    """
+    angles = _angles(estimate)
+    found = [_weighted(angles, each.angle[None])[0] for each in _reversals(tables, estimate)]
+    if not found:
+        return None
+    whole = np.concatenate(found, axis=-1)
+    largest = np.abs(whole).argmax(axis=-1)
+    return np.asarray(np.take_along_axis(whole, largest[..., None], axis=-1)[..., 0])
+
+
 def misalignment_stack(
     tables: Sequence[PreparedTable], estimate: JointEstimate, temperatures: Array
 ) -> tuple[Array, Array]:
