@@ -1,5 +1,6 @@
 """One batch at a time writes a file, whatever moment another one begins in."""
 
+import errno
 import os
 import shutil
 import subprocess
@@ -126,3 +127,21 @@ def test_processes_that_take_turns_never_meet(tmp_path, folder):
     workers = [subprocess.Popen(command, stderr=subprocess.PIPE, text=True) for _ in range(3)]
     assert [worker.communicate()[1] for worker in workers] == [""] * 3
     assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    ("home", "name", "refusal"),
+    [
+        (fcntl, "lockf", OSError(errno.ENOLCK, "No locks available")),
+        (Path, "mkdir", FileNotFoundError(errno.ENOENT, "No such file or directory")),
+    ],
+    ids=["a disk without locks", "a folder that takes none, as /proc"],
+)
+def test_what_the_disk_refuses_is_no_other_batch(tmp_path, monkeypatch, home, name, refusal):
+    def refuse(*_):
+        raise refusal
+
+    monkeypatch.setattr(home, name, refuse)
+    opened = open_journal(str(tmp_path / "r.csv"), Settings(), "csv", resume=False)
+    with pytest.raises(InputError, match=rf"cannot be made \({refusal.strerror}\)"), opened:
+        pass

@@ -66,13 +66,13 @@ def _lock(folder: Path, output: str) -> AbstractContextManager[object]:
         folder.mkdir(exist_ok=True)
         return nullcontext()
     for _ in range(_TRIES):
+        with suppress(FileExistsError):  # exist_ok looks what is there, which may go meanwhile
+            folder.mkdir()
         with suppress(FileNotFoundError), ExitStack() as opened:
-            with suppress(FileExistsError):  # exist_ok looks what is there, which may go meanwhile
-                folder.mkdir()
             file = opened.enter_context((folder / _LOCK).open("wb"))
             try:
                 fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
+            except (BlockingIOError, PermissionError):  # others tell of disks that have no locks
                 raise _in_use(output) from None
             if os.path.samestat(os.fstat(file.fileno()), (folder / _LOCK).stat()):
                 return opened.pop_all()
