@@ -295,6 +295,13 @@ def test_arrows_show_a_loop_where_a_level_is_met_again(loop, several):
     assert len(several.plot.temperature()[3].texts) == 0
 
 
+def test_laws_that_pass_through_all_runs_say_so(loop, several):
+    for found, is_due in ((several, True), (loop, False)):
+        for panel in found.plot.temperature()[3:]:
+            said = panel.get_title() + panel.get_title("left")
+            assert said.startswith("as many unknowns as levels") == is_due
+
+
 def test_the_budget_adds_up(several):
     ax = several.plot.budget()
     ends = {}

@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.compensate.band import law_and_band
 from accelcal.effects.conditions import LEVEL_CHANGE
-from accelcal.plot.style import blank, canvases, entitled, palette, styled
+from accelcal.plot.style import SMALL, blank, canvases, entitled, palette, styled
 from accelcal.report.numbers import readable
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _MOST_ARROWS = 12
+
+_NO_DIFFERENCE = 1e-6
+"""Part of the half width of a run's interval that is no difference from the law."""
 
 
 class _Panel(NamedTuple):
@@ -134,6 +137,9 @@ def _draw_difference(ax: Axes, kind: _Panel, points: _Points, calibration: Calib
     if _meets_a_level_twice(points.temperature):
         _arrows(ax, apart, factor)
     _draw_runs(ax, apart, factor, None)
+    if (np.abs(apart.value) < _NO_DIFFERENCE * points.half_width).all():
+        told: Any = {"size": SMALL, "weight": "normal", "color": palette().muted}
+        ax.set_title("as many unknowns as levels: always 0", **told)
     ax.set_ylabel(f"run − law [{unit}]")
 
 
