@@ -98,6 +98,12 @@ def test_header_lines_between_the_samples_are_refused(run, line):
         assert run(text.format(harmless))[0] == 0
 
 
+def test_header_lines_between_the_samples_may_say_the_same_in_another_spelling(run):
+    """They were refused as others: 20.0 after 20, mA where the heading has it."""
+    text = "# temperature: 20\noutput [mA]\n1.3\n# temperature: 20.0 degC\n# unit: mA\n1.3\n"
+    assert run(text)[0] == 0
+
+
 def test_units_below_the_headings(run):
     """`accelcal fit` took them, and apply refused them as no numbers."""
     text = "Zeit;Temperatur;Ausgang;a_p\ns;°C;mA;g\n0,0;20,0;1,35471;0\n0,1;20,0;1,35472;0\n"

@@ -546,6 +546,7 @@ def test_directions_beside_shaft_and_angle_have_to_agree():
         read_triad(io.StringIO("\n".join([heads, *map(",".join, both)])))
     with pytest.raises(accelcal.TableError, match="column up_x and up_y alone"):
         read_triad(io.StringIO(whole.replace("up_z", "comment")))
+    read_triad(io.StringIO(whole.replace("shaft", "comment")))  # an angle alone contradicts nothing
 
 
 def test_units_in_the_cells_are_read():

@@ -131,7 +131,7 @@ def _up(table: SmallTable) -> Array | None:
     written = [f"up_{axis}" for axis in AXES]
     told = [names for names in (written, ["shaft", "angle"]) if there >= {*names}]
     half = sorted(there - {*AXES, "temperature"}.union(*told))
-    if half:
+    if half and written not in told:
         problem = f"column {' and '.join(half)} alone, which tells no attitude"
         raise table.layout.refuse(problem, _REMEDY)
     if not told:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from accelcal.arguments.kinds import shown
@@ -34,6 +35,14 @@ _TWO_UNITS = "units {} and {} for the outputs; name one unit"
 _AROUND = ' \t\r\n"'
 _JSON_LINES = 5
 """Lines in which a document says what it is."""
+
+
+def _meaning(key: str, value: str) -> str | float:
+    """What a header line says, however it is spelled."""
+    if key == "temperature":
+        with suppress(ValueError):
+            return float(value.removesuffix("degC"))
+    return canonical_unit(value) if key == "unit" else value
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,8 +130,10 @@ class SampleHeadings:
         declared = self.layout.declared
         for part in declarations_in(comment.strip(_AROUND + ",;").lstrip("# ")):
             key, value = header_line(part)
-            above = declared[key].value if key in declared else None
-            if key in _USED and value and value != above:
+            above = declared[key].value if key in declared else ""
+            if key == "unit":
+                above = self.output_unit or above
+            if key in _USED and value and _meaning(key, value) != _meaning(key, above):
                 problem = f"header line {shown(part)} between the samples"
                 remedy = (
                     "write it above the headings, and samples that differ into a file of their own"
