@@ -428,11 +428,13 @@ def test_a_dead_zone_that_may_be_wider_leaves_the_scale_factor_open():
     assert ids(found) == ["dead-zone"] == list(found.doubtful)
     assert found.effects[0].parameters["threshold"].standard_uncertainty is None
     left_open = {c.coefficient for c in found.coefficients if c.after.standard_uncertainty is None}
-    assert left_open == {"K1", "K3"}
+    assert left_open == {"K1", "K3"} == set(found.unbounded)
+    [said] = [w for w in accelcal.fit(wide, model=found).warnings if "nothing bounds" in w]
+    assert said.startswith("U does not count an error of K1 and K3")  # K1 is 1600 ppm off
     narrow = accelcal.simulate(plan=plan, effects=[effect("dead-zone").of(2e-4)], seed=1)
     told = accelcal.discover(narrow)
     assert told.effects[0].parameters["threshold"].standard_uncertainty is not None
-    assert told.doubtful == ()
+    assert told.doubtful == told.unbounded == ()
 
 
 @pytest.mark.parametrize("positions", [12, 24])

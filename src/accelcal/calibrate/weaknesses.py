@@ -163,6 +163,9 @@ def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
     if model.doubtful:
         names = " and ".join(model.doubtful)
         yield Sentence(True, f"{names}: not sure, as the notes of the discovery say")
+    if model.unbounded:
+        names = " and ".join(model.unbounded)
+        yield Sentence(True, f"{NOT_COUNTED} an error of {names} that nothing bounds, as those say")
     for note in model.otherwise:
         yield Sentence(True, f"{NOT_COUNTED} what else the discovery found possible: {note}")
 

@@ -199,6 +199,15 @@ class Discovery(StoredResult, TabularResult):
         return tuple(note for note in self.notes if note.startswith(IF_IT_IS))
 
     @property
+    def unbounded(self) -> tuple[str, ...]:
+        """Coefficients that are found but have no uncertainty, as nothing bounds their error."""
+        return tuple(
+            change.coefficient
+            for change in self.coefficients
+            if change.after.value is not None and change.after.standard_uncertainty is None
+        )
+
+    @property
     def doubts(self) -> tuple[str, ...]:
         """Those of `notes` that name an effect which is `doubtful`."""
         return tuple(note for note in self.notes if any(name in note for name in self.doubtful))
