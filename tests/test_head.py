@@ -675,7 +675,16 @@ def test_units_in_the_cells_of_a_certificate():
 
 
 @pytest.mark.parametrize(
-    "line", ["coverage: 2", "k: 2", "k = 2", "coverage factor: 2", "coverage: 2 (95 %)"]
+    "line",
+    [
+        "coverage: 2",
+        "k: 2",
+        "k = 2",
+        "coverage factor: 2",
+        "coverage: 2 (95 %)",
+        "coverage: k = 2",
+        "coverage: 2 sigma (95 %)",
+    ],
 )
 def test_a_coverage_factor_goes_by_several_names(line):
     text = f"# uncertainty: 1 arcsec\n# {line}\nangle,error [arcsec]\n0,1\n90,-1\n"

@@ -185,8 +185,10 @@ def _cover(
 
 def _factor_of_line(written: Declared) -> float:
     """Coverage factor of a line, behind which its probability may stand."""
-    rest = without_cover(written.value).rest
-    number, unit = number_and_unit(rest or written.value, ",")
+    beside = without_cover(written.value)
+    number, unit = number_and_unit(beside.rest or written.value, ",")
+    if len(set(beside.factors)) == 1 and not beside.rest:  # "k = 2" or "2 sigma"
+        number, unit = f"{beside.factors[0]!r}", ""
     factor = _positive("coverage", written._replace(value=number))
     if unit or not 1.0 <= factor <= _LARGEST_FACTOR:
         problem = f"coverage {written.value!r} is no factor from 1 to {_LARGEST_FACTOR:g}"
