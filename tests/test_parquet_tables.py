@@ -55,6 +55,8 @@ def test_durations_are_seconds(rows, tmp_path, unit):
     assert accelcal.read_table(tmp_path / "t.parquet").time.tolist() == expected.tolist()
     in_memory = accelcal.read_arrays(table.assign(time=since))
     assert in_memory.time.tolist() == expected.tolist()
+    days = accelcal.read_arrays(table.assign(time=3600 * since))
+    assert days.time.tolist() == (3600 * expected).tolist()
     table.assign(**{"time [ms]": since}).to_parquet(tmp_path / "t.parquet")
     with pytest.raises(
         accelcal.TableError, match=r"holds duration.*write numbers, or leave the un"

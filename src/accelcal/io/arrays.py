@@ -152,6 +152,8 @@ def _cells(heading: str, array: NDArray[Any]) -> list[Any]:
         array = np.datetime_as_string(array, unit="us")
     if array.dtype.kind == "m":
         array = array.astype("timedelta64[us]")  # of nanoseconds bare numbers would be left
+        if read_heading(heading).unit in (None, "s"):
+            array = array / np.timedelta64(1, "s")  # a text of a day or more is no clock time
     cells: list[Any] = array.tolist()
     if array.dtype.kind in "OSU":
         cells = ["" if cell is None else cell_text(cell) for cell in cells]
