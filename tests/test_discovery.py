@@ -461,6 +461,17 @@ def test_a_dead_zone_that_silences_positions_has_its_width_where_the_others_tell
     assert abs(told["M"].value - 1.35 * 1.15e-3) < 1.5 * told["M"].expanded_uncertainty
 
 
+def test_a_dead_zone_is_told_over_the_scale_factor_beside_it():
+    """It was told over one that had taken part of it up: 10 mg as 10.25, and compare was off."""
+    plan = TumblePlan(positions=24, temperatures=(20.0,))
+    known = [effect("dead-zone").of(1e-2)]
+    first, next_year = (accelcal.simulate(plan=plan, effects=known, seed=s) for s in (3, 4))
+    found = accelcal.discover(first)
+    width = found.effects[0].parameters["threshold"]
+    assert abs(width.value - 1e-2) < 1.5 * width.expanded_uncertainty
+    assert accelcal.compare(accelcal.fit(first, model=found), next_year).p_value > 0.01
+
+
 def test_a_dead_zone_wider_than_the_misalignments_of_two_temperatures_is_told():
     plan = TumblePlan(temperatures=(20.0, 80.0))
     wide = accelcal.simulate(plan=plan, effects=[effect("dead-zone").of(2e-3)], seed=4)

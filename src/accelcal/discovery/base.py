@@ -121,8 +121,11 @@ def base_model(
         names=names,
         conditions=ideal,
     )
-    model = over_scale_factor(first)
-    return replace(model, conditions=_fitted_conditions(model, solve(model), record))
+    # what readings beside silent ones lack is no part of the scale factor
+    lacking = None if silent is None else np.sign(ideal.input)
+    model = over_scale_factor(first, lacking)
+    parameters = solve(_beside(model, lacking))[: len(model.names)]
+    return replace(model, conditions=_fitted_conditions(model, parameters, record))
 
 
 def _silenced(c: Conditions, silent: Mask) -> Conditions:
@@ -190,12 +193,17 @@ def _follows(a_i: Array, output: Array) -> bool:
     return bool((x @ y) ** 2 > 0.5 * (x @ x) * (y @ y))
 
 
-def over_scale_factor(model: BaseModel) -> BaseModel:
+def _beside(model: BaseModel, column: Array | None) -> BaseModel:
+    return model if column is None else model.extended(column[:, None], ("beside",))
+
+
+def over_scale_factor(model: BaseModel, beside: Array | None = None) -> BaseModel:
     """Divide the readings by the scale factor at T0, beside which its slopes are told.
 
     The slope of all readings over a_i, which the model starts from, is that at the mean level.
+    What the readings have beside it, shape (n,), the scale factor does not take up.
     """
-    gain = 1.0 + float(solve(without_shifts(model))[0])
+    gain = 1.0 + float(solve(without_shifts(_beside(model, beside)))[0])
     return replace(model, nominal=model.nominal * gain, reading=model.reading / gain)
 
 
