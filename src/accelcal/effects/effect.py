@@ -192,11 +192,9 @@ class Effect:
             return np.empty((conditions.angle.size, 0))
         values = self._complete({**dict.fromkeys(names, 0.0), **shape})
         slope = {"angle": conditions.per_radian, "temperature": conditions.per_degree}
+        sizes = [(item.name, item.small_at(conditions)) for item in self.amplitudes]
         return np.stack(
-            [
-                self.addition(conditions, values | {item.name: item.small}) / item.small
-                for item in self.amplitudes
-            ],
+            [self.addition(conditions, values | {name: size}) / size for name, size in sizes],
             axis=-1,
         ) * np.expand_dims(slope.get(self.acts_on, np.ones(conditions.angle.size)), -1)
 

@@ -29,9 +29,9 @@ class Parameter:
         Smallest value allowed.
     linear : bool
         True for an amplitude: the change of the readings is proportional to it.
-    small : float
-        Size at which the column of an amplitude is taken. Below 1 only where the term is
-        proportional to the amplitude as long as that is small.
+    small : float or callable
+        Size at which the column of an amplitude is taken, or `Conditions` -> that size. Other than
+        1 only where the term is proportional to the amplitude near that size alone.
     search : callable or None
         For a parameter that enters nonlinearly: `Conditions` -> the values to try, rising.
     discrete : bool
@@ -50,7 +50,7 @@ class Parameter:
     default: float | None = None
     minimum: float = -math.inf
     linear: bool = True
-    small: float = 1.0
+    small: float | Callable[[Conditions], float] = 1.0
     search: Callable[[Conditions], Array] | None = None
     discrete: bool = False
 
@@ -60,10 +60,26 @@ class Parameter:
         check_function(search=self.search)
         if not isinstance(self.minimum, float) or self.minimum != -math.inf:
             check_number(minimum=self.minimum)
-        check_number(small=self.small)
-        if not self.small > 0.0:
-            raise InputError(f"small is {self.small}; it is above 0 [{self.unit}]")
+        if not callable(self.small):
+            check_number(small=self.small)
+            if not self.small > 0.0:
+                raise InputError(f"small is {self.small}; it is above 0 [{self.unit}]")
         check_number_or_none(self.minimum, default=self.default)
+
+    def small_at(self, conditions: Conditions) -> float:
+        """Size at which the column of an amplitude is taken.
+
+        Parameters
+        ----------
+        conditions : Conditions
+            Of the readings.
+
+        Returns
+        -------
+        float
+            The size [its unit].
+        """
+        return self.small(conditions) if callable(self.small) else self.small
 
     def checked(self, value: float) -> float:
         """Give the value back if it obeys the rules of the parameter.

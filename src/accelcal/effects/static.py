@@ -87,7 +87,7 @@ class LookAlike:
 
     def value(self, samples: Samples, c: Conditions) -> Array:
         """Addition to the indication, with what the coefficients would be more [g]."""
-        units = zip(self.sizes, _units(self.entry), strict=True)
+        units = zip(self.sizes, _units(self.entry, c), strict=True)
         own = sum(amount * _value(unit, samples, c) / small for amount, (unit, small) in units)
         return np.asarray(own + _of_model(samples, c.input) @ self.change)
 
@@ -297,20 +297,21 @@ def _look_alikes(
     wanted, of_model = _value(item, samples, c), _of_model(samples, c.input)
     alike = []
     for entry in _counted(names):
-        columns = [_value(unit, samples, c) / size for unit, size in _units(entry)]
+        columns = [_value(unit, samples, c) / size for unit, size in _units(entry, c)]
         design = np.column_stack([*columns, of_model])
         fitted = np.asarray(np.linalg.lstsq(design, wanted, rcond=None)[0], dtype=np.float64)
         alike.append(LookAlike(entry, fitted[: len(columns)], fitted[len(columns) :]))
     return tuple(alike)
 
 
-def _units(entry: Effect) -> Iterator[tuple[Disturbance, float]]:
+def _units(entry: Effect, c: Conditions) -> Iterator[tuple[Disturbance, float]]:
     """An effect with one of its amplitudes small, and that size."""
     from accelcal.effects.effect import Disturbance
 
     for item in entry.amplitudes:
         none = {other.name: 0.0 for other in entry.amplitudes}
-        yield Disturbance(entry, {**none, item.name: item.small}), item.small
+        size = item.small_at(c)
+        yield Disturbance(entry, {**none, item.name: size}), size
 
 
 def _of_model(samples: Samples, a_i: Array) -> Array:

@@ -25,8 +25,11 @@ _APPROACH = 45.0
 APPROACH, USUAL = "approach", 1.0
 """Parameter that tells how it comes there, and its value where nothing else is said."""
 
-_NARROW = 1e-5
-"""Half width of a play that the misalignment does not hide where a is extreme [g]."""
+_NARROW, _WIDE = 1e-5, 1e-3
+"""Half widths of a play, of which the second is far above what is at an extreme of a [g]."""
+
+_AT_EXTREME, _FAR = 5e-6, 4e-3
+"""So far behind an extreme of a, readings are at it, as with a tilt of 3 mrad, or far away [g]."""
 
 _SENSES = (0.0, -1.0, USUAL)
 """Senses in which it comes there, against or with the stroke; 0 where it is at rest there."""
@@ -121,6 +124,16 @@ def _wave(angle: Array, axial: Array) -> tuple[float, float]:
     waves = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     cosine, sine = np.linalg.lstsq(waves, axial, rcond=None)[0].tolist()
     return math.hypot(cosine, sine), math.degrees(math.atan2(sine, cosine))
+
+
+def _usual_width(c: Conditions) -> float:
+    """Half width that acts as others do: a wide one, if all readings are at extremes or far."""
+    for run in distinct(c.run).tolist():
+        own = c.run == run
+        behind = _wave(c.angle[own], c.axial[own])[0] - np.abs(c.axial[own])
+        if ((behind > _AT_EXTREME) & (behind < _FAR)).any():
+            return _NARROW
+    return _WIDE
 
 
 def _approaches(c: Conditions) -> Array:
@@ -244,7 +257,7 @@ EFFECTS = (
         acts_on="output",
         parameters=(
             Parameter(
-                "half_width", "g", "half the width w of the play", minimum=0.0, small=_NARROW
+                "half_width", "g", "half the width w of the play", minimum=0.0, small=_usual_width
             ),
             Parameter(
                 APPROACH,
