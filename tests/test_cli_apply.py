@@ -90,12 +90,17 @@ def test_units_in_the_cells_that_contradict_are_refused(run, text, message):
 @pytest.mark.parametrize("line", ["# unit: V", "# serial: B-2;;", '"# temperature: 60"'])
 def test_header_lines_between_the_samples_are_refused(run, line):
     """Of files set one below the other the samples counted in the unit of the first."""
-    text = HEAD + "temperature,output\n20,1.3\n{}\n20,1.3\n"
+    text = HEAD + "# temperature: 20\noutput\n1.3\n{}\n1.3\n"
     code, rows, err = run(text.format(line))
     assert (code, rows) == (2, None)
-    assert "data.csv:5: header line '" in err
+    assert "data.csv:6: header line '" in err
     for harmless in ("# unit: mA", "# a pause: 3 min", "# date: 2024-05-31"):
         assert run(text.format(harmless))[0] == 0
+
+
+def test_header_lines_between_the_samples_are_void_where_a_column_tells_it(run):
+    text = HEAD + "temperature,output\n20,1.3\n{}30,1.3\n"
+    assert run(text.format("# temperature: 60\n")) == run(text.format(""))
 
 
 def test_header_lines_between_the_samples_may_say_the_same_in_another_spelling(run):

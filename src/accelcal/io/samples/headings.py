@@ -125,11 +125,13 @@ class SampleHeadings:
         Raises
         ------
         TableError
-            If it has another unit, serial number or temperature.
+            If it has another unit, serial number or temperature, and no column tells that.
         """
         declared = self.layout.declared
         for part in declarations_in(comment.strip(_AROUND + ",;").lstrip("# ")):
             key, value = header_line(part)
+            if key in self.columns:
+                continue
             above = declared[key].value if key in declared else ""
             if key == "unit":
                 above = self.output_unit or above
