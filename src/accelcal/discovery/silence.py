@@ -121,10 +121,12 @@ def unheard(
     ndarray, shape (n, k)
         Its change by one standard uncertainty of each of k combinations of coefficients [g].
     """
-    whole, model = base_model(comparison.record, reference, delta0), comparison.model
-    fit = solution(comparison, instances)
-    parameters = fit.parameters[: len(model.names)]
+    model = comparison.model
     silent = silent_in(model.conditions).astype(np.float64)
+    if not silent.any():
+        return silent, np.empty((silent.size, 0))
+    whole, fit = base_model(comparison.record, reference, delta0), solution(comparison, instances)
+    parameters = fit.parameters[: len(model.names)]
     lacking = np.multiply(*whole.split(parameters)) - np.multiply(*model.split(parameters))
     slopes = silent[:, None] * (whole.jacobian(parameters) - model.jacobian(parameters))
     own = np.flatnonzero(slopes.any(axis=0))

@@ -102,11 +102,10 @@ def fixture_angle_stack(tables: Sequence[PreparedTable], estimate: JointEstimate
         Of several axes and clampings the one that is largest [rad]; None where no axis was measured
         on both sides.
     """
-    angles = _angles(estimate)
-    found = [_weighted(angles, each.angle[None])[0] for each in _reversals(tables, estimate)]
-    if not found:
+    reversals = list(_reversals(tables, estimate))
+    if not reversals:
         return None
-    whole = np.concatenate(found, axis=-1)
+    whole, _ = _weighted(_angles(estimate), np.stack([each.angle for each in reversals]))
     largest = np.abs(whole).argmax(axis=-1)
     return np.asarray(np.take_along_axis(whole, largest[..., None], axis=-1)[..., 0])
 
