@@ -429,8 +429,23 @@ def test_a_dead_zone_that_may_be_wider_leaves_the_scale_factor_open():
     assert found.effects[0].parameters["threshold"].standard_uncertainty is None
     left_open = {c.coefficient for c in found.coefficients if c.after.standard_uncertainty is None}
     assert left_open == {"K1", "K3"} == set(found.unbounded)
-    [said] = [w for w in accelcal.fit(wide, model=found).warnings if "nothing bounds" in w]
-    assert said.startswith("U does not count an error of K1 and K3")  # K1 is 1600 ppm off
+    fitted = accelcal.fit(wide, model=found)
+    [said] = [w for w in fitted.warnings if "nothing bounds" in w]
+    assert said.startswith("nothing bounds the error of K1 and K3")  # K1 is 1600 ppm off
+    table = fitted.tables[0]
+    bare = {n for n, q in table.quantities.items() if q.standard_uncertainty is None}
+    assert bare == {"K1", "K3", "k3"}
+    assert not table.covariance_names
+    assert fitted.effects[0].parameters["threshold"].standard_uncertainty is None
+    assert "NO UNCERTAINTY: the uncertainty of K1 and K3 of run 1 is unknown" in str(fitted)
+    with pytest.warns(accelcal.AccelcalWarning):
+        assert np.isnan(accelcal.apply(fitted, 1.0).standard_uncertainty).all()
+    fine = TumblePlan(positions=24, temperatures=(20.0,))
+    told = accelcal.fit(
+        accelcal.simulate(plan=fine, effects=[effect("dead-zone").of(2e-3)], seed=2), model=found
+    )
+    assert not any("nothing bounds" in w for w in told.warnings)
+    assert told.tables[0].coefficients["K1"].standard_uncertainty is not None
     narrow = accelcal.simulate(plan=plan, effects=[effect("dead-zone").of(2e-4)], seed=1)
     told = accelcal.discover(narrow)
     assert told.effects[0].parameters["threshold"].standard_uncertainty is not None

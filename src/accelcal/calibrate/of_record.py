@@ -76,7 +76,7 @@ def _of_tables(
     for index, (table, (gates, start)) in enumerate(zip(tables, stack.gates, strict=True)):
         own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
         covariance, over_dof = sums(own)
-        known = bool(np.isfinite(covariance).all())
+        known = bool(np.isfinite(covariance).all()) and not stack.unbounded[place]
         yield TableCalibration(
             run=table.run_label,
             mounting=table.mounting,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Mask
 from accelcal.estimate.uncertainty import Component, Intervals, combined, interval_stack
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
 from accelcal.results.quantity import Quantity
@@ -44,6 +44,12 @@ class QuantityStack(NamedTuple):
             )
         }
 
+    def without_uncertainty(self, records: Mask, names: Collection[str]) -> QuantityStack:
+        """Take the uncertainties of some quantities from some of the R records."""
+        own = records[:, None, None] & np.array([name in names for name in self.units])
+        told = (np.where(own, np.nan, part) for part in (self.standard, self.expanded, self.dof))
+        return QuantityStack(self.units, self.value, *told)
+
     def columns(self) -> dict[str, Array]:
         """Return columns of values, standard and expanded uncertainties, and dof, shape (R * t,).
 
@@ -76,6 +82,17 @@ class TableQuantities(NamedTuple):
 
     coefficients: QuantityStack
     error_model: QuantityStack
+
+    def unbounded(self, records: Mask, names: Collection[str]) -> TableQuantities:
+        """Take the uncertainties of coefficients from some records where nothing bounds an error.
+
+        Their quotients by K1 have none either; in those of the others it is small.
+        """
+        quotients = [ERROR_TERMS[name] for name in names if name in ERROR_TERMS]
+        return TableQuantities(
+            self.coefficients.without_uncertainty(records, names),
+            self.error_model.without_uncertainty(records, quotients),
+        )
 
 
 def table_quantities(

@@ -129,10 +129,11 @@ class CalibrationStack:
             laws.model(record) if laws is not None else None
             for laws in (self.laws.main, self.laws.second_axis)
         )
-        if main is None or main.K1.at_T0 is None:
-            return main, second
-        if self.options.temperature_laws != TEMPERATURE_LAWS[0]:
+        is_told = main is not None and main.K1.at_T0 is not None
+        if main is not None and is_told and self._laws_of_readings:
             main = self._from_readings(record, main)
+        if "K1" in self.unbounded[record]:
+            main, second = (laws and laws.with_unbounded_scale_factor() for laws in (main, second))
         return main, second
 
     def _from_readings(self, record: int, laws: TemperatureModel) -> TemperatureModel:
@@ -142,6 +143,10 @@ class CalibrationStack:
         tables = self.tables_of(record)
         found = laws_from_readings(tables, moving, self.temperatures, record, laws)
         return with_misalignment(found, laws) if self._has_both_sides else found
+
+    @property
+    def _laws_of_readings(self) -> bool:
+        return self.options.temperature_laws != TEMPERATURE_LAWS[0]
 
     @cached_property
     def _has_both_sides(self) -> bool:
@@ -168,11 +173,14 @@ class CalibrationStack:
     @cached_property
     def told_laws(self) -> StackLaws:
         """Laws as `laws_of` tells them, from the readings where these are asked for."""
-        laws = self.laws
-        if laws.main is None or self.options.temperature_laws == TEMPERATURE_LAWS[0]:
+        laws, is_open = self.laws, any("K1" in names for names in self.unbounded)
+        if not (is_open or self._laws_of_readings):
             return laws
-        models = [self.laws_of(record)[0] for record in range(len(self))]
-        return laws._replace(main=laws.main.told_by(models))
+        main, second = zip(*map(self.laws_of, range(len(self))), strict=True)
+        return laws._replace(
+            main=laws.main and laws.main.told_by(main),
+            second_axis=laws.second_axis and laws.second_axis.told_by(second),
+        )
 
     @cached_property
     def stated(self) -> JointEstimate:
@@ -183,7 +191,16 @@ class CalibrationStack:
     def quantities(self) -> TableQuantities:
         """Coefficients and error models of all tables with their uncertainties."""
         known, unit = self.stated, self.plan.records[0].unit
-        return table_quantities(known.names, known.coefficients, known.components, unit)
+        found = table_quantities(known.names, known.coefficients, known.components, unit)
+        for names in set(self.unbounded) - {()}:
+            records = np.array([own == names for own in self.unbounded])
+            found = found.unbounded(records, names)
+        return found
+
+    @property
+    def unbounded(self) -> Sequence[tuple[str, ...]]:
+        """Coefficients of each record of which nothing bounds the error that effects leave."""
+        return [item.unbounded for item in self.known] or [()] * len(self)
 
     @cached_property
     def warnings(self) -> Warned:
@@ -201,6 +218,7 @@ class CalibrationStack:
                 told_of_head=options.left_out(records),
                 brought=self._said_of_readings(),
                 model=options.model,
+                unbounded=self.unbounded,
             )
         )
 

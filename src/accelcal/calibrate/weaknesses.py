@@ -87,6 +87,8 @@ class Fitted(NamedTuple):
         `accelcal.temperature.felt_deviations`.
     model : Discovery or None
         Whose effects were taken out of the readings.
+    unbounded : sequence of tuple of str
+        Coefficients of each record of which nothing bounds the error that these leave.
     """
 
     tables: Sequence[PreparedTable]
@@ -98,6 +100,7 @@ class Fitted(NamedTuple):
     told_of_head: Mask
     brought: Sequence[tuple[str, ...]]
     model: Discovery | None = None
+    unbounded: Sequence[tuple[str, ...]] = ()
 
 
 class Warned(NamedTuple):
@@ -139,6 +142,7 @@ def warnings_of(fitted: Fitted) -> Warned:
         *_of_temperature(fitted),
         *_of_readings(fitted.brought),
         *_of_effects(fitted.model),
+        *_of_unbounded(fitted.unbounded),
         Sentence(
             fitted.told_of_head,
             "the head was calibrated from this table too: what this table told is left out here;"
@@ -163,11 +167,15 @@ def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
     if model.doubtful:
         names = " and ".join(model.doubtful)
         yield Sentence(True, f"{names}: not sure, as the notes of the discovery say")
-    if model.unbounded:
-        names = " and ".join(model.unbounded)
-        yield Sentence(True, f"{NOT_COUNTED} an error of {names} that nothing bounds, as those say")
     for note in model.otherwise:
         yield Sentence(True, f"{NOT_COUNTED} what else the discovery found possible: {note}")
+
+
+def _of_unbounded(unbounded: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
+    for names in sorted(set(unbounded) - {()}):
+        told = f"nothing bounds the error of {' and '.join(names)}, which have no U;"
+        own = np.array([names == each for each in unbounded])
+        yield Sentence(own, f"{told} {NOT_COUNTED} it in the others")
 
 
 # -- what is estimated -----------------------------------------------------------------------------

@@ -30,6 +30,12 @@ from accelcal.discovery.instance import (
 from accelcal.discovery.silence import silent_by, unheard
 from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import lengths
+from accelcal.discovery.unnamed.wide_dead_zone import (
+    OPEN,
+    has_open_width,
+    may_be_wider,
+    of_open_width,
+)
 from accelcal.discovery.untold import fitted_sizes, untold
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance_root import covariance_root
@@ -52,12 +58,15 @@ class Correction(NamedTuple):
         Degrees of freedom of these uncertainties.
     effects : tuple of FoundEffect
         The effects with their sizes in this record, and the gap before and after each.
+    unbounded : tuple of str
+        Coefficients of which nothing bounds the error that is left.
     """
 
     record: TumbleRecord
     acting: Array
     dof: int
     effects: tuple[FoundEffect, ...]
+    unbounded: tuple[str, ...] = ()
 
 
 def correction(
@@ -102,6 +111,7 @@ def correction(
     comparison = compared(record, reference_temperature, delta0, tuple(instances), silent=silent)
     shown = [_is_visible(comparison, item) for item in instances]
     fitted = [item for item, is_shown in zip(instances, shown, strict=True) if is_shown]
+    is_open = may_be_wider(comparison, fitted)
     straight = straightened(comparison, fitted, delta0) if silent is None else None
     if straight is not None:
         record = straight
@@ -123,7 +133,12 @@ def correction(
             replace(found, **before.until(after))
             for found, before, after in zip(effects, steps, steps[1:], strict=False)
         )
-    return Correction(replace(record, output=output), acting, comparison.space.dof, effects)
+    if is_open:
+        effects = tuple(map(of_open_width, effects))
+    unbounded = OPEN if any(map(has_open_width, effects)) else ()
+    return Correction(
+        replace(record, output=output), acting, comparison.space.dof, effects, unbounded
+    )
 
 
 def _is_visible(comparison: Comparison, item: Instance) -> bool:

@@ -94,15 +94,27 @@ def _alarms(calibration: Calibration) -> Iterator[tuple[str, str]]:
 
 
 def without_uncertainty(calibration: Calibration) -> list[str]:
-    """Say in a sentence of which tables nothing tells how far the values are off."""
-    scale_factors = [(t, t.coefficients["K1"]) for t in calibration.tables]
-    found = [table_title(t) for t, K1 in scale_factors if K1.standard_uncertainty is None]
-    if not found:
-        return []
+    """Say of which tables, or coefficients, nothing tells how far the values are off."""
+    found: dict[str, list[str]] = {}
+    for table in calibration.tables:
+        if table.coefficients["K1"].standard_uncertainty is None:
+            found.setdefault(_bare(table), []).append(table_title(table))
     return [
-        f"the uncertainty of {', '.join(found)} is unknown: the values may be off by any amount;"
-        " repeat strokes, or give the columns std and n"
+        f"the uncertainty of {what}{', '.join(tables)} is unknown: the values may be off by any"
+        f" amount; {_NO_BOUND if what else _REPEAT}"
+        for what, tables in found.items()
     ]
+
+
+_REPEAT = "repeat strokes, or give the columns std and n"
+_NO_BOUND = "nothing in these readings bounds it, as the notes say"
+
+
+def _bare(table: TableCalibration) -> str:
+    """Name the coefficients without an uncertainty, where others have one."""
+    told = {name: q for name, q in table.coefficients.items() if q.value is not None}
+    bare = [name for name, q in told.items() if q.standard_uncertainty is None]
+    return f"{' and '.join(bare)} of " if len(bare) < len(told) else ""
 
 
 def table_title(table: TableCalibration) -> str:

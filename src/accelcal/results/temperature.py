@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from accelcal.results.covariance import UNKNOWN, CorrelatedBySource, Rows
@@ -78,6 +78,17 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
         from accelcal.report.html import items, safe
 
         return items(safe(f"{name}: {quantity}") for name, quantity in self.quantities())
+
+    def with_unbounded_scale_factor(self) -> TemperatureModel:
+        """Take the uncertainty from K1 at T0, where nothing bounds its error."""
+        value = self.K1.at_T0 and Quantity(self.K1.at_T0.value, None, self.K1.at_T0.unit)
+        return replace(
+            self,
+            K1=replace(self.K1, at_T0=value),
+            covariance_names=(),
+            covariance_matrix=(),
+            over_dof_matrix=(),
+        )
 
     def to_document(self) -> dict[str, Any]:
         """Return the model as it stands in the JSON document."""

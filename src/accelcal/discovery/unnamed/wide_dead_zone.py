@@ -21,12 +21,15 @@ from accelcal.discovery.silence import ALONG, DEAD_ZONE, silent_in
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.discovery.unnamed.any_pattern import of_position
 from accelcal.discovery.unnamed.wandering import POSSIBLE
+from accelcal.discovery.untold import fitted_sizes
 from accelcal.results.discovery import Discovery
-from accelcal.results.findings import Unexplained
+from accelcal.results.findings import FoundEffect, Unexplained
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
-_TAKE_UP = ("K1", "K3")
+OPEN = ("K1", "K3")
+"""Coefficients that take up what a dead zone has in width beyond what it silences."""
+
 _STEPS = 5
 _RANK = 1e-9
 
@@ -65,14 +68,47 @@ def silenced(family: Family, named: Explanation) -> Iterator[tuple[str, float]]:
 
     Beside the id of each, the acceleration that is silent in it at least [g].
     """
-    instances = list(named.instances)
     left = without(family.comparison.seen, orthonormal(named.directions))
-    bound = float(left @ left) - 2.0 * float(np.log(POSSIBLE))
     for place in np.flatnonzero(of_position(family, named)).tolist():
-        others = instances[:place] + instances[place + 1 :]
-        tilt, rest = _fitted(family.comparison, others, np.inf)
-        if float(rest @ rest) < bound:
-            yield instances[place].effect.id, float(tilt.max())
+        tilt = _silent_in_place_of(family.comparison, named.instances, place, left)
+        if tilt is not None:
+            yield named.instances[place].effect.id, tilt
+
+
+def _silent_in_place_of(
+    comparison: Comparison, instances: Sequence[Instance], place: int, left: Array
+) -> float | None:
+    """Acceleration that is silent at least [g] where a dead zone of any width replaces an effect.
+
+    None where it leaves more than these effects do.
+    """
+    others = [*instances[:place], *instances[place + 1 :]]
+    tilt, rest = _fitted(comparison, others, np.inf)
+    bound = float(left @ left) - 2.0 * float(np.log(POSSIBLE))
+    return float(tilt.max()) if float(rest @ rest) < bound else None
+
+
+def may_be_wider(comparison: Comparison, instances: Sequence[Instance]) -> bool:
+    """Tell whether the dead zone among some effects, if any, could as well have any width.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The readings.
+    instances : sequence of Instance
+        The effects, which explain them.
+
+    Returns
+    -------
+    bool
+        Then `OPEN` have no bound, as its width has none.
+    """
+    places = [i for i, item in enumerate(instances) if item.effect.id == DEAD_ZONE]
+    if not places or silent_in(comparison.model.conditions).any():
+        return False
+    sizes = fitted_sizes(comparison, instances)
+    left = comparison.seen - sizes.linear @ sizes.whole
+    return _silent_in_place_of(comparison, instances, places[0], left) is not None
 
 
 def with_open_width(found: Discovery, family: Family, named: Explanation) -> Discovery:
@@ -85,16 +121,25 @@ def with_open_width(found: Discovery, family: Family, named: Explanation) -> Dis
     if DEAD_ZONE not in (name for name, _ in silenced(family, named)):
         return found
     coefficients = (
-        replace(change, after=_open(change.after)) if change.coefficient in _TAKE_UP else change
+        replace(change, after=_open(change.after)) if change.coefficient in OPEN else change
         for change in found.coefficients
     )
-    effects = (
-        replace(effect, parameters={name: _open(q) for name, q in effect.parameters.items()})
-        if effect.id == DEAD_ZONE
-        else effect
-        for effect in found.effects
-    )
+    effects = map(of_open_width, found.effects)
     return replace(found, coefficients=tuple(coefficients), effects=tuple(effects))
+
+
+def of_open_width(effect: FoundEffect) -> FoundEffect:
+    """Take the uncertainty from the width of a dead zone that nothing bounds."""
+    if effect.id != DEAD_ZONE:
+        return effect
+    return replace(effect, parameters={name: _open(q) for name, q in effect.parameters.items()})
+
+
+def has_open_width(effect: FoundEffect) -> bool:
+    """Tell whether an effect is a dead zone whose width nothing bounds."""
+    return effect.id == DEAD_ZONE and any(
+        q.value and q.standard_uncertainty is None for q in effect.parameters.values()
+    )
 
 
 def _open(quantity: Quantity) -> Quantity:
