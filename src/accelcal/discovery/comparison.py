@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from statistics import NormalDist
 from typing import NamedTuple
@@ -49,10 +49,10 @@ class Comparison(NamedTuple):
         Coordinates of the readings in it.
     spread : ndarray, shape (n, n)
         Covariance of the errors of the readings, in units of the variance of their noise.
-    roots : tuple of ndarray, shape (n, q)
-        Maps of independent numbers to errors of the readings [g], where the correlation of
-        neighbours is estimated: one for each of several values that it may have. None where the
-        errors are known to be those that the space makes independent.
+    roots : tuple of callable
+        Make maps of independent numbers to errors of the readings, shape (n, q) [g], where the
+        correlation of neighbours is estimated: one for each of several values that it may have.
+        None where the errors are known to be those that the space makes independent.
     """
 
     record: TumbleRecord
@@ -62,7 +62,7 @@ class Comparison(NamedTuple):
     space: Space
     seen: Array
     spread: Array
-    roots: tuple[Array, ...]
+    roots: tuple[Callable[[], Array], ...]
 
     @property
     def step(self) -> float:
@@ -153,11 +153,16 @@ def _step(record: TumbleRecord, model: BaseModel) -> float:
     return (record.apparatus.resolution or 0.0) / abs(model.nominal)
 
 
-def _roots(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> tuple[Array, ...]:
+def _roots(
+    record: TumbleRecord, model: BaseModel, noise: ReadingNoise
+) -> tuple[Callable[[], Array], ...]:
     if not noise.rho:
         return ()
     uncertainty = float(np.sqrt((1.0 - noise.rho**2) / noise.dof))
     normal = NormalDist(noise.rho, uncertainty)
     rhos = np.clip([normal.inv_cdf((k + 0.5) / _RHOS) for k in range(_RHOS)], -0.9, 0.95)
-    spreads = (_spread(record, model, noise._replace(rho=rho)) for rho in rhos.tolist())
-    return tuple(root_of(spread, noise.sigma) for spread in spreads)
+    return tuple(partial(_root, record, model, noise._replace(rho=rho)) for rho in rhos.tolist())
+
+
+def _root(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> Array:
+    return root_of(_spread(record, model, noise), noise.sigma)

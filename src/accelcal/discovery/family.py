@@ -130,9 +130,11 @@ def drawn(comparison: Comparison, rng: np.random.Generator, draws: int) -> Array
     if not roots:
         return space.left_of(independent(tails, rng, (comparison.seen.size, draws)))
     each = draws // len(roots)
-    return np.hstack(
-        [space.see(root @ independent(tails, rng, (root.shape[1], each))) for root in roots]
-    )
+
+    def by(root: Array) -> Array:
+        return space.see(root @ independent(tails, rng, (root.shape[1], each)))
+
+    return np.hstack([by(make()) for make in roots])
 
 
 def independent(tails: float, rng: np.random.Generator, shape: tuple[int, int]) -> Array:

@@ -11,7 +11,7 @@ s is, for one unit, a correction with a covariance: nothing else is needed to fi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -133,15 +133,19 @@ def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison
     model = replace(old.model, reading=old.model.reading - columns @ told.value)
     parameters = solve(model, partial(whitened, whitener))
     space = space_of(whitener, model.jacobian(parameters), saturated(c, old.record.mounting))
-    roots = old.roots or (old.space.unwhitened(np.eye(c.angle.size)),)
+    roots = old.roots or (partial(old.space.unwhitened, np.eye(c.angle.size)),)
     return old._replace(
         model=model,
         parameters=parameters,
         space=space,
         seen=space.see(model.residual(parameters)),
         spread=spread,
-        roots=tuple(np.hstack([root, uncertain]) for root in roots),
+        roots=tuple(partial(_with_columns, root, uncertain) for root in roots),
     )
+
+
+def _with_columns(root: Callable[[], Array], columns: Array) -> Array:
+    return np.hstack([root(), columns])
 
 
 def coefficients(
