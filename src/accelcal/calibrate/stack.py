@@ -129,8 +129,7 @@ class CalibrationStack:
             laws.model(record) if laws is not None else None
             for laws in (self.laws.main, self.laws.second_axis)
         )
-        is_told = main is not None and main.K1.at_T0 is not None
-        if main is not None and is_told and self._laws_of_readings:
+        if main is not None and main.K1.at_T0 is not None and self._laws_of_readings:
             main = self._from_readings(record, main)
         if "K1" in self.unbounded[record]:
             main, second = (laws and laws.with_unbounded_scale_factor() for laws in (main, second))
