@@ -144,6 +144,7 @@ def test_optimal(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
+        ([*QUICK, "--target", "K1"], "not of the form NAME=SIZE, such as K1=5ppm"),
         ([*QUICK, "--target", "K9=1ppm"], "coefficient 'K9' is unknown"),
         ([*QUICK, "--target", "K1=4ppm"], "cannot be reached with this stand"),
         ([*QUICK, "--target", "K1=5 furlongs"], "K1 is relative; write a number above zero"),

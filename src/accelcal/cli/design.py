@@ -21,6 +21,7 @@ from accelcal.cli.options import (
     planned_apparatus_options,
     seconds_option,
     seed_option,
+    target_option,
 )
 from accelcal.cli.values import number, numbers, words
 from accelcal.errors import InputError
@@ -36,17 +37,6 @@ def whole_numbers(text: str) -> tuple[int, ...]:
     if any(value < 1.0 or value != int(value) for value in found):
         raise click.BadParameter(f"{text!r}: write whole numbers above zero, as 6,8,12.")
     return tuple(map(int, found))
-
-
-def target(text: str) -> tuple[str, float]:
-    """Type of an option: a coefficient and the uncertainty asked of it, as in ``K1=5ppm``."""
-    from accelcal.planning.targets import target_value
-
-    name, _, value = text.partition("=")
-    try:
-        return name.strip(), target_value(name.strip(), value)
-    except InputError as error:
-        raise click.BadParameter(f"{error}.") from None
 
 
 @click.command(cls=Command)
@@ -100,14 +90,7 @@ def target(text: str) -> tuple[str, float]:
     "--undeclared", is_flag=True, help="The errors of the stand will not be declared to the fit."
 )
 @hours_option("--hours", "H", "Longest duration; strokes fill it [h].")
-@click.option(
-    "--target",
-    "targets",
-    type=target,
-    multiple=True,
-    metavar="NAME=U",
-    help="Wanted standard uncertainty, such as K1=5ppm; may be repeated.",
-)
+@target_option("NAME=U", "Wanted standard uncertainty, such as K1=5ppm; may be repeated.")
 @click.option(
     "--optimal",
     metavar="WHAT",
@@ -165,7 +148,7 @@ def _arguments(options: dict[str, Any]) -> dict[str, Any]:
         "strokes": strokes,
         "resolution": options["resolution"],
         "hours": options["hours"],
-        "targets": _targets(options["targets"]),
+        "targets": options["targets"],
         "declare": not options["undeclared"],
         "effects": not options["no_effects"],
     }
@@ -174,12 +157,6 @@ def _arguments(options: dict[str, Any]) -> dict[str, Any]:
     if options["angles"] and not options["positions"]:
         given["positions"] = ()
     return given
-
-
-def _targets(pairs: tuple[tuple[str, float], ...]) -> dict[str, float]:
-    if len(dict(pairs)) < len(pairs):
-        raise InputError("a coefficient has two targets; give one")
-    return dict(pairs)
 
 
 def _noise(options: dict[str, Any]) -> NoiseComponents:

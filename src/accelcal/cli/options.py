@@ -18,6 +18,7 @@ from accelcal.cli.values import (
     quantity_of_table,
     size,
     step_of_output,
+    target,
 )
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -216,6 +217,25 @@ mounting_option = click.option(
     type=click.Choice(["o+", "o-", "p+", "p-"]),
     help="Use the tables of this mounting only.",
 )
+
+
+def target_option(metavar: str, told: str) -> Callable[[Function], Function]:
+    """Option ``--target``: uncertainties asked for, each a text by the name of its coefficient."""
+
+    def told_apart(_: Any, __: Any, pairs: tuple[tuple[str, str], ...]) -> dict[str, str]:
+        if len(dict(pairs)) < len(pairs):
+            raise click.BadParameter("a coefficient has two targets; give one.")
+        return dict(pairs)
+
+    return click.option(
+        "--target",
+        "targets",
+        type=target,
+        multiple=True,
+        metavar=metavar,
+        callback=told_apart,
+        help=told,
+    )
 
 
 def plan_options(lead: str = "") -> Callable[[Function], Function]:

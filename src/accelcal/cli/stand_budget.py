@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from accelcal.cli.options import file_option, plan_options, seed_option, together
+from accelcal.cli.options import file_option, plan_options, seed_option, target_option, together
 from accelcal.cli.values import fixture_angle, number, words
 from accelcal.errors import InputError
 
@@ -33,14 +33,6 @@ def _trials(text: str) -> int | None:
     if value != int(value) or value < 0:
         raise click.BadParameter(f"{text!r}; write a whole number, or {_ADAPTIVE}.")
     return int(value)
-
-
-def _target(text: str) -> tuple[str, str]:
-    """Type of an option: a symbol and its target, as in ``K1=5ppm``."""
-    symbol, _, size = text.partition("=")
-    if not (symbol.strip() and size.strip()):
-        raise click.BadParameter(f"{text!r} is not of the form NAME=SIZE, such as K1=5ppm.")
-    return symbol.strip(), size.strip()
 
 
 stand_options = together(
@@ -71,13 +63,9 @@ stand_options = together(
         help="With --stand: Monte Carlo with this number of trials, or `adaptive`.",
     ),
     seed_option("With --stand: seed of the Monte Carlo trials."),
-    click.option(
-        "--target",
-        "targets",
-        type=_target,
-        multiple=True,
-        metavar="NAME=SIZE",
-        help="With --stand: wanted expanded uncertainty, such as K1=5ppm or k0=10ug; gives what"
+    target_option(
+        "NAME=SIZE",
+        "With --stand: wanted expanded uncertainty, such as K1=5ppm or k0=10ug; gives what"
         " each instrument must be. May be repeated.",
     ),
     file_option(
@@ -143,7 +131,7 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
     Raises
     ------
     InputError
-        If a coefficient has two targets, or the budget cannot be made.
+        If the budget cannot be made.
     """
     from accelcal.accelerometer import AL15
     from accelcal.io.toml.specification import read_specification
@@ -154,9 +142,6 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
     accelerometer = AL15 if calibration is None else accelerometer_of(calibration)
     stand = read_stand(options["stand"])
     specification = read_specification(options["spec"]) if options["spec"] else None
-    targets = dict(options["targets"])
-    if len(targets) < len(options["targets"]):
-        raise InputError("a coefficient has two targets; give one")
     try:
         return stand_budget(
             stand,
@@ -164,7 +149,7 @@ def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any])
             accelerometer,
             trials=options["monte_carlo"],
             seed=options["seed"],
-            targets=targets or None,
+            targets=options["targets"] or None,
             specification=specification,
         )
     except StandError as error:

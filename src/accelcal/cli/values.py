@@ -156,7 +156,18 @@ def fixture_angle(text: str) -> float:
 
 def setting(text: str) -> tuple[str, float]:
     """Type of an option: a name and its number, as in ``K4=2e-5``."""
-    name, _, value = text.partition("=")
+    name, value = named(text, "NAME=NUMBER")
+    return name, number(value)
+
+
+def target(text: str) -> tuple[str, str]:
+    """Type of an option: a coefficient and the uncertainty asked of it, as in ``K1=5ppm``."""
+    return named(text, "NAME=SIZE, such as K1=5ppm")
+
+
+def named(text: str, form: str) -> tuple[str, str]:
+    """Split an option such as ``K1=5ppm`` into name and value; an error tells its form."""
+    name, _, value = map(str.strip, text.partition("="))
     if not (name and value):
-        raise click.BadParameter(f"{text!r} is not of the form NAME=NUMBER.")
-    return name.strip(), number(value)
+        raise click.BadParameter(f"{text!r} is not of the form {form}.")
+    return name, value
