@@ -87,7 +87,7 @@ def in_strokes(design):
 
 
 def warnings_of(stack):
-    return {gate.name: gate.verdicts.count("warn") for gate in gates_of_stack(stack)}
+    return {gate.name: len(gate.warned()) for gate in gates_of_stack(stack)}
 
 
 # -- false alarms ----------------------------------------------------------------------------------
@@ -144,7 +144,7 @@ def test_outlier_of_six_of_its_standard_uncertainties(high):
     wrong = np.random.default_rng(4).integers(0, 54, 300)
     y[wrong, np.arange(300)] += 6.0 * std[wrong]
     gate = gates_of_stack(design.stack(std, y))[4]
-    assert gate.verdicts.count("warn") > 210
+    assert len(gate.warned()) > 210
     named = f"stroke {design.stroke[wrong[0]]} at {design.angle[wrong[0]]:g} deg"
     assert gate.finding(0).startswith(named)
 

@@ -52,11 +52,6 @@ class GateStack(NamedTuple):
         """Return the sentence of one table with the name of the gate, for a list of warnings."""
         return f"gate {self.name}: {self.finding(index)}"
 
-    @property
-    def verdicts(self) -> list[str]:
-        """The verdicts in words."""
-        return [VERDICTS[code] for code in self.verdict.tolist()]
-
 
 class _Finding(NamedTuple):
     """Sentence of one table: why it was not assessed, or what was found."""
@@ -102,8 +97,8 @@ def gate_stack(
     >>> import numpy as np
     >>> size = np.array([2.0, 30.0])
     >>> found = gate_stack("closure", size > 9.0, lambda i: f"{size[i]:g} ug")
-    >>> found.verdicts, found.gate(1).finding
-    (['pass', 'warn'], '30 ug')
+    >>> found.gate(0).verdict, found.gate(1).verdict, found.gate(1).finding
+    ('pass', 'warn', '30 ug')
     """
     verdict = np.where(bad, _WARN, 0)
     for where, _ in missing:
