@@ -20,7 +20,6 @@ from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointEstimate, estimate_stack
-from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
@@ -141,16 +140,11 @@ class CalibrationStack:
         moving = self.estimate._replace(outputs=self.moving)
         tables = self.tables_of(record)
         found = laws_from_readings(tables, moving, self.temperatures, record, laws)
-        return with_misalignment(found, laws) if self._has_both_sides else found
+        return with_misalignment(found, laws) if self.laws.is_free else found
 
     @property
     def _laws_of_readings(self) -> bool:
         return self.options.temperature_laws != TEMPERATURE_LAWS[0]
-
-    @cached_property
-    def _has_both_sides(self) -> bool:
-        """Whether both sides of an axis free the misalignments of the fixture angle."""
-        return free_of_fixture_angle(self.tables, self.estimate) is not self.estimate
 
     @cached_property
     def references(self) -> Array:

@@ -39,11 +39,14 @@ class StackLaws(NamedTuple):
         Those of the other axis along the shaft, from its tables.
     of_tables : Component or None
         What errors of the temperature do to the coefficients of all tables.
+    is_free : bool
+        Whether both sides of an axis free the misalignments of the fixture angle.
     """
 
     main: LawsOfRecords | None
     second_axis: LawsOfRecords | None
     of_tables: Component | None
+    is_free: bool = False
 
     def slopes(self, records: int) -> Slopes:
         """Slopes of the main axis of all R records."""
@@ -95,7 +98,7 @@ def laws_of_stack(
         return StackLaws(None, second, None)
     slopes = Slopes.of(main)
     heat = stacked_temperature_component(tables, estimate, slopes, temperatures.rise, uncertain)
-    return StackLaws(main, second, heat)
+    return StackLaws(main, second, heat, free is not estimate)
 
 
 def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> TemperatureModel:
