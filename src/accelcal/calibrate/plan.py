@@ -14,6 +14,7 @@ from accelcal.estimate.at_positions import at_positions
 from accelcal.estimate.declared_scatter import is_weighted
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import is_usable
+from accelcal.gates.stack import stacked_times
 from accelcal.record import TumbleRecord
 from accelcal.reference import (
     declared_fixture_angle,
@@ -74,10 +75,9 @@ class OnePlan(NamedTuple):
 
         None where no record has any; a row of NaN where one has none.
         """
-        if all(record.time is None for record in self.records):
+        whole = stacked_times(self.records)
+        if whole is None:
             return None
-        unknown = np.full(len(self.records[0]), np.nan)
-        whole = np.array([unknown if r.time is None else r.time for r in self.records])
         return np.asarray(np.concatenate([whole[:, self.masks[t]] for t in tables]))
 
     def run_labels(self, record: int) -> list[str]:

@@ -97,7 +97,7 @@ class TableStack:
             scatter=np.array([median(table.scatter) for table in tables]),
             digit=decimal_steps(output.T),
             step=np.array(steps, dtype=np.float64),  # None becomes NaN
-            time=_times(records),
+            time=stacked_times(records),
             line=lambda index: records[index].line,
             delta0=delta0,
         )
@@ -153,7 +153,11 @@ class TableStack:
         return reading_name(self.table.record, reading, self.line(index))
 
 
-def _times(records: Sequence[TumbleRecord]) -> Array | None:
+def stacked_times(records: Sequence[TumbleRecord]) -> Array | None:
+    """Times of R records of one plan, shape (R, n) [s]; None where none has any.
+
+    A record without times has a row of NaN.
+    """
     if all(record.time is None for record in records):
         return None
     nothing = np.full(len(records[0]), np.nan)
