@@ -285,3 +285,20 @@ def test_what_one_value_would_tell_is_asked_for_as_such(name, value):
     remedy = f"add a column {name} or one value for all readings, {{'{name}': {value}}}"
     assert str(caught.value).endswith(remedy)
     assert len(accelcal.read_arrays({**columns, name: value})) == 3
+
+
+def test_what_a_frame_declares_may_be_given_again():
+    """Of the declarations of a record, the date and the metadata were refused."""
+    given = {"date": "2024-05-31", "metadata": {"operator": "A. Meyer"}}
+    record = accelcal.read_table("examples/al15.csv", overrides=given)
+    assert record.date == "2024-05-31"
+    assert record.metadata["operator"] == "A. Meyer"
+    frame = record.to_frame()
+    declared = frame.attrs.pop("declared")
+    assert accelcal.read_arrays(frame, overrides=declared) == record
+
+
+@pytest.mark.parametrize("given", [{"date": 20240531}, {"metadata": "A. Meyer"}])
+def test_declarations_of_another_kind_are_refused(given):
+    with pytest.raises(accelcal.InputError, match=next(iter(given))):
+        accelcal.read_table("examples/al15.csv", overrides=given)

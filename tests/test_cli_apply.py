@@ -87,6 +87,21 @@ def test_units_in_the_cells_that_contradict_are_refused(run, text, message):
     assert message in err
 
 
+def test_units_in_the_cells_that_the_option_names(run):
+    """They were refused, as the heading has none; the option did not count."""
+    plain = run("# serial: AL-15\ntemperature,output\n20,1.3\n20,0.5\n", "--unit", "mA")
+    told = run("# serial: AL-15\ntemperature,output\n20,1.3 mA\n20,0.5 mA\n", "--unit", "mA")
+    assert told == plain
+    assert told[0] == 0
+
+
+@pytest.mark.parametrize(("heading", "cell"), [("uA", "µA"), ("мкА", "мкА"), ("µA", "uA")])
+def test_units_in_the_cells_in_another_spelling(run, heading, cell):
+    """They were refused, although the heading has the same unit."""
+    text = "# serial: AL-15\ntemperature,output [{}]\n20,1300{}\n"
+    assert run(text.format(heading, " " + cell)) == run(text.format(heading, ""))
+
+
 @pytest.mark.parametrize("line", ["# unit: V", "# serial: B-2;;", '"# temperature: 60"'])
 def test_header_lines_between_the_samples_are_refused(run, line):
     """Of files set one below the other the samples counted in the unit of the first."""

@@ -135,7 +135,7 @@ def _instrument(
     serial = options.serial or samples.headings.serial
     calibration = file.choose(serial, options.mounting)
     refuse_source(calibration.source, path)
-    samples.choose(serial or calibration.serial)
+    samples.choose(serial or calibration.serial, options.output_unit)
     if isinstance(calibration, TriadCalibration):
         return Triad(calibration, samples.headings, options)
     return Accelerometer(calibration, samples.headings, options)

@@ -24,6 +24,7 @@ from accelcal.units import UNITS, conversion_factor, output_unit, scaled, size_o
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))
 OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial", "serials")
+OVERRIDES += ("date", "metadata")
 """What a caller may declare instead of the header."""
 
 _QUANTITIES = (*APPARATUS, "reference_temperature")
@@ -101,7 +102,8 @@ def declarations(
             key: repr(values[key]) if key == "delta0" else text.value
             for key, text in declared.items()
             if key in ("delta0", "serials") or key not in KEYS
-        },
+        }
+        | {str(key): str(value) for key, value in given.get("metadata", {}).items()},
     )
 
 
@@ -121,10 +123,11 @@ def declared_by_caller(overrides: Any) -> Mapping[str, Any]:
     Raises
     ------
     InputError
-        If it is something else, or the serial or unit is no text.
+        If it is something else, the serial, unit or date is no text, or the metadata no mapping.
     """
     given = mapping_of(overrides, "overrides", "{'serial': 'AL-15'}")
-    check_text(**{name: given.get(name) for name in ("serial", "unit", "serials")})
+    check_text(**{name: given.get(name) for name in ("serial", "unit", "serials", "date")})
+    mapping_of(given.get("metadata"), "metadata", "{'operator': 'A. Meyer'}")
     return given
 
 

@@ -105,8 +105,9 @@ def read_tables(
         A table in one of the forms of the guide; ``"-"`` reads standard input.
     overrides : mapping of str to object, optional
         Declarations that win over the header: fields of `Apparatus`, `reference_temperature`,
-        `positions`, `unit`, `serial`, or `serials`, the headings of the columns of several
-        accelerometers with commas between. A quantity may be a text as ``"2 arcsec"``.
+        `positions`, `unit`, `serial`, `date`, a mapping `metadata`, or `serials`, the headings of
+        the columns of several accelerometers with commas between. A quantity may be a text as
+        ``"2 arcsec"``.
 
     Returns
     -------
@@ -272,7 +273,7 @@ def _read_by(
         *notes_of_thousands([own.cells for own in table.outputs], unit.name),
     )
     common = {**declared.record, "source": layout.source, "notes": (*notes, *unit.notes)}
-    common |= {"sha256": text.sha256, "date": table.date or common["date"]}
+    common |= {"sha256": text.sha256, "date": overrides.get("date") or table.date or common["date"]}
     return _form(text, layout, table), _records(layout, readings, declared, common)
 
 

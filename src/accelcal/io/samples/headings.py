@@ -142,6 +142,12 @@ class SampleHeadings:
                 )
                 raise TableError(problem, remedy, source=self.source, line=line)
 
+    def in_unit(self, unit: str | None) -> SampleHeadings:
+        """Take the unit of the outputs of a caller, where nothing written tells it."""
+        if unit is None or self.output_unit:
+            return self
+        return replace(self, units={**self.units, "output": canonical_unit(unit)})
+
     def of_serial(self, serial: str | None) -> SampleHeadings:
         """Take the outputs of one accelerometer, where those of several stand side by side.
 

@@ -42,6 +42,7 @@ from accelcal.io.text import (
 )
 from accelcal.io.vocabulary import is_unit_of
 from accelcal.plural import counted
+from accelcal.units import canonical_unit
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
 
@@ -118,20 +119,22 @@ class SampleReader:
         """Name of the file, ``"<stdin>"`` for standard input."""
         return self.headings.source
 
-    def choose(self, serial: str | None) -> None:
+    def choose(self, serial: str | None, unit: str | None = None) -> None:
         """Take the samples of one serial number.
 
         Parameters
         ----------
         serial : str or None
             The serial number; None where the stream has to be of one.
+        unit : str, optional
+            Unit of the outputs, for a stream whose headings name none.
 
         Raises
         ------
         TableError
             If the stream is of several, and none or one that it has not is chosen.
         """
-        self.headings = self.headings.of_serial(serial)
+        self.headings = self.headings.of_serial(serial).in_unit(unit)
         self._serial = serial
 
     def position(self) -> int:
@@ -259,7 +262,8 @@ class SampleReader:
         unit = self.headings.units.get(kind)
         column = Column(role, heading, unit, cells, lines, self.source, self._decimal)
         bare = column.without_unit(partial(is_unit_of, kind))
-        if bare.unit != unit and kind == "output":
+        written = canonical_unit(bare.unit) if bare.unit else None
+        if written != unit and kind == "output":
             at = next(i for i, cell in enumerate(cells) if cell != bare.cells[i])
             remedy = f"write it in the heading, as {heading} [{bare.unit}]"
             raise column.refuse(at, "{} has a unit, and its heading has none", remedy)
