@@ -131,6 +131,16 @@ def test_frames_know_their_units(archive):
     assert found.laws.attrs["units"]["value"] == "unit"
 
 
+def test_the_lot_of_a_unit_is_a_column(tmp_path):
+    """It was lost: only the serial number told lots apart."""
+    for name, line in (("a", "# lot: 7\n"), ("b", "# Партия: 7-Б\n"), ("c", "")):
+        accelcal.write_table(accelcal.simulate(plan=PLAN, seed=1), tmp_path / f"{name}.csv")
+        text = (tmp_path / f"{name}.csv").read_text("utf-8")
+        (tmp_path / f"{name}.csv").write_text(line + text, "utf-8")
+    tables = accelcal.batch(tmp_path).tables
+    assert tables["lot"].drop_duplicates().tolist() == ["7", "7-Б", None]
+
+
 def test_columns_are_explained():
     text = (ROOT / "docs" / "archives.md").read_text("utf-8")
     for name in (*ROWS, *LAWS):

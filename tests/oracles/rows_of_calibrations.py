@@ -36,6 +36,7 @@ def of_record(calibration, record):
         "verdict": None,
         "failed_limits": "",
         "sha256": record.sha256,
+        "lot": record.metadata.get("lot"),
         **verdicts(calibration.gates),
     }
 

@@ -38,6 +38,9 @@ from accelcal.version import SOFTWARE
 JOINT = " | "
 """Between the texts in one cell."""
 
+_LOT = ("lot", "los", "charge", "партия")
+"""Header lines that name a lot, in any case."""
+
 
 def stacked_tables(stack: CalibrationStack) -> Columns:
     """Columns of the tables of a stack, record after record.
@@ -161,6 +164,9 @@ _OF_RECORD: Mapping[str, Callable[[TumbleRecord], Any]] = {
     **{name: attrgetter(name) for name in ("source", "serial", "date", "sha256")},
     "line": lambda record: None if record.line is None else record.line.item(0),
     "notes": lambda record: JOINT.join(record.notes),
+    "lot": lambda record: next(
+        (own for key, own in record.metadata.items() if key.casefold() in _LOT), None
+    ),
 }
 
 
