@@ -19,6 +19,7 @@ from accelcal.effects.catalogue import effect
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
 from accelcal.results.discovery import Discovery
+from accelcal.results.quantity import Quantity
 from accelcal.simulation import BilinearLaw, NoiseComponents, TumblePlan
 
 LOOP = (20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0)
@@ -450,6 +451,43 @@ def test_a_dead_zone_that_may_be_wider_leaves_the_scale_factor_open():
     told = accelcal.discover(narrow)
     assert told.effects[0].parameters["threshold"].standard_uncertainty is not None
     assert told.doubtful == told.unbounded == ()
+
+
+def test_a_dead_zone_that_may_be_wider_leaves_the_scale_factor_open_beside_another_effect():
+    """It was a_p^3 beside a step: M was twice the true one, and K1 5500 ppm off with U of 18."""
+    plan = TumblePlan(temperatures=(20.0,))
+    hidden = [effect("dead-zone").of(3e-3), effect("bias-step").of(1e-4)]
+    first, second = (accelcal.simulate(plan=plan, effects=hidden, seed=s) for s in (4, 5))
+    found = accelcal.discover(first)
+    assert ids(found) == ["dead-zone", "bias-step"]
+    assert found.effects[0].indistinguishable == ("cross-axis-cubic",)
+    assert found.doubtful == ("dead-zone",)
+    assert found.unbounded == ("K1", "K3")
+    M = next(c.after for c in found.coefficients if c.coefficient == "M")
+    assert abs(M.value - 1.15e-3) < 1.5 * M.expanded_uncertainty
+    cube = replace(
+        found,
+        effects=(
+            replace(
+                found.effects[0],
+                id="cross-axis-cubic",
+                parameters={"coefficient": Quantity(-1.15e-3, 2e-5, "g/g^3")},
+            ),
+            found.effects[1],
+        ),
+        doubtful=("cross-axis-cubic",),
+    )
+    for model in (found, cube):
+        fitted = accelcal.fit(second, model=model)
+        quantities = fitted.tables[0].quantities
+        bare = {n for n, q in quantities.items() if q.standard_uncertainty is None}
+        assert bare == {"K1", "K3", "k3"}
+    true = [effect("cross-axis-cubic").of(2e-4), effect("bias-step").of(1e-4)]
+    record = accelcal.simulate(plan=plan, effects=true, seed=4)
+    found = accelcal.discover(record)
+    assert found.unbounded == found.doubtful == ()
+    told = accelcal.fit(record, model=found).tables[0].coefficients
+    assert told["K1"].standard_uncertainty is not None
 
 
 @pytest.mark.parametrize("positions", [12, 24])

@@ -107,7 +107,7 @@ def caveats(
     yield from map(Caveat, _otherwise(comparison, found, [*places, *laws]))
     yield from _put_together(family, found)
     yield from _of_any_pattern(family, found)
-    yield from (Caveat(*said) for said in said_of_silence(family, found))
+    yield from (Caveat(*said) for said in said_of_silence(comparison, found))
     yield from _of_the_first_readings(comparison, best)
     yield from map(Caveat, _of_the_start(best))
     yield from _of_few_readings(comparison, best)
@@ -155,7 +155,7 @@ def _otherwise(
 def _put_together(family: Family, found: Sequence[Explanation]) -> Iterator[Caveat]:
     """Effects at one of several places, all of which two effects could make where few show."""
     space, c = family.space, family.comparison.model.conditions
-    static = of_position(family, found[0]).tolist() if found else ()
+    static = of_position(family.comparison, found[0].directions).tolist() if found else ()
     for item in compress(found[0].instances if found else (), static):
         if not any(shape.discrete for shape in item.effect.shapes):
             continue

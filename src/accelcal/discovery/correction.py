@@ -135,7 +135,7 @@ def correction(
         )
     if is_open:
         effects = tuple(map(of_open_width, effects))
-    unbounded = OPEN if any(map(has_open_width, effects)) else ()
+    unbounded = OPEN if is_open or any(map(has_open_width, effects)) else ()
     return Correction(
         replace(record, output=output), acting, comparison.space.dof, effects, unbounded
     )

@@ -201,7 +201,7 @@ def _discovery(
         software=SOFTWARE,
         sha256=record.sha256,
     )
-    return with_open_width(told, family, findings.named[0]) if findings.named else told
+    return with_open_width(told, comparison, named.instances) if findings.named and named else told
 
 
 def _named_and_left(

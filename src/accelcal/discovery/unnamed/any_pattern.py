@@ -14,6 +14,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.columns import dummies
+from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.spans import lengths, squares_in, without
@@ -77,17 +78,18 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     """
     if len(named.instances) < 2:
         return
-    static = of_position(family, named)
-    whole = _patterns(family, None)
-    for patterns in (whole, *(_patterns(family, parity) for parity in (_OF_INPUT, *_PARITIES))):
+    comparison = family.comparison
+    static = of_position(comparison, named.directions)
+    for parity in (None, _OF_INPUT, *_PARITIES):
+        patterns = _patterns(comparison, parity)
         own = static & _within(patterns, named.directions)
         if np.count_nonzero(own) >= 2:
             yield _told(family, named, patterns, own)
 
 
-def of_position(family: Family, named: Explanation) -> Mask:
-    """Tell which effects of an explanation depend on the position alone."""
-    return _within(_patterns(family, None), named.directions)
+def of_position(comparison: Comparison, directions: Array) -> Mask:
+    """Tell which effects depend on the position alone, by their unit vectors, shape (n, h)."""
+    return _within(_patterns(comparison, None), directions)
 
 
 def _told(family: Family, named: Explanation, patterns: Array, own: Mask) -> AnyPattern:
@@ -105,13 +107,13 @@ def _told(family: Family, named: Explanation, patterns: Array, own: Mask) -> Any
     return AnyPattern(ids, patterns.shape[1], float(chance))
 
 
-def _patterns(family: Family, parity: _Parity | None) -> Array:
+def _patterns(comparison: Comparison, parity: _Parity | None) -> Array:
     """Orthonormal basis of what repeats with the position in all strokes and runs, (n, d).
 
     With a parity, of what changes its sign with cos th and with sin th as often as that says.
     """
-    c, space = family.comparison.model.conditions, family.space
-    mounting, angle = family.comparison.record.mounting, np.radians(c.angle)
+    c, space = comparison.model.conditions, comparison.space
+    mounting, angle = comparison.record.mounting, np.radians(c.angle)
     cos, sin = np.round(np.cos(angle), 9), np.round(np.sin(angle), 9)
     if parity is None:
         columns = dummies(mounting, cos, sin)

@@ -16,9 +16,9 @@ from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import CONTRADICTION, Explanation
 from accelcal.discovery.family import Family, agrees, chance
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, own_columns
 from accelcal.discovery.silence import ALONG, DEAD_ZONE, silent_in
-from accelcal.discovery.spans import lengths, orthonormal, without
+from accelcal.discovery.spans import lengths
 from accelcal.discovery.unnamed.any_pattern import of_position
 from accelcal.discovery.unnamed.wandering import POSSIBLE
 from accelcal.discovery.untold import fitted_sizes
@@ -49,76 +49,80 @@ _TOLD = (
 
 
 def said_of_silence(
-    family: Family, found: Sequence[Explanation]
+    comparison: Comparison, found: Sequence[Explanation]
 ) -> Iterator[tuple[str, list[str]]]:
     """Say where a dead zone of any width explains the readings in place of what is named.
 
     It is said of effects of the position alone, with their ids: one of them is in doubt, and of a
     dead zone the size.
     """
-    if found and silent_in(family.comparison.model.conditions).any():
+    if found and silent_in(comparison.model.conditions).any():
         yield f"{DEAD_ZONE}: {_TOLD}", []
         return
-    for name, tilt in silenced(family, found[0]) if found else ():
+    for name, tilt in silenced(comparison, found[0].instances) if found else ():
         yield f"{name}: {_SILENT.format(tilt * MICRO)}", [name]
 
 
-def silenced(family: Family, named: Explanation) -> Iterator[tuple[str, float]]:
+def silenced(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[tuple[str, float]]:
     """Find effects of the position alone in whose place a dead zone of any width explains all.
 
     Beside the id of each, the acceleration that is silent in it at least [g].
     """
-    left = without(family.comparison.seen, orthonormal(named.directions))
-    for place in np.flatnonzero(of_position(family, named)).tolist():
-        tilt = _silent_in_place_of(family.comparison, named.instances, place, left)
-        if tilt is not None:
-            yield named.instances[place].effect.id, tilt
-
-
-def _silent_in_place_of(
-    comparison: Comparison, instances: Sequence[Instance], place: int, left: Array
-) -> float | None:
-    """Acceleration that is silent at least [g] where a dead zone of any width replaces an effect.
-
-    None where it leaves more than these effects do.
-    """
-    others = [*instances[:place], *instances[place + 1 :]]
-    tilt, rest = _fitted(comparison, others, np.inf)
+    sizes = fitted_sizes(comparison, instances)
+    left = comparison.seen - sizes.linear @ sizes.whole
     bound = float(left @ left) - 2.0 * float(np.log(POSSIBLE))
-    return float(tilt.max()) if float(rest @ rest) < bound else None
+    static = of_position(comparison, comparison.directions(*instances))
+    for place in np.flatnonzero(static).tolist():
+        tilt, rest = _fitted(comparison, [*instances[:place], *instances[place + 1 :]], np.inf)
+        if float(rest @ rest) < bound:
+            yield instances[place].effect.id, float(tilt.max())
 
 
 def may_be_wider(comparison: Comparison, instances: Sequence[Instance]) -> bool:
-    """Tell whether the dead zone among some effects, if any, could as well have any width.
+    """Tell whether a dead zone of any width could as well stand in place of one of some effects.
 
     Parameters
     ----------
     comparison : Comparison
         The readings.
     instances : sequence of Instance
-        The effects, which explain them.
+        The effects, which explain them; a dead zone among them may be that one.
 
     Returns
     -------
     bool
         Then `OPEN` have no bound, as its width has none.
     """
-    places = [i for i, item in enumerate(instances) if item.effect.id == DEAD_ZONE]
-    if not places or silent_in(comparison.model.conditions).any():
+    if not instances or silent_in(comparison.model.conditions).any():
         return False
-    sizes = fitted_sizes(comparison, instances)
-    left = comparison.seen - sizes.linear @ sizes.whole
-    return _silent_in_place_of(comparison, instances, places[0], left) is not None
+    return any(True for _ in silenced(comparison, instances))
 
 
-def with_open_width(found: Discovery, family: Family, named: Explanation) -> Discovery:
-    """Take the uncertainty from the width of a dead zone that may as well be wider.
+def silent_first(
+    comparison: Comparison, found: Sequence[Explanation], alpha: float
+) -> tuple[Explanation, ...]:
+    """Let the explanation with a dead zone be the best where one of any width explains as well.
 
-    So from K1 and K3, which take up whatever it is wider: nothing bounds that.
+    Of effects that look alike, a dead zone is what makes readings silent; what else is as sure at
+    the false-alarm rate alpha, such as a_p^3, takes the misalignment for twice as much.
     """
-    if DEAD_ZONE not in named.ids or silent_in(family.comparison.model.conditions).any():
-        return found
-    if DEAD_ZONE not in (name for name, _ in silenced(family, named)):
+    if not found or silent_in(comparison.model.conditions).any():
+        return tuple(found)
+    best = found[0]
+    sure = [one for one in found if DEAD_ZONE in one.ids - best.ids and max(one.p_values) < alpha]
+    names = {name for name, _ in silenced(comparison, best.instances)} if sure else ()
+    first = [one for one in sure if any(one.ids ^ best.ids == {DEAD_ZONE, name} for name in names)]
+    return (*first[:1], *(one for one in found if one not in first[:1]))
+
+
+def with_open_width(
+    found: Discovery, comparison: Comparison, instances: Sequence[Instance]
+) -> Discovery:
+    """Take the uncertainty from K1 and K3, where they take up whatever a dead zone is wider.
+
+    So from its width, where it is named; nothing bounds that.
+    """
+    if not may_be_wider(comparison, instances):
         return found
     coefficients = (
         replace(change, after=_open(change.after)) if change.coefficient in OPEN else change
@@ -181,7 +185,7 @@ def _fitted(
     Steps of Gauss and Newton from a misalignment of which silent readings tell nothing.
     """
     model, c = comparison.model, comparison.model.conditions
-    columns = np.stack([np.zeros(len(c.input)), *(column_of(i, c) for i in others)], axis=1)
+    columns = np.hstack([np.zeros((len(c.input), 1)), *(own_columns(item, c) for item in others)])
     own = np.array([name.startswith("M") and "_i" not in name for name in model.names])
     across, tilting = np.abs(c.input) < ALONG, model.inside[:, own[model.gain.shape[1] :]]
     parameters, sizes = comparison.parameters, np.zeros(columns.shape[1])
