@@ -169,6 +169,8 @@ def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
         yield Sentence(True, f"{names}: not sure, as the notes of the discovery say")
     for note in model.otherwise:
         yield Sentence(True, f"{NOT_COUNTED} what else the discovery found possible: {note}")
+    if model.has_more or (model.unexplained and not model.effects):
+        yield Sentence(True, f"{NOT_COUNTED} what the discovery found and no known effect explains")
 
 
 def _of_unbounded(unbounded: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:

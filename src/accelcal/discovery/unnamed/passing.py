@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from accelcal.arrays import Array, Ints
+from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.columns import coefficient_columns, dummies, saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW
@@ -93,13 +94,14 @@ def shift_in_place_of_one(
     columns = np.hstack([kind.actions.toarray().T for kind in kinds])
     if space.dof > MOST or not columns.size:
         return None
-    units, seen = comparison.directions(*instances), space.see(columns)
+    units, whole = comparison.directions(*instances), space.whiten(columns)
+    seen, least = space.left_of(whole), VISIBLE * lengths(whole)
     for place in range(len(instances)):
         taken = orthonormal(np.delete(units, place, axis=1))
         left, own = without(comparison.seen, taken), orthonormal(without(units[:, [place]], taken))
         shifts = without(seen, taken)
         length = lengths(shifts)
-        new = length > NEW * lengths(seen)
+        new = length > np.maximum(NEW * lengths(seen), least)
         sizes = np.where(new, shifts.T @ left / np.where(new, length, 1.0) ** 2, 0.0)
         squares = (sizes * length) ** 2
         best = int(np.argmax(squares))
