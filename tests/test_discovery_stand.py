@@ -372,3 +372,66 @@ def test_command_says_why_the_stand_is_not_looked_at(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "STAND  not looked at:" in printed
     assert "other number of readings" in printed
+
+
+# -- readings that a dead zone silences ------------------------------------------------------------
+
+
+def silenced(positions, *, own):
+    """Units of one perfect head with a dead zone of 3 mg, or of which the second has it alone."""
+    plan = accelcal.TumblePlan(positions=positions, temperatures=(20.0,))
+    zone, noise = [effect("dead-zone").of(3e-3)], accelcal.NoiseComponents(head=0.0)
+    records = [
+        accelcal.simulate(
+            plan=plan, noise=noise, effects=[] if own and seed != 2 else zone, seed=seed
+        )
+        for seed in (1, 2, 3)
+    ]
+    return discover_stand(records)
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_a_dead_zone_wider_than_the_misalignment_has_its_width_over_several_units(own):
+    """It was told as 1.23 mg beside an odd quadratic and the error of a position, all sure."""
+    told = silenced(24, own=own)
+    [zone] = told.effects
+    assert zone.verdict == ("unit" if own else "stand")
+    for unit in ("unit 2",) if own else told.units:
+        size = zone.sizes[unit]
+        assert abs(size.value - 3e-3) < 1.5 * size.expanded_uncertainty
+    assert told.doubtful == ()
+    for changes in told.coefficients.values():
+        M = next(c.after for c in changes if c.coefficient == "M")
+        assert abs(M.value - 1.15e-3) < 1.5 * M.expanded_uncertainty
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_a_dead_zone_of_any_width_is_not_sure_over_several_units(own):
+    """It was told as 1.156 mg with U of 5 ug, and K1 3 parts in a thousand off with U of 13 ppm."""
+    told = silenced(8, own=own)
+    [zone] = told.effects
+    assert told.doubtful == ("dead-zone",)
+    assert any("positions across the input axis are silent" in note for note in told.notes)
+    for unit in ("unit 2",) if own else told.units:
+        assert zone.sizes[unit].standard_uncertainty is None
+    for changes in told.coefficients.values():
+        open_ones = {c.coefficient for c in changes if c.after.standard_uncertainty is None}
+        assert open_ones == {"K1", "K3"}
+    assert StandDiscovery.from_json(told.to_json()) == told
+    assert "(not sure)" in str(told)
+    assert "(not sure)" in told._repr_html_()
+    assert told.plot.sizes() is not None
+
+
+def test_what_no_known_effect_explains_in_a_unit_has_no_sure_name():
+    """The nearest effects were told as those of the unit."""
+    plan = accelcal.TumblePlan(positions=24, temperatures=(20.0,))
+    noise = accelcal.NoiseComponents(head=0.0)
+    records = [accelcal.simulate(plan=plan, noise=noise, seed=seed) for seed in (1, 2, 3)]
+    odd = np.sign(np.sin(5.0 * np.radians(records[1].angle) + 0.4))
+    records[1] = replace(records[1], output=records[1].output + 1e-4 * odd)
+    told = discover_stand(records)
+    own = {item.id for item in told.effects if "unit 2" in item.found_in}
+    assert own == set(told.doubtful)
+    assert any("no known effect explains how" in note for note in told.notes)
+    assert own

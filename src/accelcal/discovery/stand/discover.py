@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arguments.kinds import each_of
+from accelcal.arrays import Mask
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.discover import answered, check_search
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.look import Question
 from accelcal.discovery.one_clamping import refuse_several_clampings
+from accelcal.discovery.silence import DEAD_ZONE, silent_readings
 from accelcal.discovery.stand.joint_fit import coefficients, without_head
 from accelcal.discovery.stand.mean_unit import (
     Unit,
@@ -30,6 +33,12 @@ from accelcal.discovery.stand.ownership import (
     instances_in,
     own_effects,
 )
+from accelcal.discovery.unnamed.wide_dead_zone import (
+    OPEN,
+    of_open_coefficient,
+    said_of_silence,
+    unbounded,
+)
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
@@ -37,7 +46,7 @@ from accelcal.numerics.one_thread import in_one_thread
 from accelcal.record import TumbleRecord, refuse_twice
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
-from accelcal.results.stand_discovery import StandDiscovery
+from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 
 __all__ = ["discover_stand"]
 
@@ -167,6 +176,8 @@ def _settled(stand: _Stand) -> tuple[Discovery, _State]:
     for _ in range(len(stand.records) + 2):
         common = answered(mean_unit(state.units, state.shared, head), of_the_mean)
         shared = _shared(state.units, common, question.alpha)
+        if any(item.effect.id == DEAD_ZONE for item in shared):
+            state = state._replace(units=_units(stand, shared, state.own))
         own = _own(stand, looker, state, shared)
         before, state = state, _State(_units(stand, shared, own), shared, own)
         if state.ids == before.ids:
@@ -181,9 +192,20 @@ def _units(stand: _Stand, shared: tuple[Instance, ...], own: dict[int, Own]) -> 
         alone = own[number].instances if number in own else ()
         bare = record.with_apparatus(head_uncertainty=None)
         question = stand.question
-        comparison = compared(bare, question.reference, question.delta0, (*shared, *alone))
+        silent = _silent(bare, question, (*shared, *alone))
+        comparison = compared(
+            bare, question.reference, question.delta0, (*shared, *alone), silent=silent
+        )
         found.append(Unit.of(comparison, alone))
     return found
+
+
+def _silent(record: TumbleRecord, question: Question, known: Sequence[Instance]) -> Mask | None:
+    """Readings that a dead zone among known effects silences, as `accelcal.discover` finds them."""
+    zones = [item for item in known if item.effect.id == DEAD_ZONE]
+    if not zones:
+        return None
+    return silent_readings(record, question.reference, question.delta0, zones[:1])
 
 
 def _shared(units: Sequence[Unit], common: Discovery, alpha: float) -> tuple[Instance, ...]:
@@ -210,7 +232,8 @@ def _own(
             continue
         best = explanations[0]
         others = frozenset().union(*(item.ids for item in explanations)) - best.ids
-        found[number] = Own(best.instances, tuple(sorted(others)), best.p_values, complete)
+        silence = tuple(said_of_silence(looks[number].family.comparison, explanations))
+        found[number] = Own(best.instances, tuple(sorted(others)), best.p_values, complete, silence)
     return found
 
 
@@ -227,18 +250,38 @@ def _told(stand: _Stand, common: Discovery, state: _State) -> StandDiscovery:
     of_stand = {item.id for item in effects if item.verdict == "stand"}
     shared = tuple(item for item in state.shared if item.effect.id in of_stand)
     gain = len(units) >= FEWEST and bool(shared or head)
+    wide = {names[n] for n in _of_open_width(common, state)}
+    told = coefficients(units, shared, head) if gain else ()
     return StandDiscovery(
         units=names,
-        effects=tuple(sorted(effects, key=lambda item: order[item.verdict])),
+        effects=tuple(
+            _told_of(item, wide) for item in sorted(effects, key=lambda item: order[item.verdict])
+        ),
         head=head_of(units, shared, head),
-        coefficients=dict(zip(names, coefficients(units, shared, head), strict=True))
-        if gain
-        else {},
+        coefficients={
+            name: tuple(map(of_open_coefficient, changes)) if name in wide else changes
+            for name, changes in zip(names, told, strict=False)
+        },
         common=common,
         notes=(*common.doubts, *_notes(state, names, hinging)),
         doubtful=(*common.doubtful, *_doubtful(state, hinging)),
         alpha=alpha,
     )
+
+
+def _of_open_width(common: Discovery, state: _State) -> frozenset[int]:
+    """Units in which a dead zone may be wider than it shows."""
+    if set(OPEN) <= set(common.unbounded):
+        return frozenset(range(len(state.units)))
+    return frozenset(n for n, told in state.own.items() if any(ids for _, ids in told.silence))
+
+
+def _told_of(effect: StandEffect, wide: Collection[str]) -> StandEffect:
+    """Take the uncertainties from the widths of a dead zone in some units."""
+    if effect.id != DEAD_ZONE:
+        return effect
+    sizes = {unit: unbounded(q) if unit in wide else q for unit, q in effect.sizes.items()}
+    return replace(effect, sizes=sizes)
 
 
 def _hinging_on_one_head(stand: _Stand, state: _State) -> tuple[int, ...]:
@@ -251,10 +294,18 @@ def _hinging_on_one_head(stand: _Stand, state: _State) -> tuple[int, ...]:
 
 
 def _doubtful(state: _State, hinging: Sequence[int]) -> tuple[str, ...]:
-    """Ids of effects that hinge on one head in all units that have them alone."""
-    own = state.ids[1]
-    sure = set().union(*(ids for n, ids in own.items() if n not in hinging))
-    return tuple(sorted(set().union(*(own[n] for n in hinging)) - sure))
+    """Ids of effects that are not sure in all units that have them alone.
+
+    They hinge on one head, do not explain all, or any dead zone could stand in their place.
+    """
+    sure, unsure = set[str](), set[str]()
+    for number, told in state.own.items():
+        ids = {item.effect.id for item in told.instances}
+        silenced = {name for _, names in told.silence for name in names}
+        doubted = ids if number in hinging or not told.complete else ids & silenced
+        unsure |= doubted
+        sure |= ids - doubted
+    return tuple(sorted(unsure - sure))
 
 
 def _names(records: Sequence[TumbleRecord]) -> tuple[str, ...]:
@@ -270,7 +321,14 @@ def _notes(state: _State, names: tuple[str, ...], hinging: Sequence[int]) -> Ite
         yield "two units: what both have may be the stand's or the type's; measure a third"
     for number, told in state.own.items():
         if not told.complete:
-            yield f"{names[number]} disagrees with the others, and no known effect explains how"
+            nearest = (
+                "; those that are named come nearest and are not sure" if told.instances else ""
+            )
+            yield (
+                f"{names[number]} disagrees with the others, and no known effect explains"
+                f" how{nearest}"
+            )
+        yield from (f"{names[number]}: {said}" for said, _ in told.silence)
     if hinging:
         yield (
             f"what is found in {' and '.join(names[n] for n in hinging)} alone is not sure: errors"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,8 @@ from accelcal.arrays import Array
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, column_of
-from accelcal.discovery.solution import solution
+from accelcal.discovery.silence import silent_in
+from accelcal.discovery.solution import Solution, solution
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
@@ -117,14 +119,17 @@ def mean_unit(
     """
     weights = np.array([1.0 / unit.comparison.noise.sigma**2 for unit in units])
     weights /= weights.sum()
-    model = units[0].comparison.model
-    parameters = _mean(weights, [unit.comparison.parameters for unit in units])
+    models = [unit.comparison.model for unit in units]
+    model = min(models, key=lambda one: np.count_nonzero(silent_in(one.conditions)))
+    fits = [solution(unit.comparison, amplitudes([*shared, *unit.own])) for unit in units]
+    # those beside the effects: what these silence hangs on the misalignment
+    parameters = _mean(weights, [fit.parameters[: len(model.names)] for fit in fits])
     base = model.reading - model.residual(parameters)
     records = [unit.comparison.record for unit in units]
     times = [record.time for record in records if record.time is not None]
     return replace(
         records[0],
-        output=base + _mean(weights, [_without_own(unit, shared) for unit in units]),
+        output=base + _mean(weights, list(map(partial(_without_own, shared), units, fits))),
         temperature=_mean(weights, [record.temperature for record in records]),
         time=_mean(weights, times) if len(times) == len(records) else None,
         std=None,
@@ -141,9 +146,8 @@ def _mean(weights: Array, values: Sequence[Array]) -> Array:
     return np.asarray(weights @ np.stack(values))
 
 
-def _without_own(unit: Unit, shared: Sequence[Instance]) -> Array:
+def _without_own(shared: Sequence[Instance], unit: Unit, fit: Solution) -> Array:
     """Reading minus base model minus effects that the unit has alone [g]."""
-    fit = solution(unit.comparison, amplitudes([*shared, *unit.own]))
     c = unit.comparison.model.conditions
     kept, residual = amplitudes(shared), fit.residual
     first = unit.comparison.parameters.size

@@ -10,6 +10,7 @@ from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family, family_of, judge, with_rates
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.search import search
+from accelcal.discovery.silence import silent_in
 from accelcal.discovery.stand.joint_fit import (
     beside_the_others,
     known,
@@ -18,6 +19,7 @@ from accelcal.discovery.stand.joint_fit import (
 )
 from accelcal.discovery.stand.mean_unit import Unit
 from accelcal.discovery.stand.one_value import FEWEST
+from accelcal.discovery.unnamed.wide_dead_zone import silent_first
 from accelcal.effects.effect import Effect
 
 
@@ -39,7 +41,8 @@ class OwnLook(NamedTuple):
         """Effects that explain the unit, best first, and whether they explain it fully."""
         found = search(self.family, alpha=alpha, most=most)
         near = () if found.nearest is None else (found.nearest,)
-        return found.explanations or near, bool(found.explanations) or found.before.p_value >= alpha
+        first = silent_first(self.family.comparison, found.explanations, alpha)
+        return first or near, bool(found.explanations) or found.before.p_value >= alpha
 
 
 class Looker:
@@ -80,7 +83,8 @@ class Looker:
         family, noise = family_of(comparison, self._effects), comparison.noise
         ids = tuple(effect.id for effect in family.candidates.effects)
         weights = None if noise.relative is None else noise.relative.tobytes()
-        key = (ids, len(family.blocks), bool(noise.rho), noise.tails, weights)
+        silent = silent_in(comparison.model.conditions).tobytes()
+        key = (ids, len(family.blocks), bool(noise.rho), noise.tails, weights, silent)
         if key not in self._families:
             self._families[key] = with_rates(family, self._seed)
         known = self._families[key]

@@ -34,12 +34,15 @@ class Own(NamedTuple):
         For each effect the chance that noise makes it look as needed.
     complete : bool
         Whether nothing is left that they do not explain.
+    silence : tuple of (str, list of str)
+        What is to be said of readings that a dead zone silences, with the ids that are in doubt.
     """
 
     instances: tuple[Instance, ...]
     others: tuple[str, ...]
     p_values: tuple[float, ...]
     complete: bool
+    silence: tuple[tuple[str, list[str]], ...] = ()
 
 
 def instances_in(common: Discovery) -> tuple[Instance, ...]:

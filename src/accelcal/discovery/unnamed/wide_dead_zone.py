@@ -23,7 +23,7 @@ from accelcal.discovery.unnamed.any_pattern import of_position
 from accelcal.discovery.unnamed.wandering import POSSIBLE
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.results.discovery import Discovery
-from accelcal.results.findings import FoundEffect, Unexplained
+from accelcal.results.findings import Change, FoundEffect, Unexplained
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
@@ -124,19 +124,22 @@ def with_open_width(
     """
     if not may_be_wider(comparison, instances):
         return found
-    coefficients = (
-        replace(change, after=_open(change.after)) if change.coefficient in OPEN else change
-        for change in found.coefficients
+    coefficients = tuple(map(of_open_coefficient, found.coefficients))
+    return replace(
+        found, coefficients=coefficients, effects=tuple(map(of_open_width, found.effects))
     )
-    effects = map(of_open_width, found.effects)
-    return replace(found, coefficients=tuple(coefficients), effects=tuple(effects))
+
+
+def of_open_coefficient(change: Change) -> Change:
+    """Take the uncertainty from K1 and K3 beside a dead zone whose width nothing bounds."""
+    return replace(change, after=unbounded(change.after)) if change.coefficient in OPEN else change
 
 
 def of_open_width(effect: FoundEffect) -> FoundEffect:
     """Take the uncertainty from the width of a dead zone that nothing bounds."""
     if effect.id != DEAD_ZONE:
         return effect
-    return replace(effect, parameters={name: _open(q) for name, q in effect.parameters.items()})
+    return replace(effect, parameters={name: unbounded(q) for name, q in effect.parameters.items()})
 
 
 def has_open_width(effect: FoundEffect) -> bool:
@@ -146,7 +149,8 @@ def has_open_width(effect: FoundEffect) -> bool:
     )
 
 
-def _open(quantity: Quantity) -> Quantity:
+def unbounded(quantity: Quantity) -> Quantity:
+    """Take the uncertainty from a value of which nothing bounds the error."""
     return Quantity(quantity.value, None, quantity.unit)
 
 
