@@ -309,7 +309,7 @@ WRONG = {
     "read_arrays": OF_TABLES,
     "read_table": OF_TABLES,
     "read_tables": OF_TABLES,
-    "read_triad": {"overrides": OVERRIDES, "local_gravity": ["9.81", 5.0]},
+    "read_triad": {"overrides": [*OVERRIDES, {"local_gravity": "9.81"}, {"local_gravity": 5.0}]},
     "select": {"mask": [None, "no", [True], [0, 1], np.arange(len(RECORD)), np.array([True])]},
     "simulate": {
         "seed": ["a", -1, 1.5],
@@ -349,7 +349,7 @@ NAMES = {
     "local_gravity": "local.gravity",
     "model": "a discovery",
     "output": "output",
-    "overrides": "overrides|declared|serial|unit|positions|reference_temperature|resolution",
+    "overrides": "overrides|declared|serial|unit|positions|reference|resolution|gravity",
     "parameters": "a parameter",
     "plan": "a plan",
     "probability": "probability",

@@ -665,6 +665,11 @@ def test_gravity_with_a_decimal_comma():
     assert record.output.tolist() == accelcal.read_triad(io.StringIO(TEXT)).output.tolist()
 
 
+def test_a_caller_declares_gravity_as_he_does_of_a_table():
+    assert read_triad(EXAMPLE, overrides={"local_gravity": 9.81}).local_gravity == 9.81
+    assert read_triad(EXAMPLE, overrides={"local_gravity": None}).local_gravity == 9.8106
+
+
 @pytest.mark.parametrize(
     ("written", "told"),
     [

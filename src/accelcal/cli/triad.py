@@ -56,9 +56,8 @@ def triad(
     from accelcal.io.triad import read_triad
     from accelcal.triad.calibrate import calibrate_triad
 
-    record = read_triad(
-        data, overrides={"unit": unit, "serial": serial}, local_gravity=local_gravity
-    )
+    given = {"unit": unit, "serial": serial, "local_gravity": local_gravity}
+    record = read_triad(data, overrides=given)
     from accelcal.errors import InputError
 
     try:

@@ -149,26 +149,29 @@ def notes_of_serial(given: str | None, written: str | None) -> tuple[str, ...]:
     return (f"the serial is {given}, as given, in place of {written} in the table",)
 
 
-def unit_and_serial(overrides: Mapping[str, str | None] | None) -> dict[str, str]:
-    """Take the declarations of a caller where only unit and serial can be declared.
+def declarations_of(overrides: Mapping[str, Any] | None, *names: str) -> dict[str, Any]:
+    """Take the declarations of a caller where only some can be declared.
 
     Parameters
     ----------
-    overrides : mapping of str to str, or None
+    overrides : mapping of str to object, or None
         What was given.
+    *names : str
+        What can be declared.
 
     Returns
     -------
-    dict of str to str
-        Those that are not empty.
+    dict of str to object
+        Those that are not None.
 
     Raises
     ------
     InputError
         If it is something else, or has other names.
     """
-    given = {key: value for key, value in declared_by_caller(overrides).items() if value}
-    _refuse_unknown(given, ("unit", "serial"))
+    declared = declared_by_caller(overrides)
+    given = {key: value for key, value in declared.items() if value is not None}
+    _refuse_unknown(given, names)
     return given
 
 

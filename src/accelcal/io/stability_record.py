@@ -15,7 +15,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError
 from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.columns import places_of
-from accelcal.io.declarations import unit_and_serial
+from accelcal.io.declarations import declarations_of
 from accelcal.io.engines import (
     BulkEngineGivesUp,
     Columns,
@@ -120,6 +120,8 @@ def read_stability(
     ------
     TableError
         If the table is unusable; the message names the line and the remedy.
+    InputError
+        If `overrides` are no declarations of it.
 
     Examples
     --------
@@ -132,7 +134,7 @@ def read_stability(
     layout = with_units_below(read_layout(text, _REMEDY))
     layout = layout._replace(headings=tuple(map(_own_heading, layout.headings)))
     layout = with_lone_output(layout)
-    given = unit_and_serial(overrides)
+    given = declarations_of(overrides, "unit", "serial")
     columns = _columns(layout)
     output = numbers(columns["output"])
     kept = ~np.isnan(output)

@@ -118,6 +118,8 @@ def read_tables(
     ------
     TableError
         If the table is unusable; the message names the line and the remedy.
+    InputError
+        If `overrides` are no declarations of it.
 
     Examples
     --------
@@ -138,9 +140,7 @@ def read_table(source: Source, *, overrides: Mapping[str, object] | None = None)
 
     Parameters
     ----------
-    source : path, "-" or file object
-        As for `read_tables`.
-    overrides : mapping of str to object, optional
+    source, overrides
         As for `read_tables`.
 
     Returns
@@ -152,6 +152,8 @@ def read_table(source: Source, *, overrides: Mapping[str, object] | None = None)
     ------
     TableError
         If the table is unusable or holds several accelerometers.
+    InputError
+        If `overrides` are no declarations of it.
 
     Examples
     --------

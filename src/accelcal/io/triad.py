@@ -11,7 +11,7 @@ from accelcal.arrays import Array
 from accelcal.errors import TableError, located
 from accelcal.head_angles import nominal_angles
 from accelcal.io.cells import MISSING, Column, complete_numbers
-from accelcal.io.declarations import declared_number, unit_and_serial
+from accelcal.io.declarations import declarations_of, declared_number
 from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.places import refuse_radians
 from accelcal.io.readings import refuse_markers, temperatures_of
@@ -36,10 +36,7 @@ _TWO_UNITS = "units {} and {} in one table; write all in one unit"
 
 
 def read_triad(
-    source: Source,
-    *,
-    overrides: Mapping[str, str | None] | None = None,
-    local_gravity: float | None = None,
+    source: Source, *, overrides: Mapping[str, str | float | None] | None = None
 ) -> TriadRecord:
     r"""Read the attitudes of a triad.
 
@@ -52,10 +49,9 @@ def read_triad(
         of the block [g], or ``shaft`` (``x``, ``-z`` ...), the axis of the block along the shaft,
         and ``angle`` of the head [deg]; where both are there, the first count and the others have
         to agree within 22.5 deg.
-    overrides : mapping of str to str, optional
-        ``unit`` and ``serial`` that win over the header; None leaves the header's.
-    local_gravity : float, optional
-        Local gravity that wins over the header line ``# g`` [m/s^2].
+    overrides : mapping of str to str or float, optional
+        ``unit``, ``serial`` and ``local_gravity`` [m/s^2] that win over the header; None leaves
+        the header's.
 
     Returns
     -------
@@ -66,6 +62,8 @@ def read_triad(
     ------
     TableError
         If the table is unusable; the message names the line and the remedy.
+    InputError
+        If `overrides` are no declarations of it.
 
     Examples
     --------
@@ -75,7 +73,8 @@ def read_triad(
     'V'
     """
     table = small_table(read_text(source), triad_heading, tuple(AXES), _REMEDY)
-    given, named = unit_and_serial(overrides), table.layout.declared.get("serial")
+    given = declarations_of(overrides, "unit", "serial", "local_gravity")
+    named = table.layout.declared.get("serial")
     channels = [table.columns[axis].without_unit(_is_output_unit) for axis in AXES]
     written = units_written(table.layout, channels)
     unit = unit_of_outputs(written, given.get("unit"), table.layout.source, _TWO_UNITS)
@@ -89,7 +88,7 @@ def read_triad(
             attitude=_attitude(table),
             temperature=_temperature(table),
             unit=unit.name,
-            local_gravity=_gravity(table) if local_gravity is None else local_gravity,
+            local_gravity=given["local_gravity"] if "local_gravity" in given else _gravity(table),
             serial=given.get("serial") or (named.value or None if named else None),
             source=table.layout.source,
             notes=(*table.layout.notes, *unit.notes),
