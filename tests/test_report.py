@@ -189,6 +189,19 @@ def test_warnings_stand_above_the_numbers():
     assert "gates that WARN, see above: outlier" in text
 
 
+def test_warnings_of_many_runs_that_are_alike_are_told_once():
+    """A step in another unit was told of each run, 36 times alike."""
+    plan = accelcal.TumblePlan(temperatures=(20.0, 60.0, -30.0) * 2)
+    record = accelcal.simulate(plan=plan, seed=1)
+    declared = replace(record.apparatus, resolution=1e-4)
+    calibration = accelcal.fit(
+        replace(record, apparatus=declared, output=np.round(record.output, 7))
+    )
+    for text in (str(calibration), calibration._repr_html_()):
+        assert text.count("resolution: U counts the rounding") == 1
+        assert "the same for 5 other runs: 2, 3, 4, 5, 6" in " ".join(text.split())
+
+
 def test_clean_report_does_not_alarm():
     text = str(fitted(strokes=6))
     assert "BELIEVE" not in text

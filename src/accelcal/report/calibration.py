@@ -12,8 +12,8 @@ from accelcal.report.calibration_rows import (
     HEADINGS,
     LAW_HEADINGS,
     LawRow,
-    alarms,
     coefficient_rows,
+    grouped_alarms,
     residual_grid,
     residuals_by_angle,
     strong_correlations,
@@ -72,7 +72,7 @@ def _bare(calibration: Calibration) -> Iterator[str]:
 
 
 def _alarms(calibration: Calibration) -> Iterator[str]:
-    found = alarms(calibration)
+    found = grouped_alarms(calibration)
     if found:
         yield "CLEAR UP THESE WARNINGS FIRST (each warns by chance in at most 1 % of good records)"
     yield from _items("WARNING", found)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
+from accelcal.plural import counted
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.table import mountings_of_laws
 
@@ -33,6 +35,7 @@ LAW_HEADINGS = HEADINGS[:5]
 
 _SOURCES = {"reading": "readings", "launch": "launches", "launch_sf": "launches"}
 _STRONG = 0.8
+_BRACKETS = re.compile(r" \([^()]*\)")
 _DIGITS_OF_UNKNOWN = 4
 
 
@@ -84,6 +87,23 @@ def first_alarms(calibration: Calibration, most: int = 3) -> list[str]:
         else:
             told.append(sentence)
     return told
+
+
+def grouped_alarms(calibration: Calibration) -> list[str]:
+    """List `alarms`; of those that differ in nothing but what is in brackets, the first."""
+    groups: dict[tuple[str, str], list[tuple[str, str]]] = {}
+    for table in calibration.tables:
+        for gate in (gate for gate in table.gates if gate.verdict == "warn"):
+            alike = groups.setdefault((gate.name, _BRACKETS.sub("", gate.finding)), [])
+            alike.append((table_title(table), f"{gate.name}: {gate.finding}"))
+    told = [f"{own[0][0]}, {own[0][1]}{_same_for(own[1:])}" for own in groups.values()]
+    return told + [f"{g.name}: {g.finding}" for g in calibration.gates if g.verdict == "warn"]
+
+
+def _same_for(others: Sequence[tuple[str, str]]) -> str:
+    """Name the other runs of one warning."""
+    runs = ", ".join(title.removeprefix("run ") for title, _ in others)
+    return f"; the same for {counted(len(others), 'other run')}: {runs}" if others else ""
 
 
 def _alarms(calibration: Calibration) -> Iterator[tuple[str, str]]:

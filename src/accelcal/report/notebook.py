@@ -10,8 +10,8 @@ from accelcal.report.calibration import fixture_angle_rows, reversed_mountings
 from accelcal.report.calibration_rows import (
     HEADINGS,
     LAW_HEADINGS,
-    alarms,
     coefficient_rows,
+    grouped_alarms,
     temperature_laws,
     without_uncertainty,
 )
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 def calibration_html(calibration: Calibration) -> str:
     """Write a calibration as tables, without scripts and styles of its own."""
-    warned = [*without_uncertainty(calibration), *alarms(calibration)]
+    warned = [*without_uncertainty(calibration), *grouped_alarms(calibration)]
     parts = [items(f"<b>WARNING</b> {safe(sentence)}" for sentence in warned)]
     parts += [table_html(found) for found in calibration.tables]
     for whose, rows in temperature_laws(calibration):
