@@ -5,6 +5,7 @@ import io
 from dataclasses import fields
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -421,3 +422,16 @@ def test_what_is_taken_is_read_equal(engine, base, edits, early):
         return
     if records is not None:
         assert_same(records, expected)
+
+
+@pytest.mark.parametrize("engine", ["pyarrow", "pandas"])
+def test_serials_of_a_table_that_differ_in_case_alone_are_told(tmp_path, engine, monkeypatch):
+    """They were two units without a word."""
+    rows = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0,)), seed=1).to_frame()
+    columns = rows[["temperature", "position", "stroke", "output"]]
+    both = pd.concat([columns.assign(serial=serial) for serial in ("AL-15", "al-15")])
+    both.to_csv(tmp_path / "a.csv", index=False)
+    told = "serials 'AL-15', 'al-15' count as 2 units; if they are one, write them in one way"
+    assert all(told in record.notes for record in accelcal.read_tables(tmp_path / "a.csv"))
+    monkeypatch.setattr("accelcal.io.ordinary.cell_blocks.read_engine", lambda _=None: engine)
+    assert accelcal.batch(tmp_path).tables["notes"].str.contains(told).all()

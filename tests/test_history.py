@@ -821,3 +821,14 @@ def test_a_history_without_the_drift_of_a_walk_is_read():
     assert [trend.drift_of_a_walk for trend in again.trends] == [None, None]
     assert "adds up as a random walk" not in str(again)
     assert "adds up as a random walk" in str(accelcal.history(frame()))
+
+
+def test_serials_that_differ_in_case_alone_are_told():
+    """Calibrations of al-15 were missing in the history of AL-15 without a word."""
+    calibrations = []
+    for when in range(2018, 2024):
+        record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0,)), seed=when)
+        serial = "al\u201115" if when == 2020 else "AL-15"
+        calibrations.append(accelcal.fit(replace(record, date=f"{when}-05-01", serial=serial)))
+    notes = accelcal.history(calibrations, "AL-15").notes
+    assert any("count as 2 units; if they are one, write them" in note for note in notes)

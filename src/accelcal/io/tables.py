@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments.kinds import shown
+from accelcal.arguments.kinds import notes_of_alike, shown
 from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
@@ -327,6 +327,7 @@ def _records(
     header = layout.declared.get("serial")
     written = readings.serials or ((header.value,) if header else ())
     notes = [note for own in written for note in notes_of_serial(common["serial"], own)]
+    notes += notes_of_alike(readings.serials)
     common |= {"notes": (*common["notes"], *notes)}
     for serial, chosen in zip(serials, readings.of_each_serial(), strict=True):
         if chosen.output.size == 0:

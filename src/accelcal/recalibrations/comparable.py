@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from accelcal.arguments.kinds import notes_of_alike, serials_alike
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.grouping import grouped
@@ -89,6 +90,8 @@ def comparable(
     """
     notes: list[str] = []
     chosen = _of_unit(entries, serial)
+    alike = serials_alike(dict.fromkeys(map(_name, entries)))
+    notes += [note for own in alike if _name(chosen[0]) in own for note in notes_of_alike(own)]
     name = f"serial {chosen[0].serial}" if chosen[0].serial else "the unit"
     chosen = _of_mounting(chosen, mounting, notes)
     chosen = _dated(chosen, name, notes)

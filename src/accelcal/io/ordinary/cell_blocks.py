@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from accelcal.arguments.kinds import serials_alike
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.cells import written_otherwise
 from accelcal.io.engines import pandas_options
@@ -60,6 +61,7 @@ class CellBlock(NamedTuple):
         """Mask of the labels that the general reader refuses, or may refuse beside another."""
         names = self.labels[role]
         odd = {"", *written_otherwise(names)}
+        odd.update(*serials_alike(names) if role == "serial" else ())
         return np.isin(codes, [i for i, name in enumerate(names) if name in odd])
 
     def columns(self, roles: Collection[str]) -> list[NDArray[Any]]:
