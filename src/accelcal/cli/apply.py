@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any, cast
 
@@ -23,7 +22,6 @@ from accelcal.cli.options import (
     serial_option,
     temperature_option,
 )
-from accelcal.errors import AccelcalWarning
 
 if TYPE_CHECKING:
     from accelcal.io.documents.calibrations import CalibrationFile, TriadFile
@@ -98,6 +96,7 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
       accelcal apply calibration.json flight.csv.gz --in m/s^2 -o accelerations.csv.gz
       accelcal apply calibration.json flight.csv --by levels -o accelerations.csv
     """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    from accelcal.compensate.assumptions import warn_of
     from accelcal.io.documents.calibrations import TriadFile, read_calibrations_or_triad
     from accelcal.io.samples.forms import ONE_ACCELEROMETER, TRIAD
     from accelcal.io.samples.options import StreamOptions
@@ -113,12 +112,12 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
         stream = AccelerationStream(instrument, samples, how.unit, about)
         for note in stream.notes:
             remark(f"note: {note}")
-        _warn(instrument.assumptions)
+        warn_of(instrument.assumptions)
         with _destination(path) as target, _progress(samples) as show:
             for rows in stream.rows():
                 target.write(rows)
                 show()
-    _warn(stream.remarks())
+    warn_of(stream.remarks())
 
 
 def _instrument(
@@ -139,11 +138,6 @@ def _instrument(
     if isinstance(calibration, TriadCalibration):
         return Triad(calibration, samples.headings, options)
     return Accelerometer(calibration, samples.headings, options)
-
-
-def _warn(texts: Iterable[str]) -> None:
-    for text in texts:
-        warnings.warn(text, AccelcalWarning, stacklevel=3)
 
 
 @contextmanager

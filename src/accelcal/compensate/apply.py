@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +15,7 @@ from accelcal.arguments.numbers import (
 )
 from accelcal.arguments.options import check_choice, check_flag
 from accelcal.arrays import Array
+from accelcal.compensate.assumptions import warn_of
 from accelcal.compensate.choice import BY, compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import invert, invert_with, slope
@@ -25,7 +24,7 @@ from accelcal.compensate.propagation import Part, interval_of_parts
 from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures
 from accelcal.compensate.triad import apply_triad, assumptions_of_triad, refuse_for_triad
 from accelcal.effects.static import Samples
-from accelcal.errors import AccelcalWarning, InputError
+from accelcal.errors import InputError
 from accelcal.plural import counted
 from accelcal.results.calibration import Calibration
 from accelcal.results.triad import TriadCalibration
@@ -119,7 +118,7 @@ def apply(
         levels = None if by == BY[0] else by
         refuse_for_triad(a_p=a_p, a_o=a_o, run=run, by=levels, temperature_uncertainty=heat)
         refuse_other_order({"output": output, "temperature": temperature})
-        _warn(assumptions_of_triad(calibration, same_launch=same_launch))
+        warn_of(assumptions_of_triad(calibration, same_launch=same_launch))
         calibrated = calibration.temperatures
         measured = apply_triad(
             calibration, output, temperature, output_uncertainty=output_uncertainty
@@ -127,7 +126,7 @@ def apply(
     else:
         check_side_by_side(output=output, temperature=temperature, a_p=a_p, a_o=a_o)
         found = compensation(calibration, run, by=by, same_launch=same_launch)
-        _warn(found.assumptions)
+        warn_of(found.assumptions)
         calibrated = found.temperatures
         measured = compensate(
             found,
@@ -144,13 +143,8 @@ def apply(
         problem = outside_temperatures(calibrated, float(example[outside].flat[0]))
         if not extrapolate:
             raise InputError(f"{problem}; {CALIBRATE_THERE}")
-        _warn([f"{problem}, in {counted(int(outside.sum()), 'sample')}"])
+        warn_of([f"{problem}, in {counted(int(outside.sum()), 'sample')}"])
     return measured.by_index_of(output, temperature, a_p, a_o)
-
-
-def _warn(texts: Iterable[str]) -> None:
-    for text in texts:
-        warnings.warn(text, AccelcalWarning, stacklevel=3)
 
 
 def compensate(

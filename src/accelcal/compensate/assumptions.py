@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterable, Sequence
 
 from accelcal.compensate.coefficients import CrossAxis, Law
+from accelcal.errors import AccelcalWarning
 from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration
@@ -13,6 +15,12 @@ from accelcal.results.usable import undetermined
 
 _SHIFTS = {"launch": "bias", "launch_sf": "scale factor"}
 """Error source -> what it shifts from launch to launch."""
+
+
+def warn_of(sentences: Iterable[str]) -> None:
+    """Warn of each, at the line that calls the function that calls this."""
+    for sentence in sentences:
+        warnings.warn(sentence, AccelcalWarning, stacklevel=3)
 
 
 def lost_symbols(tables: Sequence[TableCalibration], cross_axis: str) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Self
 
@@ -13,12 +12,13 @@ from numpy.typing import ArrayLike
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
+from accelcal.compensate.assumptions import warn_of
 from accelcal.compensate.choice import BY, compensation
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
 from accelcal.compensate.levels import LevelCompensation
 from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.compensate.ranges import CALIBRATE_THERE
-from accelcal.errors import AccelcalWarning, InputError
+from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping
 from accelcal.model import ERROR_UNITS, LAWS
 from accelcal.results.calibration import Calibration
@@ -159,13 +159,12 @@ def coefficients_at(
     check_flag(extrapolate=extrapolate)
     check_number(temperature=temperature)
     found = compensation(calibration, run, by=by, same_launch=True, effects=False)
-    for assumption in found.assumptions:
-        warnings.warn(assumption, AccelcalWarning, stacklevel=2)
+    warn_of(found.assumptions)
     if not found.within_temperatures(temperature):
         problem = found.outside_temperatures(temperature)
         if not extrapolate:
             raise InputError(f"{problem}; {CALIBRATE_THERE}")
-        warnings.warn(problem, AccelcalWarning, stacklevel=2)
+        warn_of([problem])
     rise = 0.0 if found.T0_degC is None else temperature - found.T0_degC
     by_laws = calibration.temperature_model is not None and run is None
     known = by_laws or bool(found.within_temperatures(temperature))
