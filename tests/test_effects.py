@@ -277,6 +277,20 @@ def test_hysteresis_lags_by_the_last_change_of_the_input():
         np.testing.assert_allclose(back, 1e-4 * np.array([-1, 1, 1, 1, 1, -1, -1, -1, -1]))
 
 
+@pytest.mark.parametrize("tilt", [0.0, 1e-3])
+def test_hysteresis_of_a_run_with_two_positions_passes_the_extremes_between_them(tilt):
+    """Readings at 90 and 270 deg alone tell no cosine: their wave was that of the tilt."""
+    plan = TumblePlan(temperatures=(20.0, 20.0))
+    whole = simulate(plan=plan, seed=1)
+    across = np.isin(whole.angle % 360.0, (90.0, 270.0))
+    record = whole.select((whole.run == 0) | across)
+    c = conditions_of(record, 20.0)
+    c = replace(c, axial=c.axial + tilt * np.sin(np.radians(c.angle)))
+    lag = effect("hysteresis").columns(c, approach=1.0)[:, 0]
+    own = np.isin(record.angle % 360.0, (90.0, 270.0))
+    np.testing.assert_allclose(lag[own & (record.run == 1)], lag[own & (record.run == 0)])
+
+
 def test_hysteresis_starts_afresh_in_each_run():
     """Each run comes to 60 deg from 45 deg before it, whatever the position that ended the last."""
     plan = TumblePlan(angles=(60.0, 120.0), strokes=1)

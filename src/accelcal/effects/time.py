@@ -119,10 +119,14 @@ def _passed(c: Conditions, own: Places, approach: float) -> Iterator[list[float]
 
 
 def _wave(angle: Array, axial: Array) -> tuple[float, float]:
-    """Amplitude of a in a turn [g], and head angle where it is largest [deg]."""
+    """Amplitude of a in a turn [g], and head angle where it is largest [deg].
+
+    What positions such as 90 and 270 deg alone do not tell of it is that of cos th.
+    """
     turn = np.radians(angle)
     waves = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    cosine, sine = np.linalg.lstsq(waves, axial, rcond=None)[0].tolist()
+    beside = np.linalg.lstsq(waves, axial - waves[:, 0], rcond=None)[0]
+    cosine, sine = (beside + np.array([1.0, 0.0])).tolist()
     return math.hypot(cosine, sine), math.degrees(math.atan2(sine, cosine))
 
 
