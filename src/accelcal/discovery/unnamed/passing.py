@@ -88,11 +88,13 @@ def shift_in_place_of_one(
     alone disagrees as much with the model.
     """
     space, c, labels = comparison.space, comparison.model.conditions, comparison.record.run_labels
+    if space.dof > MOST:
+        return None
     bias, *others = SMALL_UNITS
     kinds = (_shifts(c, labels, [bias, *others]), _steps(c, labels, others))
     tellers = [(kind.told, i) for kind in kinds for i in range(kind.actions.shape[0])]
     columns = np.hstack([kind.actions.toarray().T for kind in kinds])
-    if space.dof > MOST or not columns.size:
+    if not columns.size:
         return None
     units, whole = comparison.directions(*instances), space.whiten(columns)
     seen, least = space.left_of(whole), VISIBLE * lengths(whole)
