@@ -226,6 +226,10 @@ WRONG = {
         headings=WITHOUT_RUN,
         cells=[(20.0 + 0.1 * i, *r[1:4]) for i, r in enumerate(rows())],
     ),
+    "a wide level of one run": table(
+        headings=WITHOUT_RUN,
+        cells=[(20.0 + 0.2 * i, *r[1:4]) for i, r in enumerate(rows("a", (20.0,)))],
+    ),
     "bad header": table(header="# T0: warm\n"),
     "truncated": table()[:-9],
     "two tables": table() + table(),

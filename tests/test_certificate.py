@@ -313,6 +313,13 @@ def test_without_local_gravity_values_in_g_are_text(calibration, laboratory):
     assert any("mA/g" in text and "expanded uncertainty" in text for text in told)
 
 
+def test_a_run_of_unknown_temperature_is_certified_without_one(calibration, laboratory):
+    tables = tuple(replace(table, temperature_degC=None) for table in calibration.tables)
+    told = certificate(replace(calibration, tables=tables, temperature_model=None), laboratory)
+    check_structure(ElementTree.fromstring(told))
+    assert "run 1, mounting o+<" in told
+
+
 def conditions(root):
     """Name -> values and unit, or what is said in their place."""
     found = {}

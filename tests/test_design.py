@@ -207,6 +207,14 @@ def test_strokes_fill_the_hours(hours):
     assert hours_of(replace(plan, strokes=most + 2), pace) > hours
 
 
+def test_the_hours_of_a_test_allow_it():
+    """Rounding takes no cycle of strokes away."""
+    pace = Pace(reading=50.0, turn=20.0, soak=1.1, mount=0.7)
+    plans = [TumblePlan(strokes=n) for n in range(2, 60, 2)]
+    found = [strokes_within(plan, pace, hours_of(plan, pace)) for plan in plans]
+    assert found == [plan.strokes for plan in plans]
+
+
 def test_hours_leave_longer_tests_out():
     found = compared(hours=9.0)
     assert {d.positions for d in found.designs} < set(POSITIONS)

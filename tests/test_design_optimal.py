@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+from dataclasses import replace
 from itertools import combinations_with_replacement
 from pathlib import Path
 
@@ -61,6 +62,16 @@ def test_a_second_reading_at_an_angle_is_worth_less_than_another_angle():
     twice = covariances(angles_of(eight, head), np.full(8, 2.0))
     sixteen = covariances(angles_of(np.arange(16) * 22.5, head), np.ones(16))
     assert sixteen[2, 2] < 0.6 * twice[2, 2]
+
+
+def test_the_step_of_the_readings_counts_as_noise():
+    """Errors that are even between -1/2 and 1/2 of a step have the variance step^2 / 12."""
+    degrees, counts, step = np.arange(8) * 45.0, np.ones(8), 2e-4
+    exact = NoiseComponents(0.0, 0.0, 0.0, 0.0, 0.0)
+    noisy = replace(exact, reading=step / np.sqrt(12.0))
+    stepped = seen_from(degrees, exact, AL15, strokes=2, tables=1, shifts=SHIFTS, resolution=step)
+    found = covariances(stepped, counts)
+    assert found == pytest.approx(covariances(angles_of(degrees, noisy), counts), rel=1e-6)
 
 
 # -- against brute force ---------------------------------------------------------------------------

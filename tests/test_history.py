@@ -481,6 +481,12 @@ def test_few_calibrations_have_no_search_for_jumps():
     assert "4 calibrations are too few to look for jumps, which needs 5" in found.notes
 
 
+def test_the_gates_of_a_frame_are_its_checks_and_no_other_column_is():
+    table = frame(remark="warn", gate_lack_of_fit=["pass", "warn", *["pass"] * 8])
+    warned = [note for note in accelcal.history(table).notes if "warn" in note]
+    assert warned == ["checks of a calibration warn: 2011-01-01 (lack of fit)"]
+
+
 def test_prefixes_of_units_are_converted():
     alike, mixed = frame(), frame(output_unit=["mA", "uA"] * 4 + ["A", "mA"])
     per_milliampere = mixed["output_unit"].map({"mA": 1.0, "uA": 1e3, "A": 1e-3})
