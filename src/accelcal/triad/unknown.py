@@ -183,12 +183,11 @@ def _solution(
     unit = np.concatenate([scale, np.repeat(scale, 3)])[list(free)]  # 1 g in each channel
     names = tuple(NAMES[i] for i in free)
     design = design_of(found.jacobian[:, list(free)] * unit, names, _REMEDY)
-    normal = found.jacobian[:, :3] * scale
     scatter = Scatter(
         left=found.value,
         reach=unit[:, None] * design.inverse,
         basis=design.basis,
-        shapes=np.vstack([np.ones(len(output)), normal.T**2]),
+        shapes=np.vstack([np.ones(len(output)), found.jacobian[:, :3].T ** 2]),
     )
     sensitivity = sensitivity / (1.0 + found.cost / max(scatter.dof, 1))
     return Solution(
