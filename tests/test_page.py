@@ -12,6 +12,7 @@ import pytest
 import accelcal
 from accelcal.cli.main import main
 from accelcal.io.toml.specification import read_specification
+from accelcal.page.evidence import provenance
 from accelcal.page.render import html, markdown
 from accelcal.page.write import form_of, report_page
 from accelcal.report.numbers import matching_digits
@@ -155,6 +156,18 @@ def test_a_hostile_name_does_no_harm(calibration):
     assert "&lt;script&gt;" in text
     Outline(text)
     assert "<script" not in markdown(page).replace("\\<", "")
+
+
+def test_the_residuals_are_told_over_the_scale_factor(calibration, page):
+    rms = [1e6 * t.residual_rms / t.coefficients["K1"].value for t in calibration.tables]
+    told = re.search(r"degrees of freedom is ([\d.]+) to ([\d.]+) µg", page)
+    assert [float(size) for size in told.groups()] == pytest.approx([min(rms), max(rms)], rel=0.02)
+
+
+@pytest.mark.parametrize("robust", [False, True])
+def test_a_robust_estimate_is_told(calibration, robust):
+    (facts,) = provenance(replace(calibration, robust=robust, provenance={})).blocks
+    assert dict(facts.items)["method"] == calibration.method + ", robust" * robust
 
 
 def test_what_is_not_known_is_said(calibration):
@@ -369,6 +382,7 @@ def test_a_stand_is_a_chapter_beside_its_units(discovery):
     told = " ".join(outline.text)
     for part in ("The stand of 2 units", "size in B", "The head", "joint estimate", "a note"):
         assert part in told
+    assert "It could as well be: hysteresis." in told
 
 
 def test_faults_come_first(discovery, record):

@@ -222,6 +222,12 @@ def test_budgets_are_legible(several, points):
 # -- what is drawn ---------------------------------------------------------------------------------
 
 
+def test_the_band_of_a_size_common_to_all_units_is_its_interval(stand):
+    ax = stand.plot.sizes()
+    low, high = ax.patches[0].get_bbox().intervaly
+    assert (low, high) == pytest.approx((46.0, 54.0))  # 50 urad, of which 4 either way
+
+
 def test_the_map_has_every_residual(several):
     ax = several.plot.residual_map()
     cells = ax.collections[0].get_array()

@@ -276,6 +276,15 @@ def test_what_one_visit_cannot_tell_is_not_promised():
     assert all(q.expanded_uncertainty > 1e-4 for q in visits)
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_residuals_are_told_in_g_whatever_the_unit_of_the_outputs(known):
+    rng = np.random.default_rng(25)
+    up = directions(rng, 30)
+    output = outputs(up, FULL, rng, 1e-4)
+    one, other = (accelcal.calibrate_triad(k * output, up if known else None) for k in (1.0, 1e3))
+    assert other.residual_rms == pytest.approx(one.residual_rms, rel=1e-6)
+
+
 def test_rounding_that_all_visits_share_counts():
     rng, up = np.random.default_rng(23), np.tile(FACES, (4, 1))
     output = outputs(up, FULL, rng, 1e-9).round(4)
@@ -298,6 +307,12 @@ def test_rows_of_one_attitude_share_its_error():
     assert (found.attitudes, found.dof) == (16, 12)
     assert found.notes == ("64 rows of 16 attitudes: those of one attitude are averaged",)
     assert 0.92 <= np.mean(inside) <= 0.975
+
+
+def test_the_serial_is_that_of_the_file_unless_another_is_given():
+    text = "# serial: B7\nx,y,z\n1,0,0\n0,1,0\n0,0,1\n"
+    records = (read_triad(io.StringIO(text), overrides=o) for o in ({}, {"serial": "C9"}))
+    assert [record.serial for record in records] == ["B7", "C9"]
 
 
 def test_one_direction_on_two_shafts_is_two_attitudes():
