@@ -243,7 +243,7 @@ def found_at_levels(fault: str, tables: int, seed: int) -> list[float]:
     fits = [linear_estimator(table).coefficients(table.record.output) for table in prepared]
     stack, own = TableStack.of(prepared, fits, noises), FAULTS[fault][0]
     found = [{gate.name: gate for gate in gates_of_stack(stack, count)}[own] for count in SHARED]
-    return [100.0 * gate.verdicts.count("warn") / tables for gate in found]
+    return [100.0 * len(gate.warned()) / tables for gate in found]
 
 
 def rates(regime: Regime, fault: str, records: int, seed: int, pool: Any) -> dict[str, float]:

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, located
-from accelcal.io.cells import Column
+from accelcal.io.cells import MISSING, Column
 from accelcal.io.layout import Layout
-from accelcal.units import canonical_unit, conversion_factor, output_unit
+from accelcal.units import canonical_unit, conversion_factor, is_output_unit, output_unit
 
 
 class Written(NamedTuple):
@@ -118,6 +118,18 @@ def units_written(layout: Layout, columns: Iterable[Column]) -> Iterator[Written
     if header and header.value:
         yield Written(header.value, header.line, in_header=True)
     yield from units_of_columns(layout, columns)
+
+
+def units_of_rows(column: Column | None) -> Iterator[Written]:
+    """List the units that a column of units has, if there is one, each where it first stands."""
+    if column is None:
+        return
+    first: dict[str, int] = {}
+    for cell, line in zip(column.cells, column.lines.tolist(), strict=True):
+        first.setdefault(str(cell), line)
+    for unit, line in first.items():
+        if unit.casefold() not in MISSING or is_output_unit(unit):
+            yield Written(unit, line)
 
 
 def units_of_columns(layout: Layout, columns: Iterable[Column]) -> Iterator[Written]:

@@ -18,7 +18,6 @@ from accelcal.arguments.kinds import notes_of_alike, shown
 from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
-from accelcal.io.cells import MISSING, Column
 from accelcal.io.channels import with_channels
 from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
 from accelcal.io.declarations import (
@@ -35,6 +34,7 @@ from accelcal.io.output_unit import (
     factor_of_std,
     unit_of_outputs,
     units_of_columns,
+    units_of_rows,
     units_written,
 )
 from accelcal.io.readings import (
@@ -53,7 +53,6 @@ from accelcal.io.units_row import with_units_below
 from accelcal.io.wording import listed, were
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
-from accelcal.units import is_output_unit
 
 __all__ = ["TableForm", "read_table", "read_tables", "survey", "survey_text"]
 
@@ -262,7 +261,8 @@ def _read_by(
 ) -> tuple[TableForm, Iterator[TumbleRecord]]:
     table = choose_columns(layout, engine)
     given = str(overrides.get("unit") or "")
-    units, of_std = list(_units_written(layout, table)), list(_units_of_std(layout, table))
+    units = [*units_written(layout, table.outputs), *units_of_rows(table.columns.get("unit"))]
+    of_std = list(_units_of_std(layout, table))
     unit = unit_of_outputs(units or of_std, given, layout.source)
     declared = declarations(layout, table.decimal, unit.name, overrides)
     readings = read_readings(table, declared.record["positions"])
@@ -299,25 +299,8 @@ def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
     )
 
 
-def _units_written(layout: Layout, table: Table) -> Iterator[Written]:
-    """Units of the header line, of headings and cells, and of a column of units."""
-    yield from units_written(layout, table.outputs)
-    if "unit" in table.columns:
-        for unit, line in _first_lines(table.columns["unit"]).items():
-            if unit.casefold() not in MISSING or is_output_unit(unit):
-                yield Written(unit, line)
-
-
 def _units_of_std(layout: Layout, table: Table) -> Iterator[Written]:
     return units_of_columns(layout, [table.columns["std"]] if "std" in table.columns else [])
-
-
-def _first_lines(column: Column) -> dict[str, int]:
-    """Each text in a column, with the line where it first stands."""
-    first: dict[str, int] = {}
-    for cell, line in zip(column.cells, column.lines.tolist(), strict=True):
-        first.setdefault(str(cell), line)
-    return first
 
 
 def _records(
