@@ -164,10 +164,15 @@ _OF_RECORD: Mapping[str, Callable[[TumbleRecord], Any]] = {
     **{name: attrgetter(name) for name in ("source", "serial", "date", "sha256")},
     "line": lambda record: None if record.line is None else record.line.item(0),
     "notes": lambda record: JOINT.join(record.notes),
-    "lot": lambda record: next(
-        (own for key, own in record.metadata.items() if key.casefold() in _LOT), None
-    ),
+    "lot": lambda record: _lot(record.metadata),
 }
+
+
+def _lot(metadata: Mapping[str, str]) -> str | None:
+    for key in metadata:
+        if key.casefold() in _LOT:
+            return metadata[key]
+    return None
 
 
 def _numbers(found: Mapping[str, NDArray[Any]]) -> Columns:
