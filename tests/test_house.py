@@ -52,7 +52,7 @@ FLOORS = (
     {"reference"},
     {"record", "results", "specification", "accelerometer"},
     {"model"},
-    {"geometry", "head_angles", "apparatus", "pace"},
+    {"geometry", "head_angles", "apparatus", "pace", "serials"},
     {"units", "numerics", "atomic", "sentences", "arguments", "dates"},
     {"errors", "version", "logs", "equality", "plural", "arrays", "frozen_mapping"},
     {"escapes"},

@@ -12,8 +12,6 @@ import numpy as np
 
 from accelcal.errors import InputError
 
-_HYPHENS = dict.fromkeys(map(ord, "\u2010\u2011\u2012\u2013\u2014\u2212"), "-")
-
 _KINDS = {
     "Acceleration": ("accelerations", "make them by accelcal.accelerations(angles)"),
     "Accelerometer": ("an accelerometer", "make one by accelcal.Accelerometer(...)"),
@@ -232,52 +230,3 @@ def is_finite(value: float) -> bool:
         return math.isfinite(value)
     except OverflowError:  # a whole number beyond all floats
         return False
-
-
-def serials_alike(names: Iterable[str]) -> list[tuple[str, ...]]:
-    """Find serial numbers that differ in nothing but case, blanks and the kind of their hyphens.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Serial numbers, each once.
-
-    Returns
-    -------
-    list of tuple of str
-        Those that are alike, in their order; none where all differ by more.
-
-    Examples
-    --------
-    >>> serials_alike(["AL-15", "AL-16", "al-15"])
-    [('AL-15', 'al-15')]
-    """
-    found: dict[str, list[str]] = {}
-    for name in names:
-        found.setdefault("".join(name.translate(_HYPHENS).casefold().split()), []).append(name)
-    return [tuple(alike) for alike in found.values() if len(alike) > 1]
-
-
-def notes_of_alike(names: Iterable[str]) -> list[str]:
-    """Say which serial numbers are of two units by their spelling alone.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Serial numbers, each once.
-
-    Returns
-    -------
-    list of str
-        A sentence for each of `serials_alike`.
-
-    Examples
-    --------
-    >>> notes_of_alike(["AL-15", "al-15"])
-    ["serials 'AL-15', 'al-15' count as 2 units; if they are one, write them in one way"]
-    """
-    return [
-        f"serials {', '.join(map(shown, alike))} count as {len(alike)} units; if they are one,"
-        " write them in one way"
-        for alike in serials_alike(names)
-    ]

@@ -190,7 +190,7 @@ class CalibrationStack:
             found = found.unbounded(records, names)
         return found
 
-    @property
+    @cached_property
     def unbounded(self) -> Sequence[tuple[str, ...]]:
         """Coefficients of each record of which nothing bounds the error that effects leave."""
         return [item.unbounded for item in self.known] or [()] * len(self)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments.kinds import notes_of_alike, shown
+from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
@@ -53,6 +53,7 @@ from accelcal.io.units_row import with_units_below
 from accelcal.io.wording import listed, were
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
+from accelcal.serials import notes_of_alike
 
 __all__ = ["TableForm", "read_table", "read_tables", "survey", "survey_text"]
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from accelcal.arguments.kinds import notes_of_alike, serials_alike
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.grouping import grouped
 from accelcal.plural import counted
 from accelcal.recalibrations.entries import NO_UNIT, Entry, Numbers, listed, year
 from accelcal.reference import USUAL_TEMPERATURE
+from accelcal.serials import notes_of_alike, serials_alike
 from accelcal.units import conversion_factor
 
 FEWEST = 3

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arguments.kinds import serials_alike
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.cells import written_otherwise
 from accelcal.io.engines import pandas_options
+from accelcal.serials import serials_alike
 
 _WHOLE = frozenset({"position", "stroke"})
 _PLAIN = b"0123456789.,+-eE\n"
