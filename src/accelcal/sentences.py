@@ -6,13 +6,72 @@ A sentence is written only where it is due, and once for all records that have t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache
-from typing import Any, NamedTuple
+from functools import reduce
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Mask
+from accelcal.arrays import Mask, Places
+
+
+class Told(Sequence[tuple[str, ...]]):
+    """Sentences of each of R records, those that records have in common once.
+
+    Parameters
+    ----------
+    code : ndarray of int, shape (R,)
+        Place of the sentences of each record among all.
+    texts : list of tuple of str
+        What there is to tell.
+
+    Examples
+    --------
+    >>> told = Told(np.array([1, 0, 1]), [(), ("30 is large",)])
+    >>> len(told), told[0], told[1]
+    (3, ('30 is large',), ())
+    """
+
+    def __init__(self, code: Places, texts: list[tuple[str, ...]]) -> None:
+        self.code, self.texts = code, texts
+
+    def __len__(self) -> int:
+        return len(self.code)
+
+    @overload
+    def __getitem__(self, record: int) -> tuple[str, ...]: ...
+    @overload
+    def __getitem__(self, record: slice) -> list[tuple[str, ...]]: ...
+    def __getitem__(self, record: int | slice) -> tuple[str, ...] | list[tuple[str, ...]]:
+        if isinstance(record, slice):
+            return [self.texts[code] for code in self.code[record].tolist()]
+        return self.texts[int(self.code[record])]
+
+    def and_then(self, other: Told) -> Told:
+        """Tell each record what another has for it as well.
+
+        Parameters
+        ----------
+        other : Told
+            What comes behind.
+
+        Returns
+        -------
+        Told
+            Both.
+
+        Examples
+        --------
+        >>> large = Told(np.array([1, 0]), [(), ("30 is large",)])
+        >>> large.and_then(Told(np.array([0, 0]), [("mind it",)]))[:]
+        [('30 is large', 'mind it'), ('mind it',)]
+        """
+        number = len(other.texts)
+        if number == 1:
+            return Told(self.code, [own + other.texts[0] for own in self.texts])
+        met, code = np.unique(self.code * number + other.code, return_inverse=True)
+        pairs = (divmod(one, number) for one in met.tolist())
+        return Told(code, [self.texts[own] + other.texts[behind] for own, behind in pairs])
 
 
 class Sentence(NamedTuple):
@@ -32,15 +91,18 @@ class Sentence(NamedTuple):
     text: str | Callable[..., str]
     numbers: Sequence[NDArray[Any]] = ()
 
-    def of(self, records: int) -> list[str]:
-        """Write the sentence for each record, empty where it is not due."""
+    def of(self, records: int) -> Told:
+        """Write the sentence for each record that needs it."""
         due = np.broadcast_to(self.where, records)
         if isinstance(self.text, str):
-            return [self.text if is_due else "" for is_due in due.tolist()]
-        said = np.full(records, "", dtype=object)
-        said[due] = list(map(cache(self.text), *(own[due].tolist() for own in self.numbers)))
-        found: list[str] = said.tolist()
-        return found
+            if due.all():
+                return Told(np.zeros(records, dtype=np.intp), [(self.text,)])
+            return Told(due.astype(np.intp), [(), (self.text,)])
+        numbers = list(zip(*(own[due].tolist() for own in self.numbers), strict=True))
+        places = {own: place for place, own in enumerate(dict.fromkeys(numbers), start=1)}
+        code = np.zeros(records, dtype=np.intp)
+        code[due] = [places[own] for own in numbers]
+        return Told(code, [(), *((self.text(*own),) for own in places)])
 
 
 def first_of(sentences: Iterable[Sentence]) -> Iterator[Sentence]:
@@ -59,7 +121,7 @@ def first_of(sentences: Iterable[Sentence]) -> Iterator[Sentence]:
     Examples
     --------
     >>> large, small = Sentence(np.array([True, False]), "large"), Sentence(True, "small")
-    >>> of_each(first_of([large, small]), 2)
+    >>> of_each(first_of([large, small]), 2)[:]
     [('large',), ('small',)]
     """
     before = np.zeros((), dtype=np.bool_)
@@ -68,7 +130,7 @@ def first_of(sentences: Iterable[Sentence]) -> Iterator[Sentence]:
         before = before | one.where
 
 
-def of_each(sentences: Iterable[Sentence], records: int) -> list[tuple[str, ...]]:
+def of_each(sentences: Iterable[Sentence], records: int) -> Told:
     """Give each record the sentences that it needs.
 
     Parameters
@@ -80,7 +142,7 @@ def of_each(sentences: Iterable[Sentence], records: int) -> list[tuple[str, ...]
 
     Returns
     -------
-    list of tuple of str
+    Told
         The sentences of each record, in their order.
 
     Examples
@@ -88,10 +150,8 @@ def of_each(sentences: Iterable[Sentence], records: int) -> list[tuple[str, ...]
     >>> size = np.array([1.0, 30.0])
     >>> large = Sentence(size > 9.0, lambda number: f"{number:g} is large", [size])
     >>> said = large, Sentence(True, "mind it")
-    >>> of_each(said, 2)
+    >>> of_each(said, 2)[:]
     [('mind it',), ('30 is large', 'mind it')]
     """
-    columns = [sentence.of(records) for sentence in sentences if np.any(sentence.where)]
-    if not columns:
-        return [()] * records
-    return list(map(cache(lambda *row: tuple(filter(None, row))), *columns))
+    due = (sentence.of(records) for sentence in sentences if np.any(sentence.where))
+    return reduce(Told.and_then, due, Told(np.zeros(records, dtype=np.intp), [()]))

@@ -73,7 +73,7 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
         "run": Labels(np.arange(len(runs)), runs),
         "mounting": Labels(table, mountings_of(stack)),
         "stands_for": Labels(table, stands_for),
-        "warnings": Labels.of(_warnings(stack)),
+        "warnings": _warnings(stack),
     }
     same = {"method": stack.options.method, "robust": stack.options.robust, "failed_limits": ""}
     found |= {name: _everywhere(value, record.size) for name, value in same.items()}
@@ -81,19 +81,17 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
     return _columns(found, ROWS, record.size)
 
 
-def _warnings(stack: CalibrationStack) -> list[str]:
+def _warnings(stack: CalibrationStack) -> Labels:
     """Sentences about each table and its record, and of the gates that warn, joined."""
     warned = stack.warnings
-    of_records = map(cache(JOINT.join), warned.of_record)
-    of_tables = zip(*warned.of_tables, strict=True)
-    rows = [
-        JOINT.join((*own, of_record)) if own else of_record
-        for of_record, of_each in zip(of_records, of_tables, strict=True)
-        for own in of_each
-    ]
+    told = [own.and_then(warned.of_record) for own in warned.of_tables]
+    starts = np.cumsum([0, *(len(own.texts) for own in told)]).tolist()
+    code = np.stack([own.code + start for own, start in zip(told, starts, strict=False)], axis=1)
+    values, code = [text for own in told for text in own.texts], code.ravel()
     for row, found in gate_warnings(stack).items():
-        rows[row] = JOINT.join([rows[row], *found] if rows[row] else found)
-    return rows
+        values.append((*values[code[row]], *found))
+        code[row] = len(values) - 1
+    return Labels(code, list(map(JOINT.join, values)))
 
 
 def stacked_laws(stack: CalibrationStack) -> tuple[Columns, Places]:

@@ -22,7 +22,7 @@ from accelcal.results.beyond_uncertainty import (
     NOT_IN_U,
 )
 from accelcal.results.table import mountings_of_laws
-from accelcal.sentences import Sentence, first_of, of_each
+from accelcal.sentences import Sentence, Told, first_of, of_each
 from accelcal.temperature.error_component import Slopes
 from accelcal.temperature.one_meaning import said_of_meanings
 
@@ -108,14 +108,14 @@ class Warned(NamedTuple):
 
     Attributes
     ----------
-    of_record : sequence of tuple of str
+    of_record : Told
         Those about each record.
-    of_tables : sequence of sequence of tuple of str
+    of_tables : sequence of Told
         For each table, those of each record.
     """
 
-    of_record: Sequence[tuple[str, ...]]
-    of_tables: Sequence[Sequence[tuple[str, ...]]]
+    of_record: Told
+    of_tables: Sequence[Told]
 
 
 def warnings_of(fitted: Fitted) -> Warned:

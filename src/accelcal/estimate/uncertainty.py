@@ -247,7 +247,7 @@ def intervals(components: Mapping[str, Component]) -> list[Interval]:
 
 def _coverage_factors(inverse: Array) -> Array:
     """Student's factors of 95 % for inverse degrees of freedom."""
-    found = np.exp(_chebyshev_sum(_terms_of_factor(), 2.0 * np.minimum(inverse, 1.0) - 1.0))
+    found = np.exp(_polynomial(_powers_of_factor(), 2.0 * np.minimum(inverse, 1.0) - 1.0))
     few = inverse > 1.0  # less than one degree of freedom
     if few.any():
         found[few] = _exact_factors(inverse[few])
@@ -255,17 +255,22 @@ def _coverage_factors(inverse: Array) -> Array:
 
 
 @cache
-def _terms_of_factor() -> list[float]:
-    """Chebyshev terms of the logarithm of Student's factor.
+def _powers_of_factor() -> list[float]:
+    """Polynomial for the logarithm of Student's factor, the highest power last.
 
     It is a smooth function of the inverse degrees of freedom: a polynomial holds it to 2e-14 from
-    one degree of freedom to infinitely many.
+    one degree of freedom to infinitely many. Its Chebyshev terms fall so fast that its powers, of
+    which the sum takes a third of the time, lose none of these digits.
     """
     points = np.pi * (np.arange(_TERMS) + 0.5) / _TERMS
     values = np.log(_exact_factors(0.5 * (np.cos(points) + 1.0)))
     terms = 2.0 / _TERMS * np.cos(np.outer(np.arange(_TERMS), points)) @ values
     terms[0] /= 2.0
-    found: list[float] = terms.tolist()
+    powers, (before, own) = np.zeros(_TERMS), np.eye(2, _TERMS)
+    for term in terms:
+        powers += term * before
+        before, own = own, 2.0 * np.roll(own, 1) - before
+    found: list[float] = powers.tolist()
     return found
 
 
@@ -274,9 +279,10 @@ def _exact_factors(inverse: Array) -> Array:
     return np.array([student_quantile(LEVEL, d) for d in dof])
 
 
-def _chebyshev_sum(terms: Sequence[float], x: Array) -> Array:
-    """Sum of Chebyshev polynomials (Clenshaw); `numpy.polynomial` takes long to import."""
-    twice, one, two = 2.0 * x, np.zeros_like(x), np.zeros_like(x)
-    for term in terms[:0:-1]:
-        one, two = twice * one - two + term, one
-    return x * one - two + terms[0]
+def _polynomial(powers: Sequence[float], x: Array) -> Array:
+    """Sum of powers (Horner), in place: an array for each step takes twice the time."""
+    found = np.full_like(x, powers[-1])
+    for factor in powers[-2::-1]:
+        found *= x
+        found += factor
+    return found

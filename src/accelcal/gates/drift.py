@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from itertools import compress, pairwise
 from typing import NamedTuple
 
@@ -53,8 +52,13 @@ class _Parts(NamedTuple):
         """Probability of the most significant of the parts of one table that are told."""
         own = table if self.told.shape[1] > 1 else 0
         told = self.told[:, own]
-        tests = ratio[told, table], self.dof1[told, own], self.dof2[told, own]
-        return min(float(f_survival(*tests).min()) * int(told.sum()), 1.0)
+        # of parts with the same degrees of freedom the one with the largest ratio
+        largest: dict[tuple[float, float], float] = {}
+        dof = zip(self.dof1[told, own].tolist(), self.dof2[told, own].tolist(), strict=True)
+        for own_ratio, key in zip(ratio[told, table].tolist(), dof, strict=True):
+            largest[key] = max(own_ratio, largest.get(key, 0.0))
+        p = min(f_survival(size, *key) for key, size in largest.items())
+        return min(p * int(told.sum()), 1.0)
 
 
 @once_a_plan
@@ -67,19 +71,18 @@ def _parts(plan: TablePlan) -> _Parts:
 
 
 class _Moved(NamedTuple):
-    """By how much each part moves, shape (3, T): from the first to the last reading, and in all."""
+    """By how much a part of one table moves: from the first to the last reading, and in all."""
 
-    ends: Array
-    span: Array
+    ends: float
+    span: float
 
-    def course(self, name: str, table: int, hours: float) -> str:
-        """Say how a part moves in one table."""
-        place = Trend._fields.index(name)
-        ends, span = float(self.ends[place, table]), float(self.span[place, table])
-        what, size = f"the {_WORDS[name][0]}", _size(name, ends)
-        if span > _AND_BACK * abs(ends):
-            return f"{what} moves there and back within {_size(name, span)}, by {size} at the end"
-        per_hour = f" ({_size(name, ends / hours)} per hour)" if hours > 0.0 else ""
+    def course(self, name: str, hours: float) -> str:
+        """Say how it moves."""
+        what, size = f"the {_WORDS[name][0]}", _size(name, self.ends)
+        if self.span > _AND_BACK * abs(self.ends):
+            span = _size(name, self.span)
+            return f"{what} moves there and back within {span}, by {size} at the end"
+        per_hour = f" ({_size(name, self.ends / hours)} per hour)" if hours > 0.0 else ""
         return f"{what} moves by {size}{per_hour}"
 
 
@@ -114,14 +117,14 @@ def drift(stack: TableStack, level: float) -> GateStack:
     parts = _parts(stack.plan)
     ratio = _ratios(stack, parts)
     moving = parts.told & f_exceeds(parts.level(level), ratio, parts.dof1, parts.dof2)
-    moved = cache(lambda: _moved(stack))
 
     def said(index: int) -> str:
         hours = float(stack.hours[index if stack.hours.size > 1 else 0])
         names = list(compress(Trend._fields, moving[:, index]))
         told = np.broadcast_to(parts.told, moving.shape)[:, index]
         shown = names or list(compress(Trend._fields, told))
-        courses = " and ".join(moved().course(name, index, hours) for name in shown)
+        moved = _moved(stack, index)
+        courses = " and ".join(moved[name].course(name, hours) for name in shown)
         p = f"p = {parts.p(ratio, index):.2g}"
         return f"from start to end of the run {courses}, {p}{_what_is_a_mean(names)}"
 
@@ -173,18 +176,18 @@ def _beside_others(normal: Array, rank: Array, own: Mask) -> tuple[Array, Array]
     return part, added @ (vectors / np.sqrt(np.where(told, squares, np.inf))[..., None, :])
 
 
-def _moved(stack: TableStack) -> _Moved:
-    trend, moment, coefficients = stack.plan.trend, stack.plan.moment, stack.apart.trend
+def _moved(stack: TableStack, table: int) -> dict[str, _Moved]:
+    """How each part moves in one table."""
+    trend, moment, scale = stack.plan.trend, stack.plan.moment, stack.scale[table]
+    at, coefficients = table if len(moment) > 1 else 0, stack.apart.trend[:, table]
     of_bias, *others = _places(trend)
-    course = (trend.bias @ coefficients[of_bias].T[..., None])[..., 0]  # of each table
-    first, last = (
-        np.take_along_axis(course, pick(moment, axis=1)[:, None], axis=1)[:, 0]
-        for pick in (np.argmin, np.argmax)
-    )
+    course, moment = trend.bias[at] @ coefficients[of_bias], moment[at]
     # The time goes from -1 to 1, so that a slope counts twice. A turn forward by d lowers cos th by
     # d sin th, hence the sign of the last.
-    scale_factor, angle = (2.0 * coefficients[own].sum(axis=0) for own in others)
-    ends = np.array([last - first, scale_factor, -angle]) / stack.scale
-    span = np.abs(ends)
-    span[0] = np.ptp(course, axis=1) / np.abs(stack.scale)
-    return _Moved(ends, span)
+    scale_factor, turn = (2.0 * coefficients[part].sum() / scale for part in others)
+    bias = (course[moment.argmax()] - course[moment.argmin()]) / scale
+    return {
+        "bias": _Moved(bias, np.ptp(course) / scale),
+        "scale_factor": _Moved(scale_factor, abs(scale_factor)),
+        "angle": _Moved(-turn, abs(turn)),
+    }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cache
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -151,10 +151,9 @@ def forward_against_back(stack: TableStack, level: float) -> GateStack:
     dof1, dof2 = np.where(known, part, 1.0), np.where(known, dof, 1.0)
     ratio = squares / dof1 / np.maximum(rest / dof2, stack.smallest**2)
     bad = f_exceeds(level, ratio, dof1, dof2)
-    difference = cache(lambda: _difference_at_head(stack))
 
     def said(index: int) -> str:
-        told = difference()[:, index] / stack.scale[index]
+        told = _difference_at_head(stack, [index])[:, 0] / stack.scale[index]
         at = np.abs(told).argmax()
         mean, largest = acceleration(told.mean()), acceleration(told[at])
         return f"mean {mean}, largest {largest} at {_at_head(plan).angle[at]:g} deg"
@@ -215,9 +214,12 @@ def _both_ways(plan: TablePlan) -> bool:
     return bool(((forward > 0.0) & (forward < at_head.members)).any())
 
 
-def _difference_at_head(stack: TableStack) -> Array:
-    pairs = _at_head(stack.plan)
-    return pairs.differences(pairs.cells.means(stack.alike), stack.apart.trend)
+def _difference_at_head(stack: TableStack, tables: Sequence[int] | slice = slice(None)) -> Array:
+    """Forward minus back at each head position of some tables, a drift set aside."""
+    pairs, trend = _at_head(stack.plan), stack.apart.trend[:, tables]
+    if len(pairs.of_trend) > 1:
+        pairs = pairs._replace(of_trend=pairs.of_trend[tables])
+    return pairs.differences(pairs.cells.means(stack.alike[:, tables]), trend)
 
 
 def _of_directions(stack: TableStack) -> tuple[Array, Array, Array, Array]:

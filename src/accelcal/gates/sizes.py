@@ -247,8 +247,8 @@ def _alike(size: Array, amplitude: Array, axes: list[Places]) -> Mask:
     none tells anything where the largest is small against all on another axis. In the same way no
     stroke differs from the middle one by more than the largest does from the least.
     """
-    starts, ordered = np.cumsum([0, *map(len, axes[:-1])]), size[np.concatenate(axes)]
-    low, high = (pick.reduceat(ordered, starts) for pick in (np.minimum, np.maximum))
+    on_axes = [size[own] for own in axes]
+    low, high = (np.stack([pick(own, axis=0) for own in on_axes]) for pick in (np.min, np.max))
     alike = (high < _IN_A_DECADE * low) | (high <= _TELLING * low.max(axis=0))
     least, largest = amplitude.min(axis=0, initial=np.inf), amplitude.max(axis=0, initial=0.0)
     return np.asarray(alike.all(axis=0) & (largest < _CLEARLY_ONE_SIZE * least))

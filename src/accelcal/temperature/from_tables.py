@@ -188,7 +188,7 @@ def laws_of_records(stack: LevelStack) -> LawsOfRecords:
         group[rows], member[rows] = len(groups), np.arange(rows.size)
         groups.append(found)
         numbers[:, rows[:, None], [_NAMES.index(name) for name in found.names]] = found.numbers
-        for row, said in zip(rows.tolist(), found.warnings, strict=True):
+        for row, said in zip(rows.tolist(), found.warnings[:], strict=True):
             warnings[row] = said
     value, standard, expanded, dof = numbers
     return LawsOfRecords(
