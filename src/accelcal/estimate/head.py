@@ -136,7 +136,7 @@ def _contrasts(positions: Array, seen: Array, readings: Array, whole: Array) -> 
     if rows == 0 or np.isnan(whole).any():  # the noise is unknown in all records, or in none
         nothing = np.zeros((records, 0))
         return LackOfFit(positions, nothing, nothing, np.zeros((records, columns, 0)))
-    left, strengths, right = _singular(seen)
+    left, strengths, right = _singular(seen, _LEAST_SHOWN * whole)
     shown = strengths > _LEAST_SHOWN * whole[:, None]
     some = shown.any(axis=0)  # the strongest come first
     contrasts = (readings[:, None, :] @ left[:, :, some])[:, 0]
@@ -148,19 +148,43 @@ def _contrasts(positions: Array, seen: Array, readings: Array, whole: Array) -> 
     )
 
 
-def _singular(matrix: Array) -> tuple[Array, Array, Array]:
+def _singular(matrix: Array, least: Array) -> tuple[Array, Array, Array]:
     """Singular values of each matrix, the largest first, with the vectors as columns.
 
     They come from the squares of the smaller side, in half the time: rounding leaves eight digits
-    of one of `_LEAST_SHOWN`, and none is wanted below it.
+    of one of `_LEAST_SHOWN`, and none is wanted below it, as `least`, shape (R,), tells of each.
     """
     if matrix.shape[1] > matrix.shape[2]:
-        return _singular(matrix.mT)[::-1]
+        return _singular(matrix.mT, least)[::-1]
     turned = np.ascontiguousarray(matrix.mT)
-    squares, left = np.linalg.eigh(matrix @ turned)
-    values, left = np.sqrt(np.maximum(squares, 0.0))[:, ::-1], left[:, :, ::-1]
+    squares = matrix @ turned
+    few = _leading(squares, least**2)
+    values, left = np.linalg.eigh(squares if few is None else few.mT @ few)
+    if few is not None:
+        left = few @ left / np.sqrt(np.where(values > 0.0, values, 1.0))[:, None, :]
+    values, left = np.sqrt(np.maximum(values, 0.0))[:, ::-1], left[:, :, ::-1]
     right = turned @ left / np.where(values > 0.0, values, 1.0)[:, None, :]
     return left, values, right
+
+
+def _leading(squares: Array, least: Array) -> Array | None:
+    """Columns L, less than half as many as rows, with L L' = each matrix but for less than `least`.
+
+    None where so few do not do for all. The tables of one accelerometer see the head nearly in
+    proportion to each other, so that the contrasts between them mostly show next to nothing. The
+    pivoted Cholesky factorisation leaves them out in a tenth of the time of all eigenvectors.
+    """
+    rest, columns = squares.copy(), []
+    for _ in range((squares.shape[1] - 1) // 2):
+        pivot = np.einsum("rii->ri", rest).argmax(axis=1)[:, None]
+        own = np.take_along_axis(rest, pivot[..., None], axis=2)[..., 0]
+        size = np.take_along_axis(own, pivot, axis=1)
+        own /= np.sqrt(np.where(size > 0.0, size, np.inf))
+        rest -= own[:, :, None] * own[:, None, :]
+        columns.append(own)
+        if (np.einsum("rii->r", rest) < least).all():
+            return np.stack(columns, axis=2)
+    return None
 
 
 def head_error(
