@@ -61,7 +61,7 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
     stands_for = [
         JOINT.join(f"{n}: {m}" for n, m in own.items()) for own in stack.estimate.stands_for
     ]
-    runs = [label for i in range(len(records)) for label in stack.plan.run_labels(i)]
+    runs = Labels.of([record.run_labels for record in records])
     verdicts = {
         gate_column(name): Labels(code, list(VERDICTS))
         for name, code in verdict_codes(stack).items()
@@ -70,7 +70,10 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
         **_numbers(numbers_of(stack)),
         **_of_records(stack, record, ROWS),
         **verdicts,
-        "run": Labels(np.arange(len(runs)), runs),
+        "run": Labels(
+            np.add.outer(count * runs.code, np.arange(count)).ravel(),
+            [labels[run] for labels in runs.values for run in stack.plan.runs],
+        ),
         "mounting": Labels(table, mountings_of(stack)),
         "stands_for": Labels(table, stands_for),
         "warnings": _warnings(stack),

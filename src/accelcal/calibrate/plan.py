@@ -237,4 +237,6 @@ def _level_keys(levels: Array) -> list[bytes]:
     level = np.concatenate([np.zeros((len(levels), 1)), np.cumsum(breaks, axis=1)], axis=1)
     group = np.where(np.isnan(levels), np.nan, np.take_along_axis(level, rank, axis=1))
     whole = np.concatenate([np.nan_to_num(sign).reshape(len(levels), -1), group], axis=1)
-    return [row.tobytes() for row in np.nan_to_num(whole, nan=-9.0).astype(np.int8)]
+    keys = np.nan_to_num(whole, nan=-9.0).astype(np.int8)
+    found: list[bytes] = keys.view(f"V{keys.shape[1]}")[:, 0].tolist()
+    return found

@@ -73,7 +73,8 @@ def differ_by_waves(plan: TablePlan, residual: Array) -> Mask:
         return np.zeros(squares.size, dtype=np.bool_)
     waves = _waves(plan)
     sums = waves.sums(residual, plan.strokes)
-    return np.asarray((sums @ waves.inverse * sums).sum(axis=(0, 2)) > _MOST * squares)
+    of_waves = np.einsum("stk,stk->t", sums @ waves.inverse, sums)
+    return np.asarray(of_waves > _MOST * squares)
 
 
 def odd_strokes(plan: TablePlan, output: Array, angle: Array, sign: float) -> Mask:

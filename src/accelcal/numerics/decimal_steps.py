@@ -115,4 +115,6 @@ def _common_factor(values: Array, digit: Array) -> Ints:
 
 def _whole(values: Array) -> Mask:
     """Tell which values are whole numbers but for rounding errors."""
-    return np.asarray(np.abs(values - np.rint(values)) < 1e-4)
+    away = np.rint(values)
+    np.subtract(values, away, out=away)  # in place: it takes the least time of all
+    return np.asarray(np.abs(away, out=away) < 1e-4)
