@@ -142,6 +142,8 @@ def level_of(temperatures: Array) -> Array:
         The level; NaN where nothing is known [degC].
     """
     known = np.isfinite(temperatures)
+    if known.all():
+        return np.asarray(temperatures.mean(axis=1))
     number = known.sum(axis=1)
     total = np.where(known, temperatures, 0.0).sum(axis=1)
     return np.where(number > 0, total / np.maximum(number, 1), np.nan)
