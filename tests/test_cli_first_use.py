@@ -38,6 +38,26 @@ def said(err):
 # -- files that are something else -----------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    ("text", "command"),
+    [
+        (
+            "shaft,angle,x_mA,y_mA,z_mA\nx,0,1.3,0,0\n",
+            "three accelerometers in one block go to accelcal triad",
+        ),
+        ("time,output,temperature\n0,1.3,20\n", "a record over time goes to accelcal stability"),
+    ],
+)
+def test_a_table_of_another_command_names_it(run, folder, text, command):
+    (folder / "other.csv").write_text(text)
+    assert said(run("fit", "other.csv")[2]).endswith(f"; {command}")
+
+
+def test_an_option_without_its_value_names_the_help_of_its_command(run):
+    _, _, err = run("fit", "table.csv", "-o")
+    assert err == "error: option '-o' requires an argument; see accelcal fit --help\n"
+
+
 @pytest.mark.parametrize("command", ["apply", "budget", "export"])
 def test_a_calibration_that_is_not_there(run, command):
     code, _, err = run(

@@ -18,6 +18,7 @@ from accelcal.error_budget.budget import budget
 from accelcal.escapes import visible
 from accelcal.io.stability_record import read_stability
 from accelcal.io.toml.specification import read_specification
+from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Fault, FoundEffect, Gap, Unexplained
 from accelcal.results.quantity import ErrorSource, Gate, Quantity
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
@@ -385,6 +386,38 @@ def test_a_mapping_of_a_result_is_a_dictionary_that_stays():
     assert copy.deepcopy(mapping) == pickle.loads(pickle.dumps(mapping)) == dict(mapping)
     assert json.loads(json.dumps(table.budget)) == table.budget
     assert pd.DataFrame(table.budget).loc["head", "K1"] == table.budget["K1"]["head"]
+
+
+def test_a_name_that_a_mapping_lacks_is_told_those_that_there_are():
+    """Whoever looks for k0 among the coefficients reads that it is K0 here."""
+    mapping = accelcal.fit(accelcal.simulate(seed=1)).tables[0].coefficients
+    with pytest.raises(KeyError, match="'k0' is not here; choose from K0, K1, K2, K3, M, M_ip"):
+        mapping["k0"]
+    assert mapping.get("k0") is None
+    assert "k0" not in mapping
+    with pytest.raises(KeyError, match="choose from nothing"):
+        type(mapping)({})["k0"]
+
+
+def test_a_search_that_found_nothing_has_a_frame_of_the_same_columns(results):
+    found = [item for item in results.values() if isinstance(item, Discovery | StandDiscovery)]
+    assert len(found) == 2
+    for something in found:
+        nothing = replace(something, effects=())
+        nothing = replace(nothing, faults=()) if isinstance(nothing, Discovery) else nothing
+        assert nothing.to_frame().shape == (0, something.to_frame().shape[1])
+        assert list(nothing.to_frame().columns) == list(something.to_frame().columns)
+        assert nothing.to_frame().attrs == something.to_frame().attrs
+
+
+def test_accelerations_are_told_with_their_unit():
+    """`print` told the number of the samples alone, and a notebook no unit."""
+    found = accelcal.apply(accelcal.fit(accelcal.simulate(seed=1)), [1.35] * 30, temperature=20.0)
+    title, head, *rows = str(found).splitlines()
+    assert title == "MeasuredAcceleration: 30 samples, in local g; expanded uncertainty of 95 %"
+    assert head.split() == list(found.to_frame().columns)
+    assert len(rows) == 21  # the first ten, the last ten, and dots between
+    assert found._repr_html_().startswith(f"<p>{title}</p><table")
 
 
 # -- frames ----------------------------------------------------------------------------------------

@@ -229,6 +229,15 @@ def test_the_first_numbers_are_of_the_whole_record():
     assert f"- bias (heated - cooled)/2 hₜ: **{value} µg** ± {expanded} (95 %)" in text
 
 
+def test_the_first_sentence_names_what_was_taken_out_of_the_readings():
+    """Coefficients of a fit with a model are not those of the readings as they are."""
+    hysteresis = accelcal.effect("hysteresis").of(5e-5)
+    record = accelcal.simulate(effects=[hysteresis], seed=1)
+    found = accelcal.fit(record, model=accelcal.discover(record))
+    told = "readings in 3 tables, out of which hysteresis of the sensor is taken."
+    assert told in markdown(report_page([found]))
+
+
 def test_the_first_numbers_of_several_tables_without_laws_name_their_run():
     plan = accelcal.TumblePlan(temperatures=(20.0, 20.0))
     text = markdown(report_page([accelcal.fit(accelcal.simulate(plan=plan, seed=1))]))

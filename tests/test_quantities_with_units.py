@@ -9,7 +9,7 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.cli.values import duration, quantity
+from accelcal.cli.values import duration, quantities, quantity
 from accelcal.errors import TableError
 from accelcal.planning.targets import target_value
 from accelcal.units import UNITS, size_of, spellings
@@ -125,6 +125,32 @@ def test_options_have_their_own_first_units():
     assert duration("0.5 d") == 43200.0
     with pytest.raises(click.BadParameter, match="it is one of V, mV, uV, nV"):
         quantity("V", "voltage")("1 mA")
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "values"),
+    [
+        (("g", "acceleration"), "-1 g, 500 mg", (-1.0, 0.5)),
+        (("degC", "temperature"), "-40 °C,20C", (-40.0, 20.0)),
+        (("deg", "angle"), "0,90,180", (0.0, 90.0, 180.0)),
+    ],
+)
+def test_each_number_of_a_list_may_have_a_unit(kind, text, values):
+    assert quantities(*kind)(text) == values
+
+
+@pytest.mark.parametrize("text", ["1,500 mg", "0 g,1"])
+def test_a_list_with_a_unit_at_some_of_its_numbers_is_refused(text):
+    with pytest.raises(click.BadParameter, match="a unit here and none there; write it at each"):
+        quantities("g", "acceleration")(text)
+
+
+def test_lists_of_options_have_units(capsys):
+    told = []
+    for angles, levels in (("0,90,180,270", "20,60"), ("0deg,90deg,180deg,270deg", "20C,60C")):
+        assert main(["simulate", "--seed", "1", "--angles", angles, "--temperatures", levels]) == 0
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1]
 
 
 def test_options_of_fit_have_units(tmp_path, monkeypatch, capsys):

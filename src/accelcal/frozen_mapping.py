@@ -17,6 +17,8 @@ class FrozenMapping(dict[str, Value]):
     ------
     TypeError
         If it is to be changed.
+    KeyError
+        If it has no such name; the message has those that there are.
 
     Examples
     --------
@@ -33,6 +35,10 @@ class FrozenMapping(dict[str, Value]):
 
     __setitem__ = __delitem__ = __ior__ = _refuse
     clear = pop = popitem = setdefault = update = _refuse
+
+    def __missing__(self, name: object) -> NoReturn:
+        names = ", ".join(map(str, self)) or "nothing"
+        raise KeyError(f"{name!r} is not here; choose from {names}")
 
     def __hash__(self) -> int:  # type: ignore[override]
         return hash(frozenset(self.items()))

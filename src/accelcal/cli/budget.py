@@ -12,6 +12,7 @@ from accelcal.cli.files import JSON, Command, FileToRead
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     acceleration_option,
+    accelerations,
     degrees_option,
     file_option,
     format_option,
@@ -21,9 +22,10 @@ from accelcal.cli.options import (
     picture_option,
     ratio_option,
     serial_option,
+    temperatures,
 )
 from accelcal.cli.stand_budget import asked_for_stand, budget_of_stand, stand_options
-from accelcal.cli.values import durations, numbers
+from accelcal.cli.values import durations
 from accelcal.units import HOUR
 
 if TYPE_CHECKING:
@@ -39,7 +41,7 @@ if TYPE_CHECKING:
 @output_option("the budget as JSON", metavar="BUDGET.json", file=JSON)
 @click.option(
     "--acceleration",
-    type=numbers,
+    type=accelerations,
     default="1",
     show_default=True,
     metavar="G,...",
@@ -48,7 +50,7 @@ if TYPE_CHECKING:
 @acceleration_option("--a-p", "G", "Along the pendulous axis [local g].", default="0")
 @acceleration_option("--a-o", "G", "Along the output axis [local g].", default="0")
 @click.option(
-    "--temperature", type=numbers, metavar="DEG,...", help="Temperatures [degC; default: T0]."
+    "--temperature", type=temperatures, metavar="DEG,...", help="Temperatures [degC; default: T0]."
 )
 @click.option(
     "--time",

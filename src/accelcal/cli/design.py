@@ -11,6 +11,7 @@ from accelcal.cli.files import JSON, Command, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     acceleration_option,
+    angles,
     degrees_option,
     effects_option,
     format_option,
@@ -22,8 +23,9 @@ from accelcal.cli.options import (
     seconds_option,
     seed_option,
     target_option,
+    temperatures,
 )
-from accelcal.cli.values import number, numbers, words
+from accelcal.cli.values import number, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -49,7 +51,7 @@ def whole_numbers(text: str) -> tuple[int, ...]:
 )
 @click.option(
     "--angles",
-    type=numbers,
+    type=angles,
     multiple=True,
     metavar="DEG,...",
     help="Your own head angles of a stroke [deg]; may be repeated.",
@@ -62,7 +64,7 @@ def whole_numbers(text: str) -> tuple[int, ...]:
 )
 @click.option(
     "--temperatures",
-    type=numbers,
+    type=temperatures,
     multiple=True,
     metavar="DEG,...",
     help="Temperatures in their order [default: -40,20,80 degC]; may be repeated.",

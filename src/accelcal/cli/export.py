@@ -45,7 +45,7 @@ def export(
     from accelcal.export.write import export_text, form_of
     from accelcal.io.documents.calibrations import read_calibrations_or_triad
 
-    form = form_of(path or "standard output", form)
+    form = form_of(path or "-", form)
     file = read_calibrations_or_triad(calibration)
     chosen = file.choose(serial, mounting)
     refuse_source(chosen.source, path)

@@ -92,6 +92,11 @@ def _run(arguments: Sequence[str]) -> int:
 def _invoke(context: click.Context) -> None:
     try:
         program.invoke(context)
+    except click.UsageError as error:
+        command = program.get_command(context, context.invoked_subcommand or "")
+        if command and error.ctx is None:  # click's parser does not tell its context
+            error.ctx = click.Context(command, context, context.invoked_subcommand)
+        raise
     except AccelcalError as error:
         command = program.get_command(context, context.invoked_subcommand or "")
         error.args = (by_options(str(error), command), *error.args[1:])

@@ -13,7 +13,7 @@ from accelcal.cli.values import (
     fixture_angle,
     label,
     number,
-    numbers,
+    quantities,
     quantity,
     quantity_of_table,
     size,
@@ -120,6 +120,15 @@ gravity_option = partial(_valued_option, quantity("m/s^2", "gravity"), "--g", "M
 
 file_option = partial(_valued_option, FileToRead())
 """An option that names a file to be read."""
+
+accelerations = quantities("g", "acceleration")
+"""Type of an option that lists accelerations [g]."""
+
+angles = quantities("deg", "angle")
+"""Type of an option that lists angles of the head [deg]."""
+
+temperatures = quantities("degC", "temperature")
+"""Type of an option that lists temperatures [degC]."""
 
 count_option = partial(_valued_option, click.IntRange(1))
 """An option that counts something."""
@@ -248,14 +257,14 @@ def plan_options(lead: str = "") -> Callable[[Function], Function]:
         count_option("--positions", "N", told("positions in a turn [default: 8].")),
         click.option(
             "--angles",
-            type=numbers,
+            type=angles,
             metavar="DEG,...",
             help=told("head angles instead of positions [deg]."),
         ),
         count_option("--strokes", "N", told("strokes in a run [default: 6].")),
         click.option(
             "--temperatures",
-            type=numbers,
+            type=temperatures,
             metavar="DEG,...",
             help=told("temperatures in their order [default: 20,80,-40 degC]."),
         ),

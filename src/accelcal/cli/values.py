@@ -37,11 +37,6 @@ def number(text: str) -> float:
     return value
 
 
-def numbers(text: str) -> tuple[float, ...]:
-    """Type of an option: finite numbers separated by commas, as in ``20,80,-40``."""
-    return tuple(number(item) for item in text.split(","))
-
-
 def words(text: str) -> tuple[str, ...]:
     """Type of an option: words separated by commas, as in ``o+,o-``."""
     return tuple(item.strip() for item in text.split(","))
@@ -98,6 +93,23 @@ def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
             raise click.BadParameter(f"{text!r} has another unit; it is one of {known}.")
         number(match[1])
         return number(repr(scaled(match[1], size / whole)))
+
+    return converted
+
+
+def quantities(unit: str, *kinds: str) -> Callable[[str], tuple[float, ...]]:
+    """Make the type of an option that is a list, as in ``20,80,-40`` or ``0 mg,500 mg``.
+
+    Each number has a unit, or none has: of ``1,500 mg`` nobody knows what the 1 is in.
+    """
+    one = quantity(unit, *kinds)
+
+    def converted(text: str) -> tuple[float, ...]:
+        items = [item.strip() for item in text.split(",")]
+        found = tuple(map(one, items))
+        if len({bool(_WITH_UNIT.fullmatch(item)[2]) for item in items}) > 1:  # type: ignore[index]
+            raise click.BadParameter(f"{text!r} has a unit here and none there; write it at each.")
+        return found
 
     return converted
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["MeasuredAcceleration"]
 
 
+_SHOWN = 20
+
 AT_ONCE = 2**15
 """Samples that are worked on together: so many stay in the cache, and take little memory."""
 
@@ -144,5 +146,12 @@ class MeasuredAcceleration(EqualByContents):
         more = f", {outside} outside the calibrated ranges" if outside else ""
         return f"<MeasuredAcceleration: {counted(self.inside.size, 'sample')}{more}>"
 
+    def __str__(self) -> str:
+        return f"{self._title}\n{self.to_frame().to_string(max_rows=_SHOWN)}"
+
     def _repr_html_(self) -> str:
-        return str(self.to_frame().to_html(max_rows=20))
+        return f"<p>{self._title}</p>{self.to_frame().to_html(max_rows=_SHOWN)}"
+
+    @property
+    def _title(self) -> str:
+        return f"{repr(self)[1:-1]}, in local g; expanded uncertainty of 95 %"

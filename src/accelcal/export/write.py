@@ -229,6 +229,11 @@ def form_of(path: str | os.PathLike[str], asked: str | None = None) -> str:
     ('c', 'yaml')
     """
     if asked is None:
+        if str(path) == "-":
+            raise InputError(
+                "standard output has no name that tells a form; give form='c', or name a file that"
+                f" ends in {', '.join(_FORM_OF_ENDING)}"
+            )
         return _FORM_OF_ENDING[ending_of(path, _FORM_OF_ENDING, "choose one, or give form='c'")]
     promised = _FORM_OF_ENDING.get(Path(path).suffix.lower(), asked)
     if promised != asked and asked in FORMS:

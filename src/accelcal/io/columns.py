@@ -270,7 +270,17 @@ def _require(layout: Layout, roles: Mapping[str, int], across: str) -> None:
     for name, what, remedy in wanted:
         if name not in given and (name in ("position", "output") or name not in layout.declared):
             problem = f"no column for {what} among {_headings(layout)}"
-            raise layout.refuse(problem, f"add {remedy}")
+            raise layout.refuse(problem, f"add {remedy}{_other_command(layout, given)}")
+
+
+def _other_command(layout: Layout, given: Set[str]) -> str:
+    """The command that takes what looks like a table of another one."""
+    letters = {own.text[:1].casefold() for own in layout.headings if not own.text[1:2].isalnum()}
+    if letters >= set("xyz"):
+        return "; three accelerometers in one block go to accelcal triad"
+    if {"time", "output"} <= given and not {"position", "angle", "stroke"} & given:
+        return "; a record over time goes to accelcal stability"
+    return ""
 
 
 def _remedy_of_outputs(layout: Layout) -> str:

@@ -158,7 +158,13 @@ def _with(number: _Main) -> str:
 
 
 def _origin(calibration: Calibration) -> str:
-    """Where the main numbers hold, and what they are from."""
+    """Where the main numbers hold, what they are from, and what was taken out of it."""
+    names = " and ".join(effect.name for effect in calibration.effects)
+    is_ = "is" if len(calibration.effects) == 1 else "are"
+    return _readings(calibration) + f", out of which {names} {is_} taken" * bool(names)
+
+
+def _readings(calibration: Calibration) -> str:
     tables = calibration.tables
     total = counted(sum(table.readings for table in tables), "reading")
     if _has_laws(calibration):

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from accelcal.results.calibration import Calibration
+    from accelcal.results.disagreement import RunChange
     from accelcal.results.quantity import Quantity
     from accelcal.results.table import TableCalibration
 
@@ -32,7 +33,7 @@ _SEEN = 0.2  # percent; less is no bar that anyone sees
 def coefficients(calibration: Calibration, axes: Any) -> Any:
     """Draw `CalibrationPlot.coefficients`."""
     panels = canvases(axes, 2, 3, (10.0, 5.2))
-    names = _run_names(calibration.tables)
+    names = run_labels(_run_names(calibration.tables), calibration.tables)
     for ax, (name, symbol, _) in zip(panels, _SHOWN, strict=True):
         draw_runs(ax, [table.quantities[symbol] for table in calibration.tables], names)
         ax.set_title(f"{name.capitalize()} {_SYMBOLS[symbol]}")
@@ -43,6 +44,16 @@ def _run_names(tables: Sequence[TableCalibration]) -> list[str]:
     """Labels of the runs, with the mounting where there are several."""
     several = len({table.mounting for table in tables}) > 1
     return [f"{table.run} {table.mounting}" if several else table.run for table in tables]
+
+
+def run_labels(names: Sequence[str], runs: Sequence[TableCalibration | RunChange]) -> list[str]:
+    """Names of runs, each short and over its temperature where this is known."""
+    levels = ["" if run.temperature_degC is None else _level(run.temperature_degC) for run in runs]
+    return [shortened(name, 7) + level for name, level in zip(names, levels, strict=True)]
+
+
+def _level(temperature: float) -> str:
+    return f"\n{temperature:.0f} °C".replace("-", "−")
 
 
 def draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> None:
@@ -80,8 +91,7 @@ def _tell(ax: Axes, value: float, half: float, unit: str) -> None:
 
 def _name_places(ax: Axes, names: Sequence[str]) -> None:
     """Name the runs below, each one where there is room."""
-    short = [shortened(name, 7) for name in names]
-    name_ticks(ax.xaxis, range(len(names)), short, _MOST_NAMED)
+    name_ticks(ax.xaxis, range(len(names)), names, _MOST_NAMED)
     ax.set_xlabel("run")
 
 

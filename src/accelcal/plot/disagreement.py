@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.discovery.new_record.compare import residuals_of
-from accelcal.plot.coefficients import draw_runs
+from accelcal.plot.coefficients import draw_runs, run_labels
 from accelcal.plot.discovery import draw_where
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import Readings, draw_by_angle
@@ -78,7 +78,7 @@ class DisagreementPlot(Pictures):
             Changes of bias, scale factor and misalignment with 95 % intervals.
         """
         panels = canvases(axes, 1, 3, (10.0, 3.4))
-        names = self.disagreement.run_names
+        names = run_labels(self.disagreement.run_names, self.disagreement.runs)
         for ax, name in zip(panels, ("bias", "scale_factor", "misalignment"), strict=True):
             draw_runs(ax, [getattr(change, name) for change in self.disagreement.runs], names)
             ax.axhline(0.0, color=palette().ink, lw=0.8)

@@ -79,7 +79,7 @@ class DiscoveryPlot(Pictures):
         ax = canvas(ax, (max(4.6, 2.6 + 1.5 * len(steps)), 3.6))
         ax.grid(visible=False, axis="x")
         _descent(ax, factor, fitted, 0, "o-", "fitted readings")
-        _descent(ax, factor, held_out, 1, "s--", "held-out readings")
+        _descent(ax, factor, held_out, 1, "s--", "readings left out")
         if noise is not None:
             ax.axhline(factor * noise, color=palette().muted, ls=":", label="noise of a reading")
         names = [textwrap.fill(step, _LONGEST_NAME) for step in steps]
@@ -201,7 +201,7 @@ class DiscoveryPlot(Pictures):
 
 
 def _steps(discovery: Discovery) -> Iterator[tuple[str, float, float | None]]:
-    """What is done step by step, and the gap then of fitted and held-out readings [g]."""
+    """What is done step by step, and the gap then of fitted readings and of those left out [g]."""
     yield "model alone", discovery.before.rms, discovery.before.heldout_rms
     if discovery.faults:
         yield "faults of the readings mended", *discovery.mended

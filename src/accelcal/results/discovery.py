@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -274,6 +274,20 @@ class Discovery(StoredResult, TabularResult):
         of_readings = {fault.id for fault in found.faults}
         effects = tuple(effect for effect in found.effects if effect.id not in of_readings)
         return replace(found, effects=effects)
+
+    _COLUMNS: ClassVar[Sequence[str]] = (
+        "serial",
+        "effect",
+        "parameter",
+        "value",
+        "standard_uncertainty",
+        "unit",
+        "expanded_uncertainty",
+        "dof",
+        "p_value",
+        "gap_before_g",
+        "gap_after_g",
+    )
 
     def rows(self) -> list[dict[str, Any]]:
         """List the parameters of all that was named, a flat dictionary each."""

@@ -246,6 +246,9 @@ class TabularResult(ABC):
 
     __slots__ = ()
 
+    _COLUMNS: ClassVar[Sequence[str]] = ()
+    """Keys of `rows`, of a result that may have none."""
+
     @abstractmethod
     def rows(self) -> list[dict[str, Any]]:
         """List what was found, a flat dictionary a row."""
@@ -260,7 +263,7 @@ class TabularResult(ABC):
             unit in the column ``unit`` of the same line. The column ``coefficient`` has the symbols
             of (1) and (2), ``quantity`` other names.
         """
-        return frame_of(self.rows())
+        return frame_of(self.rows(), self._COLUMNS)
 
     def _repr_html_(self) -> str:
         from accelcal.report.html import preformatted
@@ -288,13 +291,17 @@ _OF_A_QUANTITY = (
 )
 
 
-def frame_of(rows: Sequence[Mapping[str, Any]], **units: str) -> pd.DataFrame:
+def frame_of(
+    rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = (), **units: str
+) -> pd.DataFrame:
     """Make a frame of rows.
 
     Parameters
     ----------
     rows : sequence of mapping
         A row each, with the same keys.
+    columns : sequence of str, optional
+        Keys of the rows, for a frame without any.
     **units : str
         Units of columns whose names do not tell them.
 
@@ -312,7 +319,7 @@ def frame_of(rows: Sequence[Mapping[str, Any]], **units: str) -> pd.DataFrame:
     """
     import pandas as pd
 
-    frame = pd.DataFrame(list(rows))
+    frame = pd.DataFrame(list(rows), columns=None if rows else list(columns))
     known: dict[str, str] = {}
     for column in map(str, frame.columns):
         if column in _OF_A_QUANTITY and "unit" in frame.columns:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -182,6 +182,18 @@ class StandDiscovery(StoredResult, TabularResult):
         """Return what was discovered as it stands in a document of schema `SCHEMA`."""
         names = "units alpha effects head coefficients common notes doubtful"
         return {"schema": SCHEMA, **members(self, names)}
+
+    _COLUMNS: ClassVar[Sequence[str]] = (
+        "serial",
+        "effect",
+        "verdict",
+        "value",
+        "standard_uncertainty",
+        "unit",
+        "expanded_uncertainty",
+        "dof",
+        "p_value",
+    )
 
     def rows(self) -> list[dict[str, Any]]:
         """List the size of each effect in each unit, a flat dictionary each."""
