@@ -1,5 +1,6 @@
 """The pages keep their word: outputs are those of the commands, links lead somewhere."""
 
+import doctest
 import json
 import re
 from importlib.util import module_from_spec, spec_from_file_location
@@ -94,6 +95,21 @@ def anchors(page):
 def code_of(page):
     blocks = re.compile(r"^```python\n(.*?)^```$", re.DOTALL | re.MULTILINE)
     return "\n".join(blocks.findall(page.read_text("utf-8")))
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+@pytest.mark.parametrize("name", ["apply.md", "documents.md", "levels.md", "theory.md"])
+def test_examples_of_pages_give_what_they_show(name):
+    page = ROOT / "docs" / name
+    example = doctest.DocTestParser().get_doctest(code_of(page), {}, name, str(page), 0)
+    assert example.examples
+    assert doctest.DocTestRunner().run(example).failed == 0
+
+
+def test_all_pages_with_examples_are_tested():
+    """Those of the errata have a test of their own."""
+    with_examples = {page.name for page in PAGES if ">>>" in code_of(page)}
+    assert with_examples == {"apply.md", "documents.md", "errata.md", "levels.md", "theory.md"}
 
 
 WITH_NAMES_OF_THEIR_OWN = {"accelcal.plot.style"}  # it needs matplotlib

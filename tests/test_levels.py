@@ -1,8 +1,6 @@
 """Coefficients level by level: straight lines between the levels, and what U says of them."""
 
-import doctest
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -358,13 +356,6 @@ def test_static_effects_are_taken_up():
     assert accelcal.apply(without, [1.3, -1.3], [35.0, 50.0], by="levels").value != pytest.approx(
         levels, abs=5e-5
     )
-
-
-def test_the_page_shows_what_comes_out():
-    page = (Path(__file__).parents[1] / "docs" / "apply.md").read_text("utf-8")
-    code = page.partition("## Level by level")[2].partition("```python\n")[2].partition("```")[0]
-    parsed = doctest.DocTestParser().get_doctest(code, {"accelcal": accelcal}, "page", None, None)
-    assert doctest.DocTestRunner().run(parsed) == (0, 3)
 
 
 # -- the command -----------------------------------------------------------------------------------

@@ -459,6 +459,7 @@ def test_a_static_effect_of_a_file_is_taken_up_by_apply(run):
     assert with_it < 60e-6  # of a head, launches and readings with errors
     without, told = errors("")
     assert "fifth: the fit took it out of the readings" in told
+    assert "so the coefficients are free of it; in use the accelerometer has it," in told
     assert without > 200e-6
 
 

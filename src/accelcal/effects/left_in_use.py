@@ -42,11 +42,12 @@ def left_in_use(calibration: Calibration, taken_up: Collection[str] = ()) -> lis
     left = [name for name in names if acts_on.get(name) not in _NOT_IN_USE]
     if not left:
         return []
+    it = "it" if len(left) == 1 else "them"
     return [
-        f"{', '.join(left)}: the fit took {'it' if len(left) == 1 else 'them'} out of the readings"
-        " by its model, so the coefficients are free of them; in use the accelerometer has them,"
-        " and neither the accelerations nor their uncertainty count them; a fit without a"
-        " model leaves in the coefficients what they can take up"
+        f"{', '.join(left)}: the fit took {it} out of the readings by its model, so the"
+        f" coefficients are free of {it}; in use the accelerometer has {it}, and neither the"
+        f" accelerations nor their uncertainty count {it}; a fit without a model leaves in the"
+        " coefficients what they can take up"
     ]
 
 
