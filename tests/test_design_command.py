@@ -147,6 +147,8 @@ def test_optimal(capsys, tmp_path):
         ([*QUICK, "--target", "K1"], "not of the form NAME=SIZE, such as K1=5ppm"),
         ([*QUICK, "--target", "K9=1ppm"], "coefficient 'K9' is unknown"),
         ([*QUICK, "--target", "K1=4ppm"], "cannot be reached with this stand"),
+        ([*QUICK, "--target", "K1=5"], "K1='5' has no unit, and K1 is relative: it is too large"),
+        ([*QUICK, "--target", "lam1=0.3"], "write the unit, as in lam1=2ug/degC"),
         ([*QUICK, "--target", "K1=5 furlongs"], "K1 is relative; write a number above zero"),
         ([*QUICK, "--target", "K1=9ppm", "--target", "K1=8ppm"], "has two targets"),
         ([*QUICK, "--reading-time", "-3"], "time of a reading is -3"),
@@ -178,3 +180,12 @@ def test_bad_input_is_one_line(capsys, arguments, told, tmp_path, monkeypatch):
     assert told in err
     assert "Traceback" not in err
     assert list(Path().iterdir()) == []
+
+
+def test_sizes_of_effects_have_units_that_are_easily_read(capsys):
+    """The drift of a chamber was in 1e-6 degC/h."""
+    assert main(["design", "--positions", "8", "--strokes", "6"]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    [chamber] = [row for row in rows if row[:1] == ["chamber-drift"]]
+    [fourth] = [row for row in rows if row[:1] == ["fourth-order"]]
+    assert (float(chamber[1]) < 0.1, chamber[-1], fourth[-1]) == (True, "degC/h", "ug/g^4")

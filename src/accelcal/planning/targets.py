@@ -19,6 +19,7 @@ NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *AT_T0, *SLOPES, "delta0")
 
 _KINDS = {"g": "acceleration", "rad": "angle", "1": "ratio"}
 _USUAL = {"g": "2ug", "rad": "5urad", "1": "5ppm"}
+_FORGOTTEN = 0.1  # of g, rad or one: so large a target is one whose unit was forgotten
 _POWERS = str.maketrans({"²": "2", "³": "3", "^": None})
 _WRITTEN = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([^/]*?)\s*(?:/\s*(\S+)\s*)?")
 
@@ -41,7 +42,8 @@ def target_value(name: str, text: str) -> float:
     Raises
     ------
     InputError
-        If there is no such name, or it is no positive number with a unit of that.
+        If there is no such name, it is no positive number with a unit of that, or a number so large
+        that its unit was forgotten.
 
     Examples
     --------
@@ -60,13 +62,18 @@ with %, ppm, ppb or none, as in K1=5ppm
         value = scaled(match[1], size) if match and size else math.nan
     except ValueError:
         value = math.nan
+    own = "relative" if _unit_of(name) == "1" else f"in {_unit_of(name)}"
+    usual = f"{name}={_USUAL[unit]}{f'/{per}' if per else ''}"
     if not 0.0 < value < math.inf:
-        behind = f"/{per}" if per else ""
         known = ", ".join(own for own in UNITS[_KINDS[unit]] if own != "1")
-        own = "relative" if _unit_of(name) == "1" else f"in {_unit_of(name)}"
         raise InputError(
             f"target {name}={text!r}, and {name} is {own}; write a number above zero with {known}"
-            f" or none, as in {name}={_USUAL[unit]}{behind}"
+            f" or none, as in {usual}"
+        )
+    if match and not match[2] and value >= _FORGOTTEN:
+        raise InputError(
+            f"target {name}={text!r} has no unit, and {name} is {own}: it is too large; write the"
+            f" unit, as in {usual}"
         )
     return value
 

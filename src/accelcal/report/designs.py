@@ -6,9 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from accelcal.model import COEFFICIENT_OF, COEFFICIENTS, SLOPES
 from accelcal.report.lines import aligned, sections, wrapped
-from accelcal.report.numbers import SMALL_UNITS, in_small_unit, significant
+from accelcal.report.numbers import SMALL_UNITS, in_small_unit, plain, readable, significant
 from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
-from accelcal.units import MICRO
 
 _OTHERS = ("k0 at T0", "K1 at T0", "delta at T0", "delta0")
 _LETTERS = {
@@ -242,8 +241,8 @@ def _effect_table(designs: Sequence[TestDesign], hidden: set[str]) -> Iterator[s
     for name in ids:
         own = [next((item for item in d.effects if item.id == name), None) for d in designs]
         unit = next((v.unit for v in own if v is not None and v.unit), "")
-        shown = SMALL_UNITS.get(unit, f"1e-6 {unit}") if unit else ""
-        rows.append([name, *(_seen(v, MICRO if unit else 1.0) for v in own), shown])
+        factor, shown = readable(unit, [v.smallest for v in own if v is not None])
+        rows.append([name, *(_seen(v, factor) for v in own), plain(shown)])
     yield from aligned(rows, right=set(range(1, len(designs) + 1)), indent="  ")
 
 
