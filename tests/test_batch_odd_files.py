@@ -8,6 +8,7 @@ import shutil
 import sys
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 from itertools import cycle
 from operator import add
 from pathlib import Path
@@ -499,3 +500,47 @@ def test_a_worker_of_a_pool_is_told_to_work_alone(archive, monkeypatch):
     monkeypatch.setattr(multiprocessing, "current_process", lambda: SimpleNamespace(daemon=True))
     with pytest.raises(InputError, match="jobs is 2 in a worker of a pool, which has none; give"):
         accelcal.batch(archive, jobs=2)
+
+
+# -- serial numbers that look alike ----------------------------------------------------------------
+
+ALIKE = "serials 'AL-15', 'al-15' count as 2 units; if they are one, write them in one way"
+
+
+@pytest.fixture
+def alike(tmp_path, monkeypatch):
+    """One unit in two files, whose headers write its serial number in two ways."""
+    monkeypatch.chdir(tmp_path)
+    Path("two").mkdir()
+    plan = accelcal.TumblePlan(temperatures=(20.0,), strokes=2)
+    for seed, serial in enumerate(("AL-15", "al-15", "AL-16")):
+        record = replace(accelcal.simulate(seed=seed, plan=plan), serial=serial)
+        accelcal.write_table(record, f"two/{seed}.csv")
+
+
+@pytest.mark.usefixtures("alike")
+@pytest.mark.parametrize("size", [1, 25])
+def test_files_whose_serials_differ_in_case_alone_are_told_by_batch(capsys, monkeypatch, size):
+    """They were two units without a word, as their files knew nothing of each other."""
+    monkeypatch.setattr(through, "LEAST_FILES", size)
+    assert accelcal.batch("two").tables.attrs["notes"] == [ALIKE]
+    assert accelcal.batch("two/0.csv").tables.attrs["notes"] == []
+    assert main(["batch", "two", "-o", "results.csv", "--jobs", "1"]) == 0
+    assert capsys.readouterr().err == f"3 calibrations from 3 files\nnote: {ALIKE}\n"
+
+
+@pytest.mark.usefixtures("alike")
+def test_a_resumed_batch_tells_of_serials_of_finished_blocks(monkeypatch):
+    monkeypatch.setattr(through, "LEAST_FILES", 1)
+    with monkeypatch.context() as broken:
+        broken.setattr(Journal, "publish", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            accelcal.write_batch("two", "results.csv")
+    assert accelcal.write_batch("two", "results.csv", resume=True).notes == (ALIKE,)
+
+
+@pytest.mark.usefixtures("alike")
+@pytest.mark.parametrize("command", ["fit", "discover", "head"])
+def test_serials_of_several_files_that_differ_in_case_alone_are_told(capsys, command):
+    main([command, "two/0.csv", "two/1.csv", "two/2.csv"])
+    assert capsys.readouterr().err.count(f"note: {ALIKE}\n") == 1

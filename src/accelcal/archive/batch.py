@@ -36,6 +36,7 @@ from accelcal.io.declarations import declared_by_caller
 from accelcal.io.overwriting import may_be_replaced
 from accelcal.model import COEFFICIENTS
 from accelcal.plural import counted
+from accelcal.serials import notes_of_alike
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,6 +62,8 @@ class BatchCounts(NamedTuple):
         Source and message of what could not be read or fitted: folders first.
     failed : int
         Records that failed the data sheet.
+    notes : tuple of str
+        Serial numbers that count as several units by their spelling alone.
 
     Examples
     --------
@@ -69,17 +72,20 @@ class BatchCounts(NamedTuple):
     >>> with TemporaryDirectory() as folder:
     ...     accelcal.write_table(accelcal.simulate(seed=1), f"{folder}/1.csv")
     ...     accelcal.write_batch(f"{folder}/1.csv", f"{folder}/results.csv")
-    BatchCounts(files=1, fitted=1, errors=(), failed=0)
+    BatchCounts(files=1, fitted=1, errors=(), failed=0, notes=())
     """
 
     files: int
     fitted: int
     errors: tuple[tuple[str, str], ...]
     failed: int
+    notes: tuple[str, ...] = ()
 
 
 class BatchFrames(NamedTuple):
     """Results of a batch; the units of a frame's columns are in its ``attrs["units"]``.
+
+    ``tables.attrs["notes"]`` are the notes of `BatchCounts`.
 
     Attributes
     ----------
@@ -194,11 +200,11 @@ def batch(
             to_file = partial(fit_to_file, settings=settings, folder=folder)
             work_through(sources, to_file, kept, jobs=jobs, tell=progress)
     found = kept.results
-    return BatchFrames(
-        _frame([part.tables for part in found], ROWS),
-        _frame([part.laws for part in found], LAWS),
-        _errors_frame(_counted(sources, [part.told for part in found]).errors),
-    )
+    counts = _counted(sources, [part.told for part in found])
+    tables = _frame([part.tables for part in found], ROWS)
+    tables.attrs["notes"] = list(counts.notes)
+    laws = _frame([part.laws for part in found], LAWS)
+    return BatchFrames(tables, laws, _errors_frame(counts.errors))
 
 
 def write_batch(
@@ -326,6 +332,7 @@ def _counted(sources: Sources, told: Sequence[Told]) -> BatchCounts:
         fitted=sum(own.fitted for own in told),
         errors=(*sources.unreadable, *(error for own in told for error in own.errors)),
         failed=sum(own.failed for own in told),
+        notes=tuple(notes_of_alike(dict.fromkeys(name for own in told for name in own.serials))),
     )
 
 

@@ -64,7 +64,8 @@ class Told(NamedTuple):
     fitted, failed : int
         Number of records that were fitted, and that failed a data sheet.
     serials : tuple of str
-        Where the block is a part of a table, the serial of each stretch of its rows.
+        Serial numbers of its records, each once; where the block is a part of a table, the serial
+        of each stretch of its rows.
     """
 
     errors: tuple[tuple[str, str], ...]
@@ -120,12 +121,13 @@ def fit_block(block: Block, settings: Settings) -> Outcome[Columns]:
         Rows in the order of the files, and within a file in that of its serials and runs.
     """
     keep_freed_memory()
-    serials: tuple[str, ...] = ()
+    stretches: tuple[str, ...] = ()
     if block.part is None:
         read = list(read_files(block.files, settings.overrides))
     else:
-        read, serials = read_part(block.files[0], block.part, settings.overrides)
+        read, stretches = read_part(block.files[0], block.part, settings.overrides)
     found = [item for item in read if isinstance(item, Found)]
+    serials = stretches or tuple(dict.fromkeys(i.record.serial for i in found if i.record.serial))
     with brought_along(*settings.effects):
         fitted = fit_records([item.record for item in found], settings)
     errors = [item for item in read if isinstance(item, Failure)]

@@ -95,6 +95,8 @@ def _tell(counts: BatchCounts, path: str) -> None:
     if counts.failed:
         said += f"; {counts.failed} fail the data sheet"
     remark(said)
+    for note in counts.notes:
+        remark(f"note: {note}")
     if counts.errors or counts.failed:
         click.get_current_context().exit(1)
 

@@ -6,14 +6,17 @@ import io
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
 from accelcal.errors import InputError
 from accelcal.escapes import ended, visible
+
+if TYPE_CHECKING:
+    from accelcal.record import TumbleRecord
 
 _WORDS = re.compile(r"\b(PASS|FAIL|WARNING|JUMP|undecided|not tested)\b")
 _COLOURS = {"PASS": "green", "FAIL": "red", "JUMP": "red"}
@@ -73,6 +76,22 @@ def deliver_picture(draw: Callable[[], Any], path: str | None) -> None:
 def remark(text: str) -> None:
     """Write a line to standard error, whatever names stand in it."""
     say(visible(by_options(text)))
+
+
+def remark_alike(records: Sequence[TumbleRecord]) -> None:
+    """Tell serial numbers of several files that are two by their spelling alone.
+
+    Parameters
+    ----------
+    records : sequence of TumbleRecord
+        The records; those of one file have such a note of their own.
+    """
+    from accelcal.serials import notes_of_alike
+
+    told = {note for record in records for note in record.notes}
+    for note in notes_of_alike(dict.fromkeys(r.serial for r in records if r.serial)):
+        if note not in told:
+            remark(f"note: {note}")
 
 
 def say(text: str, *, color: bool | None = None) -> None:

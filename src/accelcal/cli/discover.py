@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli.deliver import remark_alike
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_forms, one_below_the_other
 from accelcal.cli.options import (
@@ -96,6 +97,7 @@ def discover(
 
     given = [record for source in data for record in read_tables(source, overrides=declared)]
     records = records_of_serial(given, serial)
+    remark_alike(records)
     asked: dict[str, Any] = {"alpha": alpha, "max_effects": max_effects}
     asked |= {"delta0": delta0, "seed": seed}
     with click.progressbar(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from accelcal.cli.deliver import remark, say
+from accelcal.cli.deliver import remark, remark_alike, say
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.fit_arguments import fit_arguments
 from accelcal.cli.forms import csv_of, deliver_forms, one_below_the_other
@@ -62,10 +62,13 @@ def fit(
     from accelcal.io.tables import read_tables
 
     asked = fit_arguments(options)
+    records = [
+        record for source in data for record in _noted(read_tables(source, overrides=options))
+    ]
+    remark_alike(records)
     calibrations = tuple(
         calibrate(record, model=_model_of(record, asked.models), **asked.of_all)
-        for source in data
-        for record in _noted(read_tables(source, overrides=options))
+        for record in records
     )
     for serial, files in _apart(calibrations):
         remark(

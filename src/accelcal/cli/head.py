@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from accelcal.cli.deliver import deliver_picture
+from accelcal.cli.deliver import deliver_picture, remark_alike
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import Rows, deliver_result
 from accelcal.cli.options import (
@@ -60,6 +60,7 @@ def head(
 
     declared = {"head_uncertainty": head_uncertainty}
     records = [record for source in data for record in read_tables(source, overrides=declared)]
+    remark_alike(records)
     found = calibrate_head(records, delta0=delta0)
     deliver_picture(lambda: found.plot.errors(), picture)
     deliver_result(found, path, form, _certificate(found))
