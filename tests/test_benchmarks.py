@@ -58,7 +58,7 @@ def test_apply_triad_coverage():
 def test_triad():
     printed = run("triad.py", "--smoke")
     told = re.search(
-        r"^\| six faces \| 3 \| 0.001 \| 1e-05 \| ([\d.]+) \| ([\d.]+) ", printed, re.M
+        r"^\| six faces \| 3 \| 0.001 \| 1e-05 \| 0 \| ([\d.]+) \| ([\d.]+) ", printed, re.M
     )
     assert float(told[1]) >= 75.0
     assert float(told[2]) < 5.0

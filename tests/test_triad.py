@@ -15,7 +15,7 @@ import accelcal
 from accelcal.cli.main import main
 from accelcal.io.triad import read_triad
 from accelcal.results.triad import TriadCalibration
-from accelcal.triad.record import TriadRecord, up_of_turn
+from accelcal.triad.record import TriadRecord, one_an_attitude, up_of_turn
 from accelcal.triad.scatter import Scatter
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "triad.csv"
@@ -322,6 +322,80 @@ def test_one_direction_on_two_shafts_is_two_attitudes():
     found = accelcal.calibrate_triad(record)
     assert (found.attitudes, found.dof) == (12, 8)
     assert accelcal.calibrate_triad(record.output, record.up).attitudes == 6
+
+
+def seated(rng, shafts, step, size, visits=1):
+    """A block that sits turned on each shaft, by a small angle about each axis."""
+    angles = np.arange(0.0, 360.0, step)
+    up = np.concatenate([up_of_turn(shaft, angles) for shaft in shafts])
+    turn = np.repeat(rng.normal(scale=size, size=(len(shafts), 3)), angles.size, axis=0)
+    felt = np.tile(up + np.cross(turn, up), (visits, 1))
+    return TriadRecord(
+        outputs(felt, NEAR, rng, 1e-5),
+        np.tile(up, (visits, 1)),
+        attitude=tuple(f"{s} {a:g}" for s in shafts for a in angles) * visits,
+        shaft=tuple(s for s in shafts for _ in angles) * visits,
+    )
+
+
+@pytest.mark.parametrize(
+    ("shafts", "step", "size", "visits", "widest"),
+    [
+        ("xyz", 45.0, 0.0, 1, 1.7),
+        ("xyz", 45.0, 1e-5, 1, 1.4),
+        ("xyz", 45.0, 1e-4, 2, 1.5),
+        ("xyz", 90.0, 1e-4, 1, 1.5),
+        ("zx", 45.0, 1e-4, 1, 2.2),
+    ],
+)
+def test_misalignments_hold_where_the_block_sits_otherwise_on_each_shaft(
+    shafts, step, size, visits, widest
+):
+    """All attitudes of a shaft share it: intervals held 46 % on three shafts, 9 % on two."""
+    rng, found = np.random.default_rng(31), []
+    lengths = np.linalg.norm(NEAR, axis=1)
+    axes = NEAR / lengths[:, None]
+    for _ in range(200):
+        calibration = accelcal.calibrate_triad(seated(rng, shafts, step, size, visits))
+        told = calibration.misalignments.items()
+        off = [q.value - axes["xyz".index(name[2]), "xyz".index(name[3])] for name, q in told]
+        found.append((off, [q.expanded_uncertainty for _, q in told]))
+    off, wide = np.moveaxis(np.array(found), 1, 0)
+    assert 0.93 <= np.mean(np.abs(off) <= wide) <= 0.995
+    assert (wide.mean(axis=0) < widest * 1.96 * np.sqrt(np.mean(off**2, axis=0))).all()
+
+
+def test_a_gate_tells_how_the_block_sits_on_its_shafts():
+    rng = np.random.default_rng(32)
+    alike, otherwise = (accelcal.calibrate_triad(seated(rng, "xyz", 45.0, x)) for x in (0.0, 3e-4))
+    assert gate(alike, "clampings").verdict == "pass"
+    told = gate(otherwise, "clampings")
+    assert told.verdict == "warn"
+    assert 0.15 < float(re.search(r"sits (\S+) mrad", told.finding)[1]) < 0.6
+    assert otherwise.scale_factors["K_x"].standard_uncertainty < 1e-5  # a turn leaves it alone
+    few = accelcal.calibrate_triad(seated(rng, "xyz", 180.0, 1e-4))
+    assert gate(few, "clampings").verdict == "not assessed"
+    one = seated(rng, "xyz", 45.0, 1e-4)
+    for record in (
+        TriadRecord(one.output, one.up),
+        TriadRecord(one.output, one.up, shaft=("x",) * 24),
+    ):
+        assert "clampings" not in [g.name for g in accelcal.calibrate_triad(record).gates]
+
+
+def test_shafts_of_a_table_are_read_beside_directions_and_signs():
+    record = read_triad(EXAMPLE)
+    assert record.shaft == ("z",) * 8 + ("x",) * 8 + ("y",) * 8
+    head = "shaft,angle,x,y,z,up_x,up_y,up_z\n"
+    rows = [(" +X", 0, 0, 1, 0), ("-x", 0, 0, 1, 0), ("Z", 0, 1, 0, 0)]
+    text = head + "".join(
+        f"{s},{a},1,{i},3,{x},{y},{z}\n" for i, (s, a, x, y, z) in enumerate(rows)
+    )
+    record = read_triad(io.StringIO(text))
+    assert record.shaft == ("x", "-x", "z")
+    assert one_an_attitude(record) is record  # one direction on two clampings is two attitudes
+    with pytest.raises(accelcal.InputError, match="1 shafts of 3 attitudes; give one for each"):
+        TriadRecord(np.eye(3), shaft=("x",))
 
 
 def test_noise_does_not_bias_the_fit_as_it_does_the_algebraic_one():

@@ -86,6 +86,7 @@ def read_triad(
             up=_up(table),
             line=channels[0].lines,
             attitude=_attitude(table),
+            shaft=_shaft(table),
             temperature=_temperature(table),
             unit=unit.name,
             local_gravity=given["local_gravity"] if "local_gravity" in given else _gravity(table),
@@ -165,9 +166,16 @@ def _attitude(table: SmallTable) -> tuple[str, ...] | None:
     there = set(table.columns)
     if {"up_x", "up_y", "up_z"} <= there or not {"shaft", "angle"} <= there:
         return None
-    shafts = (str(cell).strip().casefold().lstrip("+") for cell in table.columns["shaft"].cells)
+    shafts = _shaft(table) or ()
     angles = nominal_angles(complete_numbers(table.columns["angle"])) % 360.0
     return tuple(f"{shaft} {angle:g}" for shaft, angle in zip(shafts, angles, strict=True))
+
+
+def _shaft(table: SmallTable) -> tuple[str, ...] | None:
+    """Shafts about which the block was turned; one turned round is another clamping."""
+    if not {"shaft", "angle"} <= set(table.columns):
+        return None
+    return tuple(str(c).strip().casefold().lstrip("+") for c in table.columns["shaft"].cells)
 
 
 def _turned(shaft: Column, angle: Column) -> Array:

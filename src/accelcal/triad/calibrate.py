@@ -98,7 +98,7 @@ def _calibrated(given: TriadRecord, chosen: str | None) -> TriadCalibration:
         found = from_unknown_attitudes(record.output, frame)
     elif chosen is None:
         frame = "block"
-        found = from_known_attitudes(record.output, record.up, Visits.of(given))
+        found = from_known_attitudes(record.output, record.up, Visits.of(given), record.shaft)
     else:
         raise InputError(
             f"frame is {chosen!r}, but the attitudes are known, and so are the axes of the block;"

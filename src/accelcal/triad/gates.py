@@ -24,6 +24,8 @@ _GO_AGAIN = (
     " through the attitudes again, and the scatter of the visits tells the noise"
 )
 _FALSE_ALARM = 0.01
+_SURE = 1e-4
+"""Chance below which turns of the block are no errors of a head, which all shafts may share."""
 
 
 def gates_of(record: TriadRecord, found: Solution, frame: str) -> tuple[Gate, ...]:
@@ -46,7 +48,27 @@ def gates_of(record: TriadRecord, found: Solution, frame: str) -> tuple[Gate, ..
     """
     gates = [_number(record, found), _spread(found), _outlier(record, found)]
     axes = _misalignment(record, found, frame) if record.up is None else [_axes(found)]
-    return (*gates, *axes, *_temperature(record))
+    return (*gates, *axes, *_clampings(record, found), *_temperature(record))
+
+
+def _clampings(record: TriadRecord, found: Solution) -> Iterator[Gate]:
+    """Tell whether the block sits alike on all shafts."""
+    shafts = len(set(record.shaft or ()))
+    if record.up is None or shafts < 2 or found.seats is None:
+        return
+    name, seats = "clampings", found.seats
+    if seats.chance is None:
+        told = f"on {shafts} shafts: too few attitudes tell whether the block sits alike on all"
+        yield Gate(name, "not assessed", f"{told}; U does not count how it sits")
+        return
+    told = f"on {shafts} shafts the block sits {1e3 * seats.size:.2g} mrad rms otherwise about each"
+    told += f" axis, which U counts (p = {seats.chance:.2g})"
+    if seats.chance >= _SURE:
+        yield Gate(name, "pass", f"{told}: no more than what is left")
+    else:
+        yield Gate(
+            name, "warn", f"{told}: clamp it against stops; a head with large errors may look so"
+        )
 
 
 def _temperature(record: TriadRecord) -> Iterator[Gate]:

@@ -9,6 +9,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import DesignError, InputError
 from accelcal.results.triad import AXES
+from accelcal.triad.clampings import Seats, seats_of
 from accelcal.triad.solution import Design, Solution, design_of
 from accelcal.triad.visits import Noise, Visits
 
@@ -28,7 +29,9 @@ _FEW = 2.0
 """Degrees of freedom from which visits tell the noise of a channel."""
 
 
-def from_known_attitudes(output: Array, up: Array, visits: Visits) -> Solution:
+def from_known_attitudes(
+    output: Array, up: Array, visits: Visits, shaft: tuple[str, ...] | None = None
+) -> Solution:
     """Calibrate a triad whose attitudes are known.
 
     Parameters
@@ -39,6 +42,8 @@ def from_known_attitudes(output: Array, up: Array, visits: Visits) -> Solution:
         Acceleration along the axes of the block [g].
     visits : Visits
         The visits to these attitudes.
+    shaft : tuple of str, optional
+        Shaft of each attitude, on which the block was clamped anew.
 
     Returns
     -------
@@ -59,7 +64,8 @@ def from_known_attitudes(output: Array, up: Array, visits: Visits) -> Solution:
     from the residuals whole: cov = (A^T A)^-1 (x) R^T R / (n - 4). Such an error does not act
     where the channel points up; what that adds to some parameters is counted. What it takes from
     others, as from the scale factors where all attitudes are along an axis, is taken off where
-    repeated visits tell the noise of the channel alone: residuals cannot.
+    repeated visits tell the noise of the channel alone: residuals cannot. How the block sits on
+    each of several shafts is taken out of the residuals, and its covariance added.
     """
     n = len(output)
     if n < _FEWEST:
@@ -80,7 +86,10 @@ def from_known_attitudes(output: Array, up: Array, visits: Visits) -> Solution:
         residual=residual / scale,
         design=design,
     )
-    return found if n == _FEWEST else _with_uncertainty(found, residual, up, visits)
+    if n == _FEWEST:
+        return found
+    axes = sensitivity / scale[:, None]
+    return _with_uncertainty(found, seats_of(found.residual, axes, up, shaft, design), up, visits)
 
 
 def _refuse_one_column(output: Array, sensitivity: Array) -> None:
@@ -94,25 +103,45 @@ def _refuse_one_column(output: Array, sensitivity: Array) -> None:
                 raise InputError(f"{told}; {_OWN_COLUMN}")
 
 
-def _with_uncertainty(found: Solution, residual: Array, up: Array, visits: Visits) -> Solution:
+def _with_uncertainty(found: Solution, seats: Seats, up: Array, visits: Visits) -> Solution:
     """Covariance in the order b_x, b_y, b_z, S_xx, S_xy ..., S_zz; degrees of freedom of each."""
-    scatter, inverse = residual.T @ residual / found.dof, found.design.inverse
-    axes = list(enumerate(found.sensitivity))
-    channels = [_Channel.of(found.design, scatter[i, i], axis, up) for i, axis in axes]
+    scale, inverse = np.linalg.norm(found.sensitivity, axis=1), found.design.inverse
+    left = seats.left * scale / np.sqrt(seats.freedom)
+    scatter, told = left.T @ left, zip(found.sensitivity, seats.freedom.tolist(), strict=True)
+    channels = [
+        _Channel.of(found.design, scatter[i, i], axis, dof, up)
+        for i, (axis, dof) in enumerate(told)
+    ]
     tilt = float(np.mean([channel.tilt for channel in channels]))
     pairs = list(zip(channels, visits.noise(found.sensitivity), strict=True))
     parts = [channel.uncertainty(noise, visits.share, tilt) for channel, noise in pairs]
     factor, freedom = (np.concatenate(part) for part in zip(*parts, strict=True))
-    whole = np.kron(scatter, inverse @ inverse.T) * np.outer(factor, factor)
+    own = np.kron(scatter, inverse @ inverse.T) * np.outer(factor, factor)
+    whole = own + _of_seats(seats, found.sensitivity)
     # which has the order b_x, S_xx, S_xy, S_xz, b_y ...
+    if seats.size:
+        shares = np.diagonal(own) / np.diagonal(whole)
+        freedom = 1.0 / (shares**2 / freedom + (1.0 - shares) ** 2 / seats.dof)
     order = [4 * i for i in range(3)] + [4 * i + 1 + j for i in range(3) for j in range(3)]
     return found._replace(
         covariance=np.asarray(whole[np.ix_(order, order)], dtype=np.float64),
         freedom=freedom[order],
+        seats=seats,
         noise_untold=any(
             channel.growth.min() <= _LITTLE and noise.dof < _FEW for channel, noise in pairs
         ),
     )
+
+
+def _of_seats(seats: Seats, sensitivity: Array) -> Array:
+    """Covariance by the turns of the block; a scale factor feels the cosine, as of an attitude."""
+    scale = np.repeat(np.linalg.norm(sensitivity, axis=1), 4)
+    along = np.column_stack([np.zeros(3), sensitivity])
+    cosine = [1.5 * seats.size**4 * np.outer(row, row) for row in along]
+    whole = seats.covariance * np.outer(scale, scale)
+    for i, part in enumerate(cosine):
+        whole[4 * i : 4 * i + 4, 4 * i : 4 * i + 4] += part
+    return np.asarray(whole)
 
 
 class _Channel(NamedTuple):
@@ -145,22 +174,21 @@ class _Channel(NamedTuple):
     freedom: float
 
     @classmethod
-    def of(cls, design: Design, scatter: float, axis: Array, up: Array) -> _Channel:
+    def of(cls, design: Design, scatter: float, axis: Array, dof: float, up: Array) -> _Channel:
         """Judge a channel; such an error moves it by 1 - (axis a)^2 of its square.
 
         The degrees of freedom are Satterthwaite's, tr(M h)^2 / tr(M h M h) with h these shares and
-        M what turns errors to residuals.
+        M what turns errors to residuals, fewer in proportion where turns of the block took some.
         """
-        squares, length = design.inverse**2, float(axis @ axis)
-        dof = len(up) - _FEWEST
+        squares, length, whole_dof = design.inverse**2, float(axis @ axis), len(up) - _FEWEST
         felt = 1.0 - (up @ axis) ** 2 / length
         leverage = np.sum(design.basis**2, axis=1)
         whole = float(felt @ (1.0 - leverage))
         core = design.basis.T @ (felt[:, None] * design.basis)
         both = float(felt**2 @ (1.0 - 2.0 * leverage) + np.sum(core**2))
-        mean = max(whole / dof, _LEAST)
+        mean = max(whole / whole_dof, _LEAST)
         growth = np.asarray(squares @ felt / (mean * squares.sum(axis=1)))
-        freedom = whole**2 / both if both > _LEAST else float(dof)
+        freedom = whole**2 / both * dof / whole_dof if both > _LEAST else dof
         tilt = scatter / (mean * length)
         return cls(squares, dof, scatter, axis, growth, tilt, float(np.clip(freedom, 1.0, dof)))
 

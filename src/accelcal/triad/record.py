@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, product
 
@@ -59,6 +59,9 @@ class TriadRecord(EqualByContents):
         Where the record came from.
     notes : tuple of str
         What the reader set aside, one sentence each.
+    shaft : tuple of str or None
+        Name of the shaft about which the block was turned to each row: it was clamped anew on each,
+        and sits a little turned in all attitudes of one.
 
     Raises
     ------
@@ -84,14 +87,15 @@ class TriadRecord(EqualByContents):
     serial: str | None = None
     source: str = "<table>"
     notes: tuple[str, ...] = ()
+    shaft: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         Apparatus(local_gravity=self.local_gravity)  # refuses what is found nowhere on Earth
         check_text(unit=self.unit, serial=self.serial)
         check_written(source=self.source)
         check_texts(notes=self.notes)
-        if self.attitude is not None:
-            check_texts(attitude=self.attitude)
+        self._check_names("attitude")
+        self._check_names("shaft")
         for name in ("output", "up"):
             if name == "output" or self.up is not None:
                 object.__setattr__(self, name, _rows(getattr(self, name), name))
@@ -99,12 +103,17 @@ class TriadRecord(EqualByContents):
             own = _temperatures(self.temperature, len(self.output))
             object.__setattr__(self, "temperature", own)
         freeze(self)
-        if self.attitude is not None and len(self.attitude) != len(self.output):
-            raise InputError(
-                f"{len(self.attitude)} names of {len(self.output)} attitudes; give one for each"
-            )
+        for names, what in ((self.attitude, "names"), (self.shaft, "shafts")):
+            if names is not None and len(names) != len(self.output):
+                raise InputError(
+                    f"{len(names)} {what} of {len(self.output)} attitudes; give one for each"
+                )
         if self.up is not None:
             _check_directions(self.up, len(self.output))
+
+    def _check_names(self, field: str) -> None:
+        if getattr(self, field) is not None:
+            check_texts(**{field: getattr(self, field)})
 
     def __repr__(self) -> str:
         known = "not known" if self.up is None else "known"
@@ -138,7 +147,7 @@ def one_an_attitude(record: TriadRecord) -> TriadRecord:
     """
     if record.up is None:
         return record
-    number = attitude_numbers(record.attitude or places_of(record.up))
+    number = attitude_numbers(names_of(record))
     rows: dict[int, list[int]] = {}
     for row, own in enumerate(number):
         rows.setdefault(own, []).append(row)
@@ -152,9 +161,18 @@ def one_an_attitude(record: TriadRecord) -> TriadRecord:
         up=np.array([_direction(record.up[members]) for members in rows.values()]),
         line=None if record.line is None else record.line[first],
         attitude=None,
+        shaft=None if record.shaft is None else tuple(record.shaft[row] for row in first),
         temperature=_averaged(record.temperature, rows.values()),
         notes=(*record.notes, note),
     )
+
+
+def names_of(record: TriadRecord) -> Sequence[object]:
+    """Name the attitude of each row: as given, or by where up is, on each shaft alone."""
+    if record.attitude is not None or record.up is None:
+        return record.attitude or ()
+    places = places_of(record.up)
+    return places if record.shaft is None else list(zip(places, record.shaft, strict=True))
 
 
 def attitude_numbers(names: Iterable[object]) -> list[int]:

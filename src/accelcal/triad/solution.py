@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.results.triad import AXES
 from accelcal.triad.scatter import Scatter
+
+if TYPE_CHECKING:
+    from accelcal.triad.clampings import Seats
 
 NAMES = (*(f"b_{i}" for i in AXES), *(f"S_{i}{j}" for i in AXES for j in AXES))
 """Bias of each channel, and its sensitivity to the acceleration along each axis of the block."""
@@ -65,6 +68,8 @@ class Solution(NamedTuple):
         Degrees of freedom of the variance of each parameter, where they are not those of all.
     noise_untold : bool
         Whether errors of attitudes that some parameters do not feel may be most of what is left.
+    seats : Seats or None
+        How the block sits on its shafts, where attitudes are known.
     """
 
     bias: Array
@@ -76,6 +81,7 @@ class Solution(NamedTuple):
     scatter: Scatter | None = None
     freedom: Array | None = None
     noise_untold: bool = False
+    seats: Seats | None = None
 
     @property
     def dof(self) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.numerics.decimal_steps import decimal_steps
-from accelcal.triad.record import TriadRecord, attitude_numbers, places_of
+from accelcal.triad.record import TriadRecord, attitude_numbers, names_of, places_of
 
 _ALONG = 0.01
 """Share of an error of the attitude, in its square, that a channel feels at most: 6 deg."""
@@ -80,7 +80,7 @@ class Visits(NamedTuple):
         """
         if record.up is None:
             raise ValueError("visits of attitudes that are not known")
-        number = np.array(attitude_numbers(record.attitude or places_of(record.up)))
+        number = np.array(attitude_numbers(names_of(record)))
         start = np.flatnonzero(np.diff(number, prepend=-1))
         rows = np.diff(start, append=len(number))
         output, up = (np.add.reduceat(a, start) / rows[:, None] for a in (record.output, record.up))
