@@ -429,3 +429,23 @@ def test_intervals_hold_a_curved_truth(size):
                 abs(found[n].value - truth[n]) <= found[n].expanded_uncertainty for n in truth
             )
     assert held >= 190
+
+
+def test_errors_of_temperature_are_new_in_each_run_of_a_level():
+    """They counted as common to the runs, and their scatter was added: U was twice as wide."""
+    rng, found = np.random.default_rng(3), []
+    plan = accelcal.TumblePlan(temperatures=(20.0, 80.0, -40.0) * 3, strokes=2)
+    for seed in range(40):
+        record = accelcal.simulate(plan=plan, seed=seed)
+        wrong = rng.normal(scale=0.2, size=len(record.run_labels))[record.run]
+        apparatus = replace(record.apparatus, temperature_uncertainty=0.2)
+        record = replace(record, temperature=record.temperature + wrong, apparatus=apparatus)
+        record = replace(record, reference_temperature=20.0)
+        levels = accelcal.fit(record)
+        found.append(accelcal.coefficients_at(levels, 79.0, by="levels", extrapolate=True)["K1"])
+    off = np.array([q.value for q in found])
+    off -= off.mean()
+    wide = np.array([q.expanded_uncertainty for q in found])
+    standard = np.mean([q.standard_uncertainty for q in found])
+    assert standard < 1.6 * off.std(ddof=1)
+    assert np.mean(np.abs(off) <= wide) >= 0.9

@@ -20,16 +20,20 @@ from accelcal.compensate.levels import Errors, LevelCompensation, LevelTable
 from accelcal.compensate.of_table import by_table, cross_name, values_of, with_other
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL, same_levels
+from accelcal.model import LAWS
 from accelcal.results.calibration import Calibration
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.table import TableCalibration, nearest_table
-from accelcal.results.temperature import nearest_level
+from accelcal.results.temperature import TemperatureLaw, nearest_level
 from accelcal.results.usable import not_determined
 
 _LAUNCHES = ("launch", "launch_sf")
 _BIAS, _DELTA = PARAMETERS.index("k0"), PARAMETERS.index("delta")
 _SIZE = len(PARAMETERS)
 _ROUNDING = 1e-9
+
+_NEAR_T0 = 5.0
+"""Levels nearer to T0 may be on either side of it, as `accelcal.temperature` has it [degC]."""
 
 
 class _Run(NamedTuple):
@@ -41,6 +45,8 @@ class _Run(NamedTuple):
     common_over_dof: Array
     own: Array
     own_over_dof: Array
+    heat: Array
+    """What the standard uncertainty of its temperature does to the coefficients."""
 
 
 def level_compensation(
@@ -71,7 +77,9 @@ def level_compensation(
     The tables are those of the mounting of most tables, and for the other cross axis those of the
     mounting of most tables there. Tables of one level are averaged; the weight of each is that of
     its variances, on the average of the coefficients. How far they scatter about their mean is in
-    the covariance, all of it, as the next one may lie where any of them did. So is the hysteresis
+    the covariance, as the next one may lie where any of them did, but for what the errors of their
+    temperatures make of it: these are new in each run, as shifts from launch to launch are, and are
+    no property of the accelerometer. So is the hysteresis
     of the bias, where it is known and wider; at a level with one run, which is on one branch only,
     a second time.
     """
@@ -216,8 +224,13 @@ def _run(
     unit[PARAMETERS.index("K1")] = values["K1"]
     whole, told = (np.array(rows)[:_SIZE, :_SIZE] for rows in errors_of_table(calibration, table))
     own, own_told = _of_launches(calibration, table)
-    if np.linalg.eigvalsh(np.nan_to_num(_scaled(whole - own, whole))).min() < -_ROUNDING:
+    heat = _of_temperature(calibration, table)
+    if not _is_part(own + np.outer(heat, heat), whole):
+        heat = np.zeros_like(heat)
+    if not _is_part(own, whole):
         own, own_told = np.zeros_like(own), np.zeros_like(own)
+    own = own + np.outer(heat, heat)
+    own_told = own_told + np.outer(heat, heat) / _freedom(calibration, "temperature")
     moved, wider = _free_of_the_angle(calibration, table, tables)
     unit_of_errors = unit.copy()
     unit_of_errors[_DELTA] *= wider
@@ -230,7 +243,51 @@ def _run(
         (told - own_told) * both,
         own * both,
         own_told * both,
+        heat * unit_of_errors,
     )
+
+
+def _is_part(own: Array, whole: Array) -> bool:
+    """Whether a covariance is a part of another, and the rest is one as well."""
+    rest = np.nan_to_num(_scaled(whole - own, whole))
+    return bool(np.linalg.eigvalsh(rest).min() >= -_ROUNDING)
+
+
+def _freedom(calibration: Calibration, name: str) -> float:
+    """Degrees of freedom of a source of error, the fewest where runs have their own."""
+    return min(
+        (s.dof or np.inf for s in calibration.error_sources if s.name == name), default=np.inf
+    )
+
+
+def _of_temperature(calibration: Calibration, table: TableCalibration) -> Array:
+    """What the error of the temperature of a run does to `PARAMETERS`, by the laws."""
+    size = table.budget.get("K1", {}).get("temperature", 0.0)
+    model, rise = calibration.temperature_model, _rise(calibration, table)
+    found = np.zeros(_SIZE)
+    if not size or model is None or rise is None:
+        return found
+    slopes = np.array([_slope(getattr(model, name), rise) for name in LAWS])
+    scale_factor, at_T0 = table.coefficients["K1"].value, model.K1.at_T0 and model.K1.at_T0.value
+    if slopes[1] and scale_factor and at_T0:
+        found[[PARAMETERS.index(name) for name in LAWS]] = slopes * abs(size / slopes[1] / at_T0)
+        found[PARAMETERS.index("K1")] *= at_T0 / scale_factor  # which is relative here
+    if table.mounting != calibration.main_mounting:  # the laws tell its misalignment nothing
+        found[_DELTA] = 0.0
+    return found
+
+
+def _rise(calibration: Calibration, table: TableCalibration) -> float | None:
+    if table.temperature_degC is None or calibration.T0_degC is None:
+        return None
+    return table.temperature_degC - calibration.T0_degC
+
+
+def _slope(law: TemperatureLaw, rise: float) -> float:
+    """Slope of a law at a level; the mean of both sides at T0, as the budget of a table has it."""
+    sides = ((law.above, rise > -_NEAR_T0), (law.below, rise < _NEAR_T0))
+    known = [side.value for side, counts in sides if counts and side and side.value is not None]
+    return float(np.mean(known)) if known else 0.0
 
 
 def _of_launches(calibration: Calibration, table: TableCalibration) -> tuple[Array, Array]:
@@ -238,12 +295,11 @@ def _of_launches(calibration: Calibration, table: TableCalibration) -> tuple[Arr
     if not table.covariance_names:
         return np.zeros((_SIZE, _SIZE)), np.zeros((_SIZE, _SIZE))
     jacobian = by_quotients(calibration, table)
-    known = {source.name: source.dof or np.inf for source in calibration.error_sources}
     own, told = np.zeros((_SIZE, _SIZE)), np.zeros((_SIZE, _SIZE))
     for source in _LAUNCHES:
         size = [table.budget.get(n, {}).get(source, 0.0) for n in table.covariance_names]
         part = (jacobian * np.square(size)) @ jacobian.T
-        own, told = own + part, told + part / known.get(source, np.inf)
+        own, told = own + part, told + part / _freedom(calibration, source)
     return own, told
 
 
@@ -300,7 +356,8 @@ def _mean(runs: Sequence[_Run]) -> _Run:
         return sum(w**power * getattr(r, name) for w, r in zip(weights, runs, strict=True))
 
     once, twice = ("temperature", "values", "common", "common_over_dof"), ("own", "own_over_dof")
-    return _Run(*(total(name, 1) for name in once), *(total(name, 2) for name in twice))
+    parts = [total(name, 1) for name in once] + [total(name, 2) for name in twice]
+    return _Run(*parts, *[total("heat", 1)])
 
 
 def _slopes(rise: Array, values: Array) -> Array:
@@ -318,6 +375,18 @@ def _spread(runs: Sequence[_Run], slope: Array, loop: float) -> Array:
         [r.values - mean.values - slope * (r.temperature - mean.temperature) for r in runs]
     )
     spread = (off.T * weights) @ off
+    heat = np.array([r.heat for r in runs])
+    if heat.any():
+        spread = _beyond((heat.T * (weights * (1.0 - weights))) @ heat, spread, mean)
     spread[_BIAS, _BIAS] += max(loop**2 - spread[_BIAS, _BIAS], 0.0)
     spread[_BIAS, _BIAS] += loop**2 if len(runs) == 1 else 0.0
     return np.asarray(spread)
+
+
+def _beyond(expected: Array, spread: Array, mean: _Run) -> Array:
+    """Covariance by which a scatter is more than expected, in the directions in which it is."""
+    sigma = np.sqrt(np.diagonal(mean.common + mean.own))
+    unit = np.where(sigma > 0.0, sigma, 1.0)
+    sizes, directions = np.linalg.eigh((spread - expected) / np.outer(unit, unit))
+    more = (directions * np.maximum(sizes, 0.0)) @ directions.T
+    return np.asarray(more * np.outer(unit, unit))
