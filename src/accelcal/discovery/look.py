@@ -18,7 +18,6 @@ from accelcal.discovery.silence import DEAD_ZONE, silent_readings
 from accelcal.discovery.solution import solution
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
-from accelcal.discovery.unnamed.wide_dead_zone import silent_first
 from accelcal.effects.effect import Effect
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Unexplained
@@ -194,8 +193,7 @@ def _look(
     else:
         family = with_rates(family, question.seed)
     found = search(family, alpha=question.alpha, most=question.most)
-    first = silent_first(comparison, found.explanations, question.alpha)
-    return Look(family, found._replace(explanations=first))
+    return Look(family, found)
 
 
 def _same_null(one: Family, other: Family) -> bool:

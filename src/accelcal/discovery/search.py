@@ -9,6 +9,7 @@ import numpy as np
 from accelcal.discovery.explanation import Explanation, best_instances, explanation
 from accelcal.discovery.family import Family, Judgement, chance, judge
 from accelcal.discovery.spans import orthonormal, without
+from accelcal.discovery.unnamed.wide_dead_zone import silent_first
 from accelcal.effects.time import APPROACH, USUAL
 
 _BEAM = 12
@@ -64,7 +65,8 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
         passing = sorted((e for e in tried if e.passes), key=lambda e: not _is_sure(e, alpha))
         if passing and _is_sure(passing[0], alpha):
             more = _beside_another_start(family, passing[0], alpha)
-            return Findings(before, (*more, *passing), None)
+            found = silent_first(family.comparison, (*more, *passing), alpha)
+            return Findings(before, found, None)
         nearest = max([*needed, *filter(None, [nearest])], key=_nearness, default=None)
         beam = [_indices(family, e) for e in tried[:_BEAM]]
     return Findings(before, (), nearest)

@@ -19,7 +19,6 @@ from accelcal.discovery.stand.joint_fit import (
 )
 from accelcal.discovery.stand.mean_unit import Unit
 from accelcal.discovery.stand.one_value import FEWEST
-from accelcal.discovery.unnamed.wide_dead_zone import silent_first
 from accelcal.effects.effect import Effect
 
 
@@ -41,8 +40,7 @@ class OwnLook(NamedTuple):
         """Effects that explain the unit, best first, and whether they explain it fully."""
         found = search(self.family, alpha=alpha, most=most)
         near = () if found.nearest is None else (found.nearest,)
-        first = silent_first(self.family.comparison, found.explanations, alpha)
-        return first or near, bool(found.explanations) or found.before.p_value >= alpha
+        return found.explanations or near, bool(found.explanations) or found.before.p_value >= alpha
 
 
 class Looker:
