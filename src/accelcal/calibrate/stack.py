@@ -130,9 +130,8 @@ class CalibrationStack:
         )
         if main is not None and main.K1.at_T0 is not None and self._laws_of_readings:
             main = self._from_readings(record, main)
-        if "K1" in self.unbounded[record]:
-            main, second = (laws and laws.with_unbounded_scale_factor() for laws in (main, second))
-        return main, second
+        names = self.unbounded[record]
+        return main and main.without_bound(names), second and second.without_bound(names)
 
     def _from_readings(self, record: int, laws: TemperatureModel) -> TemperatureModel:
         from accelcal.temperature.from_readings import laws_from_readings
@@ -166,7 +165,7 @@ class CalibrationStack:
     @cached_property
     def told_laws(self) -> StackLaws:
         """Laws as `laws_of` tells them, from the readings where these are asked for."""
-        laws, is_open = self.laws, any("K1" in names for names in self.unbounded)
+        laws, is_open = self.laws, any(self.unbounded)
         if not (is_open or self._laws_of_readings):
             return laws
         main, second = zip(*map(self.laws_of, range(len(self))), strict=True)

@@ -11,6 +11,7 @@ import numpy as np
 from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.dead_zone_or_cube import APART, apart, said_of_rivals
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
@@ -31,9 +32,6 @@ _LIKE_THE_HEAD = 0.9
 """Part of an effect's squares that errors of the head positions must be able to take up."""
 
 _LIKE_ANY = ": errors of the head look like effects of the position alone"
-
-_OTHERWISE = 2.0
-"""Standard uncertainties by which a coefficient must differ to be told."""
 
 _MOST_RIVALS = 3
 
@@ -107,7 +105,8 @@ def caveats(
     yield from map(Caveat, _otherwise(comparison, found, [*places, *laws]))
     yield from _put_together(family, found)
     yield from _of_any_pattern(family, found)
-    yield from (Caveat(*said) for said in said_of_silence(comparison, found))
+    silence = list(said_of_silence(comparison, found))
+    yield from (Caveat(*said) for said in silence or said_of_rivals(comparison, found))
     yield from _of_the_first_readings(comparison, best)
     yield from map(Caveat, _of_the_start(best))
     yield from _of_few_readings(comparison, best)
@@ -146,7 +145,7 @@ def _otherwise(
         told = [
             _value(old, new)
             for old, new in zip(best, other, strict=True)
-            if _apart(old, new) > _OTHERWISE and new.after.unit in _TOLD
+            if apart(old, new) > APART and new.after.unit in _TOLD
         ]
         if told:
             yield f"{IF_IT_IS}{name} in truth: {', '.join(told)}"
@@ -327,13 +326,6 @@ def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
                 " same is no noise",
                 [walk.instead_of.effect.id] if named else [],
             )
-
-
-def _apart(one: Change, other: Change) -> float:
-    uncertainty = one.after.standard_uncertainty
-    if not uncertainty or one.after.value is None or other.after.value is None:
-        return 0.0
-    return abs(one.after.value - other.after.value) / uncertainty
 
 
 def _value(best: Change, change: Change) -> str:

@@ -17,6 +17,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.dead_zone_or_cube import in_fit, left_undecided
 from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.gaps import gaps_with
 from accelcal.discovery.instance import (
@@ -32,6 +33,7 @@ from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.unnamed.wide_dead_zone import (
     OPEN,
+    SILENCED,
     has_open_width,
     may_be_wider,
     of_open_width,
@@ -105,13 +107,15 @@ def correction(
     """
     known = disturbances(model.effects)
     instances = [instance_of(item) for item in known]
+    silenced = SILENCED if model.unexplained and set(OPEN) <= set(model.unbounded) else ()
     if not instances:
-        return Correction(record, np.empty((len(record), 0)), 1, ())
+        return Correction(record, np.empty((len(record), 0)), 1, (), silenced)
     silent = silent_by(record, reference_temperature, delta0, known)
     comparison = compared(record, reference_temperature, delta0, tuple(instances), silent=silent)
     shown = [_is_visible(comparison, item) for item in instances]
     fitted = [item for item, is_shown in zip(instances, shown, strict=True) if is_shown]
     is_open = may_be_wider(comparison, fitted)
+    hanging = tuple(map(in_fit, left_undecided(comparison, fitted, model.effects)))
     straight = straightened(comparison, fitted, delta0) if silent is None else None
     if straight is not None:
         record = straight
@@ -135,10 +139,9 @@ def correction(
         )
     if is_open:
         effects = tuple(map(of_open_width, effects))
-    unbounded = OPEN if is_open or any(map(has_open_width, effects)) else ()
-    return Correction(
-        replace(record, output=output), acting, comparison.space.dof, effects, unbounded
-    )
+    named = OPEN if is_open or any(map(has_open_width, effects)) else tuple(dict.fromkeys(hanging))
+    record, dof = replace(record, output=output), comparison.space.dof
+    return Correction(record, acting, dof, effects, silenced or named)
 
 
 def _is_visible(comparison: Comparison, item: Instance) -> bool:

@@ -10,6 +10,7 @@ from accelcal.arguments.options import check_flag
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.caveats import Caveat, caveats, of_partners
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.dead_zone_or_cube import in_fit, in_place_of, with_undecided, without_bound
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.gap_as_given import gap_as_given, of_all_readings
@@ -26,12 +27,11 @@ from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.run_noise import LoudRun
-from accelcal.discovery.search import Findings
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, parameters_of, solution
 from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
-from accelcal.discovery.unnamed.unexplained import chance_without_name, loudest, what_is_left
-from accelcal.discovery.unnamed.wide_dead_zone import with_open_width
+from accelcal.discovery.unnamed.unexplained import loudest, what_is_left
+from accelcal.discovery.unnamed.wide_dead_zone import SILENCED, with_open_width
 from accelcal.discovery.where import shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
@@ -191,7 +191,7 @@ def _discovery(
         notes=tuple(caveat.text for caveat in said),
         doubtful=tuple(dict.fromkeys(name for caveat in said for name in caveat.doubted)),
         reservations=tuple(caveat.reservation for caveat in said if caveat.reservation),
-        p_value=_p_value(findings, unexplained),
+        p_value=_p_value(look, unexplained),
         alpha=question.alpha,
         serial=record.serial,
         T0_degC=question.reference,
@@ -201,7 +201,19 @@ def _discovery(
         software=SOFTWARE,
         sha256=record.sha256,
     )
-    return with_open_width(told, comparison, named.instances) if findings.named and named else told
+    return _without_bounds(told, look)
+
+
+def _without_bounds(told: Discovery, look: Look) -> Discovery:
+    """Take the uncertainties from what hangs on a dead zone of which nothing tells how wide."""
+    if look.silence is not None:
+        names = [change.coefficient for change in told.coefficients]
+        told = without_bound(told, [name for name in names if in_fit(name) in SILENCED])
+    if not look.findings.named:
+        return told
+    instances = look.findings.named[0].instances
+    wide = with_open_width(told, look.comparison, instances)
+    return with_undecided(told, look.comparison, instances) if wide is told else wide
 
 
 def _named_and_left(
@@ -211,15 +223,16 @@ def _named_and_left(
     family, findings = look.family, look.findings
     named = next(iter(findings.named), None)
     loud = loudest(look.comparison, named.instances if named else ())
-    left = what_is_left(family, findings, look.shift, loud, question.alpha, question.seed)
+    instead = look.silence or look.shift
+    left = what_is_left(family, findings, instead, loud, question.alpha, question.seed)
     if named is None and left is not None and question.empirical:
         named = empirical_explanation(family)
         loud = loudest(look.comparison, named.instances if named else ())
     return named, left, loud
 
 
-def _p_value(findings: Findings, unexplained: Unexplained | None) -> float:
-    own = findings.before.p_value if findings.named else chance_without_name(findings)
+def _p_value(look: Look, unexplained: Unexplained | None) -> float:
+    own = look.findings.before.p_value if look.findings.named else look.findings.chance_without_name
     return min(own, unexplained.p_value if unexplained else 1.0)
 
 
@@ -302,7 +315,7 @@ def _effects(
     for (item, p_value), parameters, before, after in zip(
         strongest, told, steps, steps[1:], strict=False
     ):
-        others = _indistinguishable(look.findings, named, item.effect)
+        others = in_place_of(look.findings.explanations, named, item.effect.id)
         yield FoundEffect(
             id=item.effect.id,
             name=item.effect.name,
@@ -312,10 +325,3 @@ def _effects(
             indistinguishable=others,
             to_tell_apart=item.effect.to_tell_apart if others else "",
         )
-
-
-def _indistinguishable(findings: Findings, named: Explanation, effect: Effect) -> tuple[str, ...]:
-    """Ids that explain the readings too in place of one effect, the others being the same."""
-    rest = named.ids - {effect.id}
-    found = [other.ids - rest for other in findings.explanations if rest <= other.ids]
-    return tuple(next(iter(ids)) for ids in found if len(ids) == 1 and effect.id not in ids)

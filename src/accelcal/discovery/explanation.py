@@ -121,6 +121,13 @@ def explanation(family: Family, places: Sequence[int], alpha: float) -> Explanat
     )
 
 
+def seen_anew(comparison: Comparison, found: Explanation) -> Explanation:
+    """Take what was found in another space to that of a comparison."""
+    directions = comparison.directions(*found.instances)
+    squares = squares_in(orthonormal(directions), comparison.seen)
+    return found._replace(directions=directions, squares=squares)
+
+
 def _is_bent(comparison: Comparison, item: Instance, taken: Array) -> bool:
     """Whether the readings bend the law of an effect that has none but a straight one."""
     if item.effect.bend is None:

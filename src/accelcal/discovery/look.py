@@ -8,7 +8,7 @@ from typing import NamedTuple
 from accelcal.arrays import Mask
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.exact_law import straightened
-from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.explanation import CONTRADICTION, Explanation, seen_anew
 from accelcal.discovery.family import Family, family_of, with_rates
 from accelcal.discovery.gaps import gap_of
 from accelcal.discovery.instance import Instance
@@ -18,6 +18,7 @@ from accelcal.discovery.silence import DEAD_ZONE, silent_readings
 from accelcal.discovery.solution import solution
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
+from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
 from accelcal.effects.effect import Effect
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Unexplained
@@ -55,6 +56,7 @@ class Look(NamedTuple):
     findings: Findings
     walks: tuple[Wandering, ...] = ()
     shift: Unexplained | None = None
+    silence: Unexplained | None = None
 
     @property
     def comparison(self) -> Comparison:
@@ -65,12 +67,23 @@ class Look(NamedTuple):
 def look_through(record: TumbleRecord, question: Question) -> Look:
     """Search a record whose faults are mended for effects, and for what could look like them.
 
-    Where effects are so large that their exact laws differ from those of small ones, the readings
-    of the look are without the difference.
+    Where nothing explains all, a dead zone is looked for that silences readings.
     """
-    first = look = _beyond_disturbances(_searched(record, question), question)
+    first = _beyond_disturbances(_searched(record, question), question)
     if (beside := _beside_silence(first, question)) is not None:
         return beside
+    look = _by_exact_laws(first, question)
+    if look.findings.explanations or look.findings.chance_without_name >= question.alpha:
+        return look
+    return _of_any_width(look, question)
+
+
+def _by_exact_laws(first: Look, question: Question) -> Look:
+    """Search once more where the exact laws of large effects are not those of small ones.
+
+    The readings of the look are without the difference.
+    """
+    look = first
     for _ in range(_EXACT if first.findings.named else 0):
         known = look.findings.named[0]
         straight = straightened(first.comparison, known.instances, question.delta0)
@@ -101,13 +114,47 @@ def _beside_silence(look: Look, question: Question) -> Look | None:
     )
     if silent is None:
         return None
-    asked = question._replace(silent=silent)
-    again = _beyond_disturbances(_searched(record, asked), asked)
-    # of effects that look alike, a dead zone is what makes readings silent
+    again = _in_silence(record, question, silent)
+    return again if _is_sure_of_zone(again, question.alpha) else None
+
+
+def _in_silence(record: TumbleRecord, question: Question, silent: Mask) -> Look:
+    """Search with readings silent, for which a dead zone is likelier than what looks like it."""
+    inside = question._replace(silent=silent)
+    again = _beyond_disturbances(_searched(record, inside), inside)
     first = sorted(again.findings.explanations, key=lambda one: DEAD_ZONE not in one.ids)
-    if not first or DEAD_ZONE not in first[0].ids or max(first[0].p_values) >= question.alpha:
-        return None
     return again._replace(findings=again.findings._replace(explanations=tuple(first)))
+
+
+def _is_sure_of_zone(look: Look, alpha: float) -> bool:
+    best = next(iter(look.findings.explanations), None)
+    return best is not None and DEAD_ZONE in best.ids and max(best.p_values) < alpha
+
+
+def _of_any_width(look: Look, question: Question) -> Look:
+    """Find what explains all beside a dead zone as wide as the misalignment, at some levels or all.
+
+    Where K1 and K3 take up its width, it is told as silence; else it has its name.
+    """
+    comparison = look.comparison
+    zone = next((entry for entry in question.effects if entry.id == DEAD_ZONE), None)
+    asked = (question.reference, question.delta0)
+    silent = None if zone is None else likeliest_silence(comparison, zone, *asked)
+    if silent is None:
+        return look
+    again = _in_silence(comparison.record, question, silent)
+    if _is_sure_of_zone(again, question.alpha):
+        return again
+    found, p_value = again.findings.explanations, again.findings.before.p_value
+    if not found and p_value < CONTRADICTION * question.alpha:
+        return look
+    main = seen_anew(comparison, found[0]) if found else None
+    instances = main.instances if main else ()
+    return look._replace(
+        findings=look.findings._replace(main=main),
+        walks=again.walks,
+        silence=silence_beside(comparison, instances, look.findings.chance_without_name),
+    )
 
 
 def _searched(record: TumbleRecord, question: Question) -> Look:

@@ -22,6 +22,9 @@ _NEARLY_ALL, _CLEARLY = 0.98, 5.0
 """Part of the squares that effects take up which explain a disagreement in the main, and how many
 times what they leave any other set must leave."""
 
+_UNNAMED = 0.5
+"""Part of the false-alarm rate of a disagreement that has no name."""
+
 
 class Findings(NamedTuple):
     """What a search found.
@@ -48,6 +51,11 @@ class Findings(NamedTuple):
     def named(self) -> tuple[Explanation, ...]:
         """Explanations of which the first has a name: those that leave nothing, or the main one."""
         return self.explanations or ((self.main,) if self.main else ())
+
+    @property
+    def chance_without_name(self) -> float:
+        """Chance that noise disagrees as much with the model, over the part that is for no name."""
+        return min(1.0, self.before.p_value / _UNNAMED)
 
 
 def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:

@@ -36,6 +36,12 @@ _NOISE = 2.0
 """Sum of squares of a reading that it may leave in any case, over that of noise."""
 
 
+def across_the_axis(c: Conditions) -> Mask | None:
+    """Readings across the input axis, shape (n,); None where that is all of them or none."""
+    across = np.abs(c.input) < ALONG
+    return across if across.any() and not across.all() else None
+
+
 def silent_in(c: Conditions) -> Mask:
     """Readings that are taken as silent: those without any acceleration, shape (n,)."""
     return np.asarray((c.input == 0.0) & (c.cross == 0.0))
@@ -68,24 +74,27 @@ def silent_readings(
     Returns
     -------
     ndarray of bool, shape (n,), or None
-        None where no reading is silent or none tells the threshold, and without a given one where
+        None where no reading is silent or those that are not do not tell the threshold, and without
+        a given one where
         the effects leave much of the disagreement.
     """
-    across = np.abs(conditions_of(record, reference, delta0).input) < ALONG
-    if not across.any() or across.all():
+    across = across_the_axis(conditions_of(record, reference, delta0))
+    if across is None:
         return None
     beside = compared(record, reference, delta0, tuple(instances), noise=noise, silent=across)
     sizes = fitted_sizes(beside, instances)
     place = next(i for i, item in enumerate(instances) if item.effect.id == DEAD_ZONE)
-    if not sizes.shown[sum(map(len, sizes.of_each[:place]))]:
-        return None
+    is_shown = bool(sizes.shown[sum(map(len, sizes.of_each[:place]))])
     if width is None:
+        if not is_shown:
+            return None
         left = beside.seen - sizes.linear @ sizes.whole
         if left @ left > max(_LEFT * float(beside.seen @ beside.seen), _NOISE * left.size):
             return None
         width = float(sizes.of_each[place][0])
     silent = across & (np.abs(_axial(beside, instances, reference, delta0)) < width)
-    return silent if silent.any() else None
+    # a width that shows where nothing is silent at some levels alone
+    return silent if silent.any() and (is_shown or (across & ~silent).any()) else None
 
 
 def _axial(

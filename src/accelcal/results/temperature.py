@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -11,6 +11,8 @@ from accelcal.results.covariance import UNKNOWN, CorrelatedBySource, Rows
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
 from accelcal.results.quantity import Document, Quantity
+
+_LAWS = {"K0": "k0", "K1": "K1", "M": "delta"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,12 +81,21 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
 
         return items(safe(f"{name}: {quantity}") for name, quantity in self.quantities())
 
-    def with_unbounded_scale_factor(self) -> TemperatureModel:
-        """Take the uncertainty from K1 at T0, where nothing bounds its error."""
-        value = self.K1.at_T0 and Quantity(self.K1.at_T0.value, None, self.K1.at_T0.unit)
+    def without_bound(self, names: Collection[str]) -> TemperatureModel:
+        """Take the uncertainty from the laws of those of K0, K1 and M of which nothing bounds it.
+
+        Slopes of the bias and relative ones of the scale factor keep theirs.
+        """
+        own = {law: getattr(self, law) for name, law in _LAWS.items() if name in names}
+        if not own:
+            return self
+        laws = {name: replace(law, at_T0=_bare(law.at_T0)) for name, law in own.items()}
+        if "delta" in laws:
+            parts = (self.delta.at_T0, self.delta.above, self.delta.below)
+            laws["delta"] = TemperatureLaw(*map(_bare, parts))
         return replace(
             self,
-            K1=replace(self.K1, at_T0=value),
+            **laws,
             covariance_names=(),
             covariance_matrix=(),
             over_dof_matrix=(),
@@ -116,6 +127,10 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
     def from_document(cls, document: Document) -> TemperatureModel:
         """Read the model from its place in a JSON document."""
         return cls._of_fields(document, **cls._covariance_fields(document, UNKNOWN))
+
+
+def _bare(quantity: Quantity | None) -> Quantity | None:
+    return quantity and Quantity(quantity.value, None, quantity.unit)
 
 
 def nearest_level(levels: Sequence[float | None], temperature: float | None) -> int:

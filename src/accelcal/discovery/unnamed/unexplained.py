@@ -15,40 +15,31 @@ from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.run_noise import TOO_LOUD, LoudRun, loud_run
 from accelcal.discovery.search import Findings
 from accelcal.discovery.spans import orthonormal, squares_in
+from accelcal.discovery.unnamed.drift_anew import drift_anew
 from accelcal.discovery.unnamed.passing import passing
 from accelcal.discovery.unnamed.slow import slow
-from accelcal.discovery.unnamed.without_entry import without_entry
 from accelcal.discovery.where import pattern, structure
 from accelcal.results.findings import Unexplained
-
-_UNNAMED = 0.5
-"""Part of the false-alarm rate of a disagreement that has no name."""
-
-
-def chance_without_name(findings: Findings) -> float:
-    """Chance that noise disagrees as much with the model, over the part that is for no name."""
-    return min(1.0, findings.before.p_value / _UNNAMED)
 
 
 def what_is_left(
     family: Family,
     findings: Findings,
-    shift: Unexplained | None,
+    instead: Unexplained | None,
     loud: LoudRun | None,
     alpha: float,
     seed: int,
 ) -> Unexplained | None:
     """Tell what the effects that were found, if any, do not explain.
 
-    A shift for a time may have been found in their place, and the loudest run be too loud.
+    A shift for a time or silent readings may have been found instead, and the loudest run be too
+    loud.
     """
     found, comparison = findings.explanations, family.comparison
     beside = findings.named[0].instances if findings.named else ()
-    if not found and chance_without_name(findings) < alpha:
-        told = (
-            None if findings.main else without_entry(family, alpha, chance_without_name(findings))
-        )
-        left: Unexplained | None = told or shift or _pattern(family, findings)
+    if not found and findings.chance_without_name < alpha:
+        told = None if findings.main else drift_anew(family, alpha)
+        left: Unexplained | None = told or instead or _pattern(family, findings)
     else:
         left = passing(comparison, beside, alpha, seed) or slow(comparison, beside, alpha, seed)
     if loud is None or loud.ratio < TOO_LOUD or loud.p_value >= alpha:

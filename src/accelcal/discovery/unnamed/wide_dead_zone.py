@@ -12,16 +12,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from accelcal.arrays import Array
-from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.explanation import CONTRADICTION, Explanation
-from accelcal.discovery.family import Family, agrees, chance
+from accelcal.arrays import Array, Mask
+from accelcal.discovery.columns import dummies
+from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.instance import Instance, own_columns
-from accelcal.discovery.silence import ALONG, DEAD_ZONE, silent_in
+from accelcal.discovery.silence import ALONG, DEAD_ZONE, across_the_axis, silent_in
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.unnamed.any_pattern import of_position
 from accelcal.discovery.unnamed.wandering import POSSIBLE
 from accelcal.discovery.untold import fitted_sizes
+from accelcal.effects.effect import Effect
+from accelcal.numerics.sorting import distinct
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, FoundEffect, Unexplained
 from accelcal.results.quantity import Quantity
@@ -30,11 +32,17 @@ from accelcal.units import MICRO
 OPEN = ("K1", "K3")
 """Coefficients that take up what a dead zone has in width beyond what it silences."""
 
+SILENCED = (*OPEN, "M")
+"""Coefficients that are off where a dead zone silences positions and is not taken out.
+
+So are the slopes of the misalignment.
+"""
+
 _STEPS = 5
 _RANK = 1e-9
 
-_WIDTHS = (0.5, 0.7, 0.85, 1.0, 1.2)
-"""Thresholds that are tried, over the misalignment of each level."""
+_ALIKE = 1e-9
+"""Misalignments that are one [rad]."""
 
 _SILENT = (
     "the positions across the input axis are silent, as in a dead zone of {:.4g} ug or any wider"
@@ -154,31 +162,58 @@ def unbounded(quantity: Quantity) -> Quantity:
     return Quantity(quantity.value, None, quantity.unit)
 
 
-def wide_dead_zone(family: Family, alpha: float, p_value: float) -> Unexplained | None:
-    """Find a dead zone as wide as the misalignment that leaves nothing but noise, if any does.
+def likeliest_silence(
+    comparison: Comparison, zone: Effect, reference: float, delta0: float
+) -> Mask | None:
+    """Find the readings that a dead zone silences likeliest, in the runs of least misalignment.
 
-    The p-value is the chance that noise disagrees as much as what it explains.
+    Parameters
+    ----------
+    comparison : Comparison
+        The n readings.
+    zone : Effect
+        The dead zone.
+    reference, delta0 : float
+        T0 [degC] and fixture angle [rad].
+
+    Returns
+    -------
+    ndarray of bool, shape (n,), or None
+        None where any such silence leaves more than there is without one. One at all levels is
+        preferred, as one at some of them has the width that it has there besides.
     """
-    comparison, space = family.comparison, family.space
-    tilt, silent = _fitted(comparison, [], np.inf)
-    levels = np.unique(np.round(tilt[tilt > 0.0], 9))
-    widths = [float(level * width) for level in levels for width in _WIDTHS]
-    tried = [(np.inf, silent), *((own, _fitted(comparison, [], own)[1]) for own in widths)]
-    threshold, rest = min(tried, key=lambda one: float(one[1] @ one[1]))
-    left, total = float(rest @ rest), float(comparison.seen @ comparison.seen)
-    gained = float(chance(np.array((total - left) / space.variance(rest)), space.dof))
-    beside = family._replace(comparison=comparison._replace(seen=rest))
-    if gained * len(tried) * family.tests >= alpha or not agrees(
-        beside, space.nothing(), CONTRADICTION * alpha
-    ):
+    c, item = comparison.model.conditions, Instance(zone, (1.0,), {})
+    across = across_the_axis(c)
+    if across is None:
         return None
-    told = _SILENT.format(float(tilt.max()) * MICRO)
-    if float(silent @ silent) > left - 2.0 * float(np.log(POSSIBLE)):
-        told = (
-            f"a dead zone of about {threshold * MICRO:.3g} ug, as wide as the misalignment at some"
-            " temperatures, leaves only noise"
+    runs = dummies(c.run)[across]
+    tilt = runs.T @ _fitted(comparison, [], np.inf)[0][across] / np.maximum(runs.sum(axis=0), 1.0)
+    margin = 2.0 * float(np.log(POSSIBLE))
+    likeliest, least = None, float(comparison.seen @ comparison.seen) + margin
+    for level in distinct(tilt[tilt > 0.0].round(9)).tolist()[::-1]:
+        silent = across & (dummies(c.run) @ (tilt < level + _ALIKE) > 0.0)
+        beside = compared(
+            comparison.record, reference, delta0, noise=comparison.noise, silent=silent
         )
-    return Unexplained(told, 1.0 - left / total, p_value)
+        sizes = fitted_sizes(beside, [item])
+        left = beside.seen - sizes.linear @ sizes.whole
+        if left @ left < least:
+            likeliest, least = silent, float(left @ left) + margin
+    return likeliest
+
+
+def silence_beside(
+    comparison: Comparison, instances: Sequence[Instance], p_value: float
+) -> Unexplained:
+    """Tell of a dead zone of any width beside effects that leave nothing else.
+
+    The p-value is the chance that noise disagrees as much with the model.
+    """
+    sizes = fitted_sizes(comparison, instances) if instances else None
+    left = comparison.seen - (sizes.linear @ sizes.whole if sizes else 0.0)
+    tilt, rest = _fitted(comparison, instances, np.inf)
+    share = float(left @ left - rest @ rest) / float(comparison.seen @ comparison.seen)
+    return Unexplained(_SILENT.format(float(tilt.max()) * MICRO), max(share, 0.0), p_value)
 
 
 def _fitted(
