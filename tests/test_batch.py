@@ -141,6 +141,25 @@ def test_the_lot_of_a_unit_is_a_column(tmp_path):
     assert tables["lot"].drop_duplicates().tolist() == ["7", "7-Б", None]
 
 
+def test_lots_of_units_stand_in_a_column_too(tmp_path):
+    """They were set aside: results told the lot of a header line alone."""
+    units = []
+    for serial, lots in (("A", "007"), ("B", None), ("C", ["7", "8"])):
+        accelcal.write_table(accelcal.simulate(plan=PLAN, seed=1), tmp_path / "one.csv")
+        own = pd.read_csv(tmp_path / "one.csv", comment="#").assign(serial=serial)
+        own["lot"] = np.resize(lots, len(own)) if isinstance(lots, list) else lots
+        units.append(own)
+    pd.concat(units).to_csv(tmp_path / "one.csv", index=False)
+    found = accelcal.batch(tmp_path).tables.drop_duplicates("serial")
+    assert found["lot"].tolist() == ["007", None, None]
+    assert ["several for one unit, '7, 8'" in note for note in found["notes"]] == [0, 0, 1]
+    units[0].to_csv(tmp_path / "one.csv", index=False)
+    record = accelcal.read_table(tmp_path / "one.csv", overrides={"metadata": {"Los": "9"}})
+    assert dict(record.metadata) == {"Los": "9"}
+    assert "the lot is 9, as declared, in place of 007 in the column" in record.notes
+    assert accelcal.read_table(tmp_path / "one.csv").metadata["lot"] == "007"
+
+
 def test_columns_are_explained():
     text = (ROOT / "docs" / "archives.md").read_text("utf-8")
     for name in (*ROWS, *LAWS):

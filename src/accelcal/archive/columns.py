@@ -102,7 +102,7 @@ _OF_TABLE = (
     FrameColumn("run", "text", "", "visit to a temperature"),
     FrameColumn("mounting", "text", "", "o+, o-, p+ or p-"),
     FrameColumn("date", "text", "", "date of the test, as written"),
-    FrameColumn("lot", "text", "", "lot of the unit, from a line '# lot:'"),
+    FrameColumn("lot", "text", "", "lot of the unit, from a line '# lot:' or a column"),
     FrameColumn("temperature_degC", "number", "degC", "mean temperature of the run"),
     FrameColumn("readings", "whole", "", "number of readings"),
     FrameColumn("dof", "whole", "", "readings minus coefficients"),

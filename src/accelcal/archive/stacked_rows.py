@@ -25,6 +25,7 @@ from accelcal.calibrate.columns import gate_warnings, mountings_of, numbers_of, 
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.estimate.reversal import misalignment_stack
 from accelcal.gates.verdict import VERDICTS
+from accelcal.io.lots import declared_lot
 from accelcal.model import law_units
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
@@ -37,9 +38,6 @@ from accelcal.version import SOFTWARE
 
 JOINT = " | "
 """Between the texts in one cell."""
-
-_LOT = ("lot", "los", "charge", "партия")
-"""Header lines that name a lot, in any case."""
 
 
 def stacked_tables(stack: CalibrationStack) -> Columns:
@@ -165,15 +163,8 @@ _OF_RECORD: Mapping[str, Callable[[TumbleRecord], Any]] = {
     **{name: attrgetter(name) for name in ("source", "serial", "date", "sha256")},
     "line": lambda record: None if record.line is None else record.line.item(0),
     "notes": lambda record: JOINT.join(record.notes),
-    "lot": lambda record: _lot(record.metadata),
+    "lot": lambda record: declared_lot(record.metadata),
 }
-
-
-def _lot(metadata: Mapping[str, str]) -> str | None:
-    for key in metadata:
-        if key.casefold() in _LOT:
-            return metadata[key]
-    return None
 
 
 def _numbers(found: Mapping[str, NDArray[Any]]) -> Columns:

@@ -29,7 +29,7 @@ CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "cou
 
 _OPTIONAL = (
     *("run", "direction", "time", "date", "serial", "mounting", "clamping", "std", "count"),
-    "unit",
+    *("unit", "lot"),
 )
 _OF_ONE_READING = ("time", "std", "count")
 _OF_ONE_SERIAL = ("std",)  # time and count are those of all accelerometers that a row reads

@@ -14,6 +14,7 @@ from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.columns import Table
+from accelcal.io.lots import lots_of_rows
 from accelcal.io.places import MAXIMUM_ANGLE, places_of_rows
 from accelcal.io.signs import mounting_written
 from accelcal.io.strokes import Directions, strokes_of_rows
@@ -57,6 +58,8 @@ class Readings:
         Days of the times as written; None where they have none.
     clamping, std, count : ndarray of float, or None
         As in a `TumbleRecord`.
+    lot : ndarray of str, or None
+        Lot of the unit, empty where it is not known.
     run, serial : ndarray of int, or None
         Indices into the labels.
     run_labels, serials : tuple of str
@@ -82,6 +85,7 @@ class Readings:
     clamping: Array | None
     std: Array | None
     count: Array | None
+    lot: NDArray[np.str_] | None
     run: Ints | None
     serial: Ints | None
     run_labels: tuple[str, ...]
@@ -262,6 +266,7 @@ def _by_row(
         "clamping": _clamping(columns.get("clamping")),
         "std": _not_below(columns, "std", 0.0),
         "count": _not_below(columns, "count", 1.0),
+        "lot": lots_of_rows(columns["lot"]) if "lot" in columns else None,
         "run": run,
     }, run_labels
 

@@ -29,6 +29,7 @@ from accelcal.io.declarations import (
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.lone_output import with_lone_output
+from accelcal.io.lots import lot_of_column
 from accelcal.io.output_unit import (
     Written,
     factor_of_std,
@@ -353,7 +354,8 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
         | {"date": days[0] if days else common["date"]}
         | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
     )
-    values |= {"notes": tuple(notes), "metadata": {**declared.metadata, **start}}
+    lot, more = lot_of_column(readings.lot, declared.metadata)
+    values |= {"notes": (*notes, *more), "metadata": {**declared.metadata, **lot, **start}}
     values |= {"run": runs.index[kept], "run_labels": runs.labels, "time": time}
     return located(lambda: TumbleRecord(**values), source=common["source"])
 

@@ -39,11 +39,12 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "count": ("count", "n", "samples"),
         "unit": ("unit", "units", "einheit", "unité", "единица"),
+        "lot": ("lot", "los", "charge", "партия"),
     }
 )
 """What a column holds -> the headings it may have, in any case; a lone T and t are told by case."""
 
-LABELS = frozenset({"run", "serial", "mounting", "direction"})
+LABELS = frozenset({"run", "serial", "mounting", "direction", "lot"})
 """Columns whose cells are names, even where they look like numbers."""
 
 KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(

@@ -45,7 +45,7 @@ from accelcal.units import canonical_unit
 
 _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
-).union(LABELS.difference({"direction"}))
+).union(LABELS.difference({"direction", "lot"}))
 _NUMERIC = frozenset(KEYS).difference({"serial", "date"})
 _OF_RECORD = frozenset(KEYS).difference({"delta0"})
 _KEY = re.compile(r"# [A-Za-z][A-Za-z0-9_]*")
