@@ -13,6 +13,7 @@ import pytest
 
 import accelcal
 from accelcal import Effect, InputError, Parameter, TumblePlan
+from accelcal.calibrate.options import FitOptions, Options
 from accelcal.certificate.dcc import certificate
 from accelcal.error_budget.budget import budget
 from accelcal.error_budget.random_part import RandomBound, RandomPart, random_part
@@ -419,6 +420,18 @@ def test_an_unknown_option_of_a_batch_is_told_what_is_near(function, option, tol
     expected = f"{function}() got an unexpected keyword argument {option!r}. {told}"
     with pytest.raises(TypeError, match=re.escape(expected)):
         CALLS[function](**{option: 1})
+
+
+def test_options_of_a_fit_are_the_same_wherever_they_are_listed():
+    """`fit`, `Options` and `FitOptions` each list them, as types of Python cannot be derived."""
+    own = [
+        p for p in inspect.signature(accelcal.fit).parameters.values() if p.kind == p.KEYWORD_ONLY
+    ]
+    assert {option.name: option.default for option in own} == Options()._asdict()
+    handed_on = {name: type_.__forward_arg__ for name, type_ in FitOptions.__annotations__.items()}
+    assert handed_on == {option.name: option.annotation for option in own}
+    kept = {name: type_.__forward_arg__ for name, type_ in Options.__annotations__.items()}
+    assert kept == handed_on | {"coefficients": "tuple[str, ...]"}
 
 
 def test_scalars_of_numpy_are_as_good_as_those_of_python():
