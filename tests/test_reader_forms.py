@@ -101,6 +101,29 @@ def test_blanks_within_headings_separate_nothing(separator):
     assert same_readings(read(long_table(separator, headings=headings)), REFERENCE)
 
 
+OF_POSITIONS = "20,1,1.35,0.95,-1.35\n20,2,1.36,0.96,-1.36\n"
+
+
+@pytest.mark.parametrize(
+    ("own", "unit"),
+    [("T,k", None), ("T,k,,,", None), ("T,k,Y,Y,Y", None), ("T,k,Y [mA],Y [mA],Y [mA]", "mA")],
+)
+def test_a_row_above_the_headings_may_number_the_positions(own, unit):
+    """It passed for the headings, and the row below it for readings."""
+    record = read(f",,Position 1,Position 2,Position 5\n{own}\n{OF_POSITIONS}")
+    assert same_readings(record, read(f"T,k,J1,J2,J5\n{OF_POSITIONS}"))
+    assert (record.unit, record.notes) == (unit, ())
+
+
+@pytest.mark.parametrize(
+    "table", [f"T,k,0 deg,45 deg,180 deg\n{OF_POSITIONS}", "T,J,k,Y\n20,1,1,1.35\n20,5,1,-1.35\n"]
+)
+def test_positions_above_headings_that_need_them_not_are_set_aside(table):
+    record = read(f"Pos. 1,Pos. 2,Pos. 5,Pos. 6\n{table}")
+    assert same_readings(record, read(table))
+    assert record.notes == ("text above the headings was set aside (line 1)",)
+
+
 @pytest.mark.parametrize(
     ("heading", "unit", "why"),
     [

@@ -9,10 +9,10 @@ from typing import NamedTuple
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.doubtful_keys import notes_of_keys
+from accelcal.io.heading_rows import are_headings, joined, numbers_alone
 from accelcal.io.one_byte import ONE_BYTE
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import (
-    ACROSS,
     Heading,
     canonical_key,
     declarations_in,
@@ -22,7 +22,6 @@ from accelcal.io.vocabulary import (
 from accelcal.io.wording import listed, were
 
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
-_CORE = {"temperature", "position", "angle", "stroke", "output"}
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
 _DECLARATION = re.compile(r"((?:[^:=,;\t(\[]|[(\[][^;\t)\]]*[)\]])+|[^:=,;\t]+)[:=](.*)")
@@ -117,7 +116,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     lines = source.text.split("\n")
     if source.encoding in ONE_BYTE:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
-    headings, above, start = _find_headings(lines, source.name, remedy)
+    headings, above, start = _below_numbers(lines, *_find_headings(lines, source.name, remedy))
     declared, aside = _declarations(above, source.name)
     rows, numbers, comments = _rows(lines, start, headings, source)
     if comments:
@@ -248,6 +247,18 @@ def _find_headings(
     raise _no_headings(above, name, remedy)
 
 
+def _below_numbers(
+    lines: list[str], top: _Headings, above: list[tuple[int, str]], start: int
+) -> tuple[_Headings, list[tuple[int, str]], int]:
+    """Take headings below a row of numbered outputs, and of it what they do not tell."""
+    own = _headings(lines[start], start + 1) if start < len(lines) else None
+    if own is None or own.separator != top.separator or not numbers_alone(top.cells):
+        return top, above, start
+    own, told = own._replace(cells=joined(top.cells, own.cells)), own.cells
+    aside = [(top.line, lines[top.line - 1])] if own.cells == told else []
+    return own, [*above, *aside], start + 1
+
+
 def _headings(line: str, number: int) -> _Headings | None:
     """Headings that a line holds, split by the separator that gives the most known words.
 
@@ -262,7 +273,7 @@ def _split_by(separators: Sequence[str | None], line: str, number: int) -> _Head
     for separator in separators:
         cells = tuple(read_heading(cell) for cell in _split_headings(line, separator))
         known = _known(cells)
-        if known > best[0] and _are_headings(cells):
+        if known > best[0] and are_headings(cells):
             best = (known, cells, separator)
     return _Headings(best[1], best[2], number) if best[0] else None
 
@@ -276,17 +287,6 @@ def _split_headings(line: str, separator: str | None) -> list[str]:
     while cells and not cells[-1]:
         cells.pop()
     return cells
-
-
-def _are_headings(cells: tuple[Heading, ...]) -> bool:
-    roles = {cell.role for cell in cells if cell.role and cell.role != "date"}
-    numbered = [cell for cell in cells if cell.role in ACROSS]
-    if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
-        return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing
-    if len(numbered) == 1 and not numbered[0].text[0].isalpha():
-        roles.difference_update(ACROSS)  # "temperature; 20" is no row of headings
-    roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}
-    return len(roles) >= 2 and bool(roles & _CORE)
 
 
 def _uncomment(line: str) -> str | None:
