@@ -380,6 +380,15 @@ def test_without_covariance_the_uncertainty_is_not_a_number(one_level):
     assert measured.value == pytest.approx([0.9965], abs=1e-3)
 
 
+def test_readings_that_tell_no_noise_leave_no_uncertainty():
+    angles = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
+    plan = accelcal.TumblePlan(angles=angles, temperatures=20.0, strokes=1)
+    bare = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
+    with pytest.warns(AccelcalWarning, match=r"nothing tells the noise .*repeat strokes"):
+        measured = accelcal.apply(bare, [1.35], 20.0)
+    assert np.isnan(measured.standard_uncertainty).all()
+
+
 # -- temperature -----------------------------------------------------------------------------------
 
 

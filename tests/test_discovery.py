@@ -439,8 +439,9 @@ def test_a_dead_zone_that_may_be_wider_leaves_the_scale_factor_open():
     assert not table.covariance_names
     assert fitted.effects[0].parameters["threshold"].standard_uncertainty is None
     assert "NO UNCERTAINTY: the uncertainty of K1 and K3 of run 1 is unknown" in str(fitted)
-    with pytest.warns(accelcal.AccelcalWarning):
+    with pytest.warns(accelcal.AccelcalWarning) as warned:
         assert np.isnan(accelcal.apply(fitted, 1.0).standard_uncertainty).all()
+    assert any("K1 and K3 have no uncertainty, as nothing" in str(w.message) for w in warned)
     fine = TumblePlan(positions=24, temperatures=(20.0,))
     told = accelcal.fit(
         accelcal.simulate(plan=fine, effects=[effect("dead-zone").of(2e-3)], seed=2), model=found

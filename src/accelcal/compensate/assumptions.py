@@ -87,7 +87,16 @@ def unknown_launch(calibration: Calibration) -> list[str]:
 
 
 def without_covariance(table: TableCalibration) -> list[str]:
-    """Say that there is no uncertainty, where a table has no covariance."""
+    """Say that there is no uncertainty, and why, where a table has no covariance."""
     if table.covariance_names:
         return []
-    return ["the calibration has no covariance: accelerations come without uncertainty"]
+    known = {name: q for name, q in table.coefficients.items() if q.value is not None}
+    bare = [name for name, quantity in known.items() if quantity.standard_uncertainty is None]
+    if len(bare) == len(known):
+        why = "nothing tells the noise of the calibration (repeat strokes, or give std and n)"
+    elif bare:
+        verb = "has" if len(bare) == 1 else "have"
+        why = f"{' and '.join(bare)} {verb} no uncertainty, as nothing bounds the error"
+    else:
+        why = "the calibration has no covariance"
+    return [f"{why}: accelerations come without uncertainty"]
