@@ -39,6 +39,18 @@ def test_numbers(engine, cells):
 
 
 @with_engines
+def test_positions_and_strokes_of_any_number_of_digits(engine):
+    """Where all have one digit, pyarrow gives the text, of which the digits are taken."""
+    for cells in (["1", "9"], ["10", "16"], ["1", "16"], ["007", "010"]):
+        text = "".join(f"{cell},{cell}\n" for cell in cells).encode()
+        found = parse_cells(text, ["position", "stroke"], set(), engine).numbers
+        assert found["position"].tolist() == found["stroke"].tolist() == list(map(float, cells))
+    for cell in ("x", "-", ".", " "):
+        with pytest.raises(Unreadable):
+            parse_cells(f"1,1\n{cell},1\n".encode(), ["position", "stroke"], set(), engine)
+
+
+@with_engines
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=50))
 def test_numbers_with_all_digits(engine, values):
     assert_read_as_float(list(map(repr, values)), engine)

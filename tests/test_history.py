@@ -3,6 +3,7 @@
 import io
 import json
 import re
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -250,6 +251,32 @@ def test_a_jump_is_named_with_its_dates():
     assert abs(bias.drift.value - 5.0 * UG) < bias.drift.expanded_uncertainty
     assert gain.jumps == ()
     assert gain.no_other_jump > 0.01
+
+
+def test_four_calibrations_tell_no_jump():
+    """They leave one degree of freedom beside a line with a step, and any step fits."""
+    found = search_jumps(np.arange(4.0), np.array([0.0, 0.1, 9.0, 9.1]), np.full(4, 0.1), 0.02)
+    assert (found.places, found.rest) == ((), None)
+
+
+def test_an_uncertainty_of_zero_is_none():
+    table = frame()
+    table.loc[3, "k0_standard_uncertainty"] = table.loc[5, "K1_standard_uncertainty"] = 0.0
+    found = accelcal.history(table)
+    assert "2 of 10 tables have no uncertainty and are left out; repeat strokes" in found.notes
+    assert len(found.trends[0].points) == 8
+
+
+@pytest.mark.skipif(not hasattr(time, "tzset"), reason="the zone of a process is set on Unix only")
+def test_a_date_without_a_zone_is_the_same_everywhere(monkeypatch):
+    try:
+        monkeypatch.setenv("TZ", "UTC-9")
+        time.tzset()
+        assert year("1971-01-01T06:00") == 1.0
+        assert year("1971-01-01T15:00+09:00") == 1.0
+    finally:
+        monkeypatch.undo()
+        time.tzset()
 
 
 def test_two_jumps_are_named_in_the_order_of_their_dates():

@@ -313,6 +313,15 @@ def test_both_cross_axes_count(by):
     assert K1 * seen == pytest.approx(1.3, abs=1e-9 if by == "levels" else 2e-5)
 
 
+def test_both_cross_axes_are_as_uncertain_as_by_the_laws():
+    calibration = fitted(mountings=("o+", "p+"))
+    laws, levels = (
+        accelcal.apply(calibration, 0.006, 20.0, [0.0, 0.2, 0.2], [0.7, 0.0, 0.7], by=by)
+        for by in ("laws", "levels")
+    )
+    assert levels.standard_uncertainty == pytest.approx(laws.standard_uncertainty, rel=1e-6)
+
+
 def test_second_axis_of_one_level_is_taken_as_constant():
     record = accelcal.simulate(plan=accelcal.TumblePlan(mountings=("o+", "p+")), seed=3)
     some = record.select((record.mounting == "o+") | (record.temperature == 20.0))

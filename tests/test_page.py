@@ -345,6 +345,13 @@ def test_a_discovery_tells_its_story_in_order(discovery, record):
     )
     places = [told.index(part) for part in parts]
     assert places == sorted(places)
+    assert f"software: {discovery.software}" in markdown(report_page([discovery]))
+
+
+def test_residuals_of_many_strokes_are_in_tables_of_ten():
+    plan = accelcal.TumblePlan(temperatures=20.0, strokes=12)
+    told = markdown(report_page([accelcal.fit(accelcal.simulate(plan=plan, seed=1))]))
+    assert [f"stroke {a} to stroke {b}" in told for a, b in ((1, 10), (11, 12))] == [True, True]
 
 
 def test_what_a_discovery_would_show_has_the_units_of_its_text(discovery):

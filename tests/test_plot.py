@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import accelcal
@@ -406,6 +407,42 @@ def test_many_test_plans_are_named_on_the_front_alone():
     )
     for ax, name in zip(found.plot.hours(), ("K0", "K1", "K2", "K3", "M", "M_ip"), strict=True):
         assert 0 < len(ax.texts) <= len(found.front(name))
+
+
+def test_targets_are_drawn_in_the_unit_of_their_panel():
+    targets = {"K0": 2e-5, "M": 3e-5}
+    found = accelcal.design(
+        targets=targets, positions=(8,), strokes=(2,), temperatures=[(20.0,)], effects=False
+    )
+    limits = {}
+    for ax, name in zip(found.plot.hours(), ("K0", "K1", "K2", "K3", "M", "M_ip"), strict=True):
+        limits[name] = [line.get_ydata()[0] for line in ax.lines if line.get_linestyle() == "--"]
+        assert "µ" in ax.get_ylabel() or name not in targets
+    assert limits.pop("K0") == pytest.approx([20.0])
+    assert limits.pop("M") == pytest.approx([30.0])
+    assert not any(limits.values())
+
+
+def test_the_line_between_jumps_is_named_once():
+    years = np.arange(2010, 2022)
+    rng = np.random.default_rng(1)
+    frame = pd.DataFrame(
+        {
+            "serial": "A",
+            "mounting": "o+",
+            "date": [f"{year}-01-01" for year in years],
+            "temperature_degC": 20.0,
+            "k0": 3e-3 + 1e-4 * (years > 2015) + 2e-6 * rng.standard_normal(12),
+            "k0_standard_uncertainty": 2e-6,
+            "K1": 1.35 * (1.0 + 1e-6 * rng.standard_normal(12)),
+            "K1_standard_uncertainty": 1.35e-6,
+            "output_unit": "mA",
+        }
+    )
+    bias = accelcal.history(frame).plot.trends()[0]
+    labels = [line.get_label() for line in bias.lines if not line.get_label().startswith("_")]
+    assert labels.count("line") == 1
+    assert sum(line.get_label().startswith("_child") for line in bias.lines) >= 1
 
 
 def test_where_tells_noise_from_factors():

@@ -569,6 +569,14 @@ def test_message(name):
     assert message(content) == place + expected
 
 
+MARKERS = ("999", "9999", "99999", "999999", "999.9", "999.99", "9999.9", "9999.99")
+
+
+@pytest.mark.parametrize("marker", [*MARKERS, "9.9e37", "9.91e37"])
+def test_all_markers_are_known(marker):
+    assert "looks like a marker of a missing reading" in message(f"{OK}20,7,1,-{marker}\n")
+
+
 def test_no_file(tmp_path):
     path = tmp_path / "none.csv"
     remedy = "give the path of a table, or - for standard input"

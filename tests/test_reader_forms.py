@@ -1364,6 +1364,15 @@ def test_one_date_in_all_rows_is_that_of_the_test():
     assert other.date == "31.05.2024"
     assert other.notes == ("header line date was set aside: the table has such a column",)
     assert read("date,T,J,Y1\nMay 24,20,1,1.3\nMay 24,20,5,-1.3\n").date == "May 24"
+    unknown = read("date,T,J,Y1\nunknown,20,1,1.3\nunknown,20,5,-1.3\n")
+    assert unknown.date is None
+    assert unknown.notes == (
+        "column 'date' has no one date, nor clock times beside it, and was set aside",
+    )
+
+
+def test_an_empty_line_of_a_header_says_nothing():
+    assert read(f"# serial: A\n#\n# \n{long_table()}").notes == ()
 
 
 @pytest.mark.parametrize(

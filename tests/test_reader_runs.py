@@ -80,6 +80,10 @@ def test_unknown_temperatures_interrupt_no_level():
     assert sizes(record) == {"20": 18, "unknown": 2}
 
 
+def test_a_level_just_below_zero_is_called_zero():
+    assert list(sizes(read(visit(-0.2, (9,))))) == ["0"]
+
+
 def test_missing_readings_do_not_hide_a_visit():
     again = [row for row in visit(20, (3, 4)) if row[1] not in (3, 7)]
     assert sizes(read(FIRST + HOT + again))["20 (2)"] == 14

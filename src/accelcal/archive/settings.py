@@ -14,7 +14,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
-from accelcal.effects.catalogue import catalogue, is_built_in
+from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.effects.formula import Formula
 from accelcal.effects.found import disturbances
@@ -56,8 +56,8 @@ class Settings:
         """Take along the effects of the model that come from a file of the caller's."""
         model = self.options.model
         needed = {found.id for found in model.effects} if model else set()
-        own = (entry for entry in catalogue() if entry.id in needed and not is_built_in(entry))
-        return replace(self, effects=tuple(e for e in own if isinstance(e.term, Formula)))
+        found = (entry for entry in catalogue() if entry.id in needed)
+        return replace(self, effects=tuple(e for e in found if isinstance(e.term, Formula)))
 
     def try_out(self) -> None:
         """Fit a good table, so that wrong options are told once and before any file.

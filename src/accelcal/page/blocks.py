@@ -235,8 +235,10 @@ def narrowed(table: Table, most: int = 10) -> list[Table]:
     Examples
     --------
     >>> wide = Table("means", ("deg", "a", "b", "c"), [("0", "1", "2", "3")])
-    >>> [part.rows for part in narrowed(wide, 2)]
-    [[('0', '1', '2')], [('0', '3')]]
+    >>> [(part.caption, part.rows) for part in narrowed(wide, 2)]
+    [('means, a to b', [('0', '1', '2')]), ('means, c to c', [('0', '3')])]
+    >>> narrowed(wide, 3) == [wide]
+    True
     """
     count = len(table.headings) - 1
     if count <= most:

@@ -196,7 +196,14 @@ def _forecast(
 
 
 def _effective(parts: Mapping[str, float], dof: Mapping[str, float | None]) -> float | None:
-    """Effective degrees of freedom as the fit counts them; None where nothing tells a source."""
+    """Effective degrees of freedom as the fit counts them; None where nothing tells a source.
+
+    Examples
+    --------
+    >>> _effective({"head": 1e-9, "noise": 1.0}, {"head": None, "noise": 5.0})
+    5.000000005
+    >>> _effective({"head": 1.0, "noise": 1.0}, {"head": None, "noise": 5.0})
+    """
     whole, inverse = sum(parts.values()), 0.0
     for source, part in parts.items():
         own = dof.get(source, np.inf)
