@@ -390,7 +390,7 @@ def test_long_names_of_runs_stay_apart():
     names = [label.get_text() for label in plot.residual_map().child_axes[0].get_xticklabels()]
     assert names == ["visi…umber 1\n20 °C", "visi…umber 2\n60 °C"]
     names = [label.get_text() for label in plot.coefficients()[0].get_xticklabels()]
-    assert names == ["vi…er 1\n20 °C", "vi…er 2\n60 °C"]
+    assert names == ["vi…er 1\n20", "vi…er 2\n60"]
 
 
 def test_changes_of_runs_stand_above_their_temperatures():
@@ -398,7 +398,7 @@ def test_changes_of_runs_stand_above_their_temperatures():
     found = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
     ax = accelcal.compare(found, accelcal.simulate(plan=plan, seed=2)).plot.runs()[0]
     names = [label.get_text() for label in ax.get_xticklabels()]
-    assert names == ["1\n20 °C", "2\n−40 °C"]
+    assert names == ["1\n20", "2\n−40"]
 
 
 def test_many_test_plans_are_named_on_the_front_alone():

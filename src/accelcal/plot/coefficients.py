@@ -53,7 +53,7 @@ def run_labels(names: Sequence[str], runs: Sequence[TableCalibration | RunChange
 
 
 def _level(temperature: float) -> str:
-    return f"\n{temperature:.0f} °C".replace("-", "−")
+    return f"\n{temperature:.0f}".replace("-", "−")
 
 
 def draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> None:
@@ -92,7 +92,7 @@ def _tell(ax: Axes, value: float, half: float, unit: str) -> None:
 def _name_places(ax: Axes, names: Sequence[str]) -> None:
     """Name the runs below, each one where there is room."""
     name_ticks(ax.xaxis, range(len(names)), names, _MOST_NAMED)
-    ax.set_xlabel("run")
+    ax.set_xlabel("run, temperature [°C]" if any("\n" in name for name in names) else "run")
 
 
 # -- uncertainty -----------------------------------------------------------------------------------
