@@ -393,6 +393,17 @@ def test_long_names_of_runs_stay_apart():
     assert names == ["vi…er 1\n20", "vi…er 2\n60"]
 
 
+def test_names_of_eight_runs_have_room():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 80.0, 0.0, 60.0) * 2, strokes=2)
+    record = accelcal.simulate(plan=plan, seed=1)
+    for label, told in (("visit {}", "v… 8"), ("{} (2)", "8 (2)")):
+        labels = tuple(label.format(own) for own in record.run_labels)
+        ax = accelcal.fit(replace(record, run_labels=labels)).plot.coefficients()[0]
+        names = [label.get_text() for label in ax.get_xticklabels()]
+        assert names[-1] == f"{told}\n60"
+    assert ax.get_xlabel() == "run, temperature [°C]"
+
+
 def test_changes_of_runs_stand_above_their_temperatures():
     plan = accelcal.TumblePlan(temperatures=(20.0, -40.0), strokes=4)
     found = accelcal.fit(accelcal.simulate(plan=plan, seed=1))

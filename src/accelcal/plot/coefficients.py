@@ -26,6 +26,8 @@ _SHOWN = [row[:3] for row in SHOWN_COEFFICIENTS]  # name, symbol, coefficient wh
 _SYMBOLS = {"K1": "$K_1$", "k0": "$k_0$", "k2": "$k_2$", "k3": "$k_3$"}
 _SYMBOLS |= {"delta": r"$\delta$", "delta_ip": r"$\delta_{ip}$"}
 _MOST_NAMED = 8
+_LETTERS = 32  # of all names below a panel, where some are longer than "20 (2)"
+_SHORT = 6
 _SEEN = 0.2  # percent; less is no bar that anyone sees
 
 
@@ -49,7 +51,9 @@ def _run_names(tables: Sequence[TableCalibration]) -> list[str]:
 def run_labels(names: Sequence[str], runs: Sequence[TableCalibration | RunChange]) -> list[str]:
     """Names of runs, each short and over its temperature where this is known."""
     levels = ["" if run.temperature_degC is None else _level(run.temperature_degC) for run in runs]
-    return [shortened(name, 7) + level for name, level in zip(names, levels, strict=True)]
+    count, longest = min(len(names), _MOST_NAMED), max(map(len, names))
+    most = min(7, _LETTERS // count) if longest > _SHORT else longest
+    return [shortened(name, most) + level for name, level in zip(names, levels, strict=True)]
 
 
 def _level(temperature: float) -> str:
