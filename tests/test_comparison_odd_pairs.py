@@ -44,6 +44,20 @@ def test_changes_that_the_positions_do_not_tell_have_no_value(calibration, recor
     assert ("not told" in str(accelcal.compare(calibration, part))) is (len(told) < 3)
 
 
+def test_readings_in_another_unit_are_the_same_readings(calibration):
+    std = np.full(54, 5e-6)
+    own = replace(simulate(plan=ONE_LEVEL, seed=2).with_apparatus(resolution=2e-5), std=std)
+    other = replace(
+        own.with_apparatus(resolution=2e-2), output=1e3 * own.output, std=1e3 * std, unit="uA"
+    )
+    found, again = (accelcal.compare(calibration, record) for record in (own, other))
+    assert again.p_value == pytest.approx(found.p_value, rel=1e-9)
+    told = [line for line in str(again).splitlines() if "uA are converted" not in line]
+    assert told == str(found).splitlines()
+    coarse = accelcal.compare(calibration, own.with_apparatus(resolution=2e-3))
+    assert coarse.p_value != pytest.approx(found.p_value, rel=1e-3)  # so the step counts
+
+
 @pytest.mark.filterwarnings("ignore:.*such noise hides:accelcal.AccelcalWarning")
 @pytest.mark.parametrize("factor", [1e3, 1e-3, -1.0])
 def test_readings_of_another_size_or_sign_are_said(calibration, record, factor):
