@@ -158,6 +158,8 @@ def test_lots_of_units_stand_in_a_column_too(tmp_path):
     assert dict(record.metadata) == {"Los": "9"}
     assert "the lot is 9, as declared, in place of 007 in the column" in record.notes
     assert accelcal.read_table(tmp_path / "one.csv").metadata["lot"] == "007"
+    units[0].rename(columns={"lot": "charge [pC]"}).to_csv(tmp_path / "one.csv", index=False)
+    assert "lot" not in accelcal.read_table(tmp_path / "one.csv").metadata
 
 
 def test_columns_are_explained():

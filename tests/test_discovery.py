@@ -19,6 +19,7 @@ from accelcal.effects.catalogue import effect
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
 from accelcal.results.discovery import Discovery
+from accelcal.results.findings import Unexplained
 from accelcal.results.quantity import Quantity
 from accelcal.simulation import BilinearLaw, NoiseComponents, TumblePlan
 
@@ -448,6 +449,12 @@ def test_a_dead_zone_that_may_be_wider_leaves_the_scale_factor_open():
     )
     assert not any("nothing bounds" in w for w in told.warnings)
     assert told.tables[0].coefficients["K1"].standard_uncertainty is not None
+    slow = replace(found, unexplained=Unexplained("something slow", 0.1, 1e-4))
+    table = accelcal.fit(wide, model=slow).tables[
+        0
+    ]  # the zone is taken out, so M is none the worse
+    bare = {n for n, q in table.quantities.items() if q.standard_uncertainty is None}
+    assert bare == {"K1", "K3", "k3"}
 
 
 @pytest.mark.parametrize("name", ["dead-zone", "cross-axis-cubic"])

@@ -176,7 +176,8 @@ def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
 def _of_unbounded(unbounded: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
     for names in sorted(set(unbounded) - {()}):
         listed = " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
-        told = f"nothing bounds the error of {listed}, which have no U;"
+        have = "have" if len(names) > 1 else "has"
+        told = f"nothing bounds the error of {listed}, which {have} no U;"
         own = np.array([names == each for each in unbounded])
         yield Sentence(own, f"{told} {NOT_COUNTED} it in the others")
 

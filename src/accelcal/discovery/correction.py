@@ -107,7 +107,8 @@ def correction(
     """
     known = disturbances(model.effects)
     instances = [instance_of(item) for item in known]
-    silenced = SILENCED if model.unexplained and set(OPEN) <= set(model.unbounded) else ()
+    bare = set(map(in_fit, model.unbounded))
+    silenced = SILENCED if model.unexplained and bare.issuperset(SILENCED) else ()
     if not instances:
         return Correction(record, np.empty((len(record), 0)), 1, (), silenced)
     silent = silent_by(record, reference_temperature, delta0, known)

@@ -75,8 +75,7 @@ def silent_readings(
     -------
     ndarray of bool, shape (n,), or None
         None where no reading is silent or those that are not do not tell the threshold, and without
-        a given one where
-        the effects leave much of the disagreement.
+        a given one where the effects leave much of the disagreement.
     """
     across = across_the_axis(conditions_of(record, reference, delta0))
     if across is None:

@@ -348,7 +348,7 @@ def _known(text: str, name: str, unit: str | None) -> Heading:
     if folded == "t":
         return Heading(text, _temperature_or_time(name, unit), unit)
     role = _role(folded)
-    if role:
+    if role and not (role == "lot" and unit):  # an electric charge has a unit
         in_degrees = role == "position" and unit and has_unit("angle", unit)
         return Heading(text, "angle" if in_degrees else role, unit)
     for role, forms in (("strokes", _STROKES), ("positions", (_POSITIONS,))):
