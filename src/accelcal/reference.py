@@ -13,6 +13,9 @@ from accelcal.record import TumbleRecord
 USUAL_TEMPERATURE = 20.0
 """Normal temperature of a laboratory: what a test refers to where nothing is declared [degC]."""
 
+LEAST_RISE = 5.0
+"""Levels closer to T0 than this tell no slope [degC]."""
+
 
 def fixture_angle(record: TumbleRecord, given: float | None = None) -> float:
     """Take the fixture angle as given, else as the record declares it, else 0.

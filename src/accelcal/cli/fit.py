@@ -92,7 +92,7 @@ def fit(
 
 def _apart(calibrations: Sequence[Calibration]) -> Iterator[tuple[str, int]]:
     """Units without temperature laws, whose levels are in files of their own, and how many."""
-    from accelcal.temperature.bilinear import LEAST_RISE
+    from accelcal.reference import LEAST_RISE
 
     of_unit: dict[str, list[Calibration]] = {}
     for each in calibrations:

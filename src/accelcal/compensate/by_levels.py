@@ -21,6 +21,7 @@ from accelcal.compensate.of_table import by_table, cross_name, values_of, with_o
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL, same_levels
 from accelcal.model import LAWS
+from accelcal.reference import LEAST_RISE
 from accelcal.results.calibration import Calibration
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.table import TableCalibration, nearest_table
@@ -31,9 +32,6 @@ _LAUNCHES = ("launch", "launch_sf")
 _BIAS, _DELTA = PARAMETERS.index("k0"), PARAMETERS.index("delta")
 _SIZE = len(PARAMETERS)
 _ROUNDING = 1e-9
-
-_NEAR_T0 = 5.0
-"""Levels nearer to T0 may be on either side of it, as `accelcal.temperature` has it [degC]."""
 
 
 class _Run(NamedTuple):
@@ -285,7 +283,7 @@ def _rise(calibration: Calibration, table: TableCalibration) -> float | None:
 
 def _slope(law: TemperatureLaw, rise: float) -> float:
     """Slope of a law at a level; the mean of both sides at T0, as the budget of a table has it."""
-    sides = ((law.above, rise > -_NEAR_T0), (law.below, rise < _NEAR_T0))
+    sides = ((law.above, rise > -LEAST_RISE), (law.below, rise < LEAST_RISE))
     known = [side.value for side, counts in sides if counts and side and side.value is not None]
     return float(np.mean(known)) if known else 0.0
 

@@ -21,7 +21,7 @@ from accelcal.results.findings import (
 )
 from accelcal.results.mapping import document_of, members
 from accelcal.results.quantity import Document, ErrorSource, sources_by_name
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.result import COLUMNS_OF_A_SIZE, StoredResult, TabularResult
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -279,12 +279,7 @@ class Discovery(StoredResult, TabularResult):
         "serial",
         "effect",
         "parameter",
-        "value",
-        "standard_uncertainty",
-        "unit",
-        "expanded_uncertainty",
-        "dof",
-        "p_value",
+        *COLUMNS_OF_A_SIZE,
         "gap_before_g",
         "gap_after_g",
     )

@@ -281,6 +281,16 @@ _SUFFIXES = {
     "hours": "h",
 }
 _LIMITS = ("lower", "upper", "minimum", "maximum", "monte_carlo_low", "monte_carlo_high")
+COLUMNS_OF_A_SIZE = (
+    "value",
+    "standard_uncertainty",
+    "unit",
+    "expanded_uncertainty",
+    "dof",
+    "p_value",
+)
+"""Columns of the size of an effect and of its chance, as `rows` of a discovery have them."""
+
 _OF_A_QUANTITY = (
     "value",
     "standard_uncertainty",

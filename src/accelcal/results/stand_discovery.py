@@ -14,7 +14,7 @@ from accelcal.results.fields import StoredPart
 from accelcal.results.findings import Change
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Quantity
-from accelcal.results.result import StoredResult, TabularResult, part_of
+from accelcal.results.result import COLUMNS_OF_A_SIZE, StoredResult, TabularResult, part_of
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -187,12 +187,7 @@ class StandDiscovery(StoredResult, TabularResult):
         "serial",
         "effect",
         "verdict",
-        "value",
-        "standard_uncertainty",
-        "unit",
-        "expanded_uncertainty",
-        "dof",
-        "p_value",
+        *COLUMNS_OF_A_SIZE,
     )
 
     def rows(self) -> list[dict[str, Any]]:

@@ -26,11 +26,9 @@ from accelcal.model import (
     law_units,
 )
 from accelcal.record import TumbleRecord
+from accelcal.reference import LEAST_RISE
 from accelcal.results.stand_budget import BudgetedCoefficient
 from accelcal.stand_uncertainty.readings import Readings
-
-_LEAST_RISE = 5.0
-"""Levels closer to T0 than this tell no slope [degC]."""
 
 _LAWFUL = {"K0", "K1", "M"}
 """What a table must have determined to take part in the temperature laws."""
@@ -202,7 +200,7 @@ def _same_level(one: _Table, other: _Table) -> bool:
 def _law(rise: Array) -> tuple[tuple[int, ...], Array]:
     """Sides of T0 (1 above, 2 below), and the matrix from levels to value and slopes."""
     parts = {1: np.maximum(rise, 0.0), 2: np.minimum(rise, 0.0)}
-    sides = tuple(side for side, part in parts.items() if np.any(np.abs(part) > _LEAST_RISE))
+    sides = tuple(side for side, part in parts.items() if np.any(np.abs(part) > LEAST_RISE))
     design = np.column_stack([np.ones_like(rise), *(parts[side] for side in sides)])
     if np.linalg.matrix_rank(design) < design.shape[1]:
         return (), design.T[:1]

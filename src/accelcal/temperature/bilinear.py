@@ -18,14 +18,12 @@ from accelcal.estimate.uncertainty import (
     sums,
 )
 from accelcal.model import LAWS, law_units
+from accelcal.reference import LEAST_RISE
 from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 _SAME = 1e-9  # degC, the rounding errors of a mean
-
-LEAST_RISE = 5.0
-"""Levels closer to T0 than this tell no slope [degC]."""
 
 _ALL_OF_A_SLOPE = 0.5
 """Standard uncertainty of a slope that is taken from the other side, +- all of it, over itself."""

@@ -13,7 +13,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.model import COEFFICIENTS, LAWS
 from accelcal.numerics.grouping import grouped
-from accelcal.temperature.bilinear import LEAST_RISE
+from accelcal.reference import LEAST_RISE
 from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.temperature.one_meaning import tables_of_one_mounting
 

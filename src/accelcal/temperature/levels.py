@@ -17,7 +17,7 @@ from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, propagate
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
-from accelcal.temperature.bilinear import LEAST_RISE
+from accelcal.reference import LEAST_RISE
 from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.weaknesses import OF_LOOP
 

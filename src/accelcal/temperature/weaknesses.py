@@ -7,9 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.reference import LEAST_RISE
 from accelcal.results.beyond_uncertainty import EXTRAPOLATED, LESS_CERTAIN
 from accelcal.sentences import Sentence
-from accelcal.temperature.bilinear import LEAST_RISE, taken_from_the_other_side
+from accelcal.temperature.bilinear import taken_from_the_other_side
 from accelcal.temperature.hysteresis import Hysteresis
 
 NO_LEVEL_NEAR_T0 = (
