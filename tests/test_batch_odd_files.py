@@ -383,6 +383,30 @@ def test_a_full_disk_is_told_whatever_it_refuses(archive, tmp_path, monkeypatch,
         accelcal.write_batch(archive, tmp_path / f"r.{form}")
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a limit of the size of files")
+@pytest.mark.parametrize("form", ["csv", "parquet"])
+def test_a_disk_that_refuses_the_end_of_the_results_as_well(archive, tmp_path, monkeypatch, form):
+    resource = pytest.importorskip("resource")
+    pytest.importorskip("pyarrow")
+    monkeypatch.setattr(through, "LEAST_FILES", 1)
+    in_memory = {}
+
+    def keep(self, block, outcome):
+        if in_memory:
+            raise InputError("no room for a block")
+        in_memory[self.path(block)] = outcome
+
+    monkeypatch.setattr(Journal, "keep", keep)
+    monkeypatch.setattr(Journal, "finished", lambda _, path: in_memory[path])
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+    try:
+        with pytest.raises(InputError, match=r"no room for a block|File too large; make room, and"):
+            accelcal.write_batch(archive, tmp_path / f"r.{form}")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
 @pytest.mark.parametrize("done", [0, 1])
 def test_a_disk_that_is_full_in_a_block_is_told_and_gone_on_with(
     archive, tmp_path, monkeypatch, done

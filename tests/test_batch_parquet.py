@@ -215,3 +215,26 @@ def test_bytes_of_another_encoding_are_refused(tmp_path, text):
     assert message == str(tmp_path / said)
     frame(note=text.encode()).to_parquet(tmp_path / "a.parquet")
     assert len(accelcal.batch(tmp_path).tables) == 3
+
+
+@pytest.mark.parametrize("known", [True, False], ids=["told", "no such call"])
+def test_the_disk_begins_to_write_rows_as_they_come(tmp_path, monkeypatch, known):
+    for seed in range(3):
+        accelcal.write_table(accelcal.simulate(seed=seed), tmp_path / f"{seed}.csv")
+    begun = []
+    if known:
+        told = lambda *asked: begun.append(asked[1:3])  # noqa: E731
+        monkeypatch.setattr(os, "posix_fadvise", told, raising=False)
+    else:
+        monkeypatch.delattr(os, "posix_fadvise", raising=False)
+    monkeypatch.setattr("accelcal.archive.through.LEAST_FILES", 1)
+    accelcal.write_batch(tmp_path, tmp_path / "results.csv")
+    names = ("results.csv", "results.laws.csv")
+    files = [(tmp_path / name).read_bytes() for name in names]
+    assert len(pd.read_csv(tmp_path / "results.csv")) == 9
+    if known:  # each byte once, in several parts
+        assert len(begun) == 6
+        assert sum(count for _, count in begun) == sum(map(len, files))
+        assert [start for start, _ in begun][:2] == [0, 0]
+    else:
+        assert not begun

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from accelcal.arguments.kinds import shown
 
@@ -27,10 +27,22 @@ def serials_alike(names: Iterable[str]) -> list[tuple[str, ...]]:
     >>> serials_alike(["AL-15", "AL-16", "al-15"])
     [('AL-15', 'al-15')]
     """
+    names = list(names)
+    bare = _bare(names)
+    if len(set(bare)) == len(names):  # as nearly always, of a hundred thousand too
+        return []
     found: dict[str, list[str]] = {}
-    for name in names:
-        found.setdefault("".join(name.translate(_HYPHENS).casefold().split()), []).append(name)
+    for name, own in zip(names, bare, strict=True):
+        found.setdefault(own, []).append(name)
     return [tuple(alike) for alike in found.values() if len(alike) > 1]
+
+
+def _bare(names: Sequence[str]) -> list[str]:
+    """What is left of each name; all as one text where that can be, in a tenth of the time."""
+    text = "\0".join(names)
+    if text.isascii() and text.count("\0") == len(names) - 1:
+        return "".join(text.casefold().split()).split("\0")
+    return ["".join(name.translate(_HYPHENS).casefold().split()) for name in names]
 
 
 def notes_of_alike(names: Iterable[str]) -> list[str]:

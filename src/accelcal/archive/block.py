@@ -145,16 +145,17 @@ _LARGEST = 2**25 - 2**14
 
 
 @cache
-def keep_freed_memory() -> None:
-    """Let glibc keep the memory of arrays that are freed, up to 64 MB, in large pages.
+def keep_freed_memory(*, in_large_pages: bool = True) -> None:
+    """Let glibc keep the memory of arrays that are freed, up to 64 MB.
 
     glibc gives memory back as soon as twice as much lies free as the largest array took that was
     ever freed. The next array gets pages that the system fills with zeros first, which took nearly
     a tenth of the time of a worker. So a large array is freed here, of which no page is ever
     touched. A second one is then a part of what glibc keeps, and numpy asks the system to fill such
-    arrays by large pages, which takes half as long. Other allocators are none the wiser.
+    arrays by large pages, which takes a worker half as long; a process that fills few of them is
+    faster without. Other allocators are none the wiser.
     """
-    for _ in range(2):
+    for _ in range(1 + in_large_pages):
         np.empty(_LARGEST, dtype=np.uint8)
 
 

@@ -323,14 +323,37 @@ def growing_results(journal: Journal) -> Iterator[GrowingResults]:
     GrowingResults
         Who keeps the blocks; all that it expects are finished when the context ends.
     """
-    keep_freed_memory()
+    keep_freed_memory(in_large_pages=False)
     with ExitStack() as opened:
         files = [opened.enter_context(journal.draft(name)) for name in ("tables", "laws")]
         with journal.refusals_told():
             frames = [
-                opened.enter_context(open_frame(kinds, journal.form, file))
+                _written_early(opened.enter_context(open_frame(kinds, journal.form, file)), file)
                 for kinds, file in zip((ROWS, LAWS), files, strict=True)
             ]
-        yield GrowingResults(journal, frames)
+        try:
+            yield GrowingResults(journal, frames)
+        except BaseException:
+            with suppress(Exception):  # a full disk refuses the end of a file as well
+                opened.close()
+            raise
         with journal.refusals_told():
             opened.close()
+
+
+def _written_early(add: Callable[[bytes], object], file: IO[bytes]) -> Callable[[bytes], object]:
+    """Let the disk write the rows of a frame as they come, or all would wait for it at the end."""
+    if not hasattr(os, "posix_fadvise"):
+        return add
+    begun = 0
+
+    def add_and_begin(part: bytes) -> None:
+        nonlocal begun
+        add(part)
+        file.flush()
+        end = file.tell()
+        if end > begun:  # Linux begins to write what it is told to forget
+            os.posix_fadvise(file.fileno(), begun, end - begun, os.POSIX_FADV_DONTNEED)
+            begun = end
+
+    return add_and_begin

@@ -165,7 +165,10 @@ def comes_back(serials: Iterable[str]) -> set[str]:
     >>> comes_back(["A", "B", "A"])
     {'A'}
     """
-    return {serial for serial, count in Counter(serials).items() if count > 1}
+    names = list(serials)
+    if len(set(names)) == len(names):  # as nearly always
+        return set()
+    return {serial for serial, count in Counter(names).items() if count > 1}
 
 
 def _head(file: IO[bytes]) -> tuple[bytes, tuple[str, ...]]:
