@@ -353,7 +353,8 @@ def _written_early(add: Callable[[bytes], object], file: IO[bytes]) -> Callable[
         file.flush()
         end = file.tell()
         if end > begun:  # Linux begins to write what it is told to forget
-            os.posix_fadvise(file.fileno(), begun, end - begun, os.POSIX_FADV_DONTNEED)
+            with suppress(OSError):  # some file systems take no advice
+                os.posix_fadvise(file.fileno(), begun, end - begun, os.POSIX_FADV_DONTNEED)
             begun = end
 
     return add_and_begin
