@@ -90,10 +90,10 @@ def whitener_of(covariance: Array, sigma: float) -> Array:
 
     It is the inverse of `root_of` the covariance.
     """
-    from scipy.linalg import solve_triangular
+    from scipy.linalg.lapack import dtrtri  # type: ignore[import-untyped]
 
-    lower = root_of(covariance, sigma)
-    return np.asarray(solve_triangular(lower, np.eye(lower.shape[0]), lower=True))
+    inverse, _ = dtrtri(root_of(covariance, sigma), lower=1)  # it has no zero on its diagonal
+    return np.asarray(inverse)
 
 
 def root_of(covariance: Array, sigma: float) -> Array:

@@ -18,7 +18,7 @@ from accelcal.discovery.columns import coefficient_columns, dummies, saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW
 from accelcal.discovery.instance import Instance, column_of
-from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
+from accelcal.discovery.spans import first_largest, lengths, orthonormal, squares_in, without
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
 from accelcal.discovery.where import structure
 from accelcal.effects.conditions import Conditions
@@ -106,7 +106,7 @@ def shift_in_place_of_one(
         new = length > np.maximum(NEW * lengths(seen), least)
         sizes = np.where(new, shifts.T @ left / np.where(new, length, 1.0) ** 2, 0.0)
         squares = (sizes * length) ** 2
-        best = int(np.argmax(squares))
+        best = first_largest(squares)
         if squares[best] - squares_in(own, left) >= 2.0 * np.log(squares.size):
             teller, which = tellers[best]
             told = teller(which, np.inf, sizes[best] * columns[:, best])
