@@ -401,7 +401,7 @@ def test_copies_of_a_table_count_once(tmp_path, capsys):
         assert len(one.points) == 8
         assert one.drift.expanded_uncertainty == pytest.approx(other.drift.expanded_uncertainty)
         assert one.scatter == pytest.approx(other.scatter)
-    told = "copy.csv (as in 2013.csv), b.csv (as in 2013.csv)"
+    told = "copy.csv (as in 2013.csv) and b.csv (as in 2013.csv)"
     assert found.notes == (f"the same readings again count once: {told}",)
     copies.to_csv(tmp_path / "results.csv", index=False)
     assert run(tmp_path / "results.csv") == 0
@@ -438,7 +438,7 @@ def test_a_calibration_in_a_table_and_a_document_is_told_as_such():
     twice = accelcal.history([*once, *once[:2]])
     plain = accelcal.history(once)
     assert [note for note in twice.notes if note not in plain.notes] == [
-        GIVEN_AGAIN + "2020.csv, 2021.csv"
+        GIVEN_AGAIN + "2020.csv and 2021.csv"
     ]
     assert twice.trends == plain.trends
     other = accelcal.fit(records[1], coefficients=("K0", "K1"))
@@ -453,7 +453,7 @@ def test_runs_and_copies_of_a_test_are_told_apart():
     found = accelcal.history(runs)
     assert found.notes == ("runs of one test at the level are averaged",)
     again = accelcal.history(pd.concat([runs, frame(5, run="1")[:2]]))
-    assert again.notes == (*found.notes, GIVEN_AGAIN + "2010.csv, 2011.csv")
+    assert again.notes == (*found.notes, GIVEN_AGAIN + "2010.csv and 2011.csv")
     assert again.trends == found.trends
 
 
@@ -541,7 +541,7 @@ def test_tests_in_a_unit_of_another_quantity_are_left_out():
         (frame(date=None), {}, "10 of 10 tables have no date that can be read, first 2010.csv"),
         (frame(), {"serial": "B"}, "no serial 'B' in the results; there is A"),
         (frame(serial=42), {"serial": "0042"}, r"there is 42; read them .* dtype={'serial': str}"),
-        (frame(serial=list("ABABABABAB")), {}, "several units; choose one by its serial: A, B"),
+        (frame(serial=list("ABABABABAB")), {}, "several units; choose one by its serial: A and B"),
         (frame(), {"mounting": "p+"}, "no mounting 'p\\+' in the results; there is o\\+"),
         (frame(), {"temperature": 80.0}, "no calibration at 80 degC; there is 20 degC"),
         (frame(), {"alpha": 2.0}, "alpha is 2; it is a chance from 0.001 to 1"),

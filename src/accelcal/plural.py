@@ -1,8 +1,8 @@
-"""Nouns in their number."""
+"""Nouns in their number, and names in a sentence."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 _HISSING = ("ch", "sh", "s", "x")
 
@@ -76,3 +76,31 @@ def counted(number: int, noun: str) -> str:
     '1 degree, 3 tables'
     """
     return f"{number} {plural(noun, number)}"
+
+
+def listed(names: Iterable[str], most: int = 8) -> str:
+    """Name some things in a sentence.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Their names.
+    most : int
+        How many are named.
+
+    Returns
+    -------
+    str
+        The names, and the number of the rest; empty without names.
+
+    Examples
+    --------
+    >>> listed(["K0"]), listed(["K0", "K1"]), listed(["K0", "K1", "M"])
+    ('K0', 'K0 and K1', 'K0, K1 and M')
+    >>> listed("abcdefghijk")
+    'a, b, c, d, e, f, g, h and 3 more'
+    """
+    every = list(names)
+    more = [f"{len(every) - most} more"] if len(every) > most else []
+    *first, last = [*every[:most], *more] or [""]
+    return f"{', '.join(first)} and {last}" if first else last

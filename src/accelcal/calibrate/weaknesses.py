@@ -12,6 +12,7 @@ from accelcal.calibrate.large_turn import of_large_turn
 from accelcal.calibrate.table_weaknesses import of_table
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
+from accelcal.plural import listed
 from accelcal.results.beyond_uncertainty import (
     FEWER,
     LEFT_OUT,
@@ -165,8 +166,9 @@ def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
     if model is None:
         return
     if model.doubtful:
-        names = " and ".join(model.doubtful)
-        yield Sentence(True, f"{names}: not sure, as the notes of the discovery say")
+        yield Sentence(
+            True, f"{listed(model.doubtful)}: not sure, as the notes of the discovery say"
+        )
     for note in model.otherwise:
         yield Sentence(True, f"{NOT_COUNTED} what else the discovery found possible: {note}")
     if model.has_more or (model.unexplained and not model.effects):
@@ -175,9 +177,8 @@ def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
 
 def _of_unbounded(unbounded: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
     for names in sorted(set(unbounded) - {()}):
-        listed = " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
         have = "have" if len(names) > 1 else "has"
-        told = f"nothing bounds the error of {listed}, which {have} no U;"
+        told = f"nothing bounds the error of {listed(names)}, which {have} no U;"
         own = np.array([names == each for each in unbounded])
         yield Sentence(own, f"{told} {NOT_COUNTED} it in the others")
 
@@ -310,7 +311,7 @@ def _of_launch(estimate: JointEstimate) -> Iterator[Sentence]:
             " launch_uncertainty or repeat a temperature more often",
         )
     if unknown := _unknown_shifts(estimate):
-        own, declared = (" and ".join(names) for names in (unknown.values(), unknown))
+        own, declared = (listed(names) for names in (unknown.values(), unknown))
         yield Sentence(
             True,
             f"U of {own} {NO_SHIFT}, which is neither declared nor"
@@ -333,7 +334,7 @@ def _of_laws(fitted: Fitted) -> Iterator[Sentence]:
     if unknown := _unknown_shifts(fitted.estimate):
         yield Sentence(
             has_laws,
-            f"{' and '.join(unknown)} not declared: {NO_SUCH_SHIFT} from run"
+            f"{listed(unknown)} not declared: {NO_SUCH_SHIFT} from run"
             " to run, which makes their slopes less certain",
         )
     for said in said_of_meanings(fitted.tables, fitted.estimate):

@@ -25,7 +25,7 @@ from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures
 from accelcal.compensate.triad import apply_triad, assumptions_of_triad, refuse_for_triad
 from accelcal.effects.static import Samples
 from accelcal.errors import InputError
-from accelcal.plural import counted
+from accelcal.plural import counted, listed
 from accelcal.results.calibration import Calibration
 from accelcal.results.triad import TriadCalibration
 
@@ -275,7 +275,7 @@ def _cross(found: Compensation, given: dict[str, ArrayLike | None]) -> list[Arra
     for name, values in given.items():
         if values is not None and name not in names:
             raise InputError(
-                f"{name} is given, but the calibration tells only what {' and '.join(names)} does;"
+                f"{name} is given, but the calibration tells only what {listed(names)} does;"
                 " leave it out, or calibrate in the other mounting"
             )
     chosen = {name: given[name] for name in names}

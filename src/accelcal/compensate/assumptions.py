@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from accelcal.compensate.coefficients import CrossAxis, Law
 from accelcal.errors import AccelcalWarning
 from accelcal.model import ERROR_TERMS
+from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
@@ -80,7 +81,7 @@ def unknown_launch(calibration: Calibration) -> list[str]:
     if not missing:
         return []
     return [
-        f"the shifts of {' and '.join(missing)} from launch to launch are neither declared nor"
+        f"the shifts of {listed(missing)} from launch to launch are neither declared nor"
         " measured: the uncertainty of a new launch does not count them; declare them with the"
         " readings, or repeat a level"
     ]
@@ -96,7 +97,7 @@ def without_covariance(table: TableCalibration) -> list[str]:
         why = "nothing tells the noise of the calibration (repeat strokes, or give std and n)"
     elif bare:
         verb = "has" if len(bare) == 1 else "have"
-        why = f"{' and '.join(bare)} {verb} no uncertainty, as nothing bounds the error"
+        why = f"{listed(bare)} {verb} no uncertainty, as nothing bounds the error"
     else:
         why = "the calibration has no covariance"
     return [f"{why}: accelerations come without uncertainty"]

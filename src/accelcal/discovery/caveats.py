@@ -24,6 +24,7 @@ from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
 from accelcal.discovery.untold import said_of_untold
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
+from accelcal.plural import listed
 from accelcal.results.discovery import IF_IT_IS
 from accelcal.results.findings import Change, Unexplained
 from accelcal.units import MICRO
@@ -182,7 +183,7 @@ def _of_any_pattern(family: Family, found: Sequence[Explanation]) -> Iterator[Ca
             continue
         doubted |= set(each.ids)
         yield Caveat(
-            f"{' and '.join(each.ids)} are not sure: these positions show {each.patterns}"
+            f"{listed(each.ids)} are not sure: these positions show {each.patterns}"
             " patterns of their kind, and of such that no catalogue has up to"
             f" {100.0 * each.chance:.0f} % would be explained as well by {len(each.ids)}"
             " effects of it; measure at positions between these",
@@ -262,7 +263,7 @@ def _of_steps(
             reasons.append("its uncertainty is more than a third of it")
         if reasons:
             yield Caveat(
-                f"{item.effect.id} is not sure: {' and '.join(reasons)}, as where the bias wanders,"
+                f"{item.effect.id} is not sure: {listed(reasons)}, as where the bias wanders,"
                 " oscillates or settles in one run; repeat the run",
                 [item.effect.id],
             )
@@ -282,7 +283,7 @@ def of_partners(
         ]
         if leant and name not in doubted:
             yield Caveat(
-                f"{name} is not sure: its size rests on {' and '.join(leant)}, which acts nearly"
+                f"{name} is not sure: its size rests on {listed(leant)}, which acts nearly"
                 " alike and is not sure; both together may stand for something else",
                 [name],
             )
@@ -308,7 +309,7 @@ def _of_the_chamber(comparison: Comparison, found: Sequence[Explanation]) -> Ite
     if slow and not comparison.model.conditions.per_degree.any():
         yield Caveat(
             "one level tells no slopes with the temperature: a drift of the chamber could as well"
-            f" be the cause of {' and '.join(slow)}; log the temperature of each reading",
+            f" be the cause of {listed(slow)}; log the temperature of each reading",
             slow,
         )
 

@@ -38,6 +38,7 @@ from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
 from accelcal.logs import tell
 from accelcal.numerics.one_thread import in_one_thread
+from accelcal.plural import listed
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
@@ -254,7 +255,7 @@ def _in_the_main(look: Look) -> Iterator[Caveat]:
     if main is not None:
         names, share = sorted(main.ids), 100.0 * main.squares / float(seen @ seen)
         yield Caveat(
-            f"of the disagreement {min(share, 99.9):.1f} % is that of {' and '.join(names)}; the"
+            f"of the disagreement {min(share, 99.9):.1f} % is that of {listed(names)}; the"
             " rest is more than noise, of something else or of these beyond their laws for small"
             " sizes, and U does not count it",
             names,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from accelcal.errors import InputError
 from accelcal.head_angles import head_positions
 from accelcal.numerics.sorting import distinct
+from accelcal.plural import listed
 from accelcal.record import TumbleRecord
 
 
@@ -17,7 +18,7 @@ def refuse_several_clampings(record: TumbleRecord) -> None:
     met = [] if record.clamping is None else distinct(head_positions(record.clamping)).tolist()
     if len(met) > 1:
         raise InputError(
-            f"{record.source}: clampings at {' and '.join(f'{angle:g}' for angle in met)} deg; head"
+            f"{record.source}: clampings at {listed(f'{angle:g}' for angle in met)} deg; head"
             " errors and misalignment differ from one to the next, so give the runs of one clamping"
             " in a file of their own (fit and head take all of them)"
         )

@@ -15,6 +15,7 @@ from accelcal.gates.replicate_plan import contracted, rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, angle, gate_stack
 from accelcal.numerics.probability import f_exceeds, f_survival
+from accelcal.plural import listed
 
 _AND_BACK = 1.5  # times the change from start to end beyond which a bias moved there and back
 
@@ -135,7 +136,7 @@ def drift(stack: TableStack, level: float) -> GateStack:
 
 def _what_is_a_mean(names: list[str]) -> str:
     """Say of what moves that its coefficient is the mean over the run."""
-    means = " and ".join(_WORDS[name][1] for name in names)
+    means = listed(_WORDS[name][1] for name in names)
     verb = "is the mean" if len(names) == 1 else "are the means"
     return f"; {means} {verb} over the run" if names else ""
 

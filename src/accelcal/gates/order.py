@@ -22,6 +22,7 @@ from accelcal.gates.verdict import GateStack, gate_stack, times
 from accelcal.geometry import accelerations
 from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.numerics.sorting import distinct
+from accelcal.plural import listed
 
 _MUCH_BETTER = 9.0  # another order must leave a ninth of the squared residuals, a third of the rms
 _NOTHING = 1e-24  # squared residuals below this share of the squared outputs are rounding errors
@@ -207,7 +208,7 @@ def _named(numbers: NDArray[Any], wrong: Mask) -> str:
         return f"stroke {own[0]}"
     if {number % 2 for number in own}.isdisjoint(number % 2 for number in others):
         return "the forward or the back strokes"
-    named = f"strokes {', '.join(map(str, own[:-1]))} and {own[-1]}"
+    named = f"strokes {listed(map(str, own), most=len(own))}"
     return named if len(own) < len(others) else f"{named}, or all the others,"
 
 

@@ -19,7 +19,7 @@ from accelcal.io.vocabulary import (
     read_heading,
     split_unit,
 )
-from accelcal.io.wording import listed, were
+from accelcal.io.wording import lines_named, were
 
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
 _PREAMBLE_LINES = 200
@@ -120,7 +120,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     declared, aside = _declarations(above, source.name)
     rows, numbers, comments = _rows(lines, start, headings, source)
     if comments:
-        aside.append(f"{were(comments, 'comment line')} set aside ({listed(comments)})")
+        aside.append(f"{were(comments, 'comment line')} set aside ({lines_named(comments)})")
     return Layout(
         source=source.name,
         declared=declared,
@@ -310,7 +310,7 @@ def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, De
                 declared[key] = Declared(before + value, number, name)
             elif key != "sep":
                 declare(declared, key, Declared(value, number, name))
-    notes = [f"text above the headings was set aside ({listed(aside)})"] if aside else []
+    notes = [f"text above the headings was set aside ({lines_named(aside)})"] if aside else []
     return declared, [*notes, *notes_of_keys({key: own.value for key, own in declared.items()})]
 
 

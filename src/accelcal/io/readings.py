@@ -19,7 +19,7 @@ from accelcal.io.places import MAXIMUM_ANGLE, places_of_rows
 from accelcal.io.signs import mounting_written
 from accelcal.io.strokes import Directions, strokes_of_rows
 from accelcal.io.times import DAY, days, in_seconds, times
-from accelcal.io.wording import all_outputs, listed
+from accelcal.io.wording import all_outputs, lines_named
 from accelcal.numerics.grouping import group_after_group
 from accelcal.numerics.sorting import distinct
 from accelcal.pace import too_quick
@@ -220,7 +220,7 @@ def notes_of_midnight(readings: Readings) -> list[str]:
     passed = readings.time // DAY
     found = passed > 0
     found[1:] &= np.diff(passed) != 0
-    where = listed(readings.line[found])
+    where = lines_named(readings.line[found])
     return [f"the clock passes midnight: another day begins at {where}"] if found.any() else []
 
 

@@ -12,7 +12,7 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.head_angles import head_positions, nominal_angles
 from accelcal.io.readings import Readings
-from accelcal.io.wording import listed
+from accelcal.io.wording import lines_named
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 
@@ -306,7 +306,7 @@ def _renamed(levels: Runs, found: _Segments, visit: Ints, readings: Readings) ->
     again = np.flatnonzero(pairs[:, 1] > 0).tolist()
     starts = [int(readings.line[index == i].min()) for i in again]
     made = ", ".join(f"'{names[i]}'" for i in again)
-    note = f"a temperature was met again ({listed(starts)}): a new run there, {made}"
+    note = f"a temperature was met again ({lines_named(starts)}): a new run there, {made}"
     return Runs(index, tuple(names), (*levels.notes, note))
 
 

@@ -13,7 +13,7 @@ from accelcal.io.engines import columns_by_split, decimal_mark
 from accelcal.io.layout import Declared, Layout, Recognise, declare, split_headings, unquoted
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import KEYS, header_line
-from accelcal.io.wording import listed
+from accelcal.io.wording import lines_named
 
 
 class SmallTable(NamedTuple):
@@ -72,7 +72,7 @@ def small_table(
     if not table:
         problem = "header lines, but no table" if given.text.strip() else "the file is empty"
         raise TableError(problem, remedy, source=given.name)
-    told = [f"comments were set aside ({listed(aside)})"] if aside else []
+    told = [f"comments were set aside ({lines_named(aside)})"] if aside else []
     layout = _with_headings(table, given.name, recognise, remedy)
     layout = layout._replace(declared=declared, notes=(*layout.notes, *told))
     places = places_of(layout, needed, remedy)

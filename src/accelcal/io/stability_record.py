@@ -31,9 +31,9 @@ from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
 from accelcal.io.units_row import with_units_below
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
-from accelcal.io.wording import all_outputs, listed, were
+from accelcal.io.wording import all_outputs, lines_named, were
 from accelcal.pace import is_in_days
-from accelcal.plural import counted
+from accelcal.plural import counted, listed
 from accelcal.stability.record import Launch, StabilityRecord
 from accelcal.units import size_of
 
@@ -86,7 +86,7 @@ def read_stability_records(
     for what in ("serial", "unit"):
         found = sorted({str(getattr(r, what)) for r in records if getattr(r, what) is not None})
         if len(found) > 1:
-            raise InputError(f"{what} {' and '.join(found)} in one test; give files of one {what}")
+            raise InputError(f"{what} {listed(found)} in one test; give files of one {what}")
     return StabilityRecord(
         launches=tuple(
             _renamed(launch, record) for record in records for launch in record.launches
@@ -141,7 +141,7 @@ def read_stability(
     notes = list(layout.notes)
     if not kept.all():
         missing = columns["output"].lines[~kept]
-        notes.append(f"{were(missing, 'missing output')} left out ({listed(missing)})")
+        notes.append(f"{were(missing, 'missing output')} left out ({lines_named(missing)})")
     columns = {name: column.take(kept) for name, column in columns.items()}
     refuse_markers([columns["output"]], output[kept, None])
     _require_size(output[kept], columns["output"])

@@ -51,7 +51,7 @@ from accelcal.io.sheets import one_table, require_same_columns, with_temperature
 from accelcal.io.text import Source, SourceText, read_texts
 from accelcal.io.thousands import notes_of_thousands
 from accelcal.io.units_row import with_units_below
-from accelcal.io.wording import listed, were
+from accelcal.io.wording import lines_named, were
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 from accelcal.serials import notes_of_alike
@@ -361,7 +361,7 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
 
 
 def _left_out(lines: Ints, what: str) -> str:
-    return f"{were(lines, what)} left out ({listed(lines)})"
+    return f"{were(lines, what)} left out ({lines_named(lines)})"
 
 
 def _require_change(readings: Readings) -> None:

@@ -18,6 +18,7 @@ from accelcal.io.readings import refuse_markers, temperatures_of
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_text
 from accelcal.io.vocabulary import Heading, has_unit, is_unit_of, read_heading, split_unit
+from accelcal.plural import listed
 from accelcal.results.triad import AXES
 from accelcal.triad.record import TriadRecord, up_of_turn
 from accelcal.units import is_output_unit
@@ -132,7 +133,7 @@ def _up(table: SmallTable) -> Array | None:
     told = [names for names in (written, ["shaft", "angle"]) if there >= {*names}]
     half = sorted(there - {*AXES, "temperature"}.union(*told))
     if half and written not in told:
-        problem = f"column {' and '.join(half)} alone, which tells no attitude"
+        problem = f"column {listed(half)} alone, which tells no attitude"
         raise table.layout.refuse(problem, _REMEDY)
     if not told:
         return None

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sized
 
-from accelcal.plural import counted
+from accelcal.plural import counted, named
 
 
-def listed(lines: Iterable[int]) -> str:
+def lines_named(lines: Iterable[int]) -> str:
     """Name lines for a note, at most five of them.
 
     Returns
@@ -17,12 +17,12 @@ def listed(lines: Iterable[int]) -> str:
 
     Examples
     --------
-    >>> listed([7]), listed(range(1, 9))
+    >>> lines_named([7]), lines_named(range(1, 9))
     ('line 7', 'lines 1, 2, 3, 4, 5, ...')
     """
     numbers = [str(line) for line in dict.fromkeys(lines)]
     more = ["..."] if len(numbers) > 5 else []
-    return ("lines " if len(numbers) > 1 else "line ") + ", ".join(numbers[:5] + more)
+    return named("line", numbers[:5] + more)
 
 
 def were(lines: Sized, what: str) -> str:

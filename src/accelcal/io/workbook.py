@@ -15,7 +15,7 @@ from accelcal.errors import TableError, not_installed
 from accelcal.io.csv_text import cell_text
 from accelcal.io.layout import read_layout
 from accelcal.io.text import SourceText, file_and_sheet, named_bytes
-from accelcal.io.wording import listed
+from accelcal.io.wording import lines_named
 
 if TYPE_CHECKING:
     from python_calamine import CalamineWorkbook
@@ -170,7 +170,8 @@ def _sheet(book: CalamineWorkbook, sheet: str, name: str) -> SourceText:
                 row[left] = rows[top][left]
     first = 0 if read.start is None else read.start[1]
     text = "".join("\t".join(map(_cell, row[first:])) + "\n" for row in rows)
-    note = f"cells merged over several rows count in each of them, from {listed(sorted(merged))} on"
+    lines = lines_named(sorted(merged))
+    note = f"cells merged over several rows count in each of them, from {lines} on"
     return SourceText(name, text, "workbook", notes=(note,) if merged else (), sheet=sheet)
 
 

@@ -23,7 +23,7 @@ from accelcal.page.blocks import (
 from accelcal.page.evidence import place
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
-from accelcal.plural import counted
+from accelcal.plural import counted, listed
 from accelcal.report.calibration import (
     fixture_angle_rows,
     in_microradians,
@@ -159,7 +159,7 @@ def _with(number: _Main) -> str:
 
 def _origin(calibration: Calibration) -> str:
     """Where the main numbers hold, what they are from, and what was taken out of it."""
-    names = " and ".join(effect.name for effect in calibration.effects)
+    names = listed(effect.name for effect in calibration.effects)
     is_ = "is" if len(calibration.effects) == 1 else "are"
     return _readings(calibration) + f", out of which {names} {is_} taken" * bool(names)
 

@@ -11,8 +11,8 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.grouping import grouped
-from accelcal.plural import counted
-from accelcal.recalibrations.entries import NO_UNIT, Entry, Numbers, listed, year
+from accelcal.plural import counted, listed
+from accelcal.recalibrations.entries import NO_UNIT, Entry, Numbers, year
 from accelcal.reference import USUAL_TEMPERATURE
 from accelcal.serials import notes_of_alike, serials_alike
 from accelcal.units import conversion_factor
@@ -311,13 +311,13 @@ def _given_again(alike: Sequence[Sequence[Entry]]) -> Iterator[str]:
     if again:
         yield (
             "calibrations that are given more than once, as in a table of batch and in a document"
-            f" of fit, count once: {listed(list(dict.fromkeys(again)))}"
+            f" of fit, count once: {listed(dict.fromkeys(again))}"
         )
     differ = [same[0].source for same in alike if len(same) > 1 and _differ(same)]
     if differ:
         yield (
             "calibrations of the same readings differ, as by other options of fit, and their mean"
-            f" counts: {listed(list(dict.fromkeys(differ)))}; give one of each"
+            f" counts: {listed(dict.fromkeys(differ))}; give one of each"
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -25,9 +25,6 @@ _NEEDED = (
 )
 NO_UNIT = "output unit"
 """What stands for the output unit where none is given."""
-
-_NAMED = 8
-"""Names in a sentence, before the rest are counted."""
 
 Numbers = tuple[float | None, ...]
 
@@ -251,25 +248,3 @@ def _text(cell: Any) -> str | None:
     if isinstance(cell, float) and cell.is_integer():
         return str(int(cell))
     return str(cell).strip() or None
-
-
-def listed(names: Sequence[str]) -> str:
-    """Name some things in a sentence, and the rest as a number.
-
-    Parameters
-    ----------
-    names : sequence of str
-        The names.
-
-    Returns
-    -------
-    str
-        The list.
-
-    Examples
-    --------
-    >>> listed(list("abcdefghijk"))
-    'a, b, c, d, e, f, g, h and 3 more'
-    """
-    shown = ", ".join(names[:_NAMED])
-    return shown if len(names) <= _NAMED else f"{shown} and {len(names) - _NAMED} more"

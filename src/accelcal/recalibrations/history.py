@@ -14,13 +14,14 @@ from accelcal.arguments.options import check_text
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR
+from accelcal.plural import listed
 from accelcal.recalibrations.comparable import (
     BIAS_PER_DEGREE,
     SCALE_FACTOR_PER_DEGREE,
     Comparable,
     comparable,
 )
-from accelcal.recalibrations.entries import Entry, day, entries_of, listed
+from accelcal.recalibrations.entries import Entry, day, entries_of
 from accelcal.recalibrations.jumps import (
     FEWEST,
     SMALLEST_CHANCE,

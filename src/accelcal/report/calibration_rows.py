@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
-from accelcal.plural import counted
+from accelcal.plural import counted, listed
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.table import mountings_of_laws
 
@@ -134,7 +134,7 @@ def _bare(table: TableCalibration) -> str:
     """Name the coefficients without an uncertainty, where others have one."""
     told = {name: q for name, q in table.coefficients.items() if q.value is not None}
     bare = [name for name, q in told.items() if q.standard_uncertainty is None]
-    return f"{' and '.join(bare)} of " if len(bare) < len(told) else ""
+    return f"{listed(bare)} of " if len(bare) < len(told) else ""
 
 
 def table_title(table: TableCalibration) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from accelcal.errors import InputError
+from accelcal.plural import listed
 from accelcal.report.findings import chance, factor_rows, noise_line
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
 from accelcal.report.numbers import (
@@ -65,7 +66,7 @@ def _verdict(found: Discovery) -> Iterator[str]:
 def outcome(found: Discovery, p: str) -> str:
     """Tell in a sentence what was discovered, with the chance of noise as it is written."""
     if found.effects:
-        names = " and ".join(_named(found, effect) for effect in found.effects)
+        names = listed(_named(found, effect) for effect in found.effects)
         more = ", and something that no known effect explains" if found.has_more else ""
         return f"Model and readings disagree ({p}). What is missing: {names}{more}."
     if found.unexplained:

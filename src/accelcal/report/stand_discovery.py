@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from statistics import median
 
+from accelcal.plural import listed
 from accelcal.report.discovery import NOT_SURE
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import aligned, notes, sections, sentence, wrapped
@@ -47,7 +48,7 @@ def _head(found: StandDiscovery) -> Iterator[str]:
     for verdict, said in WHOSE.items():
         names = [title(found, e) for e in found.effects if e.verdict == verdict]
         if names:
-            yield from wrapped(f"{sentence(said)}: {' and '.join(names)}.")
+            yield from wrapped(f"{sentence(said)}: {listed(names)}.")
 
 
 def title(found: StandDiscovery, effect: StandEffect) -> str:

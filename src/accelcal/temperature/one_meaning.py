@@ -18,7 +18,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.linearised import Linearised
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
-from accelcal.plural import named
+from accelcal.plural import listed, named
 
 LAW_COEFFICIENTS = ("K0", "K1", "M")
 """Coefficients that follow temperature laws."""
@@ -166,7 +166,7 @@ def _taken_off(
     )
     return (
         f"{_runs(tables, mended)}: {', '.join(meanings)}; for the temperature laws, what"
-        f" {_runs(tables, sorted(by))} told of {' and '.join(terms)} is taken off, as the same at"
+        f" {_runs(tables, sorted(by))} told of {listed(terms)} is taken off, as the same at"
         " all temperatures"
     )
 

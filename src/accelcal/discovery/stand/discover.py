@@ -43,6 +43,7 @@ from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
 from accelcal.numerics.one_thread import in_one_thread
+from accelcal.plural import listed
 from accelcal.record import TumbleRecord, refuse_twice
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
@@ -160,7 +161,7 @@ def discover_stand(
 def _one_reference(records: Sequence[TumbleRecord], given: float | None) -> float:
     found = {reference_temperature_of(record, given) or 0.0 for record in records}
     if len(found) > 1:
-        shown = " and ".join(f"{value:g}" for value in sorted(found))
+        shown = listed(f"{value:g}" for value in sorted(found))
         raise InputError(
             f"T0 is {shown} degC in units of one stand; it is one: give reference_temperature=..."
         )
@@ -331,7 +332,7 @@ def _notes(state: _State, names: tuple[str, ...], hinging: Sequence[int]) -> Ite
         yield from (f"{names[number]}: {said}" for said, _ in told.silence)
     if hinging:
         yield (
-            f"what is found in {' and '.join(names[n] for n in hinging)} alone is not sure: errors"
+            f"what is found in {listed(names[n] for n in hinging)} alone is not sure: errors"
             " of another head, or of the same one with the unit clamped at another angle, would"
             " look like it; it holds if one head, clamped alike, has measured all units"
         )

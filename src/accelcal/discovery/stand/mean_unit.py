@@ -18,6 +18,7 @@ from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import Solution, solution
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.errors import InputError
+from accelcal.plural import listed
 from accelcal.record import TumbleRecord
 
 
@@ -92,7 +93,7 @@ def on_one_stand(records: Sequence[TumbleRecord]) -> tuple[TumbleRecord, ...]:
     """
     heads = {record.apparatus.head_uncertainty for record in records}
     if len(heads) > 1:
-        shown = " and ".join(sorted("none" if h is None else f"{h:g}" for h in heads))
+        shown = listed(sorted("none" if h is None else f"{h:g}" for h in heads))
         raise InputError(
             f"head_uncertainty is {shown} in units of one stand; it is one number: give all"
             " record.with_apparatus(head_uncertainty=...)"

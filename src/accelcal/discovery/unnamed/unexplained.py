@@ -19,6 +19,7 @@ from accelcal.discovery.unnamed.drift_anew import drift_anew
 from accelcal.discovery.unnamed.passing import passing
 from accelcal.discovery.unnamed.slow import slow
 from accelcal.discovery.where import pattern, structure
+from accelcal.plural import listed
 from accelcal.results.findings import Unexplained
 
 
@@ -87,12 +88,12 @@ def _pattern(family: Family, findings: Findings) -> Unexplained:
     elif near is not None:
         told += f"; nearest in the catalogue, but not accepted: {_named(near)}"
         if near.bent:
-            told += f", as the readings do not follow the law of {' and '.join(near.bent)}"
+            told += f", as the readings do not follow the law of {listed(near.bent)}"
     return Unexplained(told, share, p_value)
 
 
 def _named(near: Explanation) -> str:
-    return " and ".join(sorted(near.ids))
+    return listed(sorted(near.ids))
 
 
 def _worst(family: Family, near: Explanation | None) -> tuple[Block, Array | None, float]:
