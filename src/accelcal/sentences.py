@@ -7,71 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import reduce
-from typing import Any, NamedTuple, overload
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Mask, Places
+from accelcal.arrays import Labels, Mask
 
-
-class Told(Sequence[tuple[str, ...]]):
-    """Sentences of each of R records, those that records have in common once.
-
-    Parameters
-    ----------
-    code : ndarray of int, shape (R,)
-        Place of the sentences of each record among all.
-    texts : list of tuple of str
-        What there is to tell.
-
-    Examples
-    --------
-    >>> told = Told(np.array([1, 0, 1]), [(), ("30 is large",)])
-    >>> len(told), told[0], told[1]
-    (3, ('30 is large',), ())
-    """
-
-    def __init__(self, code: Places, texts: list[tuple[str, ...]]) -> None:
-        self.code, self.texts = code, texts
-
-    def __len__(self) -> int:
-        return len(self.code)
-
-    @overload
-    def __getitem__(self, record: int) -> tuple[str, ...]: ...
-    @overload
-    def __getitem__(self, record: slice) -> list[tuple[str, ...]]: ...
-    def __getitem__(self, record: int | slice) -> tuple[str, ...] | list[tuple[str, ...]]:
-        if isinstance(record, slice):
-            return [self.texts[code] for code in self.code[record].tolist()]
-        return self.texts[int(self.code[record])]
-
-    def and_then(self, other: Told) -> Told:
-        """Tell each record what another has for it as well.
-
-        Parameters
-        ----------
-        other : Told
-            What comes behind.
-
-        Returns
-        -------
-        Told
-            Both.
-
-        Examples
-        --------
-        >>> large = Told(np.array([1, 0]), [(), ("30 is large",)])
-        >>> large.and_then(Told(np.array([0, 0]), [("mind it",)]))[:]
-        [('30 is large', 'mind it'), ('mind it',)]
-        """
-        number = len(other.texts)
-        if number == 1:
-            return Told(self.code, [own + other.texts[0] for own in self.texts])
-        met, code = np.unique(self.code * number + other.code, return_inverse=True)
-        pairs = (divmod(one, number) for one in met.tolist())
-        return Told(code, [self.texts[own] + other.texts[behind] for own, behind in pairs])
+Told = Labels[tuple[str, ...]]
+"""Sentences of each of R records, those that records have in common once."""
 
 
 class Sentence(NamedTuple):
@@ -96,13 +40,13 @@ class Sentence(NamedTuple):
         due = np.broadcast_to(self.where, records)
         if isinstance(self.text, str):
             if due.all():
-                return Told(np.zeros(records, dtype=np.intp), [(self.text,)])
-            return Told(due.astype(np.intp), [(), (self.text,)])
+                return Labels.everywhere((self.text,), records)
+            return Labels(due.astype(np.intp), [(), (self.text,)])
         numbers = list(zip(*(own[due].tolist() for own in self.numbers), strict=True))
         places = {own: place for place, own in enumerate(dict.fromkeys(numbers), start=1)}
         code = np.zeros(records, dtype=np.intp)
         code[due] = [places[own] for own in numbers]
-        return Told(code, [(), *((self.text(*own),) for own in places)])
+        return Labels(code, [(), *((self.text(*own),) for own in places)])
 
 
 def first_of(sentences: Iterable[Sentence]) -> Iterator[Sentence]:
@@ -121,7 +65,7 @@ def first_of(sentences: Iterable[Sentence]) -> Iterator[Sentence]:
     Examples
     --------
     >>> large, small = Sentence(np.array([True, False]), "large"), Sentence(True, "small")
-    >>> of_each(first_of([large, small]), 2)[:]
+    >>> of_each(first_of([large, small]), 2).cells()
     [('large',), ('small',)]
     """
     before = np.zeros((), dtype=np.bool_)
@@ -150,8 +94,35 @@ def of_each(sentences: Iterable[Sentence], records: int) -> Told:
     >>> size = np.array([1.0, 30.0])
     >>> large = Sentence(size > 9.0, lambda number: f"{number:g} is large", [size])
     >>> said = large, Sentence(True, "mind it")
-    >>> of_each(said, 2)[:]
+    >>> of_each(said, 2).cells()
     [('mind it',), ('30 is large', 'mind it')]
     """
     due = (sentence.of(records) for sentence in sentences if np.any(sentence.where))
-    return reduce(Told.and_then, due, Told(np.zeros(records, dtype=np.intp), [()]))
+    return reduce(both, due, Labels.everywhere((), records))
+
+
+def both(told: Told, other: Told) -> Told:
+    """Put other sentences of each record behind those that it has.
+
+    Parameters
+    ----------
+    told, other : Told
+        Sentences of R records each.
+
+    Returns
+    -------
+    Told
+        Those of both.
+
+    Examples
+    --------
+    >>> large = Labels(np.array([1, 0]), [(), ("30 is large",)])
+    >>> both(large, Labels.everywhere(("mind it",), 2)).cells()
+    [('30 is large', 'mind it'), ('mind it',)]
+    """
+    number = len(other.values)
+    if number == 1:
+        return Labels(told.code, [own + other.values[0] for own in told.values])
+    met, code = np.unique(told.code * number + other.code, return_inverse=True)
+    pairs = (divmod(one, number) for one in met.tolist())
+    return Labels(code, [told.values[own] + other.values[behind] for own, behind in pairs])

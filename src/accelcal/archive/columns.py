@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
+from accelcal.arrays import Labels as Labels
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
 
 TABLE_GATES = (
@@ -159,45 +160,7 @@ ERRORS = ("source", "message")
 """Columns of the list of what could not be read or fitted."""
 
 
-class Labels(NamedTuple):
-    """Cells that are no numbers, most of which come again.
-
-    Attributes
-    ----------
-    code : ndarray of int
-        Place of each cell among the values.
-    values : list
-        What the cells hold, None for nothing.
-
-    Examples
-    --------
-    >>> Labels(np.array([0, 0, 1]), ["o+", None]).cells()
-    ['o+', 'o+', None]
-    """
-
-    code: Places
-    values: list[Any]
-
-    @classmethod
-    def of(cls, cells: Sequence[Any]) -> Labels:
-        """Find the values of cells."""
-        values = list(dict.fromkeys(cells))
-        if len(values) == len(cells):
-            return cls(np.arange(len(cells)), values)
-        places = {value: place for place, value in enumerate(values)}
-        return cls(np.fromiter(map(places.__getitem__, cells), np.intp, len(cells)), values)
-
-    def taken(self, places: Places) -> Labels:
-        """Those of some cells."""
-        return self._replace(code=self.code[places])
-
-    def cells(self, values: Sequence[Any] | None = None) -> list[Any]:
-        """List the cells, by other values where these are given."""
-        known = self.values if values is None else values
-        return [known[i] for i in self.code.tolist()]
-
-
-Cells = Array | Labels
+Cells = Array | Labels[Any]
 """Cells of a column: numbers, NaN where there is none, or labels."""
 
 Columns = dict[str, Cells]
@@ -233,9 +196,6 @@ def put_together(parts: Sequence[Columns], order: Places | None = None) -> Colum
 def _joined(parts: Sequence[Cells], order: Places | None) -> Cells:
     rows = slice(None) if order is None else order
     labels = [part for part in parts if isinstance(part, Labels)]
-    if not labels:
-        return np.concatenate([part for part in parts if not isinstance(part, Labels)])[rows]
-    starts = np.cumsum([0, *(len(part.values) for part in labels)])
-    codes = [part.code + start for part, start in zip(labels, starts.tolist(), strict=False)]
-    values = [value for part in labels for value in part.values]
-    return Labels(np.concatenate(codes)[rows], values)
+    if labels:
+        return Labels.joined(labels).taken(rows)
+    return np.concatenate([part for part in parts if not isinstance(part, Labels)])[rows]

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.archive.columns import LAWS, ROWS, Columns, FrameColumn, Labels, no_rows, put_together
+from accelcal.archive.columns import LAWS, ROWS, Columns, FrameColumn, no_rows, put_together
 from accelcal.archive.failures import attempt, one_line
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import stacked_laws, stacked_tables, verdicts_of
-from accelcal.arrays import Places
+from accelcal.arrays import Labels, Places
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.record import TumbleRecord

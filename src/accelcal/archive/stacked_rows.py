@@ -16,11 +16,10 @@ from accelcal.archive.columns import (
     ROWS,
     Columns,
     FrameColumn,
-    Labels,
     gate_column,
     put_together,
 )
-from accelcal.arrays import Places
+from accelcal.arrays import Labels, Places
 from accelcal.calibrate.columns import gate_warnings, mountings_of, numbers_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.estimate.reversal import misalignment_stack
@@ -31,6 +30,7 @@ from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 from accelcal.results.table import mountings_of_laws
 from accelcal.results.verdict import OUTCOMES
+from accelcal.sentences import both
 from accelcal.specification import Specification
 from accelcal.temperature.from_tables import LawsOfRecords
 from accelcal.verdict.conformity import SECOND_AXIS, Found, Measured, conformity
@@ -77,18 +77,17 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
         "warnings": _warnings(stack),
     }
     same = {"method": stack.options.method, "robust": stack.options.robust, "failed_limits": ""}
-    found |= {name: _everywhere(value, record.size) for name, value in same.items()}
+    found |= {name: Labels.everywhere(value, record.size) for name, value in same.items()}
     found["delta0_rad"] = np.full(record.size, stack.delta0)
     return _columns(found, ROWS, record.size)
 
 
-def _warnings(stack: CalibrationStack) -> Labels:
+def _warnings(stack: CalibrationStack) -> Labels[str]:
     """Sentences about each table and its record, and of the gates that warn, joined."""
     warned = stack.warnings
-    told = [own.and_then(warned.of_record) for own in warned.of_tables]
-    starts = np.cumsum([0, *(len(own.texts) for own in told)]).tolist()
-    code = np.stack([own.code + start for own, start in zip(told, starts, strict=False)], axis=1)
-    values, code = [text for own in told for text in own.texts], code.ravel()
+    told = Labels.joined([both(own, warned.of_record) for own in warned.of_tables])
+    code = told.code.reshape(len(stack.tables), -1).T.ravel()
+    values = told.values
     for row, found in gate_warnings(stack).items():
         values.append((*values[code[row]], *found))
         code[row] = len(values) - 1
@@ -132,7 +131,7 @@ def _laws_of(stack: CalibrationStack, laws: LawsOfRecords, mounting: str) -> tup
     dof = laws.dof[record, term]
     found: Columns = {
         **_of_records(stack, record, LAWS),
-        "mounting": _everywhere(mounting, record.size),
+        "mounting": Labels.everywhere(mounting, record.size),
         "coefficient": Labels(term, list(laws.names)),
         "value": laws.value[record, term],
         "standard_uncertainty": laws.standard[record, term],
@@ -153,7 +152,7 @@ def _of_records(stack: CalibrationStack, row: Places, kinds: Mapping[str, FrameC
             for name, read in _OF_RECORD.items()
             if name in kinds
         },
-        "output_unit": _everywhere(records[0].unit, row.size),
+        "output_unit": Labels.everywhere(records[0].unit, row.size),
         "g_local_m_s2": np.full(row.size, records[0].apparatus.local_gravity, dtype=np.float64),
         "T0_degC": stack.references[row],
     }
@@ -175,25 +174,21 @@ def _numbers(found: Mapping[str, NDArray[Any]]) -> Columns:
     }
 
 
-def _counts(column: NDArray[Any]) -> Labels:
+def _counts(column: NDArray[Any]) -> Labels[int]:
     values, code, _ = grouped(column)
     return Labels(code, values.tolist())
 
 
 def _columns(found: Columns, kinds: Mapping[str, FrameColumn], rows: int) -> Columns:
     """Cells of all columns; one that is not found is empty."""
-    software = {"software": _everywhere(SOFTWARE, rows)}
+    software = {"software": Labels.everywhere(SOFTWARE, rows)}
     every: Columns = {
-        name: np.full(rows, np.nan) if kind.kind == "number" else _everywhere(None, rows)
+        name: np.full(rows, np.nan) if kind.kind == "number" else Labels.everywhere(None, rows)
         for name, kind in kinds.items()
         if name not in found
     }
     every |= {**found, **software}
     return {name: every[name] for name in kinds}
-
-
-def _everywhere(value: Any, rows: int) -> Labels:
-    return Labels(np.zeros(rows, dtype=np.intp), [value])
 
 
 def _law_unit(term: str, unit: str | None) -> str:
@@ -252,7 +247,7 @@ def _measured(stack: CalibrationStack, tables: Columns) -> Measured:
         if isinstance(place, str):
             return _of_law(stack, place)
         columns = tables[symbol], tables[f"{symbol}_expanded_uncertainty"]
-        own = Found(*(np.reshape(column, free.value.shape)[:, place] for column in columns))
+        own = Found(*(np.asarray(column).reshape(free.value.shape)[:, place] for column in columns))
         if symbol != "delta":
             return own
         known = ~np.isnan(own.value) & ~np.isnan(free.value[:, place])

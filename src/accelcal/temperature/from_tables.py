@@ -18,7 +18,7 @@ from accelcal.estimate.uncertainty import Component, Intervals, combined, propag
 from accelcal.model import LAWS
 from accelcal.numerics.probability import f_survival
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
-from accelcal.sentences import of_each
+from accelcal.sentences import Told, of_each
 from accelcal.temperature.bilinear import (
     LawStack,
     bilinear_design,
@@ -56,7 +56,7 @@ class _Group(NamedTuple):
     maps: Array
     laws: LawStack
     hysteresis: Hysteresis
-    warnings: Sequence[tuple[str, ...]]
+    warnings: Told
 
     @property
     def names(self) -> list[str]:
@@ -188,7 +188,7 @@ def laws_of_records(stack: LevelStack) -> LawsOfRecords:
         group[rows], member[rows] = len(groups), np.arange(rows.size)
         groups.append(found)
         numbers[:, rows[:, None], [_NAMES.index(name) for name in found.names]] = found.numbers
-        for row, said in zip(rows.tolist(), found.warnings[:], strict=True):
+        for row, said in zip(rows.tolist(), found.warnings.cells(), strict=True):
             warnings[row] = said
     value, standard, expanded, dof = numbers
     return LawsOfRecords(
