@@ -8,6 +8,9 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
+from accelcal.compensate.choice import compensation
+from accelcal.discovery.new_record.calibration_errors import calibration_errors
+from accelcal.discovery.new_record.simulated import ERRORS
 from accelcal.results.quantity import Residuals
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 
@@ -274,3 +277,44 @@ def test_fixture_angles_of_both_axes_are_their_own():
 
     calibration = accelcal.fit(test(1))
     assert accelcal.compare(calibration, test(2), same_head=False).p_value > 0.01
+
+
+# -- what an error of each position of the head does to a calibration ------------------------------
+
+
+@pytest.mark.parametrize(
+    ("mountings", "delta0"),
+    [(("o+",), 0.05), (("o-",), 0.0), (("o+", "o-"), 0.0), (("o-", "o+", "p+", "p-"), 0.0)],
+)
+def test_errors_by_the_head_are_those_of_a_calibration_with_them(mountings, delta0):
+    nothing = NoiseComponents(reading=0.0, head=0.0, launch=0.0, launch_sf=0.0)
+    plan = TumblePlan(temperatures=(20.0,), mountings=mountings)
+    record = simulate(plan=plan, noise=nothing, seed=1).with_apparatus(head_uncertainty=0.0)
+
+    def fitted(error):
+        """Calibration of readings with an error of each position [rad]."""
+        there = record.angle + np.degrees(error[(record.position - 1) % 8])
+        output = record.output.copy()
+        for mounting in mountings:
+            own = record.mounting == mounting
+            at = accelcal.accelerations(there[own], delta0, mounting)
+            output[own] = accelcal.design_matrix(at, mounting) @ [2.0, 1.3, 1e-5, 1e-5, 0.0, 0.0]
+        return accelcal.fit(replace(record, output=output), delta0=delta0)
+
+    def parameters(calibration):
+        """What the calibration tells, by the names of `ERRORS`; K1 is relative."""
+        found = compensation(calibration)
+        main, *others = found.axes
+        told = {"k0": found.k0.at_T0, "K1": found.K1.at_T0 / 1.3, "k2": found.k2, "k3": found.k3}
+        for name, axis in zip(("", "other "), (main, *others), strict=False):
+            told |= {f"{name}delta": axis.delta.at_T0, f"{name}delta_ip": axis.delta_ip}
+        for name, freed in zip(("", "other "), calibration.fixture_angle, strict=False):
+            told[f"{name}delta0"] = freed.angle.value
+        return told
+
+    true = fitted(np.zeros(8))
+    by_head = calibration_errors(true, compensation(true)).by_head
+    for place, error in enumerate(1e-6 * np.eye(8)):
+        above, below = parameters(fitted(error)), parameters(fitted(-error))
+        expected = [(above[n] - below[n]) / 2e-6 if n in above else 0.0 for n in ERRORS]
+        np.testing.assert_allclose(by_head[:, place], expected, atol=1e-4)

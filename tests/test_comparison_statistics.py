@@ -184,3 +184,42 @@ def test_noise_told_with_the_head_is_no_small_one_by_chance(positions, strokes):
             strokes == 2
         )
     assert sum(np.array(p) < 0.01) <= 2
+
+
+@pytest.mark.parametrize(("dof", "is_sure"), [(3.0, True), (2.0, False), (None, True)])
+def test_residuals_of_three_degrees_of_freedom_tell_the_noise_and_of_two_all_of_it(dof, is_sure):
+    calibration = accelcal.fit(short(1).with_apparatus(head_uncertainty=1e-5))
+    sources = [
+        replace(s, value=1e-3, dof=dof) if s.name == "reading" else s
+        for s in calibration.error_sources
+    ]
+    (table,) = calibration.tables
+    scale_factor = table.coefficients["K1"].value
+    known = known_noise(replace(calibration, error_sources=tuple(sources)), scale_factor)
+    expected = 1e-3 if is_sure else table.residual_rms
+    assert known.sigma == pytest.approx(expected / scale_factor, rel=1e-12)
+
+
+def test_only_noise_that_was_told_with_the_head_is_all_of_the_residuals():
+    for head, is_all in ((None, True), (1e-5, False)):
+        first, second = (short(seed).with_apparatus(head_uncertainty=head) for seed in (1, 2))
+        notes = accelcal.compare(accelcal.fit(first), second, same_head=False).notes
+        (told,) = (note for note in notes if "which is taken from the calibration" in note)
+        assert ("all of its residuals" in told) == is_all
+
+
+@pytest.mark.parametrize(
+    ("dof", "told"), [(1.0, "1 degree of"), (2.5, "2.5 degrees of"), (9.0, "9 degrees"), (10.0, "")]
+)
+def test_errors_known_from_few_degrees_of_freedom_are_told(dof, told):
+    undeclared = {"launch_uncertainty": None, "launch_sf_uncertainty": None}
+    plan = TumblePlan(temperatures=(20.0, 80.0, 20.0))
+    first, second = (
+        simulate(plan=plan, noise=QUIET, seed=seed).with_apparatus(**undeclared) for seed in (1, 2)
+    )
+    calibration = accelcal.fit(first)
+    sources = [replace(s, dof=dof) if s.name == "launch" else s for s in calibration.error_sources]
+    notes = accelcal.compare(replace(calibration, error_sources=tuple(sources)), second).notes
+    few = [note for note in notes if note.startswith("launch_uncertainty") and "estimated" in note]
+    assert len(few) == bool(told)
+    assert all(f"estimated it from {told}" in note for note in few)
