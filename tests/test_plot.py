@@ -261,6 +261,20 @@ def test_residual_means_are_means(several):
     assert mean == pytest.approx(np.mean(values))
 
 
+def test_rings_round_the_turn_are_residuals_of_either_sign(several):
+    ax = several.plot.tumble(run="2")
+    residuals = next(table.residuals for table in several.tables if table.run == "2")
+    largest = 1e6 * max(map(abs, residuals.value))
+    assert ax.get_ylim() == pytest.approx((-2.2 * largest, 1.1 * largest))
+    rings = np.array(ax.get_yticks())
+    step = rings[rings > 0.0].min()
+    assert np.abs(rings).max() <= 1.1 * largest < np.abs(rings).max() + step
+    assert 0.0 not in rings
+    assert rings.tolist() == (-rings[::-1]).tolist()  # the circle of zero is drawn by itself
+    names = [text.get_text() for text in ax.get_yticklabels()]
+    assert names == [f"{'+' if ring > 0.0 else '−'}{abs(ring):g} µg" for ring in rings]
+
+
 def test_law_and_band_are_those_of_the_calibration(loop):
     panels = loop.plot.temperature()
     line = panels[0].lines[0]
@@ -380,6 +394,11 @@ def test_a_map_tells_the_mounting_of_each_run_where_there_are_several():
     ax = accelcal.fit(accelcal.simulate(plan=plan, seed=1)).plot.residual_map()
     names = [label.get_text() for label in ax.child_axes[0].get_xticklabels()]
     assert names == ["run 1 o+\n20 °C", "run 2 o−\n20 °C"]
+
+
+def test_a_map_has_the_minus_sign_of_typesetting(several):
+    names = several.plot.residual_map().child_axes[0].get_xticklabels()
+    assert [name.get_text().split("\n")[1] for name in names] == ["20 °C", "80 °C", "−40 °C"]
 
 
 def test_long_names_of_runs_stay_apart():

@@ -365,6 +365,16 @@ ERRORS = {
         "6: angle 0, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
         " write the return to it as 360",
     ),
+    "too near for a return": (
+        "T,angle,k,Y\n20,0,1,1.5\n20,90,1,0\n20,180,1,-1.5\n20,0,1,1.25\n",
+        "5: angle 0, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
+        " delete one, or tell the runs apart by a column run",
+    ),
+    "again below another stroke": (
+        "T,angle,k,Y\n20,0,1,1.5\n20,90,1,0\n20,0,2,1.5\n20,90,2,0\n20,180,2,-1\n20,0,1,1.25\n",
+        "7: angle 0, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
+        " delete one, or tell the runs apart by a column run",
+    ),
     "a label in two ways": (
         "T,J,k,Y,run\n20,1,1,1.5,1\n20,5,1,-1.5,1.0\n",
         "3: run '1.0' is '1' in another row; write each run in one way",
