@@ -312,7 +312,7 @@ def test_a_document_of_several_units_is_none_of_one(folder, capsys):
 def test_parts_within_parts_without_end(folder, capsys):
     document = json.loads(written("calibration"))
     document["provenance"]["options"] = 7
-    deep = '{"a": ' * 3000 + "1" + "}" * 3000
+    deep = '{"a": ' * 100_000 + "1" + "}" * 100_000  # deeper than any Python reads
     text = json.dumps(document).replace('"options": 7', f'"options": {deep}')
     line = told("calibration", text, folder, capsys)
     assert line.endswith(f"; give a file as {EITHER} writes it")

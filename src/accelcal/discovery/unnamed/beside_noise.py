@@ -25,11 +25,11 @@ _TAILS = 9.0
 """Degrees of freedom of the Student distribution of the noise that is drawn, unless the tails of
 the readings are heavier: a hundred readings do not tell that they are lighter."""
 
+_ALIKE = 1e-6
+"""Logarithms of likelihoods that differ by no more are the same but for rounding."""
+
 _DRAWS = ((99, 0.04), (900, 0.005), (1000, 0.0))
 """Draws of noise, and the chance below which more are made."""
-
-_ALIKE = 1e-6
-"""Difference of likelihoods that is rounding: the first of such disturbances is told."""
 
 
 class Kind(NamedTuple):
@@ -91,15 +91,18 @@ class Trial(NamedTuple):
             return None
         return int(np.argmax(np.where(self.p_values < alpha, self.beyond, -np.inf)))
 
-    def likeliest(self, kind: int) -> tuple[Array, Array, int]:
-        """Whitener (d, n) and whitened error of the likeliest noise, and which of a kind it is."""
+    def likeliest(self, kind: int) -> tuple[Array, Array, list[int]]:
+        """Whitener (d, n) and whitened error of the likeliest noise, and which of a kind it is.
+
+        These are several where the error cannot tell them apart.
+        """
         found = np.array(
             [_likelihoods(noise, self.error[:, None])[1][kind][:, 0] for noise in self.noises]
         )
-        alike = found >= found.max() - _ALIKE  # the largest alone would depend on the processor
-        rho, which = np.unravel_index(alike.argmax(), found.shape)
+        rho = found.max(axis=1).argmax()
+        alike = np.flatnonzero(found[rho] >= found[rho].max() - _ALIKE)
         whitener = self.noises[int(rho)].whitener
-        return whitener @ self.left.T, whitener @ self.error, int(which)
+        return whitener @ self.left.T, whitener @ self.error, alike.tolist()
 
 
 def tried(

@@ -8,6 +8,7 @@ correlation that suits it best.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -71,10 +72,15 @@ def passing(
     best = trial.best(alpha)
     if best is None:
         return None
-    see, white, which = trial.likeliest(best)
-    told, columns = _described(kinds[best][0], which, see, white)
-    seen = orthonormal(comparison.space.see(columns))
-    share = squares_in(seen, comparison.seen) / float((comparison.seen**2).sum())
+    see, white, alike = trial.likeliest(best)
+
+    def explained(which: int) -> tuple[float, str]:
+        told, columns = _described(kinds[best][0], which, see, white)
+        seen = orthonormal(comparison.space.see(columns))
+        return squares_in(seen, comparison.seen) / float((comparison.seen**2).sum()), told
+
+    # of two strokes alike, pure error tells the difference alone: the model tells which is shifted
+    share, told = max(map(explained, alike), key=itemgetter(0))
     return Unexplained(told, share, float(trial.p_values[best]))
 
 

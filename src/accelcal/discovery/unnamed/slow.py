@@ -50,7 +50,7 @@ def slow(
     if best is None:
         return None
     what, (kind, _) = list(kinds.items())[best]
-    see, white, which = trial.likeliest(best)
+    see, white, (which, *_) = trial.likeliest(best)
     columns = kind.columns(0)
     acting = see @ columns
     normal = acting.T @ acting + np.eye(kind.each) / kind.variances[which]
