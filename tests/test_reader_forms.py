@@ -106,13 +106,25 @@ OF_POSITIONS = "20,1,1.35,0.95,-1.35\n20,2,1.36,0.96,-1.36\n"
 
 @pytest.mark.parametrize(
     ("own", "unit"),
-    [("T,k", None), ("T,k,,,", None), ("T,k,Y,Y,Y", None), ("T,k,Y [mA],Y [mA],Y [mA]", "mA")],
+    [
+        *[("T,k", None), ("T,k,,,", None), ("T,k,Y,Y,Y", None)],
+        *[("T,k,Y [mA],Y [mA],Y [mA]", "mA"), ("T,k,mA,mA,mA", "mA"), ("T,k,[V],[V],[V]", "V")],
+    ],
 )
 def test_a_row_above_the_headings_may_number_the_positions(own, unit):
     """It passed for the headings, and the row below it for readings."""
     record = read(f",,Position 1,Position 2,Position 5\n{own}\n{OF_POSITIONS}")
     assert same_readings(record, read(f"T,k,J1,J2,J5\n{OF_POSITIONS}"))
     assert (record.unit, record.notes) == (unit, ())
+
+
+def test_a_row_of_units_may_have_the_heading_of_the_strokes():
+    """It passed for a unit, as a row with one heading is none."""
+    rows = "1,1.35,0.95,-1.35\n2,1.36,0.96,-1.36\n"
+    record = read(f"# temperature: 20\n,Position 1,Position 2,Position 5\nk,mA,mA,mA\n{rows}")
+    assert same_readings(record, read(f"T,k,J1,J2,J5\n{OF_POSITIONS}"))
+    assert record.unit == "mA"
+    assert record.notes == ("the units stand below the headings (line 3)",)
 
 
 @pytest.mark.parametrize(

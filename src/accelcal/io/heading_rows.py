@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import zip_longest
 
-from accelcal.io.vocabulary import ACROSS, Heading, read_heading
+from accelcal.io.vocabulary import ACROSS, Heading, is_unit_of, read_heading
 
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 _NONE = read_heading("")
@@ -48,11 +48,13 @@ def joined(top: Sequence[Heading], own: Sequence[Heading]) -> tuple[Heading, ...
     outputs = [cell.role for cell in own if cell.role in ("output", *ACROSS)]
     if len(outputs) == 1 or not {*outputs} <= {"output"}:
         return tuple(own)
-    return tuple(
-        _numbered(above, cell) if above.role and (not cell.text or cell.role == "output") else cell
-        for above, cell in zip_longest(top, own, fillvalue=_NONE)
-    )
+    return tuple(_numbered(*pair) for pair in zip_longest(top, own, fillvalue=_NONE))
 
 
 def _numbered(above: Heading, cell: Heading) -> Heading:
-    return read_heading(f"{above.text} [{cell.unit}]") if cell.unit and not above.unit else above
+    """A heading that says no more than that an output is below, by its number above."""
+    bare = cell.text.strip("[] ()")
+    unit = bare if cell.role is None and is_unit_of("output", bare) else cell.unit
+    if not above.role or not (cell.role == "output" or bare in ("", unit)):
+        return cell
+    return read_heading(f"{above.text} [{unit}]") if unit and not above.unit else above

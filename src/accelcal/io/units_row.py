@@ -83,6 +83,8 @@ def _may_be_unit(heading: Heading, cell: str) -> bool:
 
 
 def _with_unit(heading: Heading, cell: str) -> Heading:
+    if not heading.text:  # of a row above that numbers the outputs alone
+        return read_heading(cell)
     is_told = heading.role is None and cell.casefold() not in _NO_UNIT
     if heading.unit or not (is_told or _is_unit(heading, cell)):
         return heading
