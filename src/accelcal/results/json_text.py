@@ -22,7 +22,7 @@ _SURROGATES = ("\\ud", "\\uD")
 """How the escape of a surrogate begins in JSON, here and elsewhere; a pair of them is a letter."""
 
 
-def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = None) -> str:
+def json_text(document: Mapping[str, Any]) -> str:
     r"""Write a document as JSON.
 
     A byte of a file name that is not UTF-8 is written as its escape, such as ``\xff``: the lone
@@ -32,8 +32,6 @@ def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = No
     ----------
     document : mapping
         The document.
-    path : path, optional
-        File to write, whole or not at all; without it the text is only returned.
 
     Returns
     -------
@@ -55,10 +53,6 @@ def json_text(document: Mapping[str, Any], path: str | PathLike[str] | None = No
     text = json.dumps(document, indent=1, allow_nan=False, default=_plain) + "\n"
     if _SURROGATES[0] in text:
         text = json.dumps(_encodable(document), indent=1, default=_plain) + "\n"
-    if path is not None:
-        from accelcal.atomic import write_atomically
-
-        write_atomically(path_text(path), text.encode())
     return text
 
 

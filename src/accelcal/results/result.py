@@ -6,8 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, overload
 
+from accelcal.arguments.kinds import path_text
 from accelcal.errors import InputError
 from accelcal.results.checked import DamageError, checked, list_of, read_as, schema_of
 from accelcal.results.fields import ReadByFields
@@ -52,20 +53,30 @@ class StoredResult(ReadByFields, ABC):
     def to_document(self) -> dict[str, Any]:
         """Return the result as the document that `to_json` writes."""
 
-    def to_json(self, path: str | PathLike[str] | None = None) -> str:
+    @overload
+    def to_json(self) -> str: ...
+    @overload
+    def to_json(self, path: str | PathLike[str]) -> None: ...
+    def to_json(self, path: str | PathLike[str] | None = None) -> str | None:
         """Write the result as JSON.
 
         Parameters
         ----------
         path : path, optional
-            File to write, whole or not at all; without it the text is only returned.
+            File to write, whole or not at all; without it the text is returned.
 
         Returns
         -------
-        str
-            The JSON text; numbers keep all their digits.
+        str or None
+            The JSON text, in which numbers keep all their digits; None where a file has it.
         """
-        return json_text(self.to_document(), path)
+        text = json_text(self.to_document())
+        if path is None:
+            return text
+        from accelcal.atomic import write_text
+
+        write_text(path_text(path), text)
+        return None
 
     @classmethod
     def _read(cls, document: Mapping[str, Any]) -> Self:
