@@ -46,15 +46,13 @@ def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **val
             raise InputError(f"{name} is {value}; it is {maximum:g} or less")
 
 
-def check_number_or_none(
-    minimum: float = -math.inf, maximum: float = math.inf, /, **values: float | None
-) -> None:
+def check_number_or_none(minimum: float = -math.inf, /, **values: float | None) -> None:
     """Refuse what is neither None nor passes `check_number`.
 
     Parameters
     ----------
-    minimum, maximum : float
-        Smallest and largest value allowed.
+    minimum : float
+        Smallest value allowed.
     **values : float or None
         The values, by the name that the message gives.
 
@@ -68,7 +66,7 @@ def check_number_or_none(
     >>> check_number_or_none(0.0, hours=None)
     """
     given = {name: value for name, value in values.items() if value is not None}
-    check_number(minimum, maximum, **given)
+    check_number(minimum, **given)
 
 
 def check_whole(minimum: int, /, **values: float) -> None:

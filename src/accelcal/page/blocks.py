@@ -229,7 +229,7 @@ class Page:
     software: str
 
 
-def narrowed(table: Table, most: int = 10) -> list[Table]:
+def narrowed(table: Table, most: int) -> list[Table]:
     """Split a table that is too wide for paper; its first column stands in each part.
 
     Examples

@@ -38,6 +38,8 @@ _STRONG = 0.8
 _BRACKETS = re.compile(r" \([^()]*\)")
 _DIGITS_OF_UNKNOWN = 4
 
+_MOST_TABLES = 3
+"""Tables of which one gate warns, each with a line of its own, before the rest are counted."""
 
 LawRow = tuple[str, str, str, str, str]
 """Name, symbol, value, half width of the 95 % interval and unit."""
@@ -76,12 +78,12 @@ def alarms(calibration: Calibration) -> list[str]:
     return [sentence for _, sentence in _alarms(calibration)]
 
 
-def first_alarms(calibration: Calibration, most: int = 3) -> list[str]:
+def first_alarms(calibration: Calibration) -> list[str]:
     """List `alarms`; of a gate that warns of more tables the first, and of how many others."""
     found = list(_alarms(calibration))
     count, told = Counter(name for name, _ in found), []
     for name, sentence in found:
-        if count[name] > most:
+        if count[name] > _MOST_TABLES:
             others = f"{name}: warns of {count[name] - 1} other tables, listed under Checks"
             told += [sentence, others] if others not in told else []
         else:
