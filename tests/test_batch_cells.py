@@ -6,10 +6,11 @@ import weakref
 import numpy as np
 
 import accelcal
-from accelcal.archive.columns import Labels, put_together
+from accelcal.archive.columns import put_together
 from accelcal.archive.fitting import fit_records
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import stacked_tables
+from accelcal.arrays import Labels
 from accelcal.calibrate.many import calibrate_many
 
 

@@ -12,8 +12,9 @@ import pytest
 import accelcal
 from accelcal.archive import parts
 from accelcal.archive.arrow import arrow_bytes, parquet_frame
-from accelcal.archive.columns import FrameColumn, Labels
+from accelcal.archive.columns import FrameColumn
 from accelcal.archive.sources import find_sources
+from accelcal.arrays import Labels
 from accelcal.io.ordinary.reader import Content, read_arrow, read_ordinary
 from accelcal.io.parquet import as_csv, read_rows, row_ranges
 

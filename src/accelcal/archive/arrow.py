@@ -14,8 +14,8 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.archive.columns import Cells, Columns, FrameColumn, Labels
-from accelcal.arrays import Mask
+from accelcal.archive.columns import Cells, Columns, FrameColumn
+from accelcal.arrays import Labels, Mask
 from accelcal.escapes import ESCAPED
 
 _ROW_GROUP = 16_000  # rows that are written together; in parts of 8,000 they take a fifth longer

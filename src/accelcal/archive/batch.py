@@ -16,7 +16,6 @@ from accelcal.archive.columns import (
     ROWS,
     Columns,
     FrameColumn,
-    Labels,
     put_together,
     units_of,
 )
@@ -28,6 +27,7 @@ from accelcal.archive.through import InMemory, Progress, work_through
 from accelcal.arguments.kinds import path_text, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag, check_function, check_options, check_text
+from accelcal.arrays import Labels
 from accelcal.calibrate.options import FitOptions, Options
 from accelcal.equality import equal
 from accelcal.errors import InputError

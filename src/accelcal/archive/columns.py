@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array, Places
-from accelcal.arrays import Labels as Labels
+from accelcal.arrays import Array, Labels, Places
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
 
 TABLE_GATES = (
