@@ -376,11 +376,45 @@ def test_a_gate_tells_how_the_block_sits_on_its_shafts():
     few = accelcal.calibrate_triad(seated(rng, "xyz", 180.0, 1e-4))
     assert gate(few, "clampings").verdict == "not assessed"
     one = seated(rng, "xyz", 45.0, 1e-4)
-    for record in (
-        TriadRecord(one.output, one.up),
-        TriadRecord(one.output, one.up, shaft=("x",) * 24),
-    ):
+    for shaft in (("x",) * 24, tuple(map(str, range(24)))):  # one for all, and one for each
+        record = TriadRecord(one.output, one.up, shaft=shaft)
         assert "clampings" not in [g.name for g in accelcal.calibrate_triad(record).gates]
+
+
+def test_directions_without_shafts_are_told():
+    """Nothing told that U leaves out how the block sits: 46 % of the intervals held."""
+    given = seated(np.random.default_rng(33), "xyz", 45.0, 1e-4)
+    for found in (
+        accelcal.calibrate_triad(given.output, given.up),
+        accelcal.calibrate_triad(TriadRecord(given.output, given.up)),
+    ):
+        told = gate(found, "clampings")
+        assert told.verdict == "not assessed"
+        assert told.finding.startswith("no shafts are named: U counts errors of single attitudes")
+    free = accelcal.calibrate_triad(given.output)
+    assert "clampings" not in [g.name for g in free.gates]
+
+
+def test_names_of_clampings_beside_directions_are_read():
+    """A column shaft without angle was set aside without a word."""
+    rng = np.random.default_rng(34)
+    given = seated(rng, "xyz", 45.0, 1e-4)
+    names = {"x": "plate 1", "y": "plate 2", "z": "Plate 3"}
+    rows = [
+        ",".join([names[shaft], *map(repr, [*up.tolist(), *output.tolist()])])
+        for shaft, up, output in zip(given.shaft, given.up, given.output, strict=True)
+    ]
+    text = "\n".join(["shaft,up_x,up_y,up_z,x,y,z", *rows])
+    record = read_triad(io.StringIO(text))
+    assert record.shaft == ("plate 1",) * 8 + ("plate 2",) * 8 + ("plate 3",) * 8
+    found, named = accelcal.calibrate_triad(record), accelcal.calibrate_triad(given)
+    assert gate(found, "clampings") == gate(named, "clampings")
+    for name, quantity in named.misalignments.items():
+        assert found.misalignments[name].expanded_uncertainty == pytest.approx(
+            quantity.expanded_uncertainty, rel=1e-9
+        )
+    with pytest.raises(accelcal.TableError, match=":2: shaft 'n/a' names no shaft; name the shaft"):
+        read_triad(io.StringIO(text.replace("plate 1", "n/a", 1)))
 
 
 def test_shafts_of_a_table_are_read_beside_directions_and_signs():

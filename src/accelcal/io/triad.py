@@ -33,6 +33,7 @@ _REMEDY = (
 _ONE_OF_BOTH = "correct one, or keep one of both"
 _LEAST_COSINE = np.cos(np.pi / 8.0)
 """Of the angle between directions that are written as up and by shaft and angle: 22.5 deg."""
+_NAME_SHAFTS = "name the shaft, or the clamping, of each attitude"
 _TWO_UNITS = "units {} and {} in one table; write all in one unit"
 
 
@@ -49,7 +50,7 @@ def read_triad(
         attitudes are known, either ``up_x``, ``up_y``, ``up_z``, the acceleration along the axes
         of the block [g], or ``shaft`` (``x``, ``-z`` ...), the axis of the block along the shaft,
         and ``angle`` of the head [deg]; where both are there, the first count and the others have
-        to agree within 22.5 deg.
+        to agree within 22.5 deg. Beside directions a ``shaft`` alone is any name of a clamping.
     overrides : mapping of str to str or float, optional
         ``unit``, ``serial`` and ``local_gravity`` [m/s^2] that win over the header; None leaves
         the header's.
@@ -174,9 +175,12 @@ def _attitude(table: SmallTable) -> tuple[str, ...] | None:
 
 def _shaft(table: SmallTable) -> tuple[str, ...] | None:
     """Shafts about which the block was turned; one turned round is another clamping."""
-    if not {"shaft", "angle"} <= set(table.columns):
+    column = table.columns.get("shaft")
+    if column is None:
         return None
-    return tuple(str(c).strip().casefold().lstrip("+") for c in table.columns["shaft"].cells)
+    shafts = tuple(str(cell).strip().casefold().lstrip("+") for cell in column.cells)
+    column.check(np.array([s not in MISSING for s in shafts]), "{} names no shaft", _NAME_SHAFTS)
+    return shafts
 
 
 def _turned(shaft: Column, angle: Column) -> Array:

@@ -41,7 +41,8 @@ def calibrate_triad(
         Mean outputs of the channels x, y, z in each attitude [output unit].
     up : array_like, shape (n, 3), optional
         Acceleration along the axes of the block, which points up [local g]. Without it the only
-        truth is that its length is 1.
+        truth is that its length is 1. For a block clamped anew in between give a record that names
+        the shaft of each attitude, or U does not count how it sits.
     frame : {"x", "z"}, optional
         Frame of a triad whose attitudes are unknown, where S is known but for a rotation:
         ``"x"``, the default, lies with its axis x along the sensitive axis of channel x and has

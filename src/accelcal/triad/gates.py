@@ -23,6 +23,10 @@ _GO_AGAIN = (
     "; what is left may be errors of attitudes, which scale factors from faces do not feel: go"
     " through the attitudes again, and the scatter of the visits tells the noise"
 )
+_UNTOLD = (
+    "no shafts are named: U counts errors of single attitudes, not how the block sits in a clamping"
+    " that several share; name that of each attitude (shaft)"
+)
 _FALSE_ALARM = 0.01
 _SURE = 1e-4
 """Chance below which turns of the block are no errors of a head, which all shafts may share."""
@@ -53,10 +57,12 @@ def gates_of(record: TriadRecord, found: Solution, frame: str) -> tuple[Gate, ..
 
 def _clampings(record: TriadRecord, found: Solution) -> Iterator[Gate]:
     """Tell whether the block sits alike on all shafts."""
-    shafts = len(set(record.shaft or ()))
-    if record.up is None or shafts < 2 or found.seats is None:
+    name, shafts, seats = "clampings", len(set(record.shaft or ())), found.seats
+    if record.up is None or shafts in (1, len(record.output)) or seats is None:
         return
-    name, seats = "clampings", found.seats
+    if not shafts:
+        yield Gate(name, "not assessed", _UNTOLD)
+        return
     if seats.chance is None:
         told = f"on {shafts} shafts: too few attitudes tell whether the block sits alike on all"
         yield Gate(name, "not assessed", f"{told}; U does not count how it sits")
