@@ -281,6 +281,18 @@ def test_header_says_where_the_result_comes_from(run, folder):
     assert digest in text
 
 
+def test_header_says_what_the_uncertainty_leaves_out(run, folder):
+    """Whoever had the file alone took U for all there is: warnings went to the terminal only."""
+    found = accelcal.fit(accelcal.simulate(plan=accelcal.TumblePlan(positions=4), seed=1))
+    (folder / "cal.json").write_text(found.to_json(), "utf-8")
+    run(HEAD + "output,temperature\n1,20\n")
+    told = [line for line in (folder / "out.csv").read_text("utf-8").split("\n") if line[:1] == "#"]
+    assert told[5].startswith("# note: no column a_p: it is taken as 0, an error of 1.15 mg")
+    assert told[6:] == [
+        "# warning: K3, M_ip were not determined and taken as 0; K1 stands for K1 + K3"
+    ]
+
+
 def accelcal_sha(path):
     import hashlib
 

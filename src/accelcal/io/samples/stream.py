@@ -11,7 +11,7 @@ import numpy as np
 from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array
 from accelcal.compensate.measured import MeasuredAcceleration, columns_of
-from accelcal.escapes import ESCAPED
+from accelcal.escapes import ESCAPED, visible
 from accelcal.io.csv_text import needs_quotes, quoted
 from accelcal.io.samples.reader import SampleBlock, SampleReader
 from accelcal.version import SOFTWARE
@@ -126,7 +126,10 @@ class AccelerationStream:
             "data": self._samples.source,
             "software": SOFTWARE,
         }
-        text = "".join(f"# {key}: {value}\n" for key, value in lines.items() if value is not None)
+        told = [(key, value) for key, value in lines.items() if value is not None]
+        told += [("note", visible(note)) for note in self._instrument.notes]
+        told += [("warning", visible(own)) for own in self._instrument.assumptions]
+        text = "".join(f"# {key}: {value}\n" for key, value in told)
         time = ["time"] if "time" in self._samples.headings.columns else []
         return text + ",".join([*time, *columns_of(self._instrument.axes), "inside"]) + "\n"
 
