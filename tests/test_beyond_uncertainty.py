@@ -111,6 +111,17 @@ def test_what_else_a_discovery_found_possible_is_said_where_use_does_not_count_i
     assert is_said(accelcal.budget(calibration, 1.0).warnings, said)
 
 
+def test_what_else_is_possible_is_of_the_readings_of_the_discovery():
+    """Another unit was told the bias that the unit of the model might have, as if its own."""
+    hidden = [accelcal.effect("backlash").of(3e-5), accelcal.effect("bias-drift").of(2e-5)]
+    plan = TumblePlan(timed=True)
+    model = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=1))
+    (possible,) = model.otherwise
+    other = accelcal.simulate(replace(accelcal.AL15, serial="B2"), plan, effects=hidden, seed=4)
+    said = f"what else the discovery found possible; by its own readings, {possible}"
+    assert is_said(accelcal.fit(other, model=model).warnings, said)
+
+
 def test_a_verdict_says_which_checks_warn_and_what_is_in_no_interval():
     curved = [accelcal.effect("fourth-order").of(3e-4)]
     record = accelcal.simulate(effects=curved, seed=1)

@@ -170,7 +170,8 @@ def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
             True, f"{listed(model.doubtful)}: not sure, as the notes of the discovery say"
         )
     for note in model.otherwise:
-        yield Sentence(True, f"{NOT_COUNTED} what else the discovery found possible: {note}")
+        possible = "what else the discovery found possible; by its own readings,"
+        yield Sentence(True, f"{NOT_COUNTED} {possible} {note}")
     if model.has_more or (model.unexplained and not model.effects):
         yield Sentence(True, f"{NOT_COUNTED} what the discovery found and no known effect explains")
 
