@@ -1,5 +1,6 @@
 """Files of several units: which of them a command takes, and in which unit of the output."""
 
+import csv
 import io
 import json
 from dataclasses import replace
@@ -65,9 +66,18 @@ def test_a_unit_that_the_models_lack_is_refused(run):
 def test_the_only_model_fits_any_unit_and_says_whose_it_is(run, folder):
     item = json.loads((folder / "model.json").read_text())["discoveries"][0]
     (folder / "a1.json").write_text(json.dumps(item))
-    code, _, err = run("fit", "B2.csv", "--model", "a1.json")
+    said = (
+        "the discovery of another unit, serial A1, says which effects are taken out; their sizes"
+        " are fitted to these readings"
+    )
+    code, out, _ = run("fit", "B2.csv", "--model", "a1.json")
     assert code == 0
-    assert "note: B2.csv: of serial B2, but a1.json is that of A1" in err
+    assert said in " ".join(out.split())
+    assert said not in " ".join(run("fit", "A1.csv", "--model", "a1.json")[1].split())
+    # a batch took it out of all units without a word
+    assert run("batch", "A1.csv", "B2.csv", "-o", "out.csv", "--model", "a1.json")[0] == 0
+    rows = list(csv.DictReader((folder / "out.csv").read_text("utf-8").splitlines()))
+    assert {row["serial"] for row in rows if said in row["warnings"]} == {"B2"}
 
 
 def test_a_batch_takes_one_model(run):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,11 +12,12 @@ from accelcal.calibrate.plan import OnePlan
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.record import naming
+from accelcal.record import TumbleRecord, naming
 from accelcal.reference import reference_temperature_of
 
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
+    from accelcal.results.discovery import Discovery
 
 
 def corrections(plan: OnePlan, options: Options, delta0: float) -> tuple[Correction, ...]:
@@ -81,3 +82,27 @@ def effects_component(
     dof = np.array([item.dof for item in known], dtype=np.float64)
     shape = through.shape[:2]
     return Component(through @ through.mT, np.broadcast_to(dof[:, None], shape))
+
+
+def said_of_unit(record: TumbleRecord, model: Discovery | None) -> Iterator[str]:
+    """Say that the effects which are taken out were found in another unit.
+
+    Parameters
+    ----------
+    record : TumbleRecord
+        The readings.
+    model : Discovery or None
+        Whose effects are taken out of them.
+
+    Yields
+    ------
+    str
+        A sentence, where the serial numbers of both are known and differ.
+    """
+    if model is None or not model.effects:
+        return
+    if None not in (model.serial, record.serial) and model.serial != record.serial:
+        yield (
+            f"the discovery of another unit, serial {model.serial}, says which effects are taken"
+            " out; their sizes are fitted to these readings"
+        )

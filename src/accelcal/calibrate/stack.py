@@ -11,7 +11,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.calibrate.head import at_true_angles
-from accelcal.calibrate.known_effects import corrections, effects_component
+from accelcal.calibrate.known_effects import corrections, effects_component, said_of_unit
 from accelcal.calibrate.of_record import calibration_of_record
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
@@ -217,7 +217,8 @@ class CalibrationStack:
     def _said_of_readings(self) -> list[tuple[str, ...]]:
         """What was done with the readings of each record before they were fitted."""
         both = zip(self.plan.records, self.at_rest.said, strict=True)
-        return [(*said_of_positions(record), *said) for record, said in both]
+        model = self.options.model
+        return [(*said_of_unit(r, model), *said_of_positions(r), *said) for r, said in both]
 
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:

@@ -83,8 +83,9 @@ class Fitted(NamedTuple):
     told_of_head : ndarray of bool, shape (R,)
         Whether what is known of the head came from this record too.
     brought : sequence of tuple of str
-        What was done with the readings of each record where angles or temperatures were not those
-        of their position or run, see `accelcal.estimate.at_positions` and
+        What was done with the readings of each record: effects of another unit taken out, see
+        `accelcal.calibrate.known_effects`; angles or temperatures that were not those of their
+        position or run, see `accelcal.estimate.at_positions` and
         `accelcal.temperature.felt_deviations`.
     model : Discovery or None
         Whose effects were taken out of the readings.

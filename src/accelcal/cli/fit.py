@@ -23,10 +23,8 @@ from accelcal.cli.options import (
 from accelcal.cli.verdicts import exit_where_failed, judged
 
 if TYPE_CHECKING:
-    from accelcal.io.documents.discoveries import DiscoveryFile
     from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
-    from accelcal.results.discovery import Discovery
 
 
 @click.command(cls=Command)
@@ -67,7 +65,7 @@ def fit(
     ]
     remark_alike(records)
     calibrations = tuple(
-        calibrate(record, model=_model_of(record, asked.models), **asked.of_all)
+        calibrate(record, model=asked.models and asked.models.choose(record.serial), **asked.of_all)
         for record in records
     )
     for serial, files in _apart(calibrations):
@@ -112,19 +110,6 @@ def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
         for note in record.notes:
             remark(f"note: {record.source}: {note}")
         yield record
-
-
-def _model_of(record: TumbleRecord, models: DiscoveryFile | None) -> Discovery | None:
-    """Discovery of the unit of a record; that of another unit is told."""
-    if models is None:
-        return None
-    found = models.choose(record.serial)
-    if None not in (found.serial, record.serial) and found.serial != record.serial:
-        remark(
-            f"note: {record.source}: of serial {record.serial}, but {models.name} is that of"
-            f" {found.serial}; its effects are taken out with sizes fitted anew"
-        )
-    return found
 
 
 def _json(calibrations: Sequence[Calibration]) -> str:
