@@ -68,7 +68,7 @@ def test_correlation_is_that_of_the_pure_error():
     run = c.run[c.order]
     left = np.eye(run.size) - basis @ basis.T
     error = left @ record.output[c.order]
-    rho, variance = _autocorrelation(error, basis, run)
+    rho, variance, _ = _autocorrelation(error, basis, run)
     near = np.diag(0.5 * (run[1:] == run[:-1]), 1)
     near = near + near.T
 
@@ -84,6 +84,21 @@ def test_correlation_is_that_of_the_pure_error():
     process = memory(replace(c, run=run, number=np.arange(run.size)), rho)
     assert variance == pytest.approx(error @ error / np.trace(left @ process), rel=1e-4)
     assert reading_noise(c, record.output, saturated(c, record.mounting), 0.0).rho == rho
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.3, 0.6, 0.8])
+def test_a_correlation_is_among_those_that_are_possible(rho):
+    """A twelfth of the tables have it above all of them, few readings of one run hardly more."""
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0,)), seed=1)
+    c = compared(record, 20.0).model.conditions
+    basis = orthonormal(saturated(c, record.mounting))[c.order]
+    root = np.linalg.cholesky(memory(replace(c, number=np.arange(c.run.size)), rho))
+    draws = np.random.default_rng(3).standard_normal((600, c.run.size)) @ root.T
+    errors = draws - draws @ basis @ basis.T
+    possible = np.array([_autocorrelation(error, basis, c.run)[2] for error in errors])
+    assert possible.shape == (600, 6)
+    assert 0.05 < np.mean(possible[:, -1] < rho) < 0.16
+    assert np.mean(possible[:, 0] > rho) < 0.12
 
 
 def test_effects_that_readings_cannot_tell_apart_come_in_the_order_of_the_catalogue():

@@ -284,11 +284,13 @@ def test_the_verdict_tells_correlated_neighbours():
     assert said in " ".join(str(found).split())
 
 
-def test_a_walk_is_more_than_correlated_neighbours():
+@pytest.mark.parametrize("seed", [4, 5])
+def test_a_walk_is_more_than_correlated_neighbours(seed):
+    """That of seed 5 begins as a warm-up does, which is not sure beside it."""
     record = of_two_cycles(2)
-    walk = np.cumsum(np.random.default_rng(5).standard_normal(len(record)))
+    walk = np.cumsum(np.random.default_rng(seed).standard_normal(len(record)))
     found = accelcal.discover(replace(record, output=record.output + 3e-5 * walk))
-    assert found.effects == ()
+    assert found.doubtful == tuple(item.id for item in found.effects)
     assert found.unexplained.structure.startswith("something slow: most like a bias that wanders")
 
 

@@ -71,7 +71,7 @@ def test_noise_with_a_memory_in_one_run_gets_no_name_without_a_doubt(regime, num
 
 
 @pytest.mark.parametrize(
-    ("regime", "number"), [("ar1", 174), ("ar1-strong", 59), ("flicker", 82), ("walk", 184)]
+    ("regime", "number"), [("ar1-strong", 59), ("flicker", 10), ("flicker", 197), ("walk", 177)]
 )
 def test_what_noise_explains_as_well_gets_no_name(regime, number):
     found = found_in_noise(regime, number)
@@ -81,6 +81,14 @@ def test_what_noise_explains_as_well_gets_no_name(regime, number):
     assert "not accepted: bias-step" in found.unexplained.structure
     assert found.unexplained.p_value == found.p_value
     assert found.after == found.before
+
+
+@pytest.mark.parametrize(("regime", "number"), [("ar1", 174), ("flicker", 82), ("walk", 184)])
+def test_noise_whose_memory_is_not_significant_may_have_one(regime, number):
+    found = found_in_noise(regime, number)
+    assert found.effects == ()
+    assert found.unexplained is None
+    assert found.p_value > found.alpha
 
 
 @pytest.mark.parametrize(

@@ -54,8 +54,8 @@ def answer(method: str, record: TumbleRecord) -> Answer:
 def share_the_null(*, shared: bool = True) -> None:
     """Simulate the noise anew for the next table of a design only, not for those after it.
 
-    The false-alarm rates depend on the design, on the declared sizes, and on whether the noise has
-    memory or heavy tails; tables that agree in these share them.
+    The false-alarm rates depend on the design, on the declared sizes, on the memory that the noise
+    may have, and on whether it has heavy tails; tables that agree in these share them.
     """
     _shared.clear()
     _ENGINE.with_rates = _with_rates if shared else _simulated
@@ -64,11 +64,11 @@ def share_the_null(*, shared: bool = True) -> None:
 def _with_rates(family: Any, seed: int) -> Any:
     ids = tuple(effect.id for effect in family.candidates.effects)
     noise = family.comparison.noise
-    key = (ids, len(family.blocks), len(family.comparison.roots), noise.tails)
+    possible = round(max(noise.possible, default=0.0), 1)
+    key = (ids, len(family.blocks), bool(noise.rho), possible, noise.tails)
     if key not in _shared:
         _shared[key] = _simulated(family, seed)
-    known = _shared[key]
-    return family._replace(tries=known.tries, tests=known.tests)
+    return family.with_rates_of(_shared[key])
 
 
 def _ours(found: Discovery) -> Answer:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -25,9 +24,6 @@ from accelcal.discovery.run_noise import with_noise_of_runs
 from accelcal.discovery.space import Space, root_of, space_of, whitened, whitener_of
 from accelcal.discovery.spans import orthonormal
 from accelcal.record import TumbleRecord
-
-_RHOS = 6
-"""Values of the correlation of neighbours under which false alarms are judged."""
 
 
 class Comparison(NamedTuple):
@@ -51,7 +47,8 @@ class Comparison(NamedTuple):
         Covariance of the errors of the readings, in units of the variance of their noise.
     roots : tuple of callable
         Make maps of independent numbers to errors of the readings, shape (n, q) [g], where the
-        correlation of neighbours is estimated: one for each of several values that it may have.
+        correlation of neighbours is estimated: one for each of several values that it may have,
+        also where it is not significant.
         None where the errors are known to be those that the space makes independent.
     """
 
@@ -126,7 +123,7 @@ def compared(
         relative = with_noise_of_runs(model.conditions, first, within, by_std, step)
         noise = reading_noise(model.conditions, first, within, step, relative)
     if not memory:
-        noise = noise._replace(rho=0.0)
+        noise = noise._replace(rho=0.0, possible=())
     spread = _spread(record, model, noise)
     whitener = whitener_of(spread, noise.sigma)
     parameters = solve(model, partial(whitened, whitener))
@@ -156,12 +153,8 @@ def _step(record: TumbleRecord, model: BaseModel) -> float:
 def _roots(
     record: TumbleRecord, model: BaseModel, noise: ReadingNoise
 ) -> tuple[Callable[[], Array], ...]:
-    if not noise.rho:
-        return ()
-    uncertainty = float(np.sqrt((1.0 - noise.rho**2) / noise.dof))
-    normal = NormalDist(noise.rho, uncertainty)
-    rhos = np.clip([normal.inv_cdf((k + 0.5) / _RHOS) for k in range(_RHOS)], -0.9, 0.95)
-    return tuple(partial(_root, record, model, noise._replace(rho=rho)) for rho in rhos.tolist())
+    possible = (noise._replace(rho=rho) for rho in noise.possible)
+    return tuple(partial(_root, record, model, each) for each in possible)
 
 
 def _root(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> Array:

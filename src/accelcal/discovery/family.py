@@ -50,6 +50,9 @@ class Family(NamedTuple):
         Independent tries that the instances of each effect amount to.
     tests : float
         Independent tests that the whole family amounts to.
+    factor_tries : ndarray, shape (B,)
+        How many times as often as its p-value says noise makes each factor disagree: more than
+        once where neighbouring readings may be correlated.
     """
 
     comparison: Comparison
@@ -57,6 +60,11 @@ class Family(NamedTuple):
     blocks: tuple[Block, ...]
     tries: Array
     tests: float
+    factor_tries: Array
+
+    def with_rates_of(self, other: Family) -> Family:
+        """Return it with the false-alarm rates of another one, of a test like it."""
+        return self._replace(tries=other.tries, tests=other.tests, factor_tries=other.factor_tries)
 
     @property
     def space(self) -> Space:
@@ -111,17 +119,21 @@ def family_of(comparison: Comparison, effects: Sequence[Effect]) -> Family:
     """
     space, c = comparison.space, comparison.model.conditions
     found = candidates(effects, space, c)
-    return Family(comparison, found, blocks(space, c), np.ones(len(found.effects)), 1.0)
+    factors = blocks(space, c)
+    tries, factor_tries = np.ones(len(found.effects)), np.ones(len(factors))
+    return Family(comparison, found, factors, tries, 1.0, factor_tries)
 
 
 def with_rates(family: Family, seed: int = 0) -> Family:
     """Find the tries and tests of a family from noise that is simulated."""
     noise = drawn(family.comparison, np.random.default_rng(seed), DRAWS)
     effects, factors = _p_values(family, noise, None)
-    tries = np.array([_multiplicity(p) for p in effects])
-    honest = effects * tries[:, None]
-    smallest = np.minimum(honest.min(axis=0, initial=1.0), factors.min(axis=0, initial=1.0))
-    return family._replace(tries=tries, tests=_multiplicity(smallest))
+    tries, factor_tries = (
+        np.array([_multiplicity(p) for p in each]) for each in (effects, factors)
+    )
+    honest = np.vstack([effects * tries[:, None], factors * factor_tries[:, None]])
+    tests = _multiplicity(honest.min(axis=0, initial=1.0))
+    return family._replace(tries=tries, tests=tests, factor_tries=factor_tries)
 
 
 def drawn(comparison: Comparison, rng: np.random.Generator, draws: int) -> Array:
@@ -157,8 +169,9 @@ def judge(family: Family, taken: Array | None = None) -> Judgement:
     """
     effects, factors = _p_values(family, family.comparison.seen[:, None], taken)
     honest = np.minimum(effects[:, 0] * family.tries, 1.0)
-    smallest = min(honest.min(initial=1.0), factors.min(initial=1.0))
-    return Judgement(min(1.0, float(smallest) * family.tests), honest, factors[:, 0])
+    of_blocks = np.minimum(factors[:, 0] * family.factor_tries, 1.0)
+    smallest = min(honest.min(initial=1.0), of_blocks.min(initial=1.0))
+    return Judgement(min(1.0, float(smallest) * family.tests), honest, of_blocks)
 
 
 def agrees(family: Family, taken: Array, alpha: float) -> bool:
@@ -173,8 +186,8 @@ def agrees(family: Family, taken: Array, alpha: float) -> bool:
     if single.min(initial=1.0) < smallest:
         return False
     return all(
-        float(_of_block(block.basis, left, family.space, taken)[0]) >= smallest
-        for block in family.blocks
+        float(_of_block(block.basis, left, family.space, taken)[0]) * tries >= smallest
+        for block, tries in zip(family.blocks, family.factor_tries.tolist(), strict=True)
     )
 
 

@@ -236,7 +236,7 @@ def _look(
     comparison = compared(record, reference, delta0, known, memory=memory, silent=silent)
     family, like = family_of(comparison, question.effects), question.like
     if like is not None and _same_null(family, like):
-        family = family._replace(tries=like.tries, tests=like.tests)
+        family = family.with_rates_of(like)
     else:
         family = with_rates(family, question.seed)
     found = search(family, alpha=question.alpha, most=question.most)

@@ -8,6 +8,7 @@ residuals of a model, which may lack an effect.
 from __future__ import annotations
 
 from collections.abc import Collection
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +38,9 @@ _MOST_READINGS = 8000
 _UNITS = {"head": "rad", "launch": "g", "launch_sf": "1", "temperature": "degC"}
 
 _RHOS = np.linspace(-0.3, 0.9, 121)
+_POSSIBLE = np.array([NormalDist().inv_cdf((k + 0.5) / 6) for k in range(6)])
+"""Standard deviations from what is seen to correlations that are possible, each as likely."""
+
 _LAGS = 40
 _TAILS = ((1.0, 5.0), (0.4, 9.0))
 """Excess kurtosis, and the Student distribution whose tails count from there on."""
@@ -50,7 +54,8 @@ class ReadingNoise(NamedTuple):
     sigma : float
         Standard deviation of one reading [g].
     rho : float
-        Correlation of one reading with the next in the order of measuring.
+        Correlation of one reading with the next in the order of measuring, 0 where it is not
+        significant.
     dof : int
         Degrees of freedom of the pure error.
     tails : float
@@ -58,6 +63,8 @@ class ReadingNoise(NamedTuple):
     relative : ndarray, shape (n,), or None
         Standard deviation of each reading over sigma, as their std tell it, and the scatter of
         their runs; None where alike.
+    possible : tuple of float
+        Correlations that the replicates leave possible, each as likely; empty where it is known.
     """
 
     sigma: float
@@ -65,6 +72,7 @@ class ReadingNoise(NamedTuple):
     dof: int
     tails: float
     relative: Array | None = None
+    possible: tuple[float, ...] = ()
 
 
 def refuse_too_many(record: TumbleRecord) -> None:
@@ -109,7 +117,8 @@ def reading_noise(
     -----
     The correlation is that of an AR(1) process within each run for which the lag-1 sum of products
     of the pure error has its expectation; the pure error of independent readings is not
-    independent, and its expectation says by how much.
+    independent, and its expectation says by how much. With the scatter of that sum in independent
+    readings, it also tells which correlations are possible.
     """
     basis = orthonormal(in_units_of(relative, all_that_repeats))
     dof = residual.size - basis.shape[1]
@@ -121,14 +130,14 @@ def reading_noise(
         )
     basis = basis[c.order]
     error = without(in_units_of(relative, residual)[c.order], basis)
-    rho, variance = _autocorrelation(error, basis, c.run[c.order])
+    rho, variance, possible = _autocorrelation(error, basis, c.run[c.order])
     if not np.sqrt(variance) > max(_LEAST_NOISE, _OF_STEP * step):
         raise InputError(
             "replicates are alike to the last digit, so that nothing tells the noise of the"
             " readings; read more digits, or simulate some noise"
         )
     tails = _tails(_excess_kurtosis(error, basis, variance))
-    return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails, relative)
+    return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails, relative, possible)
 
 
 def _tails(excess: float) -> float:
@@ -142,28 +151,37 @@ def _excess_kurtosis(error: Array, basis: Array, variance: float) -> float:
     return fourth / (float(((projector**2) ** 2).sum()) * variance**2)
 
 
-def _autocorrelation(error: Array, basis: Array, run: Ints) -> tuple[float, float]:
-    """Correlation of neighbours and the variance, both with their expectations matched.
+def _autocorrelation(
+    error: Array, basis: Array, run: Ints
+) -> tuple[float, float, tuple[float, ...]]:
+    """Correlation of neighbours, the variance, and which correlations are possible.
 
-    The pure error is what the basis B leaves, P y with P = I - B B'. With D, by which e' D e sums
-    the products of neighbours, the expectations are traces of P D P and of P.
+    The first two have their expectations matched. The pure error is what the basis B leaves, P y
+    with P = I - B B'. With D, by which e' D e sums the products of neighbours, the expectations are
+    traces of P D P and of P, and the variance of the ratio is by the trace of (P D P)^2 (Durbin and
+    Watson, Biometrika 37 (1950) 409).
     """
     neighbours = np.where(run[1:] == run[:-1], 1.0, 0.0)
     shifted = np.zeros_like(basis)  # D B
     shifted[:-1] += 0.5 * neighbours[:, None] * basis[1:]
     shifted[1:] += 0.5 * neighbours[:, None] * basis[:-1]
-    of_products = _lag_sums(basis @ (basis.T @ shifted) - 2.0 * shifted, basis, run)
+    inside = basis.T @ shifted
+    of_products = _lag_sums(basis @ inside - 2.0 * shifted, basis, run)
     of_products[1] += neighbours.sum()
     of_squares = -_lag_sums(basis, basis, run)
     of_squares[0] += run.size
     powers = _RHOS[:, None] ** np.arange(of_squares.size)
     observed = float((neighbours * error[1:] * error[:-1]).sum() / (error @ error or np.inf))
     expected = (powers @ of_products) / (powers @ of_squares)
+    dof, none = of_squares[0], int(np.argmin(np.abs(_RHOS)))
+    squares = neighbours.sum() / 2.0 - 2.0 * (shifted**2).sum() + (inside**2).sum()
+    scatter = np.sqrt(2.0 * (squares - dof * expected[none] ** 2) / (dof * (dof + 2.0)))
+    possible = np.interp(observed + scatter * _POSSIBLE, expected, _RHOS)
     best = int(np.argmin(np.abs(expected - observed)))
-    if abs(_RHOS[best]) < 2.0 / np.sqrt(of_squares[0]):
-        best = int(np.argmin(np.abs(_RHOS)))
+    if abs(_RHOS[best]) < 2.0 / np.sqrt(dof):
+        best = none
     rho = float(np.round(_RHOS[best], 6))
-    return rho, float(error @ error / (powers[best] @ of_squares))
+    return rho, float(error @ error / (powers[best] @ of_squares)), tuple(possible.tolist())
 
 
 def _lag_sums(first: Array, second: Array, run: Ints) -> Array:

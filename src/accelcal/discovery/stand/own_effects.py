@@ -21,6 +21,9 @@ from accelcal.discovery.stand.mean_unit import Unit
 from accelcal.discovery.stand.one_value import FEWEST
 from accelcal.effects.effect import Effect
 
+_STEPS = 5.0
+"""Steps of a correlation within 1 in which units share what noise with such a memory does."""
+
 
 class OwnLook(NamedTuple):
     """A unit beside the others.
@@ -82,8 +85,8 @@ class Looker:
         ids = tuple(effect.id for effect in family.candidates.effects)
         weights = None if noise.relative is None else noise.relative.tobytes()
         silent = silent_in(comparison.model.conditions).tobytes()
-        key = (ids, len(family.blocks), bool(noise.rho), noise.tails, weights, silent)
+        memory = bool(noise.rho), round(_STEPS * max(noise.possible, default=0.0))
+        key = (ids, len(family.blocks), memory, noise.tails, weights, silent)
         if key not in self._families:
             self._families[key] = with_rates(family, self._seed)
-        known = self._families[key]
-        return family._replace(tries=known.tries, tests=known.tests)
+        return family.with_rates_of(self._families[key])
