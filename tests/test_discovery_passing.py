@@ -254,6 +254,16 @@ def test_a_disturbed_run_is_no_noisy_one(seed):
     )
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_of_two_strokes_that_nothing_tells_apart_the_first_is_told(seed):
+    """Both are forward, and the model explains them as well: rounding chose the other of seed 2."""
+    record = accelcal.simulate(plan=TumblePlan(strokes=4), seed=seed)
+    slip = 2e-4 * np.sin(np.radians(record.angle)) * (record.run == 0) * (record.stroke == 3)
+    record = replace(record, output=record.output + 1.3 * slip).select(record.stroke % 2 == 1)
+    told = accelcal.discover(record).unexplained.structure
+    assert re.match(r"the misalignment is shifted .* from 0 deg of stroke 1 to 360 deg of", told)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_noisy_run_is_not_disturbed(seed):
     def louder(record):

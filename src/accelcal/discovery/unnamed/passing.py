@@ -8,7 +8,6 @@ correlation that suits it best.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -80,7 +79,8 @@ def passing(
         return squares_in(seen, comparison.seen) / float((comparison.seen**2).sum()), told
 
     # of two strokes alike, pure error tells the difference alone: the model tells which is shifted
-    share, told = max(map(explained, alike), key=itemgetter(0))
+    each = [explained(which) for which in alike]
+    share, told = each[first_largest(np.array([own for own, _ in each]))]
     return Unexplained(told, share, float(trial.p_values[best]))
 
 
