@@ -49,6 +49,11 @@ def test_four_positions_as_accelcal_tells_it():
     )
 
 
+def test_a_coefficient_that_three_take_up():
+    (told, *_) = estimability(rows(np.array([0.0, 45.0, 90.0]))).sentences()
+    assert told.startswith("K2 cannot be told apart from K0, K1 and M at these angles")
+
+
 @pytest.mark.parametrize("positions", [2, 3, 4, 5, 6, 8, 12])
 def test_as_many_are_kept_as_the_exact_rank(positions):
     found = estimability(rows(turn(positions)))

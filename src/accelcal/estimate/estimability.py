@@ -11,6 +11,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.model import COEFFICIENTS
+from accelcal.plural import listed
 
 # The order in which coefficients are kept where not all can be had: what a user needs first.
 _PRIORITY = ("K1", "K0", "M", "K2", "M_ip", "K3")
@@ -65,7 +66,7 @@ class Estimability(NamedTuple):
         if not by:
             return f"{lost} leaves no trace at these angles and is not estimated"
         meaning = ", ".join(f"{name} stands for {self.stands_for[name]}" for name in by)
-        return f"{lost} cannot be told apart from {' and '.join(by)} at these angles: {meaning}"
+        return f"{lost} cannot be told apart from {listed(by)} at these angles: {meaning}"
 
 
 def estimability(

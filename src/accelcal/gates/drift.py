@@ -125,7 +125,7 @@ def drift(stack: TableStack, level: float) -> GateStack:
         told = np.broadcast_to(parts.told, moving.shape)[:, index]
         shown = names or list(compress(Trend._fields, told))
         moved = _moved(stack, index)
-        courses = " and ".join(moved[name].course(name, hours) for name in shown)
+        courses = listed(moved[name].course(name, hours) for name in shown)
         p = f"p = {parts.p(ratio, index):.2g}"
         return f"from start to end of the run {courses}, {p}{_what_is_a_mean(names)}"
 

@@ -22,6 +22,7 @@ from accelcal.io.head_words import (
 from accelcal.io.layout import Declared
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_document
+from accelcal.plural import listed
 from accelcal.results.covariance import rows_of
 from accelcal.results.head_calibration import HeadCalibration
 from accelcal.units import UNITS, scaled, size_of
@@ -172,7 +173,7 @@ def _cover(
     if kind == "standard":
         line = 1.0
     if len(set(beside.factors)) > 1:
-        both = " and ".join(f"{factor:g}" for factor in beside.factors)
+        both = listed(f"{factor:g}" for factor in beside.factors)
         raise refuse(f"{what} has the coverage factors {both}", "write one of them")
     factor = next(iter(beside.factors), None)
     if factor is not None and not factor == (line or factor) > 0.0:
