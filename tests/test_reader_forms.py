@@ -118,6 +118,13 @@ def test_a_row_above_the_headings_may_number_the_positions(own, unit):
     assert (record.unit, record.notes) == (unit, ())
 
 
+def test_units_above_and_below_that_differ_are_refused():
+    """The upper one counted without a word."""
+    for own in ("T,k,mA,mA,mA", "T,k,Y [mA],Y [mA],Y [mA]"):
+        with pytest.raises(TableError, match=":2: "):
+            read(f",,Position 1 [V],Position 2 [V],Position 5 [V]\n{own}\n{OF_POSITIONS}")
+
+
 def test_a_row_of_units_may_have_the_heading_of_the_strokes():
     """It passed for a unit, as a row with one heading is none."""
     rows = "1,1.35,0.95,-1.35\n2,1.36,0.96,-1.36\n"

@@ -57,4 +57,6 @@ def _numbered(above: Heading, cell: Heading) -> Heading:
     unit = bare if cell.role is None and is_unit_of("output", bare) else cell.unit
     if not above.role or not (cell.role == "output" or bare in ("", unit)):
         return cell
-    return read_heading(f"{above.text} [{unit}]") if unit and not above.unit else above
+    if unit and above.unit:
+        return above if unit == above.unit else cell  # which contradict each other
+    return read_heading(f"{above.text} [{unit}]") if unit else above
