@@ -415,6 +415,7 @@ def test_names_of_clampings_beside_directions_are_read():
         )
     with pytest.raises(accelcal.TableError, match=":2: shaft 'n/a' names no shaft; name the shaft"):
         read_triad(io.StringIO(text.replace("plate 1", "n/a", 1)))
+    assert read_triad(io.StringIO(re.sub("(?i)plate .", "", text))).shaft is None
 
 
 def test_shafts_of_a_table_are_read_beside_directions_and_signs():

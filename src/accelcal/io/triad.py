@@ -179,7 +179,10 @@ def _shaft(table: SmallTable) -> tuple[str, ...] | None:
     if column is None:
         return None
     shafts = tuple(str(cell).strip().casefold().lstrip("+") for cell in column.cells)
-    column.check(np.array([s not in MISSING for s in shafts]), "{} names no shaft", _NAME_SHAFTS)
+    told = np.array([shaft not in MISSING for shaft in shafts])
+    if not told.any():
+        return None
+    column.check(told, "{} names no shaft", _NAME_SHAFTS)
     return shafts
 
 
