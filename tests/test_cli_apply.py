@@ -293,6 +293,15 @@ def test_header_says_what_the_uncertainty_leaves_out(run, folder):
     ]
 
 
+def test_no_name_breaks_the_header(run, folder):
+    """A line feed in a serial number, which JSON may hold, began a row of its own."""
+    found = accelcal.fit(accelcal.simulate(replace(accelcal.AL15, serial="A\nB"), seed=1))
+    (folder / "cal.json").write_text(found.to_json(), "utf-8")
+    run("output,temperature\n1,20\n")
+    text = (folder / "out.csv").read_text("utf-8")
+    assert text.startswith("# serial: A\\nB\n# acceleration_unit")
+
+
 def accelcal_sha(path):
     import hashlib
 

@@ -127,9 +127,9 @@ class AccelerationStream:
             "software": SOFTWARE,
         }
         told = [(key, value) for key, value in lines.items() if value is not None]
-        told += [("note", visible(note)) for note in self._instrument.notes]
-        told += [("warning", visible(own)) for own in self._instrument.assumptions]
-        text = "".join(f"# {key}: {value}\n" for key, value in told)
+        told += [("note", note) for note in self._instrument.notes]
+        told += [("warning", own) for own in self._instrument.assumptions]
+        text = "".join(f"# {key}: {visible(value)}\n" for key, value in told)
         time = ["time"] if "time" in self._samples.headings.columns else []
         return text + ",".join([*time, *columns_of(self._instrument.axes), "inside"]) + "\n"
 
