@@ -12,8 +12,10 @@ from accelcal.calibrate.plan import OnePlan
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
+from accelcal.plural import listed
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import reference_temperature_of
+from accelcal.results.beyond_uncertainty import NOT_COUNTED
 
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction
@@ -84,7 +86,9 @@ def effects_component(
     return Component(through @ through.mT, np.broadcast_to(dof[:, None], shape))
 
 
-def said_of_unit(record: TumbleRecord, model: Discovery | None) -> Iterator[str]:
+def said_of_unit(
+    record: TumbleRecord, model: Discovery | None, as_found: Sequence[str]
+) -> Iterator[str]:
     """Say that the effects which are taken out were found in another unit.
 
     Parameters
@@ -93,6 +97,8 @@ def said_of_unit(record: TumbleRecord, model: Discovery | None) -> Iterator[str]
         The readings.
     model : Discovery or None
         Whose effects are taken out of them.
+    as_found : sequence of str
+        Those of them whose sizes these readings do not tell.
 
     Yields
     ------
@@ -102,7 +108,11 @@ def said_of_unit(record: TumbleRecord, model: Discovery | None) -> Iterator[str]
     if model is None or not model.effects:
         return
     if None not in (model.serial, record.serial) and model.serial != record.serial:
+        but_for = (
+            f", but for {listed(as_found)}, of which these tell nothing: the size in the other unit"
+            f" is taken out, and {NOT_COUNTED} how it differs"
+        )
         yield (
             f"the discovery of another unit, serial {model.serial}, says which effects are taken"
-            " out; their sizes are fitted to these readings"
+            f" out; their sizes are fitted to these readings{but_for if as_found else ''}"
         )

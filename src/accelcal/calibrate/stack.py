@@ -216,9 +216,12 @@ class CalibrationStack:
 
     def _said_of_readings(self) -> list[tuple[str, ...]]:
         """What was done with the readings of each record before they were fitted."""
-        both = zip(self.plan.records, self.at_rest.said, strict=True)
+        as_found = [item.as_found for item in self.known] or [()] * len(self)
+        each = zip(self.plan.records, as_found, self.at_rest.said, strict=True)
         model = self.options.model
-        return [(*said_of_unit(r, model), *said_of_positions(r), *said) for r, said in both]
+        return [
+            (*said_of_unit(r, model, own), *said_of_positions(r), *said) for r, own, said in each
+        ]
 
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:

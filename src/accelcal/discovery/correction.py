@@ -62,6 +62,9 @@ class Correction(NamedTuple):
         The effects with their sizes in this record, and the gap before and after each.
     unbounded : tuple of str
         Coefficients of which nothing bounds the error that is left.
+    as_found : tuple of str
+        Effects that act on the readings, but do not show in them: they are taken out with the
+        sizes of the discovery.
     """
 
     record: TumbleRecord
@@ -69,6 +72,7 @@ class Correction(NamedTuple):
     dof: int
     effects: tuple[FoundEffect, ...]
     unbounded: tuple[str, ...] = ()
+    as_found: tuple[str, ...] = ()
 
 
 def correction(
@@ -141,8 +145,9 @@ def correction(
     if is_open:
         effects = tuple(map(of_open_width, effects))
     named = OPEN if is_open or any(map(has_open_width, effects)) else tuple(dict.fromkeys(hanging))
-    record, dof = replace(record, output=output), comparison.space.dof
-    return Correction(record, acting, dof, effects, silenced or named)
+    record, as_found = replace(record, output=output), _unseen(comparison, instances, shown)
+    dof = comparison.space.dof
+    return Correction(record, acting, dof, effects, silenced or named, as_found)
 
 
 def _is_visible(comparison: Comparison, item: Instance) -> bool:
@@ -150,6 +155,15 @@ def _is_visible(comparison: Comparison, item: Instance) -> bool:
     whole = comparison.space.whiten(column)
     seen = comparison.space.left_of(whole)
     return bool(np.sqrt(seen @ seen) > VISIBLE * np.sqrt(whole @ whole))
+
+
+def _unseen(
+    comparison: Comparison, instances: Sequence[Instance], shown: Sequence[bool]
+) -> tuple[str, ...]:
+    """Effects that act on the readings, as on all of one temperature alike, but do not show."""
+    c = comparison.model.conditions
+    each = zip(instances, shown, strict=True)
+    return tuple(item.effect.id for item, own in each if not own and column_of(item, c).any())
 
 
 def _sizes(comparison: Comparison, fitted: Sequence[Instance]) -> list[dict[str, Quantity]]:
