@@ -10,6 +10,7 @@ import random
 import re
 from functools import partial
 from pathlib import Path
+from typing import get_overloads
 
 import numpy as np
 import pytest
@@ -522,6 +523,11 @@ def test_several_come_back_in_one_document():
     assert all_from_json(Calibration, text) == several
     assert all_from_json(Calibration, all_to_json(several[:1])) == several[:1]
     assert "calibrations" not in json.loads(all_to_json(several[:1]))
+
+
+def test_type_checkers_take_a_path_that_may_be_none():
+    without, _ = get_overloads(Calibration.to_json)
+    assert without.__annotations__ == {"path": "None", "return": "str"}
 
 
 def test_saved_file_comes_back(calibration, tmp_path):
