@@ -331,8 +331,9 @@ def _notes(state: _State, names: tuple[str, ...], hinging: Sequence[int]) -> Ite
             )
         yield from (f"{names[number]}: {said}" for said, _ in told.silence)
     if hinging:
+        units = listed((names[n] for n in hinging), most=len(names))
         yield (
-            f"what is found in {listed(names[n] for n in hinging)} alone is not sure: errors"
-            " of another head, or of the same one with the unit clamped at another angle, would"
-            " look like it; it holds if one head, clamped alike, has measured all units"
+            f"what is found in {units} alone is not sure: errors of another head, or of the same"
+            " one with the unit clamped at another angle, would look like it; it holds if one head,"
+            " clamped alike, has measured all units"
         )
