@@ -86,16 +86,14 @@ def effects_component(
     return Component(through @ through.mT, np.broadcast_to(dof[:, None], shape))
 
 
-def said_of_unit(
-    record: TumbleRecord, model: Discovery | None, as_found: Sequence[str]
-) -> Iterator[str]:
+def said_of_unit(record: TumbleRecord, model: Discovery, as_found: Sequence[str]) -> Iterator[str]:
     """Say that the effects which are taken out were found in another unit.
 
     Parameters
     ----------
     record : TumbleRecord
         The readings.
-    model : Discovery or None
+    model : Discovery
         Whose effects are taken out of them.
     as_found : sequence of str
         Those of them whose sizes these readings do not tell.
@@ -105,9 +103,8 @@ def said_of_unit(
     str
         A sentence, where the serial numbers of both are known and differ.
     """
-    if model is None or not model.effects:
-        return
-    if None not in (model.serial, record.serial) and model.serial != record.serial:
+    known = None not in (model.serial, record.serial)
+    if model.effects and known and model.serial != record.serial:
         but_for = (
             f", but for {listed(as_found)}, of which these tell nothing: the size in the other unit"
             f" is taken out, and {NOT_COUNTED} how it differs"

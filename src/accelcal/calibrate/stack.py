@@ -216,11 +216,14 @@ class CalibrationStack:
 
     def _said_of_readings(self) -> list[tuple[str, ...]]:
         """What was done with the readings of each record before they were fitted."""
-        as_found = [item.as_found for item in self.known] or [()] * len(self)
-        each = zip(self.plan.records, as_found, self.at_rest.said, strict=True)
-        model = self.options.model
+        records, model = self.plan.records, self.options.model
+        each = zip(records, self.at_rest.said, strict=True)
+        said = [(*said_of_positions(record), *own) for record, own in each]
+        if model is None:
+            return said
+        found = zip(records, self.known, said, strict=True)
         return [
-            (*said_of_unit(r, model, own), *said_of_positions(r), *said) for r, own, said in each
+            (*said_of_unit(record, model, known.as_found), *own) for record, known, own in found
         ]
 
     @cached_property
