@@ -469,12 +469,17 @@ def test_one_side_missing_is_said():
     )
 
 
-@pytest.mark.parametrize("by", ["tables", "readings"])
-def test_the_only_slope_goes_straight_on_past_the_reference(by, monkeypatch):
-    """Half of the readings at T0 lie on the side where no slope was measured."""
+@pytest.mark.parametrize(
+    ("by", "scatter"), [("tables", 1.0), ("readings", 0.5), ("readings", 1.0), ("readings", 2.0)]
+)
+def test_the_only_slope_goes_straight_on_past_the_reference(by, scatter, monkeypatch):
+    """Half of the readings at T0 lie on the side where no slope was measured.
+
+    Beside no noise at all, what is known of the temperatures would round off.
+    """
     for name, slopes in {"LAM": LAM, "BETA": BETA, "GAM": GAM}.items():
         monkeypatch.setitem(globals(), name, slopes[:1] * 2)
-    model = laws((20.0, 80.0), by=by, scatter=1.0, reference=20.0, head_uncertainty=0.0)
+    model = laws((20.0, 80.0), by=by, scatter=scatter, reference=20.0, head_uncertainty=0.0)
     assert model.K1.at_T0.value == pytest.approx(K1N, rel=1e-6)
     assert model.K1.above.value == pytest.approx(BETA[0], rel=1e-4)
 

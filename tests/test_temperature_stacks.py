@@ -216,10 +216,11 @@ def moving_fit(**declared):
 def test_product_fit_of_a_stack_is_the_least_squares_of_each_record(declared):
     fit, laws = moving_fit(**declared)
     state = solved(fit, laws)
-    errors = errors_at(fit, state, fit.readings.at(state.felt), sizes_at(fit, state))
+    point = fit.readings.at(state.felt, state.parameters)
+    errors = errors_at(fit, state, point, sizes_at(fit, state, point))
     positions = errors.head.position[:, None] == np.arange(errors.head.members.size)
     head = errors.head.acting[..., None] * positions
-    shared = np.concatenate([head, *errors.shared.values()], axis=2)
+    shared = np.concatenate([head, *(own.mT for own in errors.shared.values())], axis=2)
     for record in range(RECORDS):
         own = fit.of_records(np.array([record])).readings
         count, tables = state.parameters.shape[1], state.felt.shape[1]
@@ -229,7 +230,7 @@ def test_product_fit_of_a_stack_is_the_least_squares_of_each_record(declared):
         def left(x, record=record, own=own, count=count, tables=tables, size=size):
             parameters, felt, error = np.split(x, [count, count + tables])
             parameters, felt = parameters * size[:count], felt * size[count:]
-            model = own.at(felt[None]).model(parameters[None])[0] + shared[record] @ error
+            model = own.at(felt[None], parameters[None]).model[0] + shared[record] @ error
             return np.concatenate(
                 [(own.output[0] - model) / errors.noise[record], error, (felt - 0.5) / 0.5]
             )
@@ -261,8 +262,9 @@ def test_more_steps_of_the_product_fit_would_move_no_reading(monkeypatch):
     found = solved(fit, laws)
     monkeypatch.setattr(steps, "_CONVERGED", 1e-13)
     last = solved(fit, laws)
-    models = [fit.readings.at(own.felt).model(own.parameters) for own in (found, last)]
-    assert (np.abs(models[0] - models[1]) < 1e-4 * sizes_at(fit, last).noise).all()
+    before, after = (fit.readings.at(own.felt, own.parameters) for own in (found, last))
+    noise = sizes_at(fit, last, after).noise
+    assert (np.abs(before.model - after.model) < 1e-4 * noise).all()
     assert_allclose(found.doubt, last.doubt, rtol=1e-3)
 
 

@@ -66,22 +66,23 @@ class HeadErrors(NamedTuple):
         return HeadErrors(self.acting[:, block.rows], block.position, block.members)
 
     def sums(self, columns: Array) -> Array:
-        """Multiply columns, shape (R, n, k), with the transpose of H: shape (R, J, k)."""
-        return sums_of_groups(self.acting[..., None] * columns, self.position, self.members)
+        """Multiply columns, shape (R, k, n), with H: shape (R, k, J)."""
+        acting = (self.acting[:, None] * columns).mT
+        return sums_of_groups(acting, self.position, self.members).mT
 
     def apart(self, columns: Array, noise: Array) -> Array:
         """Make the errors of readings independent of each other.
 
         Parameters
         ----------
-        columns : ndarray, shape (R, n, k)
+        columns : ndarray, shape (R, k, n)
             Columns in units of the noise.
         noise : ndarray, shape (R, n)
             Noise of the readings, in the units of `acting`.
 
         Returns
         -------
-        ndarray, shape (R, n, k)
+        ndarray, shape (R, k, n)
             The columns times the inverse root of 1 + H H', with H in units of the noise.
 
         Examples
@@ -102,8 +103,8 @@ class HeadErrors(NamedTuple):
 
     @property
     def squares(self) -> Array:
-        """Sum of the squares of `acting` of each position, shape (R, J, 1)."""
-        return self.sums(self.acting[..., None])
+        """Sum of the squares of `acting` of each position, shape (R, 1, J)."""
+        return self.sums(self.acting[:, None])
 
     @staticmethod
     def common(sums: Array, squares: Array) -> Array:
@@ -112,7 +113,7 @@ class HeadErrors(NamedTuple):
         return np.asarray(share * sums)
 
     def freed(self, columns: Array, common: Array) -> Array:
-        """Take off columns what their positions have in common, shape (R, J, k)."""
-        taken = common[:, self.position]
-        taken *= self.acting[..., None]
-        return np.asarray(columns - taken)
+        """Take off columns what their positions have in common, shape (R, k, J)."""
+        taken = np.take(common, self.position, axis=2)
+        taken *= self.acting[:, None]
+        return np.subtract(columns, taken, out=taken)

@@ -52,7 +52,7 @@ def measured_sides(rise: Array) -> tuple[str, ...]:
     return tuple(side for side, has in measured.items() if has)
 
 
-def bilinear_design(rise: Array, sides: Sequence[str]) -> Array:
+def bilinear_design(rise: Array, sides: Sequence[str], axis: int = -1) -> Array:
     """Columns of one law: value at T0, then the slopes that were measured.
 
     With one slope the line goes straight on through T0: levels and readings less than `LEAST_RISE`
@@ -64,6 +64,8 @@ def bilinear_design(rise: Array, sides: Sequence[str]) -> Array:
         T - T0 [degC].
     sides : sequence of str
         See `measured_sides`.
+    axis : int, default -1
+        Where the columns go; -2 puts them one below another.
 
     Returns
     -------
@@ -79,9 +81,9 @@ def bilinear_design(rise: Array, sides: Sequence[str]) -> Array:
     [[1.0, -0.2], [1.0, 60.0]]
     """
     if len(sides) == 1:
-        return np.stack([np.ones_like(rise), rise], axis=-1)
+        return np.stack([np.ones_like(rise), rise], axis=axis)
     parts = {"above": np.maximum(rise, 0.0), "below": np.minimum(rise, 0.0)}
-    return np.stack([np.ones_like(rise), *(parts[side] for side in sides)], axis=-1)
+    return np.stack([np.ones_like(rise), *(parts[side] for side in sides)], axis=axis)
 
 
 def tell_a_law(rise: Array, sides: Sequence[str]) -> Mask:
@@ -138,7 +140,7 @@ def taken_from_the_other_side(rise: Array, sides: Sequence[str]) -> Array:
     return np.where(beyond > SAME_LEVEL, _ALL_OF_A_SLOPE * beyond, 0.0)
 
 
-def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
+def local_slopes(rise: Array, sides: Sequence[str], axis: int = -1) -> Array:
     """Weights of a law's parameters in its slope at each temperature.
 
     Parameters
@@ -147,6 +149,8 @@ def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
         T - T0 [degC]; at T0 the mean of both slopes counts, if there are two.
     sides : sequence of str
         See `measured_sides`.
+    axis : int, default -1
+        As for `bilinear_design`.
 
     Returns
     -------
@@ -154,13 +158,13 @@ def local_slopes(rise: Array, sides: Sequence[str]) -> Array:
         The slope at each temperature is this matrix times the parameters of the law.
     """
     if len(sides) == 1:
-        return np.stack([np.zeros_like(rise), np.ones_like(rise)], axis=-1)
+        return np.stack([np.zeros_like(rise), np.ones_like(rise)], axis=axis)
     near = np.abs(rise) < LEAST_RISE
     parts = {
         "above": np.where(near, 0.5, rise > 0.0),
         "below": np.where(near, 0.5, rise < 0.0),
     }
-    return np.stack([np.zeros_like(rise), *(parts[side] for side in sides)], axis=-1)
+    return np.stack([np.zeros_like(rise), *(parts[side] for side in sides)], axis=axis)
 
 
 class LawStack(NamedTuple):

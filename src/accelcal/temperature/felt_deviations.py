@@ -64,6 +64,8 @@ class _Felt(NamedTuple):
         Share of the changes that was felt and its standard uncertainty; NaN where no law tells it.
     span : ndarray
         Range of the recorded temperatures [degC].
+    away : ndarray
+        Most by which one of them is away from their mean [degC].
     beyond : ndarray of bool
         Whether any lies on a side of T0 where no slope was measured.
     """
@@ -71,6 +73,7 @@ class _Felt(NamedTuple):
     share: Array
     doubt: Array
     span: Array
+    away: Array
     beyond: Mask
 
     @property
@@ -139,10 +142,11 @@ def brought_to_rest(
         return AtRest.of(outputs)
     still = tuple(y.copy() for y in outputs)
     untold = np.full(span.shape, np.nan)
-    felt = _Felt(untold, untold.copy(), span, np.zeros(span.shape, dtype=np.bool_))
+    beyond = np.zeros(span.shape, dtype=np.bool_)
+    felt = _Felt(untold, untold.copy(), span, temperatures.away, beyond)
     for chosen, rows, fit, laws in _fits(tables, estimate, temperatures):
         state, these = solved(fit, laws), np.ix_(rows, np.array(chosen))
-        own = _Felt(state.felt, state.doubt, span[these], _beyond(fit))
+        own = _Felt(state.felt, state.doubt, span[these], felt.away[these], _beyond(fit))
         for whole, part in zip(felt, own, strict=True):
             whole[these] = part
         changes = np.split(_change(fit, state, own), edges_of(fit), axis=1)
@@ -196,7 +200,7 @@ def _change(fit: ProductFit, state: Solution, felt: _Felt) -> Array:
     # A share that may well be 1 is taken as 1. Were it estimated for each run, it would follow the
     # noise of the readings, and take some of it out.
     share = np.where(felt.in_full, 1.0, felt_beside_noise(fit, felt.share))
-    return to_the_mean(fit, state, fit.readings.at(share))
+    return to_the_mean(fit, state, fit.readings.at(share, state.parameters))
 
 
 def _sentences(
@@ -208,10 +212,9 @@ def _sentences(
 ) -> Iterator[str]:
     """Say of one record what was done, and what its recorded temperatures leave in doubt."""
     follow, partly, ignored, untold = ([i for i, yes in enumerate(own) if yes] for own in told)
-    labels, levels = run_labels(record), temperatures.levels[record]
-    readings = [own[record] for own in temperatures.readings]
+    labels = run_labels(record)
     if follow:
-        away = max(float(np.abs(readings[i] - levels[i]).max()) for i in follow)
+        away = felt.away[record, follow].max()
         yield (
             f"{_runs(labels, follow)}: the temperature moves, by up to {away:.2g} degC from its"
             " mean, and the readings follow; they were brought to the mean temperature of the run"
@@ -226,7 +229,7 @@ def _sentences(
             " be too small, those of K0 and M are too large; mend the sensor or the chamber"
         )
     for place in ignored:
-        yield from _mistyped(_runs(labels, [place]), readings[place])
+        yield from _mistyped(_runs(labels, [place]), temperatures.readings[place][record])
     if untold:
         yield (
             f"{_runs(labels, untold)}: the recorded temperatures span up to"

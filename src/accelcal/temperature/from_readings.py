@@ -99,11 +99,11 @@ def _components(
         "temperature": float(errors.temperature_dof.min()),
         "hysteresis": np.inf,
     }
-    head = errors.head.sums(through.T[None])[0].T
+    head = errors.head.sums(through[None])[0]
     return {
         "head": _component(head, float(estimate.head.of_records(record).dof)),
-        **{name: _component(through @ own[0], dof[name]) for name, own in errors.shared.items()},
-        "felt": _component(through @ errors.felt[0], np.inf),
+        **{name: _component(through @ own[0].T, dof[name]) for name, own in errors.shared.items()},
+        "felt": _component(through @ errors.felt[0].T, np.inf),
     }
 
 

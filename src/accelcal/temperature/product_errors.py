@@ -32,6 +32,9 @@ from accelcal.temperature.recorded import (
 
 _COMMON = ("K2", "K3", "M_ip")  # their quotients by K1 do not depend on temperature
 
+_LEAST = 1e-10
+"""Least noise over the largest output: beside less, what is known before would round off."""
+
 PRIOR = 0.5
 """Part of the recorded deviations that is felt, before the readings tell, +- as much."""
 
@@ -130,9 +133,9 @@ class Errors(NamedTuple):
         Its degrees of freedom.
     head : HeadErrors
         Those of the head.
-    shared : mapping of str to ndarray, shape (R, n, m)
+    shared : mapping of str to ndarray, shape (R, m, n)
         By source, a column for each independent error but for those of the head [output unit].
-    felt : ndarray, shape (R, n, t)
+    felt : ndarray, shape (R, t, n)
         What the parts that are felt do, in units of what is known of them before [output unit].
     temperature_dof : ndarray, shape (R, t)
         Degrees of freedom of the temperatures.
@@ -189,7 +192,7 @@ def product_fit(
         a_i=design[:, COEFFICIENTS.index("K1")],
         cross=design[:, COEFFICIENTS.index("M")],
         # the hysteresis is a part of the bias, +h after heating
-        common=np.column_stack([common, loop.acting[table]]),
+        common=np.concatenate([common.T, loop.acting[table].T]),
         rise=mean[:, table] - temperatures.reference[rows, None],
         deviation=np.concatenate(recorded, axis=1) - mean[:, table],
         table=table,
@@ -212,7 +215,7 @@ def product_fit(
     )
 
 
-def sizes_at(fit: ProductFit, state: Solution) -> Sizes:
+def sizes_at(fit: ProductFit, state: Solution, point: Point) -> Sizes:
     """Sizes of the errors where the solution stands.
 
     Parameters
@@ -221,15 +224,18 @@ def sizes_at(fit: ProductFit, state: Solution) -> Sizes:
         R records.
     state : Solution
         Where it stands.
+    point : Point
+        Their readings at the felt temperatures.
 
     Returns
     -------
     Sizes
         Those of all readings.
     """
-    noises = _noises(fit, state, fit.readings.at(state.felt))
+    noises = _noises(fit, state, point)
     pairs = zip(noises, fit.tables, strict=True)
     noise = np.concatenate([n.factor[:, None] * table.scatter for n, table in pairs], axis=1)
+    noise = np.maximum(noise, _LEAST * np.abs(fit.readings.output).max(axis=1, keepdims=True))
     dof = np.stack([noise.dof for noise in noises], axis=1)[:, fit.readings.table]
     share = unfelt_share(state.felt, state.doubt)
     size, size_dof = stacked_temperature_uncertainty(fit.temperatures, fit.declared, share)
@@ -257,9 +263,9 @@ def errors_at(fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> E
     Errors
         By source.
     """
-    of_table = np.eye(len(fit.tables))[fit.readings.table]
-    K1 = point.scale_factor(state.parameters)[..., None] * of_table
-    heat = point.by_temperature(state.parameters)[..., None] * of_table
+    of_table = np.eye(len(fit.tables))[:, fit.readings.table]
+    K1 = point.scale_factor[:, None] * of_table
+    heat = point.by_temperature[:, None] * of_table
     loops = fit.loop.paired.shape[1]
     half_widths = state.parameters[:, state.parameters.shape[1] - loops :]
     return Errors(
@@ -267,14 +273,19 @@ def errors_at(fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> E
         head=fit.head,
         noise_dof=sizes.noise_dof,
         shared={
-            "launch": K1 * fit.bias[:, None, None],
-            "launch_sf": K1 * fit.readings.a_i[:, None] * fit.scale_factor[:, None, None],
-            "temperature": heat * sizes.temperature[:, None],
-            "hysteresis": K1 @ fit.loop.off_the_middle(half_widths),
+            "launch": _of_size(fit.bias, K1),
+            "launch_sf": _of_size(fit.scale_factor, K1) * fit.readings.a_i,
+            "temperature": heat * sizes.temperature[..., None],
+            "hysteresis": fit.loop.off_the_middle(half_widths).mT @ K1,
         },
-        felt=heat * (fit.readings.deviation * PRIOR)[..., None],
+        felt=heat * (fit.readings.deviation * PRIOR)[:, None],
         temperature_dof=sizes.temperature_dof,
     )
+
+
+def _of_size(size: Array, columns: Array) -> Array:
+    """Columns of an error of a size in each record; none where it has none."""
+    return columns * size[:, None, None] if size.any() else columns[:, :0]
 
 
 def unfelt_share(felt: Array, doubt: Array) -> Array:
@@ -286,7 +297,7 @@ def _noises(fit: ProductFit, state: Solution, point: Point) -> list[ReadingNoise
     """Reading noise of each table, once the outputs are brought to the mean of their run."""
     felt = felt_beside_noise(fit, state.felt)
     if (felt != state.felt).any():
-        point = fit.readings.at(felt)
+        point = fit.readings.at(felt, state.parameters)
     outputs = fit.readings.output + to_the_mean(fit, state, point)
     noises = noise_of_stack(fit.tables, np.split(outputs, edges_of(fit), axis=1))
     moves = np.stack(
@@ -310,8 +321,8 @@ def felt_beside_noise(fit: ProductFit, felt: Array) -> Array:
 
 def to_the_mean(fit: ProductFit, state: Solution, point: Point) -> Array:
     """What brings each output to the mean temperature of its run, shape (R, n)."""
-    still = fit.readings.at(np.zeros_like(state.felt))
-    return still.model(state.parameters) - point.model(state.parameters)
+    still = fit.readings.at(np.zeros_like(state.felt), state.parameters)
+    return still.model - point.model
 
 
 def _one_less(noise: ReadingNoise, took: Mask) -> ReadingNoise:

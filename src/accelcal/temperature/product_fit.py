@@ -34,7 +34,7 @@ from accelcal.temperature.product_errors import (
     errors_at,
     sizes_at,
 )
-from accelcal.temperature.product_model import times
+from accelcal.temperature.product_model import Point, times
 
 _MOST_STEPS = 30
 _SURE = 3.0  # standard uncertainties by which a scale factor must differ from zero
@@ -95,7 +95,7 @@ def scale_factor_is_told(value: ArrayLike, uncertainty: ArrayLike) -> Mask:
 
 def _start(fit: ProductFit, laws: Array) -> Solution:
     """What is common to all temperatures starts at 0; the deviations, as if felt in full."""
-    common = np.zeros((len(laws), fit.readings.common.shape[1]))
+    common = np.zeros((len(laws), len(fit.readings.common)))
     p = laws.shape[1] // 3
     parameters = np.concatenate([laws, common], axis=1)
     parameters[:, p + 1 : 2 * p] *= laws[:, p, None]
@@ -105,10 +105,12 @@ def _start(fit: ProductFit, laws: Array) -> Solution:
 
 def _step(fit: ProductFit, state: Solution, blocks: Sequence[Block]) -> tuple[Solution, Array]:
     """One step, and the most by which it moved a reading of each record, in units of the noise."""
-    sizes = sizes_at(fit, state)
+    point = fit.readings.at(state.felt, state.parameters)
+    sizes = sizes_at(fit, state, point)
 
     def of(block: Block) -> _Columns:
-        return _Columns.of(fit.of_block(block), state, sizes.of_rows(block.rows))
+        own = point.of_rows(block.rows), sizes.of_rows(block.rows)
+        return _Columns.of(fit.of_block(block), state, *own)
 
     columns = of if len(blocks) > 1 else _kept(of(blocks[0]))
     step, felt, doubt = _System.of(fit.head, blocks, columns).solve()
@@ -122,7 +124,7 @@ class _Columns(NamedTuple):
 
     Attributes
     ----------
-    values : ndarray, shape (R, n, k + 1)
+    values : ndarray, shape (R, k + 1, n)
         The columns.
     parameters : int
         How many of them are of parameters.
@@ -135,16 +137,15 @@ class _Columns(NamedTuple):
     errors: Errors
 
     @classmethod
-    def of(cls, fit: ProductFit, state: Solution, sizes: Sizes) -> _Columns:
-        point = fit.readings.at(state.felt)
+    def of(cls, fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> _Columns:
         errors = errors_at(fit, state, point, sizes)
-        jacobian = point.jacobian(state.parameters)
-        away = fit.readings.output - point.model(state.parameters)
-        away += times(errors.felt, state.felt / PRIOR - 1.0)
-        parts = [jacobian, *errors.shared.values(), errors.felt, away[..., None]]
-        values = np.concatenate(parts, axis=2)
-        values /= errors.noise[..., None]
-        return cls(values, jacobian.shape[2], errors)
+        jacobian = point.jacobian
+        away = fit.readings.output - point.model
+        away += times(state.felt / PRIOR - 1.0, errors.felt)
+        parts = [jacobian, *errors.shared.values(), errors.felt, away[:, None]]
+        values = np.concatenate(parts, axis=1)
+        values /= errors.noise[:, None]
+        return cls(values, jacobian.shape[1], errors)
 
     @property
     def head(self) -> HeadErrors:
@@ -154,12 +155,12 @@ class _Columns(NamedTuple):
     @property
     def felt(self) -> int:
         """Number of felt parts."""
-        return int(self.errors.felt.shape[2])
+        return int(self.errors.felt.shape[1])
 
     def moved(self, step: Array, felt: Array) -> Array:
         """Tell by how much a step of the parameters and of the felt parts moved a reading."""
-        moved = times(self.values[..., : self.parameters], step)
-        moved += times(self.values[..., -1 - self.felt : -1], felt)
+        moved = times(step, self.values[:, : self.parameters])
+        moved += times(felt, self.values[:, -1 - self.felt : -1])
         return np.asarray(np.abs(moved).max(axis=1))
 
 
@@ -205,12 +206,12 @@ class _System(NamedTuple):
     def map(self, columns: _Columns) -> Array:
         """The step of the parameters as a matrix, shape (R, 3 p + c, n)."""
         errors, count = columns.errors, columns.parameters
-        free = errors.head.apart(columns.values[..., :-1], errors.noise)
-        free[..., :count] /= self.size[:, None]
-        found = self._solved(free.mT)[:, :count]
+        free = errors.head.apart(columns.values[:, :-1], errors.noise)
+        free[:, :count] /= self.size[..., None]
+        found = self._solved(free)[:, :count]
         found /= self.size[..., None]
-        rows = errors.head.apart(found.mT, errors.noise)
-        return np.asarray((rows / errors.noise[..., None]).mT)
+        rows = errors.head.apart(found, errors.noise)
+        return np.asarray(rows / errors.noise[:, None])
 
     def _solved(self, right: Array) -> Array:
         try:
@@ -223,19 +224,19 @@ class _System(NamedTuple):
 
 def _products(head: HeadErrors, blocks: Sequence[Block], columns: _ColumnsOf) -> Array:
     """Products of the columns, with the errors of the head taken for noise as well."""
-    records, width = head.acting.shape[0], columns(blocks[0]).values.shape[2]
-    sums = np.zeros((records, head.members.size, width))
-    squares = np.zeros((records, head.members.size, 1))
+    records, width = head.acting.shape[0], columns(blocks[0]).values.shape[1]
+    sums = np.zeros((records, width, head.members.size))
+    squares = np.zeros((records, 1, head.members.size))
     for block in blocks:
         own = columns(block)
-        sums[:, block.head] += own.head.sums(own.values)
-        squares[:, block.head] += own.head.squares
+        sums[..., block.head] += own.head.sums(own.values)
+        squares[..., block.head] += own.head.squares
     common = head.common(sums, squares)
     products = np.zeros((records, width, width))
     for block in blocks:
         own = columns(block)
-        free = own.head.freed(own.values, common[:, block.head])
-        products += free.mT @ free
+        free = own.head.freed(own.values, common[..., block.head])
+        products += free @ free.mT
     return products
 
 
@@ -256,6 +257,7 @@ def estimator(fit: ProductFit, state: Solution) -> tuple[Array, Errors]:
     errors : Errors
         Errors of the readings there.
     """
-    columns = _Columns.of(fit, state, sizes_at(fit, state))
+    point = fit.readings.at(state.felt, state.parameters)
+    columns = _Columns.of(fit, state, point, sizes_at(fit, state, point))
     whole = fit.head.blocks(fit.head.position.size)
     return _System.of(fit.head, whole, _kept(columns)).map(columns), columns.errors

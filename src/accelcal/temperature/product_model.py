@@ -1,4 +1,8 @@
-"""The product model of all readings: bilinear laws times what does not depend on temperature."""
+"""The product model of all readings: bilinear laws times what does not depend on temperature.
+
+Columns of readings lie one below another here, shape (k, n), so that numpy works on all readings of
+a column at a time.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,7 @@ class Readings(NamedTuple):
         Outputs [output unit].
     a_i, cross : ndarray, shape (n,)
         Accelerations along the input axis, and across it where the misalignment feels them [g].
-    common : ndarray, shape (n, c)
+    common : ndarray, shape (c, n)
         Columns of what does not depend on temperature.
     rise : ndarray, shape (R, n)
         Mean T of the reading's run, less T0 [degC].
@@ -48,62 +52,88 @@ class Readings(NamedTuple):
 
     def of_rows(self, rows: slice) -> Readings:
         """Return some of the readings of each record."""
-        own = {name: getattr(self, name)[rows] for name in ("a_i", "cross", "common", "table")}
-        own |= {name: getattr(self, name)[:, rows] for name in ("output", "rise", "deviation")}
-        return self._replace(**own)
+        own = {name: getattr(self, name)[rows] for name in ("a_i", "cross", "table")}
+        two = ("common", "output", "rise", "deviation")
+        return self._replace(**own, **{name: getattr(self, name)[:, rows] for name in two})
 
-    def at(self, felt: Array) -> Point:
-        """Place the readings where each table felt a part of the deviations, shape (R, tables)."""
+    def at(self, felt: Array, parameters: Array) -> Point:
+        """What the model says where each table felt a part of the deviations.
+
+        Parameters
+        ----------
+        felt : ndarray, shape (R, tables)
+            The parts.
+        parameters : ndarray, shape (R, 3 p + c)
+            Those of k0, K1 and delta, then of what is common to all temperatures.
+
+        Returns
+        -------
+        Point
+            The readings there.
+        """
         rise = self.rise + self.deviation * felt[:, self.table]
-        law, slope = bilinear_design(rise, self.sides), local_slopes(rise, self.sides)
-        return Point(self, law, slope)
+        law = bilinear_design(rise, self.sides, axis=-2)
+        p = law.shape[1]
+        k0, K1, delta, common = np.split(parameters, [p, 2 * p, 3 * p], axis=1)
+        inside = times(k0, law) + self.a_i + times(delta, law) * self.cross + common @ self.common
+        return Point(self, rise, law, (k0, K1, delta), times(K1, law), inside)
 
 
 class Point(NamedTuple):
-    """Readings with the bilinear design and its derivative, `slope`, at their temperatures.
+    """Readings at their temperatures, and what the model says of them.
 
-    Both have the shape (R, n, p); parameters have the shape (R, 3 p + c).
+    Attributes
+    ----------
+    readings : Readings
+        The readings.
+    rise : ndarray, shape (R, n)
+        What was felt, less T0 [degC].
+    law : ndarray, shape (R, p, n)
+        The bilinear design there.
+    laws : tuple of ndarray, shape (R, p)
+        Parameters of k0, K1 and delta.
+    scale_factor : ndarray, shape (R, n)
+        K1 there [output unit / g].
+    bracket : ndarray, shape (R, n)
+        Output over K1 [g].
     """
 
     readings: Readings
+    rise: Array
     law: Array
-    slope: Array
+    laws: tuple[Array, Array, Array]
+    scale_factor: Array
+    bracket: Array
 
-    def laws(self, parameters: Array) -> list[Array]:
-        """Split the parameters into those of k0, K1, delta and what is common."""
-        p = self.law.shape[2]
-        return np.split(parameters, [p, 2 * p, 3 * p], axis=1)
+    def of_rows(self, rows: slice) -> Point:
+        """Return some of the readings of each record."""
+        own = {name: getattr(self, name)[..., rows] for name in ("rise", "law", "bracket")}
+        scale_factor = self.scale_factor[:, rows]
+        readings = self.readings.of_rows(rows)
+        return self._replace(readings=readings, scale_factor=scale_factor, **own)
 
-    def scale_factor(self, parameters: Array) -> Array:
-        """K1 at the temperature of each reading, shape (R, n)."""
-        return times(self.law, self.laws(parameters)[1])
+    @property
+    def model(self) -> Array:
+        """Output, shape (R, n)."""
+        return self.scale_factor * self.bracket
 
-    def model(self, parameters: Array) -> Array:
-        """Output at the parameters, shape (R, n)."""
-        return self.scale_factor(parameters) * self.bracket(parameters)
+    @property
+    def jacobian(self) -> Array:
+        """Derivative of the output by the parameters, shape (R, 3 p + c, n)."""
+        K1 = self.scale_factor[:, None]
+        by_bias, by_scale = K1 * self.law, self.bracket[:, None] * self.law
+        parts = by_bias, by_scale, by_bias * self.readings.cross, K1 * self.readings.common
+        return np.concatenate(parts, axis=1)
 
-    def bracket(self, parameters: Array) -> Array:
-        """Output over K1, shape (R, n)."""
-        k0, _, delta, common = self.laws(parameters)
-        a_i, cross = self.readings.a_i, self.readings.cross
-        tilt = times(self.law, delta) * cross
-        return np.asarray(times(self.law, k0) + a_i + tilt + common @ self.readings.common.T)
-
-    def jacobian(self, parameters: Array) -> Array:
-        """Derivative of the output by the parameters, shape (R, n, 3 p + c)."""
-        K1 = self.scale_factor(parameters)[..., None]
-        by_bias, by_tilt = K1 * self.law, K1 * self.readings.cross[:, None] * self.law
-        by_scale = self.bracket(parameters)[..., None] * self.law
-        return np.concatenate([by_bias, by_scale, by_tilt, K1 * self.readings.common], axis=2)
-
-    def by_temperature(self, parameters: Array) -> Array:
+    @property
+    def by_temperature(self) -> Array:
         """Derivative of the output by the temperature, shape (R, n)."""
-        k0, K1, delta, _ = self.laws(parameters)
-        inside = times(self.slope, k0) + times(self.slope, delta) * self.readings.cross
-        scale = times(self.slope, K1) * self.bracket(parameters)
-        return np.asarray(scale + times(self.law, K1) * inside)
+        slope = local_slopes(self.rise, self.readings.sides, axis=-2)
+        k0, K1, delta = (times(law, slope) for law in self.laws)
+        inside = k0 + delta * self.readings.cross
+        return np.asarray(K1 * self.bracket + self.scale_factor * inside)
 
 
-def times(matrix: Array, values: Array) -> Array:
-    """Each matrix times its values, (R, n, p) and (R, p)."""
-    return np.asarray((matrix @ values[..., None])[..., 0])
+def times(values: Array, columns: Array) -> Array:
+    """Each column times its value, summed: (R, p) and (R, p, n) to (R, n)."""
+    return np.asarray((values[:, None] @ columns)[:, 0])

@@ -38,6 +38,12 @@ class RecordedTemperatures(NamedTuple):
         """Range of the readings' temperatures in each table, shape (R, tables) [degC]."""
         return np.stack([np.ptp(own, axis=1) for own in self.readings], axis=1)
 
+    @property
+    def away(self) -> Array:
+        """Most by which a reading's temperature is away from its level, as `span` [degC]."""
+        pairs = zip(self.readings, self.levels.T, strict=True)
+        return np.stack([np.abs(own - level[:, None]).max(axis=1) for own, level in pairs], axis=1)
+
 
 def stacked_temperature_uncertainty(
     temperatures: Sequence[Array], declared: float | None, share: ArrayLike = 1.0
