@@ -227,6 +227,7 @@ def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> C
             csv.ReadOptions(use_threads=False, block_size=len(body) + 1, column_names=list(roles)),
             csv.ParseOptions(quote_char=False, ignore_empty_lines=False),
             csv.ConvertOptions(column_types=types, null_values=[], strings_can_be_null=False),
+            memory_pool=pa.system_memory_pool(),  # which keeps what is freed for the next block
         )
         numbers = {role: _numbers_of_text(table.column(role).combine_chunks()) for role in whole}
     except pa.ArrowInvalid as error:
