@@ -102,6 +102,40 @@ def test_units_in_the_cells_in_another_spelling(run, heading, cell):
     assert run(text.format(heading, " " + cell)) == run(text.format(heading, ""))
 
 
+@pytest.mark.parametrize("block", [samples_module.BLOCK, 40], ids=["light", "bulk"])
+def test_the_column_of_units_counts(run, monkeypatch, block):
+    """It was set aside: outputs in uA passed for mA, 1000 times as large."""
+    monkeypatch.setattr(samples_module, "BLOCK", block)
+    text = "# serial: AL-15\noutput,temperature,{}\n{}{}" + "1300,20,µA\n900,21,uA\n" * 5
+    code, rows, err = run(text.format("unit", "", ""))
+    assert (code, len(rows)) == (0, 10)
+    assert err.startswith("note: outputs in uA are converted to mA\n")
+    assert float(rows[0]["acceleration"]) == pytest.approx(0.9595, abs=1e-4)
+    first = "# a remark\n1300,20,\n"  # its unit stands further down
+    assert run(text.format("Einheit", first, ""))[1][1:] == rows
+    code, _, err = run(text.format("unit", "", "1.3,20,V\n"))
+    assert (code, err) == (2, "error: data.csv: outputs in V, but the calibration is for mA; give"
+                              " the outputs in its unit\n")  # fmt: skip
+    code, _, err = run(text.format("unit", "", "") + "1.3,20,mA\n")
+    assert (code, err.splitlines()[-1]) == (
+        2,
+        "data.csv:13: unit 'mA' after samples in uA; write all outputs in one unit, or samples that"
+        " differ into a file of their own",
+    )
+
+
+def test_a_column_of_units_and_another_declaration(run):
+    text = "temperature,output{},unit\n20,1.3,mA\n20,0.5,mA\n"
+    code, _, err = run("# serial: AL-15\n" + text.format(" [uA]"))
+    assert (code, err) == (2, "data.csv:3: units uA and mA for the outputs; name one unit\n")
+    code, rows, err = run("# serial: AL-15\n" + text.format(""), "--unit", "A")
+    assert (code, float(rows[0]["acceleration"]) > 100.0) == (0, True)
+    assert "the table has outputs in 'mA'; they are taken as A, as asked" in err
+    empty = run("# serial: AL-15\n" + text.format("").replace("mA", ""))
+    assert empty[0] == 0
+    assert "the stream names no unit; outputs are taken as mA" in empty[2]
+
+
 @pytest.mark.parametrize("line", ["# unit: V", "# serial: B-2;;", '"# temperature: 60"'])
 def test_header_lines_between_the_samples_are_refused(run, line):
     """Of files set one below the other the samples counted in the unit of the first."""

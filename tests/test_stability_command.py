@@ -60,6 +60,22 @@ def test_columns_units_and_header():
     assert record.launches[1].output.tolist() == [1.1, 1.2, 1.0]
 
 
+def test_the_column_of_units_counts():
+    """It was set aside without a word."""
+    assert read("time,output,unit\n0,1,µA\n1,2,\n2,3,uA\n").unit == "uA"
+
+
+def test_a_serial_that_is_given_hides_no_second_accelerometer():
+    """Samples of both counted as those of the one that was given; an empty column was refused."""
+    text = "time,output,serial\n0,1,a\n1,2,b\n2,3,a\n"
+    with pytest.raises(TableError, match="serials 'a, b' in one record"):
+        read_stability(io.StringIO(text), overrides={"serial": "a"})
+    found = read_stability(io.StringIO(text.replace("b", "a")), overrides={"serial": "c"})
+    assert found.serial == "c"
+    assert found.notes == ("the serial is c, as given, in place of a in the table",)
+    assert read("time,output,serial\n0,1,\n1,2,\n2,3,\n").serial is None
+
+
 def test_the_lone_output_is_taken():
     record = read("time,Strom in mA,T\n0,1,20\n1,2,20\n2,3,21\n")
     assert (record.unit, record.launches[0].output.tolist()) == ("mA", [1.0, 2.0, 3.0])
@@ -135,7 +151,9 @@ def test_a_large_record_is_read_by_pandas_to_the_same_numbers():
         ("time,output\n0,1\n1,x\n2,1\n", ":3: output 'x' is not a number"),
         ("time,output\n0,1\n,2\n2,1\n", ":3: time is missing"),
         ("time,output,serial\n0,1,a\n1,2,b\n2,3,a\n", "give a file for each accelerometer"),
-        ("# unit: V\ntime,output_mA\n0,1\n1,2\n2,3\n", "declare one unit"),
+        ("# unit: V\ntime,output_mA\n0,1\n1,2\n2,3\n", "V and mA in one record; write all outputs"),
+        ("time,output,unit\n0,1,mA\n1,2,mA\n2,3,uA\n", ":4: units mA and uA in one record"),
+        ("time,output,unit\n0,1,mA\n1,2,furlong\n2,3,mA\n", ":3: unit 'furlong' is no output unit"),
         ("time,output,input\n0,1,0\n1,2,\n2,3,0\n", ":3: input is missing"),
         ("time [weeks],output\n0,1\n1,2\n2,1\n", "is in weeks; write the unit of the time"),
         ("time,output,input [m/s^2]\n0,1,0\n1,2,1\n2,3,0\n", "in m/s^2; give it in g, mg or ug"),

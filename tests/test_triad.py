@@ -679,6 +679,19 @@ def test_units_in_the_cells_are_read():
     assert read_triad(io.StringIO(units)) == read_triad(io.StringIO(bare))
 
 
+def test_columns_of_units_and_serials_are_read():
+    """They were set aside: outputs in two units, or of two blocks, counted as those of one."""
+    text = "x,y,z,unit,serial\n0.1,0.2,1.0,mA,B1\n0.1,1.0,0.2,{},{}\n"
+    found = read_triad(io.StringIO(text.format("mA", "B1")))
+    assert (found.unit, found.serial) == ("mA", "B1")
+    with pytest.raises(accelcal.TableError, match=":3: units mA and uA in one table"):
+        read_triad(io.StringIO(text.format("uA", "B1")))
+    with pytest.raises(accelcal.TableError, match="serials 'B1, B2' in one record; give a file"):
+        read_triad(io.StringIO(text.format("mA", "B2")))
+    given = read_triad(io.StringIO(text.format("mA", "B1")), overrides={"serial": "B3"})
+    assert (given.serial, len(given.notes)) == ("B3", 1)
+
+
 def test_angles_in_radians_are_refused(tmp_path, capsys):
     head, *rows = [row for row in EXAMPLE.read_text("utf-8").splitlines() if row[0] != "#"]
     cells = [row.split(",") for row in rows]

@@ -128,8 +128,13 @@ def units_of_rows(column: Column | None) -> Iterator[Written]:
     for cell, line in zip(column.cells, column.lines.tolist(), strict=True):
         first.setdefault(str(cell), line)
     for unit, line in first.items():
-        if unit.casefold() not in MISSING or is_output_unit(unit):
+        if names_unit(unit):
             yield Written(unit, line)
+
+
+def names_unit(cell: str) -> bool:
+    """Tell whether a cell of a column of units has one, right or wrong."""
+    return cell.casefold() not in MISSING or is_output_unit(cell)
 
 
 def units_of_columns(layout: Layout, columns: Iterable[Column]) -> Iterator[Written]:

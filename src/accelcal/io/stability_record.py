@@ -25,8 +25,9 @@ from accelcal.io.engines import (
 )
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.lone_output import with_lone_output
-from accelcal.io.output_unit import unit_of_outputs, units_written
+from accelcal.io.output_unit import unit_of_outputs, units_of_rows, units_written
 from accelcal.io.readings import refuse_markers, refuse_other_temperatures
+from accelcal.io.serial_of_file import serial_of_file
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
 from accelcal.io.units_row import with_units_below
@@ -40,10 +41,11 @@ from accelcal.units import size_of
 __all__ = ["read_stability", "read_stability_records"]
 
 _OWN_HEADINGS = {"launch": "run", "start": "run", "input": "input", "acceleration": "input"}
-_ROLES = ("time", "date", "output", "temperature", "run", "input", "serial")
+_ROLES = ("time", "date", "output", "temperature", "run", "input", "serial", "unit")
 _REMEDY = "name the columns time and output, and, where there are such, temperature and launch"
 
-_TWO_UNITS = "unit {} in the header, but {} in the column headings; declare one unit"
+_ONE_FILE_EACH = "give a file for each accelerometer"
+_TWO_UNITS = "units {} and {} in one record; write all outputs in one unit"
 
 _LARGEST = 1e30
 """Outputs beyond it, and below its inverse, are none [output unit]."""
@@ -146,14 +148,18 @@ def read_stability(
     refuse_markers([columns["output"]], output[kept, None])
     _require_size(output[kept], columns["output"])
     _require_change(output[kept], columns["output"])
-    written = units_written(layout, [columns["output"]])
+    rows = units_of_rows(columns.get("unit"))
+    written = [*units_written(layout, [columns["output"]]), *rows]
     unit = unit_of_outputs(written, given.get("unit"), layout.source, _TWO_UNITS)
+    serial, of_serial = serial_of_file(
+        layout, columns.get("serial"), given.get("serial"), _ONE_FILE_EACH
+    )
     return StabilityRecord(
         launches=tuple(_launches(columns, output[kept])),
         unit=unit.name,
-        serial=given.get("serial") or _serial(layout, columns.get("serial")),
+        serial=serial,
         source=layout.source,
-        notes=(*notes, *unit.notes),
+        notes=(*notes, *unit.notes, *of_serial),
     )
 
 
@@ -268,13 +274,3 @@ def _require_change(output: Array, column: Column) -> None:
         problem = f"{all_outputs(output.size)} {output[0]:g}"
         remedy = "check the voltmeter and the output column; a real output has noise"
         raise TableError(problem, remedy, source=column.source, line=int(column.lines[0]))
-
-
-def _serial(layout: Layout, column: Column | None) -> str | None:
-    names = labels(column)[1] if column else ()
-    header = layout.declared.get("serial")
-    found = tuple(dict.fromkeys((*names, *((header.value,) if header and header.value else ()))))
-    if len(found) > 1:
-        problem = f"serials {shown(', '.join(found))} in one record"
-        raise layout.refuse(problem, "give a file for each accelerometer")
-    return found[0] if found else None

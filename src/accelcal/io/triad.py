@@ -12,9 +12,10 @@ from accelcal.errors import TableError, located
 from accelcal.head_angles import nominal_angles
 from accelcal.io.cells import MISSING, Column, complete_numbers
 from accelcal.io.declarations import declarations_of, declared_number
-from accelcal.io.output_unit import unit_of_outputs, units_written
+from accelcal.io.output_unit import unit_of_outputs, units_of_rows, units_written
 from accelcal.io.places import refuse_radians
 from accelcal.io.readings import refuse_markers, temperatures_of
+from accelcal.io.serial_of_file import serial_of_file
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_text
 from accelcal.io.vocabulary import Heading, has_unit, is_unit_of, read_heading, split_unit
@@ -30,10 +31,13 @@ _UP = re.compile(r"up_?([xyz])(?:_g)?", re.IGNORECASE)
 _REMEDY = (
     "name the columns x, y, z and, where attitudes are known, up_x, up_y, up_z or shaft, angle"
 )
+_OF_THE_ROW = ("temperature", "serial", "unit")
+"""Columns that tell no attitude."""
 _ONE_OF_BOTH = "correct one, or keep one of both"
 _LEAST_COSINE = np.cos(np.pi / 8.0)
 """Of the angle between directions that are written as up and by shaft and angle: 22.5 deg."""
 _NAME_SHAFTS = "name the shaft, or the clamping, of each attitude"
+_ONE_FILE_EACH = "give a file for each block"
 _TWO_UNITS = "units {} and {} in one table; write all in one unit"
 
 
@@ -76,9 +80,12 @@ def read_triad(
     """
     table = small_table(read_text(source), triad_heading, tuple(AXES), _REMEDY)
     given = declarations_of(overrides, "unit", "serial", "local_gravity")
-    named = table.layout.declared.get("serial")
+    serial, of_serial = serial_of_file(
+        table.layout, table.columns.get("serial"), given.get("serial"), _ONE_FILE_EACH
+    )
     channels = [table.columns[axis].without_unit(_is_output_unit) for axis in AXES]
-    written = units_written(table.layout, channels)
+    rows = units_of_rows(table.columns.get("unit"))
+    written = [*units_written(table.layout, channels), *rows]
     unit = unit_of_outputs(written, given.get("unit"), table.layout.source, _TWO_UNITS)
     output = np.column_stack([complete_numbers(column) for column in channels])
     refuse_markers(channels, output)
@@ -92,9 +99,9 @@ def read_triad(
             temperature=_temperature(table),
             unit=unit.name,
             local_gravity=given["local_gravity"] if "local_gravity" in given else _gravity(table),
-            serial=given.get("serial") or (named.value or None if named else None),
+            serial=serial,
             source=table.layout.source,
-            notes=(*table.layout.notes, *unit.notes),
+            notes=(*table.layout.notes, *unit.notes, *of_serial),
         ),
         source=table.layout.source,
     )
@@ -121,7 +128,7 @@ def triad_heading(text: str) -> Heading:
     if output and (output[2] is None or is_output_unit(output[2])):
         return Heading(text, output[1].casefold(), unit or output[2])
     known = read_heading(text)
-    return known if known.role == "temperature" else Heading(text, None)
+    return known if known.role in _OF_THE_ROW else Heading(text, None)
 
 
 def _is_output_unit(unit: str) -> bool:
@@ -132,7 +139,7 @@ def _up(table: SmallTable) -> Array | None:
     there = set(table.columns)
     written = [f"up_{axis}" for axis in AXES]
     told = [names for names in (written, ["shaft", "angle"]) if there >= {*names}]
-    half = sorted(there - {*AXES, "temperature"}.union(*told))
+    half = sorted(there - {*AXES, *_OF_THE_ROW}.union(*told))
     if half and written not in told:
         problem = f"column {listed(half)} alone, which tells no attitude"
         raise table.layout.refuse(problem, _REMEDY)

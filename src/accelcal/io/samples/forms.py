@@ -35,7 +35,7 @@ class StreamForm(NamedTuple):
     @property
     def roles(self) -> tuple[str, ...]:
         """Roles of the columns that are used, or refused."""
-        return (*self.outputs, "temperature", "time", *ACROSS_AXES, "serial")
+        return (*self.outputs, "temperature", "time", *ACROSS_AXES, "serial", "unit")
 
 
 def _of_accelerometer(text: str) -> Heading:
@@ -50,7 +50,7 @@ def _of_triad(text: str) -> Heading:
     own, known = triad_heading(text), read_heading(text)
     if own.role in (*TRIAD.outputs, "temperature"):
         return own
-    return known if known.role in ("time", "serial") else Heading(text, None)
+    return known if known.role in ("time", "serial", "unit") else Heading(text, None)
 
 
 ONE_ACCELEROMETER = StreamForm(

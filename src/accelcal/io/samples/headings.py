@@ -16,6 +16,7 @@ from accelcal.io.layout import Declared, Layout, declare, split_headings, split_
 from accelcal.io.lone_output import with_lone_output
 from accelcal.io.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, TRIAD, StreamForm
+from accelcal.io.samples.unit_column import first_unit
 from accelcal.io.text import refuse_document
 from accelcal.io.units_row import UNITS_BELOW, headings_with_units
 from accelcal.io.vocabulary import (
@@ -30,6 +31,7 @@ from accelcal.units import canonical_unit, size_of
 __all__ = ["SampleHeadings", "acceleration_unit", "read_sample_headings"]
 
 _USED = ("unit", "serial", "temperature", "serials")
+_TEXTS = ("time", "serial", "unit")
 _LOCAL_G = ("g", "g_local")
 _TWO_UNITS = "units {} and {} for the outputs; name one unit"
 _AROUND = ' \t\r\n"'
@@ -60,9 +62,11 @@ class SampleHeadings:
     line : int
         Line of the first sample.
     row : str
-        The first row of samples, where it was read to know that it is one.
+        The first rows of samples, where they were read to know what they are.
     notes : tuple of str
         What is to be told of how they were read.
+    unit_of_rows : Written or None
+        Unit that a column of units has; None where there is none.
     """
 
     layout: Layout
@@ -71,6 +75,7 @@ class SampleHeadings:
     line: int
     row: str = ""
     notes: tuple[str, ...] = ()
+    unit_of_rows: Written | None = None
 
     @property
     def output_unit(self) -> str | None:
@@ -95,8 +100,12 @@ class SampleHeadings:
     @property
     def numeric(self) -> dict[str, int]:
         """Index of the columns that hold numbers."""
-        texts = ("time", "serial")
-        return {role: index for role, index in self.columns.items() if role not in texts}
+        return {role: index for role, index in self.columns.items() if role not in _TEXTS}
+
+    @property
+    def texts(self) -> dict[str, int]:
+        """Index of the columns that hold texts."""
+        return {role: index for role, index in self.columns.items() if role in _TEXTS}
 
     @property
     def serial(self) -> str | None:
@@ -179,7 +188,7 @@ class SampleHeadings:
         columns = {**self.columns, "output": channels.pop(serial)}
         others = shown(", ".join(channels))
         told = (f"outputs of {others} are set aside",) if channels else ()
-        units = _units(self.layout, columns, ["output"])
+        units = _units(self.layout, columns, ["output"], self.unit_of_rows)
         return replace(self, columns=columns, units=units, notes=(*self.notes, *told))
 
 
@@ -223,9 +232,12 @@ def read_sample_headings(
         layout = with_lone_output(with_channels(layout))
         _refuse_triad(layout)
     columns = places_of(layout, () if _channels(layout) else form.outputs, form.remedy, form.roles)
-    units = _units(layout, columns, form.outputs)
+    of_rows: Written | None = None
+    if "unit" in columns:
+        of_rows, row = first_unit(row, place, readline, columns["unit"], separator)
+    units = _units(layout, columns, form.outputs, of_rows)
     notes = (*notes, *layout.notes, *_unused(layout))
-    return SampleHeadings(layout, columns, units, place, row, notes)
+    return SampleHeadings(layout, columns, units, place, row, notes, of_rows)
 
 
 def _down_to_headings(
@@ -293,7 +305,9 @@ def _has_outputs(line: str, form: StreamForm) -> bool:
     return any(heading.role in (*form.outputs, "serials") for heading in headings)
 
 
-def _units(layout: Layout, columns: Mapping[str, int], outputs: Sequence[str]) -> dict[str, str]:
+def _units(
+    layout: Layout, columns: Mapping[str, int], outputs: Sequence[str], of_rows: Written | None
+) -> dict[str, str]:
     """Unit of each role; that of the outputs by the role ``output``."""
     named = {role: layout.headings[index].unit for role, index in columns.items()}
     units = {role: unit for role, unit in named.items() if unit}
@@ -303,6 +317,7 @@ def _units(layout: Layout, columns: Mapping[str, int], outputs: Sequence[str]) -
     own = [units.pop(role) for role in outputs if role in units]
     own += [written.unit for written in units_written(layout, ())]
     written = [Written(unit, layout.headings_line) for unit in own]
+    written += [of_rows] if of_rows else []
     found = unit_of_outputs(written, None, layout.source, _TWO_UNITS).name
     return {**units, "output": found} if found else units
 

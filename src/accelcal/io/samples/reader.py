@@ -30,6 +30,7 @@ from accelcal.io.one_byte import one_byte_encoding
 from accelcal.io.parquet import CsvOfParquet
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, StreamForm
 from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
+from accelcal.io.samples.unit_column import refuse_other_units
 from accelcal.io.text import (
     PARQUET,
     WORKBOOKS,
@@ -216,10 +217,8 @@ class SampleReader:
         values = {role: frame[i].to_numpy() for role, i in self.headings.numeric.items()}
         if len(frame) != rows or any(np.isinf(column).any() for column in values.values()):
             return None
-        time, serials = (
-            frame[at].str.strip().tolist() if at is not None else None for at in self._texts()
-        )
-        return SampleBlock(values, time, self._line + np.arange(rows), serials)
+        texts = {role: frame[i].str.strip().tolist() for role, i in self.headings.texts.items()}
+        return self._block(values, texts, self._line + np.arange(rows))
 
     def _by_split(self, text: str) -> SampleBlock:
         blank = ' \t"' + (self.headings.separator or "")
@@ -235,14 +234,15 @@ class SampleReader:
             role: numbers(self._column(role, [row[i] for row in rows], where))
             for role, i in self.headings.numeric.items()
         }
-        time, serials = (
-            [row[at] for row in rows] if at is not None else None for at in self._texts()
-        )
-        return SampleBlock(values, time, where, serials)
+        texts = {role: [row[i] for row in rows] for role, i in self.headings.texts.items()}
+        return self._block(values, texts, where)
 
-    def _texts(self) -> tuple[int | None, int | None]:
-        """Index of the columns of texts: times and serial numbers."""
-        return self.headings.columns.get("time"), self.headings.columns.get("serial")
+    def _block(
+        self, values: Mapping[str, Array], texts: Mapping[str, list[str]], lines: Ints
+    ) -> SampleBlock:
+        if "unit" in texts:
+            refuse_other_units(texts["unit"], lines, self.headings.output_unit, self.source)
+        return SampleBlock(values, texts.get("time"), lines, texts.get("serial"))
 
     def _cells(self, row: str, line: int) -> list[str]:
         cells, width = split_line(row, self.headings.separator), len(self.headings.cells)
