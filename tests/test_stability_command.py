@@ -65,6 +65,12 @@ def test_the_column_of_units_counts():
     assert read("time,output,unit\n0,1,µA\n1,2,\n2,3,uA\n").unit == "uA"
 
 
+def test_columns_that_are_not_used_are_told():
+    """They were left out without a word, a second output among them."""
+    found = read("time,output [mA],output 2 [mA],std\n0,1,5,1\n1,2,6,1\n2,3,7,1\n")
+    assert found.notes == ("columns not used: 'output 2 [mA], std'",)
+
+
 def test_a_serial_that_is_given_hides_no_second_accelerometer():
     """Samples of both counted as those of the one that was given; an empty column was refused."""
     text = "time,output,serial\n0,1,a\n1,2,b\n2,3,a\n"
