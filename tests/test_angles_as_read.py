@@ -13,7 +13,7 @@ from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.estimate.at_positions import at_positions, said_of_positions
 from accelcal.geometry import accelerations
-from accelcal.head_angles import SAME_POSITION, head_positions, nominal_angles
+from accelcal.head_angles import SAME_POSITION, counted_on, head_positions, nominal_angles
 from accelcal.model import design_matrix
 
 TRUE = np.array([4.5e-3, 1.35, 1.4e-4, 1.2e-4, 1.55e-3, 2.7e-5])
@@ -125,6 +125,32 @@ def test_the_report_tells_of_it_and_the_checks_are_made():
     verdicts = {gate.name: gate.verdict for gate in calibration.tables[0].gates}
     for name in ("closure", "outlier", "forward against back"):
         assert verdicts[name] == "pass"
+
+
+def test_an_encoder_that_begins_anew_after_a_turn_tells_start_and_return():
+    """359.9994 at the start passed for the return: two readings of a stroke were in one place."""
+    record = as_read(seed=7)
+    within = dataclasses.replace(record, angle=np.mod(record.angle, 360.0))
+    assert (within.angle != record.angle).any()
+    found, exact = accelcal.fit(within).tables[0], accelcal.fit(record).tables[0]
+    np.testing.assert_array_equal(found.residuals.angle_deg, exact.residuals.angle_deg)
+    assert found.residuals.value == pytest.approx(exact.residuals.value, abs=1e-12)
+    assert found.gates == exact.gates
+
+
+@pytest.mark.parametrize(
+    "angle",
+    [
+        np.array([0.0, 45.0, 90.0, 0.0, 315.0]),  # to and fro
+        np.array([0.0, 0.0, 90.0, 180.0]),
+        np.array([0.0, 180.0, 360.0]),  # either way
+        np.array([90.0, 180.0, 270.0, 360.0, 450.0]),
+        np.array([360.0]),
+        np.array([90.0, 0.0]),
+    ],
+)
+def test_readings_that_go_no_turn_round_stay(angle):
+    assert counted_on(angle) is angle or counted_on(angle).tolist() == angle.tolist()
 
 
 def test_the_closed_form_takes_them():

@@ -25,6 +25,7 @@ SAME_POSITION = 0.05
 """Readings of the head no further apart than this are of one position of it [deg]."""
 
 _SAME_READING = 1e-6  # deg: what is left of rounding
+_HALF_TURN = 180.0 - _SAME_READING  # deg: from here on a step may go either way
 
 
 def checked_positions(positions: int) -> int:
@@ -188,6 +189,40 @@ def nominal_angles(angle: Array) -> Array:
         return angle
     nominal = _nominal(start + np.bincount(place, since) / np.bincount(place))[place]
     return np.asarray(nominal + 360.0 * np.round((angle - nominal) / 360.0))
+
+
+def counted_on(angle: Array) -> Array:
+    """Tell start and return of a stroke apart where the encoder begins anew after a turn.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n,)
+        Nominal head angles of the stroke in the order of its readings [deg].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The same, but 0 for 360 deg and the reverse where the way of the stroke has it so: an
+        encoder may tell 359.9994 deg at the start and 0.0003 at the return [deg]. The very same
+        array where the readings do not go round the turn in one sense.
+
+    Examples
+    --------
+    >>> counted_on(np.array([360.0, 90.0, 180.0, 270.0, 0.0])).tolist()
+    [0.0, 90.0, 180.0, 270.0, 360.0]
+    >>> counted_on(np.array([0.0, 270.0, 180.0, 90.0, 0.0])).tolist()
+    [360.0, 270.0, 180.0, 90.0, 0.0]
+    """
+    step = np.mod(np.diff(angle) + 180.0, 360.0) - 180.0
+    one_sense = step.size > 1 and abs(np.sign(step).sum()) == step.size
+    in_the_turn = np.abs(angle - 180.0).max() < 180.0 + _SAME_READING
+    once_round = abs(step.sum()) < 360.0 + _SAME_READING
+    if not (one_sense and in_the_turn and once_round) or np.abs(step).max() >= _HALF_TURN:
+        return angle
+    way = angle[0] + np.concatenate([[0.0], np.cumsum(step)])
+    way -= 360.0 * np.floor(way.min() / 360.0 + _SAME_READING)
+    at_an_end = angular_distance(angle, 0.0) < _SAME_READING
+    return np.where(at_an_end, way, angle)
 
 
 def _nominal(means: Array) -> Array:

@@ -16,7 +16,7 @@ from accelcal.errors import InputError
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.geometry import accelerations
-from accelcal.head_angles import nominal_angles
+from accelcal.head_angles import counted_on, nominal_angles
 from accelcal.model import design_matrix
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
@@ -58,12 +58,21 @@ def at_positions(record: TumbleRecord, delta0: float | None = None) -> TumbleRec
     nominal = nominal_angles(read)
     if nominal is read:
         return record
-    there = replace(record, angle=nominal - (read - record.angle))
+    there = replace(record, angle=_by_strokes(record, nominal - (read - record.angle)))
     output = record.output.copy()
     for mask in record.table_masks():
         table = there.select(mask)
         output[mask] = _brought(table, record.angle[mask], fixture_angle(record, delta0))
     return replace(there, output=output, notes=(*record.notes, _said(read - nominal)))
+
+
+def _by_strokes(record: TumbleRecord, angle: Array) -> Array:
+    """Count the angles of each stroke on over the turn."""
+    for mask in record.table_masks():
+        for stroke in np.unique(record.stroke[mask]):
+            own = mask & (record.stroke == stroke)
+            angle[own] = counted_on(angle[own])
+    return angle
 
 
 def _brought(record: TumbleRecord, read: Array, delta0: float) -> Array:
