@@ -452,6 +452,10 @@ def test_a_drift_of_temperature_is_told():
     gates = {gate.name: gate for gate in analyse(StabilityRecord((warm,))).gates}
     assert gates["temperature"].verdict == "warn"
     assert "0.7 degC" in gates["temperature"].finding
+    degrees = np.where(np.arange(700) == 3, np.nan, warm.temperature)  # all others did not count
+    known = Launch("1", launch.time, launch.output, temperature=degrees)
+    gates = {gate.name: gate for gate in analyse(StabilityRecord((known,))).gates}
+    assert "0.7 degC" in gates["temperature"].finding
 
 
 def test_results_are_in_g_with_a_scale_factor_only():
@@ -474,6 +478,21 @@ def test_the_calibration_gives_the_scale_factor_nearest_in_temperature():
     for other in ({"unit": "V"}, {"serial": "AL-16"}):
         with pytest.raises(InputError, match="of this accelerometer"):
             scale_factor_from(calibration, StabilityRecord((launch,), **other))
+
+
+def test_the_scale_factor_is_that_of_the_known_temperatures_and_in_the_unit_of_the_record():
+    """One unknown temperature gave the scale factor at T0, 3 % off; uA beside mA was refused."""
+    calibration = fit(read_table("examples/al15.csv"))
+    (launch,) = launches(1)
+    degrees = np.full(700, 75.0)
+    degrees[5] = np.nan
+    hot = Launch("1", launch.time, launch.output, temperature=degrees)
+    unknown = Launch("2", launch.time, launch.output, temperature=np.full(700, np.nan))
+    tables = {round(t.temperature_degC): t.coefficients["K1"].value for t in calibration.tables}
+    assert scale_factor_from(calibration, StabilityRecord((hot, unknown))) == tables[80]
+    assert scale_factor_from(calibration, StabilityRecord((unknown,))) == tables[20]
+    in_microamperes = StabilityRecord((hot,), unit="uA")
+    assert scale_factor_from(calibration, in_microamperes) == pytest.approx(1e3 * tables[80])
 
 
 # -- record and result -----------------------------------------------------------------------------

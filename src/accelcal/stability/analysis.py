@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import expect, several
 from accelcal.arguments.numbers import check_number, check_number_or_none
-from accelcal.arrays import Numbers
+from accelcal.arrays import Array, Numbers
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.plural import counted
@@ -33,6 +33,7 @@ from accelcal.stability.sampling import even_series, was_off
 from accelcal.stability.spread import deviation, lag1_correlation
 from accelcal.stability.threshold import hysteresis, threshold
 from accelcal.stability.trend import Trend, fit_trend
+from accelcal.units import conversion_factor
 from accelcal.version import SOFTWARE
 
 __all__ = ["analyse", "scale_factor_from"]
@@ -47,6 +48,9 @@ _REPLICATED = 3
 """Launches from which on their slopes tell the interval of gamma_D by themselves."""
 
 _ALPHA = 0.05
+
+_FEWEST = 3
+"""Samples of known temperature from which on a launch tells whether its output follows it."""
 
 
 class _Setting(NamedTuple):
@@ -149,33 +153,40 @@ def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> floa
     calibration : Calibration
         Calibration of the same accelerometer.
     record : StabilityRecord
-        The record; its mean temperature chooses the table that is closest.
+        The record; the mean of its known temperatures chooses the table that is closest.
 
     Returns
     -------
     float
-        K1 [output unit / g].
+        K1 [output unit of the record / g].
 
     Raises
     ------
     InputError
-        If the calibration is of another serial number or output unit.
+        If the calibration is of another serial number, or its output of another quantity.
     """
-    for what, ours, theirs in (
-        ("serial", record.serial, calibration.serial),
-        ("output unit", record.unit, calibration.output_unit),
-    ):
-        if ours and theirs and ours != theirs:
-            raise InputError(
-                f"{what} {ours} in the record, but {theirs} in the calibration; "
-                "give the calibration of this accelerometer"
-            )
-    measured = [x.temperature.mean() for x in record.launches if x.temperature is not None]
-    wanted = float(np.mean(measured)) if measured else calibration.T0_degC
+    ours, theirs = record.unit or "", calibration.output_unit or ""
+    factor = conversion_factor(theirs, ours) if ours and theirs else 1.0
+    if factor is None:
+        raise _of_another("output unit", ours, theirs)
+    if record.serial and calibration.serial and record.serial != calibration.serial:
+        raise _of_another("serial", record.serial, calibration.serial)
+    measured = [own[np.isfinite(own)] for own in _temperatures(record.launches)]
+    means = [own.mean() for own in measured if own.size]
+    wanted = float(np.mean(means)) if means else calibration.T0_degC
     value = nearest_table(calibration.tables, wanted).coefficients["K1"].value
     if not value:
         raise InputError("the calibration has no scale factor; fit it with K1")
-    return float(value)
+    return float(value) * factor
+
+
+def _temperatures(launches: Iterable[Launch]) -> Iterator[Array]:
+    return (launch.temperature for launch in launches if launch.temperature is not None)
+
+
+def _of_another(what: str, ours: str, theirs: str) -> InputError:
+    problem = f"{what} {ours} in the record, but {theirs} in the calibration"
+    return InputError(f"{problem}; give the calibration of this accelerometer")
 
 
 def _check(
@@ -348,15 +359,17 @@ def _gates(
 def _temperature_gate(launches: list[Launch]) -> Iterator[Gate]:
     """Warn where output and temperature move together in a launch."""
     for launch in launches:
-        if launch.temperature is None or not np.isfinite(launch.temperature).all():
+        if launch.temperature is None:
             continue
-        if np.ptp(launch.temperature) == 0.0 or np.ptp(launch.output) == 0.0:
+        known = np.isfinite(launch.temperature)
+        degrees, output = launch.temperature[known], launch.output[known]
+        if known.sum() < _FEWEST or np.ptp(degrees) == 0.0 or np.ptp(output) == 0.0:
             continue
-        r = float(np.corrcoef(launch.temperature, launch.output)[0, 1])
+        r = float(np.corrcoef(degrees, output)[0, 1])
         if abs(r) > 0.7:
             finding = (
                 f"launch {launch.label}: output and temperature correlate ({r:+.2f}) over "
-                f"{np.ptp(launch.temperature):.2g} degC; drift and fluctuation may be temperature"
+                f"{np.ptp(degrees):.2g} degC; drift and fluctuation may be temperature"
             )
             yield Gate("temperature", "warn", finding)
 
