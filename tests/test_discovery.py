@@ -330,6 +330,25 @@ def test_a_rival_that_is_hardly_less_sure_is_told():
 # -- several, unknown, undeclared --------------------------------------------------------------
 
 
+def test_unknown_temperatures_are_those_of_their_run():
+    """They counted as T0: model and readings disagreed by mg, and nothing explained it."""
+    record = accelcal.simulate(seed=11)
+    some = record.temperature.copy()
+    some[[3, 60, 61, 150]] = np.nan
+    found = accelcal.discover(replace(record, temperature=some))
+    assert found.before.rms == accelcal.discover(record).before.rms
+    assert found.notes[0] == "4 readings without temperature count as at the mean of their run"
+    units = [replace(record, temperature=some, serial=name) for name in ("A", "B")]
+    units[1] = replace(accelcal.simulate(seed=12), temperature=some, serial="B")
+    assert accelcal.discover_stand(units).common.before.rms < 1e-5
+    whole = np.where(record.run == 1, np.nan, record.temperature)
+    for search in (accelcal.discover, lambda own: accelcal.discover_stand([own, units[1]])):
+        with pytest.raises(accelcal.InputError, match="run 2 has no temperature, and others have;"):
+            search(replace(record, temperature=whole))
+    nowhere = replace(record, temperature=np.full(len(record), np.nan))
+    assert accelcal.discover(nowhere).notes[0].startswith("no temperature is known: all runs count")
+
+
 def test_two_at_once_each_with_its_gap(tmp_path):
     _, _, record = hidden_record(tmp_path, ("backlash", "k2-temperature"), s=6.0, seed=6)
     found = accelcal.discover(record)

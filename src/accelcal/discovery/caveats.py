@@ -17,6 +17,7 @@ from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.other_laws import Alternative, other_laws, other_places
 from accelcal.discovery.solution import changes, parameters_of, solution
+from accelcal.discovery.unknown_temperatures import said_of_temperatures
 from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
 from accelcal.discovery.unnamed.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
@@ -98,6 +99,7 @@ def caveats(
     """
     comparison = family.comparison
     yield from map(Caveat, said_of_positions(comparison.record))
+    yield from map(Caveat, said_of_temperatures(comparison.record))
     best = found[0].instances if found else ()
     laws, places = list(other_laws(comparison, best)), list(other_places(comparison, best))
     yield from map(Caveat, said_of_untold(comparison, best))

@@ -29,6 +29,7 @@ from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.run_noise import LoudRun
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, parameters_of, solution
+from accelcal.discovery.unknown_temperatures import with_temperatures_of_runs
 from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
 from accelcal.discovery.unnamed.unexplained import loudest, what_is_left
 from accelcal.discovery.unnamed.wide_dead_zone import SILENCED, with_open_width
@@ -113,6 +114,7 @@ def discover(
     check_search(alpha, max_effects, seed)
     check_flag(empirical=empirical)
     refuse_several_clampings(record)
+    record = with_temperatures_of_runs(record)
     t0 = reference_temperature_of(record, reference_temperature)
     question = Question(
         reference=0.0 if t0 is None else t0,

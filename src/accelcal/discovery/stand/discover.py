@@ -33,6 +33,7 @@ from accelcal.discovery.stand.ownership import (
     instances_in,
     own_effects,
 )
+from accelcal.discovery.unknown_temperatures import with_temperatures_of_runs
 from accelcal.discovery.unnamed.wide_dead_zone import (
     OPEN,
     of_open_coefficient,
@@ -142,7 +143,7 @@ def discover_stand(
     check_search(alpha, max_effects, seed)
     for record in records:
         refuse_several_clampings(record)
-    records = [at_positions(record, delta0) for record in records]
+    records = [at_positions(with_temperatures_of_runs(own), delta0) for own in records]
     check_one_plan(records)
     refuse_twice(records)
     question = Question(
