@@ -74,6 +74,30 @@ def test_a_third_visit():
     assert list(sizes(record)) == ["20", "80", "20 (2)", "80 (2)", "20 (3)"]
 
 
+def test_readings_without_temperature_complete_the_strokes_around_them():
+    """Those of all levels made one run, and there were no temperature laws."""
+    rows = FIRST + HOT
+    for at in (0, 4, 20, 21, len(rows) - 1):
+        rows = [("unknown" if i == at else row[0], *row[1:]) for i, row in enumerate(rows)]
+    record = read(rows)
+    assert sizes(record) == {"20": 18, "80": 18}
+    assert np.isnan(record.temperature).sum() == 5
+    assert record.notes == (
+        "5 readings without temperature count to the level of the rows around them"
+        " (lines 2, 6, 22, 23, 37)",
+    )
+
+
+def test_readings_without_temperature_that_come_again_are_a_run_of_their_own():
+    unknown = [("unknown", *row[1:]) for row in visit(50, (1, 2), 1e-4)]
+    for rows in (FIRST + unknown + HOT, FIRST + HOT + unknown):
+        record = read(rows)
+        assert sizes(record)["unknown"] == 18
+        assert record.notes[0].startswith("18 readings without temperature are a run of their own:")
+    with pytest.raises(TableError, match="stroke 1 at unknown temperature has output"):
+        read([("unknown", *row[1:]) for row in FIRST + visit(20, (1, 2), 1e-4)])
+
+
 def test_unknown_temperatures_interrupt_no_level():
     unknown = [("unknown", *row[1:]) for row in visit(0, (9,), places=(2, 3))]
     record = read(FIRST[:9] + unknown + FIRST[9:])

@@ -59,12 +59,16 @@ def _clash(readings: Readings, first: int, second: int, *, sampled: bool) -> Tab
     if readings.position[first]:
         where, further = f"position {readings.position[first]}", "the position behind the last"
     problem = (
-        f"{where}, stroke {readings.stroke[first]} at {readings.temperature[second]:g} degC has"
+        f"{where}, stroke {readings.stroke[first]} at {_level(readings.temperature[second])} has"
         f" output {float(readings.output[second])!r}, but {float(readings.output[first])!r}"
         f" in line {readings.line[first]}"
     )
     remedy = _AVERAGE if sampled else _remedy(readings, first, second, further)
     return readings.refuse(second, problem, remedy)
+
+
+def _level(temperature: float) -> str:
+    return "unknown temperature" if np.isnan(temperature) else f"{temperature:g} degC"
 
 
 def _remedy(readings: Readings, first: int, second: int, further: str) -> str:

@@ -12,6 +12,7 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.head_angles import head_positions, nominal_angles
 from accelcal.io.readings import Readings
+from accelcal.io.unknown_temperatures import with_levels_around
 from accelcal.io.wording import lines_named
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
@@ -67,11 +68,15 @@ def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
     Without a column run, a level of temperature is one run. It is two where the rows prove that it
     was met twice: other temperatures lie between them in time, or in the file and then the strokes
     go on counting or the same reading comes again with another output. Each mounting is a run of
-    its own, as a unit that is mounted anew is launched anew.
+    its own, as a unit that is mounted anew is launched anew. A reading without temperature counts
+    to the level of the rows around it where it completes a stroke of theirs.
     """
     order = np.arange(readings.output.size)
     if readings.run is None:
+        level = _split_at(readings.temperature, LEVEL_GAP)
+        readings, told = with_levels_around(readings, level)
         levels = _levels(readings)
+        levels = replace(levels, notes=(*told, *levels.notes))
         levels = levels if declared else _of_mountings(levels, readings.mounting)
         runs, order = _visits(readings, levels)
     else:
