@@ -819,3 +819,17 @@ def test_the_misprinted_method_is_warned_of_where_it_is_asked_for(tmp_path, func
     with pytest.warns(accelcal.AccelcalWarning, match="misprinted") as told:
         function(given, method="printed")
     assert [warning.filename for warning in told] == [__file__]
+
+
+def test_what_temperature_laws_lack_is_told():
+    """A run without temperature was not named; nor a twin where an accelerometer belongs."""
+    record = accelcal.simulate(seed=1)
+    unknown = np.where(record.run == 1, np.nan, record.temperature)
+    (told,) = (
+        warning
+        for warning in accelcal.fit(dataclasses.replace(record, temperature=unknown)).warnings
+        if warning.startswith("no temperature laws")
+    )
+    assert told.endswith("and the temperature of each run")
+    with pytest.raises(InputError, match=r"or take that of accelcal.twin\(discovery\)"):
+        accelcal.simulate(accelcal.twin(accelcal.discover(record)))

@@ -14,7 +14,10 @@ from accelcal.errors import InputError
 
 _KINDS = {
     "Acceleration": ("accelerations", "make them by accelcal.accelerations(angles)"),
-    "Accelerometer": ("an accelerometer", "make one by accelcal.Accelerometer(...)"),
+    "Accelerometer": (
+        "an accelerometer",
+        "make one by accelcal.Accelerometer(...), or take that of accelcal.twin(discovery)",
+    ),
     "BilinearLaw": (
         "a law of temperature",
         "make one by accelcal.BilinearLaw(at_T0, above, below)",

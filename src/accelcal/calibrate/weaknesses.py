@@ -328,7 +328,9 @@ def _of_laws(fitted: Fitted) -> Iterator[Sentence]:
     """Say what the temperature laws rest on, or why there are none."""
     has_laws = fitted.slopes.has_laws
     yield Sentence(
-        ~has_laws, "no temperature laws: they need levels more than 5 degC apart, with K0, K1 and M"
+        ~has_laws,
+        "no temperature laws: they need levels more than 5 degC apart, with K0, K1 and M, and the"
+        " temperature of each run",
     )
     yield Sentence(
         has_laws & fitted.is_chosen, "T0 was not given: it is the level nearest to 20 degC"
