@@ -11,7 +11,10 @@ from rivals.trial import truth_of
 from scipy.stats import multivariate_normal
 
 import accelcal
+from accelcal.discovery.comparison import compared
+from accelcal.discovery.family import family_of
 from accelcal.discovery.unnamed.wandering import _SIZES, _likeliest
+from accelcal.effects.catalogue import effect
 from accelcal.results.findings import Gap
 from accelcal.simulation import TumblePlan
 
@@ -89,6 +92,18 @@ def test_noise_whose_memory_is_not_significant_may_have_one(regime, number):
     assert found.effects == ()
     assert found.unexplained is None
     assert found.p_value > found.alpha
+
+
+@pytest.mark.parametrize(("more", "shared"), [(0.0, True), (0.3, False)])
+def test_rates_are_shared_where_the_same_memory_is_possible_alone(more, shared):
+    """A search once more took the rates of noise that may have another memory."""
+    record, effects = accelcal.simulate(seed=1), (effect("bias-step"),)
+    comparison = compared(record, 20.0)
+    noise, rates = comparison.noise, 1234.0
+    noise = noise._replace(possible=tuple(rho + more for rho in noise.possible))
+    like = family_of(comparison._replace(noise=noise), effects)._replace(tests=rates)
+    asked = look.Question(20.0, 0.0, effects, alpha=0.01, most=1, seed=0, like=like)
+    assert (look.look_through(record, asked).family.tests == rates) is shared
 
 
 @pytest.mark.parametrize(

@@ -54,18 +54,15 @@ def answer(method: str, record: TumbleRecord) -> Answer:
 def share_the_null(*, shared: bool = True) -> None:
     """Simulate the noise anew for the next table of a design only, not for those after it.
 
-    The false-alarm rates depend on the design, on the declared sizes, on the memory that the noise
-    may have, and on whether it has heavy tails; tables that agree in these share them.
+    The false-alarm rates depend on the design, on the declared sizes, and on the kind of noise;
+    tables that agree in these share them, of the memory it may have in finer steps than a stand.
     """
     _shared.clear()
     _ENGINE.with_rates = _with_rates if shared else _simulated
 
 
 def _with_rates(family: Any, seed: int) -> Any:
-    ids = tuple(effect.id for effect in family.candidates.effects)
-    noise = family.comparison.noise
-    possible = round(max(noise.possible, default=0.0), 1)
-    key = (ids, len(family.blocks), bool(noise.rho), possible, noise.tails)
+    key = family.null, round(max(family.comparison.noise.possible, default=0.0), 1)
     if key not in _shared:
         _shared[key] = _simulated(family, seed)
     return family.with_rates_of(_shared[key])

@@ -9,7 +9,7 @@ exists only where there is an effect.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.candidates import Candidates, candidates
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.factors import Block, blocks
+from accelcal.discovery.silence import silent_in
 from accelcal.discovery.space import Space
 from accelcal.discovery.spans import length_without, lengths, orthonormal, without
 from accelcal.effects.effect import Effect
@@ -33,6 +34,9 @@ _TOGETHER = 250
 """Draws whose ratios are worked out at a time, so that they stay in the processor's cache."""
 
 _LEVELS = (0.05, 0.02, 0.01, 0.005)
+
+_STEPS = 5.0
+"""Steps of a correlation within 1 in which what noise with such a memory does is shared."""
 
 
 class Family(NamedTuple):
@@ -65,6 +69,19 @@ class Family(NamedTuple):
     def with_rates_of(self, other: Family) -> Family:
         """Return it with the false-alarm rates of another one, of a test like it."""
         return self._replace(tries=other.tries, tests=other.tests, factor_tries=other.factor_tries)
+
+    @property
+    def null(self) -> Hashable:
+        """What the false-alarm rates of tests of one plan hang on: where it is alike, so are they.
+
+        Of the correlations that the replicates leave possible the largest tells the others.
+        """
+        noise = self.comparison.noise
+        weights = None if noise.relative is None else noise.relative.tobytes()
+        silent = silent_in(self.comparison.model.conditions).tobytes()
+        memory = bool(noise.rho), round(_STEPS * max(noise.possible, default=0.0))
+        ids = tuple(effect.id for effect in self.candidates.effects)
+        return ids, len(self.blocks), memory, noise.tails, weights, silent
 
     @property
     def space(self) -> Space:

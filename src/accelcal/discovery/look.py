@@ -235,23 +235,12 @@ def _look(
     reference, delta0, silent = question.reference, question.delta0, question.silent
     comparison = compared(record, reference, delta0, known, memory=memory, silent=silent)
     family, like = family_of(comparison, question.effects), question.like
-    if like is not None and _same_null(family, like):
+    if like is not None and family.null == like.null:
         family = family.with_rates_of(like)
     else:
         family = with_rates(family, question.seed)
     found = search(family, alpha=question.alpha, most=question.most)
     return Look(family, found)
-
-
-def _same_null(one: Family, other: Family) -> bool:
-    """Whether noise makes the same of two families of one test, whatever its size."""
-    first, second = one.comparison.noise, other.comparison.noise
-    return (
-        one.candidates.effects == other.candidates.effects
-        and len(one.blocks) == len(other.blocks)
-        and (first.rho, first.tails) == (second.rho, second.tails)
-        and first.relative is second.relative is None
-    )
 
 
 def _leaves_noise(look: Look, found: Explanation) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from typing import NamedTuple
 
 from accelcal.discovery.comparison import Comparison
@@ -10,7 +10,6 @@ from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family, family_of, judge, with_rates
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.search import search
-from accelcal.discovery.silence import silent_in
 from accelcal.discovery.stand.joint_fit import (
     beside_the_others,
     known,
@@ -20,9 +19,6 @@ from accelcal.discovery.stand.joint_fit import (
 from accelcal.discovery.stand.mean_unit import Unit
 from accelcal.discovery.stand.one_value import FEWEST
 from accelcal.effects.effect import Effect
-
-_STEPS = 5.0
-"""Steps of a correlation within 1 in which units share what noise with such a memory does."""
 
 
 class OwnLook(NamedTuple):
@@ -66,7 +62,7 @@ class Looker:
     ) -> None:
         self._effects, self._head, self._seed = effects, head, seed
         self._one_head = one_head or not head
-        self._families: dict[object, Family] = {}
+        self._families: dict[Hashable, Family] = {}
 
     def __call__(self, units: Sequence[Unit], number: int, shared: Sequence[Instance]) -> OwnLook:
         """Look at one unit."""
@@ -81,12 +77,7 @@ class Looker:
 
     def _family(self, comparison: Comparison) -> Family:
         """False-alarm rates hardly differ from unit to unit; the rest is that of the unit."""
-        family, noise = family_of(comparison, self._effects), comparison.noise
-        ids = tuple(effect.id for effect in family.candidates.effects)
-        weights = None if noise.relative is None else noise.relative.tobytes()
-        silent = silent_in(comparison.model.conditions).tobytes()
-        memory = bool(noise.rho), round(_STEPS * max(noise.possible, default=0.0))
-        key = (ids, len(family.blocks), memory, noise.tails, weights, silent)
-        if key not in self._families:
-            self._families[key] = with_rates(family, self._seed)
-        return family.with_rates_of(self._families[key])
+        family = family_of(comparison, self._effects)
+        if family.null not in self._families:
+            self._families[family.null] = with_rates(family, self._seed)
+        return family.with_rates_of(self._families[family.null])
