@@ -13,6 +13,7 @@ from scipy.stats import multivariate_normal
 import accelcal
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.family import family_of
+from accelcal.discovery.search import search
 from accelcal.discovery.unnamed.wandering import _SIZES, _likeliest
 from accelcal.effects.catalogue import effect
 from accelcal.results.findings import Gap
@@ -104,6 +105,17 @@ def test_rates_are_shared_where_the_same_memory_is_possible_alone(more, shared):
     like = family_of(comparison._replace(noise=noise), effects)._replace(tests=rates)
     asked = look.Question(20.0, 0.0, effects, alpha=0.01, most=1, seed=0, like=like)
     assert (look.look_through(record, asked).family.tests == rates) is shared
+
+
+def test_a_search_is_not_made_again_where_the_noise_is_the_same_beside_what_was_found(monkeypatch):
+    """It was made, and thrown away: half of the time."""
+    hidden, searches = [accelcal.effect("stroke-offset").of(2e-5)], []
+    monkeypatch.setattr(
+        look, "search", lambda family, **asked: searches.append(1) or search(family, **asked)
+    )
+    record = accelcal.simulate(effects=hidden, seed=1)
+    assert [item.id for item in accelcal.discover(record).effects] == ["stroke-offset"]
+    assert len(searches) == 1
 
 
 @pytest.mark.parametrize(

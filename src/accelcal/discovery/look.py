@@ -159,14 +159,14 @@ def _of_any_width(look: Look, question: Question) -> Look:
 
 def _searched(record: TumbleRecord, question: Question) -> Look:
     """Search, and once more with the noise judged beside what was found."""
-    look = _look(record, question, ())
+    look = _look(_compared(record, question), question)
     if not look.findings.explanations and look.comparison.noise.rho > 0.0:
         look = _without_memory(record, question) or look
     found = _best(look.findings)
     if found is None or not _leaves_noise(look, found):
         return look
-    known = _look(record, question, found.instances)
-    return look if _same_noise(look.comparison, known.comparison) else known
+    known = _compared(record, question, found.instances)
+    return look if _same_noise(look.comparison, known) else _look(known, question)
 
 
 def _without_memory(record: TumbleRecord, question: Question) -> Look | None:
@@ -176,13 +176,16 @@ def _without_memory(record: TumbleRecord, question: Question) -> Look | None:
     holds if they are so beside it, and if it is sure at the square of the false-alarm rate: noise
     with a memory has made two tries of it by then.
     """
-    look = _look(record, question, (), memory=False)
+    look = _look(_compared(record, question, memory=False), question)
     found = _best(look.findings)
     if found is None or not _leaves_noise(look, found):
         return None
-    known = _look(record, question, found.instances)
+    beside = _compared(record, question, found.instances)
+    if beside.noise.rho:
+        return None
+    known = _look(beside, question)
     sure = known.findings.explanations and known.findings.before.p_value < question.alpha**2
-    return known if sure and not known.comparison.noise.rho else None
+    return known if sure else None
 
 
 def _beyond_disturbances(look: Look, question: Question) -> Look:
@@ -229,11 +232,18 @@ def _widens_the_gap(comparison: Comparison, found: Explanation) -> bool:
     return rms[1] > _WIDER * rms[0]
 
 
-def _look(
-    record: TumbleRecord, question: Question, known: tuple[Instance, ...], *, memory: bool = True
-) -> Look:
+def _compared(
+    record: TumbleRecord,
+    question: Question,
+    known: tuple[Instance, ...] = (),
+    *,
+    memory: bool = True,
+) -> Comparison:
     reference, delta0, silent = question.reference, question.delta0, question.silent
-    comparison = compared(record, reference, delta0, known, memory=memory, silent=silent)
+    return compared(record, reference, delta0, known, memory=memory, silent=silent)
+
+
+def _look(comparison: Comparison, question: Question) -> Look:
     family, like = family_of(comparison, question.effects), question.like
     if like is not None and family.null == like.null:
         family = family.with_rates_of(like)
