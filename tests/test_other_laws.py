@@ -75,3 +75,38 @@ def test_what_changes_with_the_law_is_told():
     )
     (note,) = (note for note in found.notes if note.startswith("if it is foundation-tilt with "))
     assert re.search(r"rad in truth: M \d+ urad", note)
+
+
+def coefficient(found, name):
+    return next(each for each in found.coefficients if each.coefficient == name)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        accelcal.effect("scale-factor-asymmetry").of(2e-4),
+        accelcal.effect("fourth-order").of(1.5e-4),
+    ],
+    ids=lambda hidden: hidden.effect.id,
+)
+def test_the_uncertainty_covers_where_the_other_one_of_two_effects_is_the_true_one(hidden, seed):
+    """That of K2 counted nothing of it: it lay off by ten times as much."""
+    found = accelcal.discover(accelcal.simulate(effects=[hidden], seed=seed))
+    (named,) = found.effects
+    assert {named.id, *named.indistinguishable} == {"scale-factor-asymmetry", "fourth-order"}
+    truth = coefficient(accelcal.discover(accelcal.simulate(seed=seed)), "K2").before
+    K2 = coefficient(found, "K2").after
+    assert abs(K2.value - truth.value) < K2.expanded_uncertainty
+    (note,) = found.otherwise
+    other = 1e-6 * float(re.search(r"K2 ([\d.]+) ug", note)[1])
+    off = other - K2.value
+    assert K2.standard_uncertainty == pytest.approx(abs(off) / np.sqrt(2.0), rel=0.05)
+    assert K2.coverage_factor == pytest.approx(1.98, abs=0.02)
+
+
+def test_a_coefficient_that_hangs_on_no_other_effect_keeps_its_uncertainty():
+    hidden = accelcal.effect("scale-factor-asymmetry").of(2e-4)
+    found = accelcal.discover(accelcal.simulate(effects=[hidden], seed=1))
+    K3 = coefficient(found, "K3")
+    assert K3.after.standard_uncertainty == pytest.approx(K3.before.standard_uncertainty, rel=0.05)

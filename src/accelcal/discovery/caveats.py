@@ -11,12 +11,13 @@ import numpy as np
 from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.dead_zone_or_cube import APART, apart, said_of_rivals
+from accelcal.discovery.dead_zone_or_cube import said_of_rivals
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.other_laws import Alternative, other_laws, other_places
-from accelcal.discovery.solution import changes, parameters_of, solution
+from accelcal.discovery.otherwise import Otherwise, said_of_others
+from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.unknown_temperatures import said_of_temperatures
 from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
@@ -26,16 +27,13 @@ from accelcal.discovery.untold import said_of_untold
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.plural import listed
-from accelcal.results.discovery import IF_IT_IS
-from accelcal.results.findings import Change, Unexplained
+from accelcal.results.findings import Unexplained
 from accelcal.units import MICRO
 
 _LIKE_THE_HEAD = 0.9
 """Part of an effect's squares that errors of the head positions must be able to take up."""
 
 _LIKE_ANY = ": errors of the head look like effects of the position alone"
-
-_MOST_RIVALS = 3
 
 _ALIKE = 0.999
 """Cosine from which two places of an effect are one to the readings."""
@@ -65,8 +63,6 @@ _QUICK = 2.0
 _OF_LEVELS, _OF_TIME = "temperature-hysteresis", "bias-drift"
 """What steps between runs, as the other does in a pause that nobody wrote down."""
 
-_TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
-
 
 class Caveat(NamedTuple):
     """What a reader must know.
@@ -91,11 +87,13 @@ def caveats(
     found: Sequence[Explanation],
     walks: Sequence[Wandering],
     left: Unexplained | None = None,
+    others: Sequence[Otherwise] = (),
 ) -> Iterator[Caveat]:
     """Tell what a reader must know.
 
     Of the explanations that pass, the best comes first. Walks could stand in place of its effects,
-    or of the nearest ones where none passes. Something may be left beside them.
+    or of the nearest ones where none passes. Something may be left beside them. With others the
+    coefficients are others too.
     """
     comparison = family.comparison
     yield from map(Caveat, said_of_positions(comparison.record))
@@ -105,7 +103,7 @@ def caveats(
     yield from map(Caveat, said_of_untold(comparison, best))
     yield from map(Caveat, _by_another_law(laws))
     yield from map(Caveat, _at_other_places(places))
-    yield from map(Caveat, _otherwise(comparison, found, [*places, *laws]))
+    yield from map(Caveat, said_of_others(others))
     yield from _put_together(family, found)
     yield from _of_any_pattern(family, found)
     silence = list(said_of_silence(comparison, found))
@@ -131,27 +129,6 @@ def _at_other_places(places: Sequence[Alternative]) -> Iterator[str]:
     for effect in dict.fromkeys(other.effect.id for other in places):
         where = [other.what for other in places if other.effect.id == effect]
         yield f"{effect} with {' or '.join(where)} explains these readings as well"
-
-
-def _otherwise(
-    comparison: Comparison, found: Sequence[Explanation], alike: Sequence[Alternative]
-) -> Iterator[str]:
-    """Coefficients that are others where another explanation is the true one."""
-    if not found:
-        return
-    bare = solution(comparison)
-    best = changes(comparison, bare, solution(comparison, found[0].instances))
-    others = [(other.name, other.instances) for other in alike]
-    others += [(" + ".join(sorted(e.ids)), e.instances) for e in found[1 : 1 + _MOST_RIVALS]]
-    for name, instances in others:
-        other = changes(comparison, bare, solution(comparison, instances))
-        told = [
-            _value(old, new)
-            for old, new in zip(best, other, strict=True)
-            if apart(old, new) > APART and new.after.unit in _TOLD
-        ]
-        if told:
-            yield f"{IF_IT_IS}{name} in truth: {', '.join(told)}"
 
 
 def _put_together(family: Family, found: Sequence[Explanation]) -> Iterator[Caveat]:
@@ -329,14 +306,6 @@ def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
                 " same is no noise",
                 [walk.instead_of.effect.id] if named else [],
             )
-
-
-def _value(best: Change, change: Change) -> str:
-    value = (change.after.value or 0.0) * MICRO
-    if change.coefficient == "K1":  # of which no more than the change is told
-        more = value - (best.after.value or 0.0) * MICRO
-        return f"K1 {abs(more):.3g} ppm {'higher' if more > 0.0 else 'lower'}"
-    return f"{change.coefficient} {value:.4g} {_TOLD[change.after.unit]}"
 
 
 def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:

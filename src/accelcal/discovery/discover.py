@@ -23,6 +23,7 @@ from accelcal.discovery.noise import (
 )
 from accelcal.discovery.noise_caveats import noise_caveats
 from accelcal.discovery.one_clamping import refuse_several_clampings
+from accelcal.discovery.otherwise import Otherwise, otherwise, with_others_counted
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
@@ -175,7 +176,8 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    said = [*_caveats(look, named, unexplained, loud), *_of_mountings(found, named)]
+    others = tuple(otherwise(comparison, findings.named))
+    said = [*_caveats(look, named, unexplained, loud, others), *_of_mountings(found, named)]
     as_given = _as_given(comparison, record, found, question)
     told = Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
@@ -204,7 +206,7 @@ def _discovery(
         software=SOFTWARE,
         sha256=record.sha256,
     )
-    return _without_bounds(told, look)
+    return _without_bounds(with_others_counted(told, others), look)
 
 
 def _without_bounds(told: Discovery, look: Look) -> Discovery:
@@ -240,9 +242,14 @@ def _p_value(look: Look, unexplained: Unexplained | None) -> float:
 
 
 def _caveats(
-    look: Look, named: Explanation | None, left: Unexplained | None, loud: LoudRun | None
+    look: Look,
+    named: Explanation | None,
+    left: Unexplained | None,
+    loud: LoudRun | None,
+    others: Sequence[Otherwise],
 ) -> Iterator[Caveat]:
-    said = [*_in_the_main(look), *caveats(look.family, look.findings.named, look.walks, left)]
+    found = look.findings.named
+    said = [*_in_the_main(look), *caveats(look.family, found, look.walks, left, others)]
     instances = named.instances if named else ()
     said += noise_caveats(look.comparison, instances, loud)
     yield from said

@@ -217,7 +217,8 @@ class Change(StoredPart):
     coefficient : str
         Its symbol.
     before, after : Quantity
-        Its value over K1 of the fit without the effects.
+        Its value over K1 of the fit without the effects. The uncertainty of the latter counts what
+        it is beside other effects that explain the readings as well.
     """
 
     coefficient: str
