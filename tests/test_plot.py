@@ -346,6 +346,18 @@ def test_mended_faults_are_a_step_of_the_gap():
     assert ax.lines[0].get_ydata() == pytest.approx(1e6 * np.array(sizes))
 
 
+def test_the_gap_says_which_names_are_not_sure_and_what_else_they_could_be():
+    hidden = [
+        accelcal.effect("position-error").of(1.4e-4, at=45.0),
+        accelcal.effect("backlash").of(2e-5),
+    ]
+    discovery = accelcal.discover(accelcal.simulate(effects=hidden, seed=0))
+    ax = discovery.plot.gap()
+    assert_legible(ax)
+    labels = [" ".join(label.get_text().split()) for label in ax.get_xticklabels()]
+    assert "+ error of one head position (not sure)" in [each.lower() for each in labels]
+
+
 def test_the_signature_lies_on_its_residuals(found):
     from accelcal.discovery.action import action
 

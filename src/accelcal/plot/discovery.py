@@ -14,6 +14,7 @@ from accelcal.discovery.action import Action, action
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import Readings
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
+from accelcal.report.discovery import with_doubts
 from accelcal.report.findings import p_value, parts_of_disagreement
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import readable
@@ -206,7 +207,7 @@ def _steps(discovery: Discovery) -> Iterator[tuple[str, float, float | None]]:
     if discovery.faults:
         yield "faults of the readings mended", *discovery.mended
     for effect in discovery.effects:
-        yield f"+ {effect.name}", effect.gap_after, effect.heldout_after
+        yield f"+ {with_doubts(discovery, effect)}", effect.gap_after, effect.heldout_after
 
 
 def _descent(

@@ -66,7 +66,7 @@ def _verdict(found: Discovery) -> Iterator[str]:
 def outcome(found: Discovery, p: str) -> str:
     """Tell in a sentence what was discovered, with the chance of noise as it is written."""
     if found.effects:
-        names = listed(_named(found, effect) for effect in found.effects)
+        names = listed(with_doubts(found, effect) for effect in found.effects)
         more = ", and something that no known effect explains" if found.has_more else ""
         return f"Model and readings disagree ({p}). What is missing: {names}{more}."
     if found.unexplained:
@@ -77,7 +77,7 @@ def outcome(found: Discovery, p: str) -> str:
     return f"Model and readings agree ({p}): nothing is missing that shows{but}."
 
 
-def _named(found: Discovery, effect: FoundEffect) -> str:
+def with_doubts(found: Discovery, effect: FoundEffect) -> str:
     """Name of an effect, and in brackets what makes it uncertain."""
     doubts = [NOT_SURE] if effect.id in found.doubtful else []
     others = len(effect.indistinguishable)
