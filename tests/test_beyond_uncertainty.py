@@ -122,21 +122,6 @@ def test_what_else_is_possible_is_of_the_readings_of_the_discovery():
     assert is_said(accelcal.fit(other, model=model).warnings, said)
 
 
-@pytest.mark.parametrize(("serial", "is_other"), [("B2", True), ("AL-15", False)])
-def test_an_effect_that_a_record_cannot_tell_has_the_size_in_the_other_unit(serial, is_other):
-    """At 80 degC that of another unit was taken off the bias, 1.1 mg, as if fitted to these."""
-    hidden = [accelcal.effect("bias-temperature-quadratic").of(3e-7)]
-    plan = TumblePlan(temperatures=(20.0, 80.0, 50.0, -40.0, 20.0))
-    model = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=1))
-    assert [effect.id for effect in model.effects] == ["bias-temperature-quadratic"]
-    one = TumblePlan(temperatures=(80.0,))
-    record = accelcal.simulate(replace(accelcal.AL15, serial=serial), one, seed=4)
-    calibration = accelcal.fit(record, model=model, reference_temperature=20.0)
-    said = "but for bias-temperature-quadratic, of which these tell nothing: the size in the other"
-    assert is_said(calibration.warnings, said) == is_other
-    assert is_said(calibration.warnings, "U does not count how it differs") == is_other
-
-
 def test_a_verdict_says_which_checks_warn_and_what_is_in_no_interval():
     curved = [accelcal.effect("fourth-order").of(3e-4)]
     record = accelcal.simulate(effects=curved, seed=1)

@@ -7,19 +7,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from accelcal.arrays import Array
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
-from accelcal.estimate.linear import linear_estimator
+from accelcal.estimate.linear import LinearEstimator, linear_estimator
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
+from accelcal.model import ERROR_TERMS, ERROR_UNITS, SCALE_FACTOR
 from accelcal.plural import listed
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import reference_temperature_of
 from accelcal.results.beyond_uncertainty import NOT_COUNTED
+from accelcal.units import MICRO
 
 if TYPE_CHECKING:
+    from accelcal.discovery.carrying_over import LeftIn
     from accelcal.discovery.correction import Correction
     from accelcal.results.discovery import Discovery
+
+_NOTABLE = 0.02
+"""Part of the largest change of a coefficient below which one is not told."""
 
 
 def corrections(plan: OnePlan, options: Options, delta0: float) -> tuple[Correction, ...]:
@@ -72,7 +79,8 @@ def effects_component(
     Component
         Of the coefficients, table after table, with a leading axis of length R.
     """
-    acting = np.array([item.acting for item in known])
+    most = max(item.acting.shape[1] for item in known)  # fewer where some were left in
+    acting = np.array([_widened(item.acting, most) for item in known])
     masks = known[0].record.table_masks()
     through = np.concatenate(
         [
@@ -86,30 +94,88 @@ def effects_component(
     return Component(through @ through.mT, np.broadcast_to(dof[:, None], shape))
 
 
-def said_of_unit(record: TumbleRecord, model: Discovery, as_found: Sequence[str]) -> Iterator[str]:
-    """Say that the effects which are taken out were found in another unit.
+def _widened(columns: Array, width: int) -> Array:
+    """Columns with further ones of zeros."""
+    return np.pad(columns, ((0, 0), (0, width - columns.shape[1])))
+
+
+def said_of_effects(
+    plan: OnePlan,
+    known: Sequence[Correction],
+    model: Discovery,
+    estimators: Sequence[LinearEstimator],
+) -> list[tuple[str, ...]]:
+    """Say whose effects were taken out, and which of them not with a size in these readings.
 
     Parameters
     ----------
-    record : TumbleRecord
-        The readings.
+    plan : OnePlan
+        R records.
+    known : sequence of Correction
+        Of each record.
     model : Discovery
-        Whose effects are taken out of them.
-    as_found : sequence of str
-        Those of them whose sizes these readings do not tell.
+        Whose effects were taken out.
+    estimators : sequence of LinearEstimator
+        Those of the tables of any of the records.
 
-    Yields
-    ------
-    str
-        A sentence, where the serial numbers of both are known and differ.
+    Returns
+    -------
+    list of tuple of str
+        Sentences about each record, without a full stop.
     """
-    known = None not in (model.serial, record.serial)
-    if model.effects and known and model.serial != record.serial:
-        but_for = (
-            f", but for {listed(as_found)}, of which these tell nothing: the size in the other unit"
-            f" is taken out, and {NOT_COUNTED} how it differs"
+    each = zip(plan.records, known, strict=True)
+    return [
+        (
+            *_said_of_unit(record, item, model),
+            *_said_of_sizes(item),
+            *(_left_in(one, item.record, estimators) for one in item.left_in),
+            *item.said,
         )
+        for record, item in each
+    ]
+
+
+def _said_of_unit(record: TumbleRecord, known: Correction, model: Discovery) -> Iterator[str]:
+    serials = model.serial, record.serial
+    if len(known.effects) > len(known.as_found) and None not in serials and len(set(serials)) > 1:
         yield (
             f"the discovery of another unit, serial {model.serial}, says which effects are taken"
-            f" out; their sizes are fitted to these readings{but_for if as_found else ''}"
+            " out; their sizes are fitted to these readings"
         )
+
+
+def _said_of_sizes(known: Correction) -> Iterator[str]:
+    if known.as_found:
+        yield (
+            f"these readings do not show {listed(known.as_found)}: taken out with the size that the"
+            " discovery found"
+        )
+
+
+def _left_in(item: LeftIn, record: TumbleRecord, estimators: Sequence[LinearEstimator]) -> str:
+    adds = listed(_added(item.adds, record, estimators))
+    return (
+        f"{item.name} is not taken out: these readings do not show it, and it {item.why}; the"
+        f" coefficients have it in them, and {NOT_COUNTED} it: as large as there it adds {adds}; to"
+        f" correct it, {item.remedy}"
+    )
+
+
+def _added(
+    adds: Array, record: TumbleRecord, estimators: Sequence[LinearEstimator]
+) -> Iterator[str]:
+    """Tell what an addition to the readings adds to the coefficients, the most of all tables."""
+    found: dict[str, float] = {}
+    for mask, estimator in zip(record.table_masks(), estimators, strict=True):
+        scale_factor = estimator.coefficients(record.output[mask])[SCALE_FACTOR]
+        changes = estimator.map @ adds[mask] / scale_factor
+        for name, change in zip(estimator.names, changes.tolist(), strict=True):
+            found[name] = max(found.get(name, 0.0), change, key=abs)
+    largest = max(map(abs, found.values()))
+    for name, change in found.items():
+        if abs(change) > _NOTABLE * largest:
+            symbol = ERROR_TERMS.get(name, name)
+            unit = f"u{ERROR_UNITS[symbol]}" if symbol in ERROR_UNITS else "ppm"
+            size = MICRO * change
+            told = f"{size:.0f}" if abs(size) > 100.0 else f"{size:.3g}"
+            yield f"{told} {unit} to {symbol}"

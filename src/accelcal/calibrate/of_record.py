@@ -64,6 +64,7 @@ def calibration_of_record(stack: CalibrationStack, place: int) -> Calibration:
         second_axis_model=second,
         fixture_angle=fixture,
         effects=() if known is None else known.effects,
+        effects_as_found=() if known is None else known.as_found,
         provenance=frozen(record.provenance(options.asked())),
     )
 

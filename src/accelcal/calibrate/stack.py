@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.calibrate.head import at_true_angles
-from accelcal.calibrate.known_effects import corrections, effects_component, said_of_unit
+from accelcal.calibrate.known_effects import corrections, effects_component, said_of_effects
 from accelcal.calibrate.of_record import calibration_of_record
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
@@ -20,6 +20,7 @@ from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointEstimate, estimate_stack
+from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
@@ -221,10 +222,9 @@ class CalibrationStack:
         said = [(*said_of_positions(record), *own) for record, own in each]
         if model is None:
             return said
-        found = zip(records, self.known, said, strict=True)
-        return [
-            (*said_of_unit(record, model, known.as_found), *own) for record, known, own in found
-        ]
+        made = partial(linear_estimator, method=self.options.method, delta0=self.delta0)
+        told = said_of_effects(self.given, self.known, model, list(map(made, self.tables)))
+        return [(*of_effects, *own) for of_effects, own in zip(told, said, strict=True)]
 
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:

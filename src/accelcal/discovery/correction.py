@@ -3,7 +3,8 @@
 The sizes of the effects are fitted to the record itself, in the space that the base model leaves:
 there they are independent of the coefficients that are fitted to what remains, so that their
 uncertainty adds to that of the coefficients as one more component. An effect that the record
-cannot show keeps the size that the discovery gave it.
+cannot show keeps the size that the discovery gave it, or stays in the readings, see
+`accelcal.discovery.carrying_over`.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import VISIBLE
+from accelcal.discovery.carrying_over import LeftIn, Meeting, of_other_shape, with_a_place
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone_or_cube import in_fit, left_undecided
 from accelcal.discovery.exact_law import straightened
@@ -28,7 +30,7 @@ from accelcal.discovery.instance import (
     own_columns,
     sizes_of,
 )
-from accelcal.discovery.silence import silent_by, unheard
+from accelcal.discovery.silence import silent_by, silent_in, unheard
 from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.unnamed.wide_dead_zone import (
@@ -59,12 +61,16 @@ class Correction(NamedTuple):
     dof : int
         Degrees of freedom of these uncertainties.
     effects : tuple of FoundEffect
-        The effects with their sizes in this record, and the gap before and after each.
+        Effects that were taken out with their sizes in this record, and the gap before and after
+        each.
     unbounded : tuple of str
         Coefficients of which nothing bounds the error that is left.
     as_found : tuple of str
-        Effects that act on the readings, but do not show in them: they are taken out with the
-        sizes of the discovery.
+        Ids of those effects that the readings do not show: they have the sizes of the discovery.
+    left_in : tuple of LeftIn
+        Effects that the readings do not show and that are left in them.
+    said : tuple of str
+        What else a reader must know of the effects.
     """
 
     record: TumbleRecord
@@ -73,6 +79,8 @@ class Correction(NamedTuple):
     effects: tuple[FoundEffect, ...]
     unbounded: tuple[str, ...] = ()
     as_found: tuple[str, ...] = ()
+    left_in: tuple[LeftIn, ...] = ()
+    said: tuple[str, ...] = ()
 
 
 def correction(
@@ -109,45 +117,91 @@ def correction(
     InputError
         If the record is too small to tell its noise, or an effect does not fit it.
     """
-    known = disturbances(model.effects)
-    instances = [instance_of(item) for item in known]
+    meeting = Meeting(record, model, reference_temperature, delta0)
+    effects, said = with_a_place(meeting)
     bare = set(map(in_fit, model.unbounded))
     silenced = SILENCED if model.unexplained and bare.issuperset(SILENCED) else ()
-    if not instances:
-        return Correction(record, np.empty((len(record), 0)), 1, (), silenced)
-    silent = silent_by(record, reference_temperature, delta0, known)
-    comparison = compared(record, reference_temperature, delta0, tuple(instances), silent=silent)
+    nothing = Correction(record, np.empty((len(record), 0)), 1, (), silenced, said=said)
+    if not effects:
+        return nothing
+    known = disturbances(effects)
+    instances = tuple(map(instance_of, known))
+    silent = silent_by(record, reference_temperature, delta0, known, own=meeting.of_one_unit)
+    comparison = compared(record, reference_temperature, delta0, instances, silent=silent)
+    shown = [_is_visible(comparison, item) for item in instances]
+    left = [
+        None if own else meeting.left_in(item, comparison.model)
+        for item, own in zip(known, shown, strict=True)
+    ]
+    rest = [found for found, item in zip(effects, left, strict=True) if item is None]
+    nothing = nothing._replace(left_in=tuple(item for item in left if item and item.adds.any()))
+    return _without(meeting, comparison, rest, nothing, gaps=gaps) if rest else nothing
+
+
+def _without(
+    meeting: Meeting,
+    comparison: Comparison,
+    rest: Sequence[FoundEffect],
+    nothing: Correction,
+    *,
+    gaps: bool,
+) -> Correction:
+    """Take out the effects of the discovery that are not left in."""
+    model, reference, delta0 = meeting.model, meeting.T0, meeting.delta0
+    record, instances = meeting.record, tuple(map(instance_of, disturbances(rest)))
     shown = [_is_visible(comparison, item) for item in instances]
     fitted = [item for item, is_shown in zip(instances, shown, strict=True) if is_shown]
     is_open = may_be_wider(comparison, fitted)
     hanging = tuple(map(in_fit, left_undecided(comparison, fitted, model.effects)))
-    straight = straightened(comparison, fitted, delta0) if silent is None else None
-    if straight is not None:
-        record = straight
-        comparison = compared(record, reference_temperature, delta0, tuple(instances))
-    new = iter(_sizes(comparison, fitted))
-    effects = tuple(
-        replace(found, parameters=next(new)) if is_shown else found
-        for found, is_shown in zip(model.effects, shown, strict=True)
-    )
+    if not silent_in(comparison.model.conditions).any():
+        straight = straightened(comparison, fitted, delta0)
+        if straight is not None:
+            record, comparison = straight, compared(straight, reference, delta0, instances)
+    effects = _with_sizes(comparison, rest, fitted, shown)
     by_noise = _by_noise(comparison, fitted, shown, effects)
     columns, sizes, factor = _columns(comparison, effects, by_noise)
     left_open = _left_open(comparison, _of_size(fitted, shown, effects))
-    lacking, open_too = unheard(comparison, fitted, reference_temperature, delta0)
+    lacking, open_too = unheard(comparison, fitted, reference, delta0)
     output = record.output - comparison.model.nominal * (columns @ sizes - lacking)
     acting = comparison.model.nominal * np.hstack([columns @ factor, left_open, open_too])
     if gaps:
-        steps = gaps_with(comparison, [instances[:k] for k in range(len(instances) + 1)])
-        effects = tuple(
-            replace(found, **before.until(after))
-            for found, before, after in zip(effects, steps, steps[1:], strict=False)
-        )
+        effects = _with_gaps(comparison, instances, effects)
     if is_open:
         effects = tuple(map(of_open_width, effects))
     named = OPEN if is_open or any(map(has_open_width, effects)) else tuple(dict.fromkeys(hanging))
-    record, as_found = replace(record, output=output), _unseen(comparison, instances, shown)
-    dof = comparison.space.dof
-    return Correction(record, acting, dof, effects, silenced or named, as_found)
+    return nothing._replace(
+        record=replace(record, output=output),
+        acting=acting,
+        dof=comparison.space.dof,
+        effects=effects,
+        unbounded=nothing.unbounded or named,
+        as_found=tuple(found.id for found, own in zip(rest, shown, strict=True) if not own),
+        said=(*nothing.said, *of_other_shape(comparison, fitted)),
+    )
+
+
+def _with_sizes(
+    comparison: Comparison,
+    rest: Sequence[FoundEffect],
+    fitted: Sequence[Instance],
+    shown: Sequence[bool],
+) -> tuple[FoundEffect, ...]:
+    """Effects with the sizes that the readings show."""
+    new = iter(_sizes(comparison, fitted))
+    each = zip(rest, shown, strict=True)
+    return tuple(
+        replace(found, parameters=next(new)) if is_shown else found for found, is_shown in each
+    )
+
+
+def _with_gaps(
+    comparison: Comparison, instances: Sequence[Instance], effects: Sequence[FoundEffect]
+) -> tuple[FoundEffect, ...]:
+    steps = gaps_with(comparison, [instances[:k] for k in range(len(instances) + 1)])
+    return tuple(
+        replace(found, **before.until(after))
+        for found, before, after in zip(effects, steps, steps[1:], strict=False)
+    )
 
 
 def _is_visible(comparison: Comparison, item: Instance) -> bool:
@@ -155,15 +209,6 @@ def _is_visible(comparison: Comparison, item: Instance) -> bool:
     whole = comparison.space.whiten(column)
     seen = comparison.space.left_of(whole)
     return bool(np.sqrt(seen @ seen) > VISIBLE * np.sqrt(whole @ whole))
-
-
-def _unseen(
-    comparison: Comparison, instances: Sequence[Instance], shown: Sequence[bool]
-) -> tuple[str, ...]:
-    """Effects that act on the readings, as on all of one temperature alike, but do not show."""
-    c = comparison.model.conditions
-    each = zip(instances, shown, strict=True)
-    return tuple(item.effect.id for item, own in each if not own and column_of(item, c).any())
 
 
 def _sizes(comparison: Comparison, fitted: Sequence[Instance]) -> list[dict[str, Quantity]]:

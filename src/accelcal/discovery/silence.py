@@ -106,14 +106,26 @@ def _axial(
 
 
 def silent_by(
-    record: TumbleRecord, reference: float, delta0: float, known: Sequence[Disturbance]
+    record: TumbleRecord,
+    reference: float,
+    delta0: float,
+    known: Sequence[Disturbance],
+    *,
+    own: bool = True,
 ) -> Mask | None:
-    """Find the readings that a dead zone among known effects silences, see `silent_readings`."""
+    """Find the readings that a dead zone among known effects silences, see `silent_readings`.
+
+    Its threshold is the known one if that is of the `own` unit, else as the readings tell it.
+    """
     widths = [item.values["threshold"] for item in known if item.effect.id == DEAD_ZONE]
     if not widths or not widths[0]:
         return None
     return silent_readings(
-        record, reference, delta0, [instance_of(item) for item in known], width=widths[0]
+        record,
+        reference,
+        delta0,
+        [instance_of(item) for item in known],
+        width=widths[0] if own else None,
     )
 
 

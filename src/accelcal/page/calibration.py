@@ -25,6 +25,7 @@ from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
 from accelcal.plural import counted, listed
 from accelcal.report.calibration import (
+    as_found_of,
     fixture_angle_rows,
     in_microradians,
     reversed_mountings,
@@ -364,7 +365,8 @@ def _effects(calibration: Calibration) -> Section | None:
     rows = []
     for effect in calibration.effects:
         gaps = [significant(gap * MICRO) for gap in (effect.gap_before, effect.gap_after)]
-        rows.append((effect.name, typeset(sizes_of(effect)), *gaps))
+        size = sizes_of(effect) + as_found_of(calibration, effect)
+        rows.append((effect.name, typeset(size), *gaps))
     if not rows:
         return None
     headings = ("effect", "size in this record (95 %)", "gap before [µg]", "gap after [µg]")

@@ -45,7 +45,7 @@ def calibration_text(calibration: Calibration) -> str:
         *(_table(table, calibration) for table in calibration.tables),
         _temperature(calibration),
         _fixture_angles(calibration.fixture_angle),
-        _effects(calibration.effects),
+        _effects(calibration),
         _errors(calibration),
         _record_gates(calibration.gates),
         _verdict(calibration.verdict),
@@ -164,12 +164,20 @@ def in_microradians(quantity: Quantity) -> tuple[str, str, str]:
     return (*matching_digits(quantity.value or 0.0, quantity.expanded_uncertainty, MICRO), "urad")
 
 
-def _effects(effects: Sequence[FoundEffect]) -> Iterator[str]:
-    if effects:
+def _effects(calibration: Calibration) -> Iterator[str]:
+    if calibration.effects:
         yield "Effects taken out of the readings, with their sizes in this record"
-    for effect in effects:
+    for effect in calibration.effects:
         gaps = [significant(gap * MICRO) for gap in (effect.gap_before, effect.gap_after)]
-        yield from _item(effect.name, f"{sizes_of(effect)}; gap {gaps[0]} -> {gaps[1]} ug rms")
+        as_found = as_found_of(calibration, effect)
+        yield from _item(
+            effect.name, f"{sizes_of(effect)}{as_found}; gap {gaps[0]} -> {gaps[1]} ug rms"
+        )
+
+
+def as_found_of(calibration: Calibration, effect: FoundEffect) -> str:
+    """Tell of an effect that it has the size that the discovery found, where it has not its own."""
+    return ", as the discovery found" if effect.id in calibration.effects_as_found else ""
 
 
 def sizes_of(effect: FoundEffect) -> str:

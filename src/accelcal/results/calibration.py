@@ -79,6 +79,8 @@ class Calibration(StoredResult, TabularResult):
         What was found against a data sheet; None where it was not judged.
     effects : tuple of FoundEffect
         Effects of a discovery that were taken out of the readings, with their sizes in this record.
+    effects_as_found : tuple of str
+        Ids of those that the readings do not show, which have the sizes that the discovery found.
     provenance : mapping
         SHA-256 of the input, its metadata, what was declared and asked; empty where unknown.
 
@@ -104,7 +106,8 @@ class Calibration(StoredResult, TabularResult):
         "provenance": parts.provenance,
     }
     _MISSING: ClassVar[Mapping[str, Any]] = {
-        **dict.fromkeys(("error_sources", "gates", "fixture_angle", "effects"), ()),
+        **dict.fromkeys(("error_sources", "gates", "fixture_angle"), ()),
+        **dict.fromkeys(("effects", "effects_as_found"), ()),
         **dict.fromkeys(("date", "second_axis_model", "verdict")),
         **{"source": "<document>", "software": "", "delta0_rad": 0.0, "robust": False},
         "provenance": FrozenMapping({}),
@@ -129,6 +132,7 @@ class Calibration(StoredResult, TabularResult):
     fixture_angle: tuple[FixtureAngle, ...] = ()
     verdict: Verdict | None = None
     effects: tuple[FoundEffect, ...] = ()
+    effects_as_found: tuple[str, ...] = ()
     provenance: FrozenMapping[Any] = FrozenMapping({})  # noqa: RUF009  (it is frozen)
 
     def __str__(self) -> str:
@@ -234,7 +238,9 @@ class Calibration(StoredResult, TabularResult):
             "acceleration_unit": "g_local",
             **members(self, "g_local_m_s2 output_unit serial date source T0_degC delta0_rad"),
             **members(self, "error_sources tables temperature_model second_axis_model"),
-            **members(self, "fixture_angle effects gates warnings verdict provenance"),
+            **members(
+                self, "fixture_angle effects effects_as_found gates warnings verdict provenance"
+            ),
         }
 
     @classmethod

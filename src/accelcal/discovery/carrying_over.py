@@ -1,0 +1,159 @@
+"""Effects of a discovery in another record: which of them have the size there that was found.
+
+What a record shows is fitted to it. What it does not show has there the size that was found only
+where nothing else can be expected: an error of the head in all units on it, an effect of the
+accelerometer in the same accelerometer. Any other is left in the readings, as without a discovery,
+and the coefficients have it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.base import BaseModel
+from accelcal.discovery.candidates import VISIBLE
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import Instance, column_of, contribution, instance_of
+from accelcal.discovery.spans import lengths, orthonormal, without
+from accelcal.discovery.untold import fitted_sizes, slopes_of
+from accelcal.effects.conditions import Conditions, conditions_of
+from accelcal.effects.effect import Disturbance
+from accelcal.effects.found import disturbances
+from accelcal.errors import InputError
+from accelcal.numerics.probability import student_quantile
+from accelcal.record import TumbleRecord
+from accelcal.results.beyond_uncertainty import NOT_COUNTED
+from accelcal.results.discovery import Discovery
+from accelcal.results.findings import FoundEffect
+
+_OF_THE_STAND = "angle"
+"""What effects act on that are of the head, the fixture and the foundation."""
+
+_SURE = 0.999
+"""Part of all records of the same shape that are not told to have another one."""
+
+
+class LeftIn(NamedTuple):
+    """An effect that a record does not show and that is left in its n readings.
+
+    Attributes
+    ----------
+    name : str
+        Its id.
+    why, remedy : str
+        Why its size is not known here, and what would tell it.
+    adds : ndarray, shape (n,)
+        What it adds to the readings if it has the size that was found [output unit].
+    """
+
+    name: str
+    why: str
+    remedy: str
+    adds: Array
+
+
+class Meeting(NamedTuple):
+    """A record and a discovery whose effects are to be taken out of it.
+
+    Attributes
+    ----------
+    record : TumbleRecord
+        The record.
+    model : Discovery
+        The discovery.
+    T0 : float
+        Reference temperature of the record [degC].
+    delta0 : float
+        Its fixture angle [rad].
+    """
+
+    record: TumbleRecord
+    model: Discovery
+    T0: float
+    delta0: float
+
+    @property
+    def of_one_unit(self) -> bool:
+        """Whether both are known to be of the same accelerometer."""
+        ours, theirs = self.record, self.model
+        if None in (ours.serial, theirs.serial):
+            return ours.sha256 is not None and ours.sha256 == theirs.sha256
+        return ours.serial == theirs.serial
+
+    def foreign(self, item: Instance, c: Conditions) -> tuple[str, str] | None:
+        """Say why an effect may have another size here, and what would tell; None where not."""
+        model, unit = self.model, (self.model.serial, self.record.serial)
+        if item.effect.acts_on == _OF_THE_STAND:
+            if self.delta0 == model.delta0_rad:
+                return None
+            made = f"{model.delta0_rad:g} rad"
+            return f"was found with delta0 = {made}", f"calibrate with delta0 = {made}"
+        if not self.of_one_unit and None in unit:
+            named = "name the serial numbers of both"
+            return "may be of another unit, as a serial number is missing", named
+        if not self.of_one_unit:
+            shown = f"discover it in this unit: {item.effect.to_tell_apart}"
+            return f"was found in another unit, serial {model.serial}", shown
+        if not _alike(column_of(item, c), column_of(item, self._there(c))):
+            made = f"T0 = {model.T0_degC:g} degC"
+            return f"was found as a law about {made}", f"calibrate with {made}"
+        return None
+
+    def left_in(self, known: Disturbance, model: BaseModel) -> LeftIn | None:
+        """Tell of an effect that it is left in; None where its size is that of the discovery."""
+        item = instance_of(known)
+        if (said := self.foreign(item, model.conditions)) is None:
+            return None
+        adds = model.nominal * contribution(known, self._there(model.conditions))
+        return LeftIn(item.effect.id, *said, adds)
+
+    def _there(self, c: Conditions) -> Conditions:
+        """Conditions with temperatures above the T0 of the discovery."""
+        return replace(c, excess=c.excess + (self.T0 - self.model.T0_degC))
+
+
+def _alike(one: Array, other: Array) -> bool:
+    return bool(np.linalg.norm(one - other) <= VISIBLE * np.linalg.norm(other))
+
+
+def with_a_place(meeting: Meeting) -> tuple[tuple[FoundEffect, ...], tuple[str, ...]]:
+    """Return the effects of a discovery that can act in a record, and say why others cannot.
+
+    The error of a position that was not measured cannot, nor a step behind the last reading.
+    """
+    c = conditions_of(meeting.record, meeting.T0, meeting.delta0)
+    effects = meeting.model.effects
+    placed, said = [], []
+    for found, known in zip(effects, disturbances(effects), strict=True):
+        try:
+            column_of(instance_of(known), c)
+            placed.append(found)
+        except InputError as error:
+            said.append(f"nothing is taken out of these readings for {error}")
+    return tuple(placed), tuple(said)
+
+
+def of_other_shape(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[str]:
+    """Say which nonlinear parameters are others in these readings than those that were found."""
+    if not any(item.effect.shapes for item in fitted):
+        return
+    sizes = fitted_sizes(comparison, fitted)
+    linear = orthonormal(sizes.linear[:, sizes.shown])
+    left = comparison.seen - linear @ (linear.T @ comparison.seen)
+    limit = student_quantile(_SURE, comparison.space.dof)
+    for item, slopes in zip(fitted, slopes_of(comparison, fitted, sizes), strict=True):
+        smooth = [p for p in item.effect.shapes if not p.discrete]
+        for p, column in zip(smooth, slopes.T, strict=True):
+            own = without(column[:, None], linear)[:, 0]
+            if abs(own @ left) > limit * float(lengths(own[:, None])[0]) > 0.0:
+                unit = "" if p.unit == "1" else f" {p.unit}"
+                yield (
+                    f"{item.effect.id}: these readings show another {p.name} than the discovery"
+                    f" found, {item.shape[p.name]:.3g}{unit}, which is kept: {NOT_COUNTED} that;"
+                    " discover the effects in these readings"
+                )

@@ -1,0 +1,206 @@
+"""A discovery used on another record: what it does not show there has no size from elsewhere."""
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import accelcal
+from accelcal.cli.program import program
+from accelcal.results.beyond_uncertainty import NOT_COUNTED
+from accelcal.simulation import TumblePlan
+
+FIVE = TumblePlan(temperatures=(20.0, 80.0, 50.0, -40.0, 20.0))
+FINE = TumblePlan(positions=24)
+AT_80 = TumblePlan(temperatures=(80.0,))
+
+
+def simulated(plan, *effects, serial="A1", seed=1):
+    return accelcal.simulate(
+        replace(accelcal.AL15, serial=serial),
+        plan,
+        effects=[accelcal.effect(name).of(value) for name, value in effects],
+        seed=seed,
+    )
+
+
+def discovered(plan, *effects):
+    model = accelcal.discover(simulated(plan, *effects))
+    assert [found.id for found in model.effects] == [name for name, _ in effects]
+    return model
+
+
+def coefficients(calibration):
+    return [table.error_model for table in calibration.tables]
+
+
+def said_of(calibration, *words):
+    return [text for text in calibration.warnings if all(word in text for word in words)]
+
+
+HIDDEN_BY = {
+    "bias-temperature-quadratic": (FIVE, 3e-7, AT_80, "1105 ug to k0"),
+    "scale-factor-temperature-quadratic": (FIVE, 3e-7, AT_80, "1094 ppm to K1"),
+    "k2-temperature": (FIVE, 1e-5, AT_80, "601 ug/g^2 to k2"),
+    "scale-factor-asymmetry": (
+        TumblePlan(positions=16),
+        2e-3,
+        TumblePlan(positions=4, temperatures=(20.0,)),
+        "1992 ug/g^2 to k2",
+    ),
+    "dead-zone": (
+        FINE,
+        3e-3,
+        TumblePlan(positions=4, temperatures=(20.0,)),
+        "ppm to K1 and -300",
+    ),
+    "temperature-hysteresis": (FIVE, 2e-4, TumblePlan(), "202 ug to k0"),
+}
+
+
+@pytest.mark.parametrize("name", HIDDEN_BY)
+def test_what_a_record_does_not_show_stays_in_it_if_it_was_found_in_another_unit(name):
+    """The size in the other unit was taken out: K0, K1, k2 and delta were off by many times U."""
+    plan, size, other, adds = HIDDEN_BY[name]
+    model = discovered(plan, (name, size))
+    record = simulated(other, serial="B2", seed=4)
+    found = accelcal.fit(record, model=model, reference_temperature=20.0)
+    plain = accelcal.fit(record, reference_temperature=20.0)
+    assert coefficients(found) == coefficients(plain)
+    assert found.effects == ()
+    assert f"{name} is not taken out: " in said_of(found, NOT_COUNTED, "serial A1", adds)[0]
+    assert not said_of(found, "fitted to these readings")
+
+
+def test_the_report_does_not_tell_it_among_what_was_taken_out(tmp_path):
+    model = discovered(FIVE, ("bias-temperature-quadratic", 3e-7))
+    found = accelcal.fit(simulated(AT_80, serial="B2"), model=model, reference_temperature=20.0)
+    said = "bias-temperature-quadratic is not taken out"
+    assert said in " ".join(str(found).split())
+    assert "Effects taken out" not in str(found)
+    found.report(tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text("utf-8")
+    assert said in page
+    assert "Effects taken out" not in page
+    document = json.loads(found.to_json())
+    assert document["effects"] == document["effects_as_found"] == []
+    assert any(said in text for text in document["warnings"])
+
+
+def test_in_the_same_unit_it_has_the_size_that_was_found_and_the_report_says_so(tmp_path):
+    model = discovered(FIVE, ("bias-temperature-quadratic", 3e-7))
+    same = simulated(AT_80, ("bias-temperature-quadratic", 3e-7), seed=4)
+    found = accelcal.fit(same, model=model, reference_temperature=20.0)
+    plain = accelcal.fit(simulated(AT_80, seed=4), reference_temperature=20.0)
+    k0, true = (each.tables[0].error_model["k0"] for each in (found, plain))
+    assert abs(k0.value - true.value) < k0.expanded_uncertainty
+    assert found.effects_as_found == ("bias-temperature-quadratic",)
+    assert said_of(found, "these readings do not show bias-temperature-quadratic: taken out with")
+    assert "ug/degC^2, as the discovery found; gap" in " ".join(str(found).split())
+    found.report(tmp_path / "page.md")
+    assert "as the discovery found" in (tmp_path / "page.md").read_text("utf-8")
+    assert accelcal.Calibration.from_json(found.to_json()) == found
+
+
+def test_a_law_about_another_t0_is_none_of_this_record():
+    """Of the same unit too: k0 was off by 893 ug with U of 116."""
+    model = discovered(FIVE, ("bias-temperature-quadratic", 3e-7))
+    record = simulated(AT_80, ("bias-temperature-quadratic", 3e-7), seed=4)
+    for given in (0.0, 80.0):  # about 80 degC it does nothing at that level
+        found = accelcal.fit(record, model=model, reference_temperature=given)
+        plain = accelcal.fit(record, reference_temperature=given)
+        assert coefficients(found) == coefficients(plain)
+        said = said_of(found, "it was found as a law about T0 = 20 degC", "1105 ug to k0")
+        assert said[0].endswith("calibrate with T0 = 20 degC")
+
+
+@pytest.mark.parametrize("of_model", [True, False])
+def test_without_a_serial_number_nothing_tells_that_it_is_the_same_unit(of_model):
+    model = discovered(FIVE, ("bias-temperature-quadratic", 3e-7))
+    record = simulated(AT_80, seed=4)
+    if of_model:
+        model = replace(model, serial=None)
+    else:
+        record = replace(record, serial=None)
+    found = accelcal.fit(record, model=model, reference_temperature=20.0)
+    assert coefficients(found) == coefficients(accelcal.fit(record, reference_temperature=20.0))
+    assert said_of(found, "may be of another unit", "name the serial numbers of both")
+
+
+def test_the_same_file_is_the_same_unit(tmp_path):
+    path = tmp_path / "test.csv"
+    accelcal.write_table(simulated(FIVE, ("bias-temperature-quadratic", 3e-7)), path)
+    record = replace(accelcal.read_table(path), serial=None)
+    model = accelcal.discover(record)
+    assert accelcal.fit(record, model=model).effects[0].id == "bias-temperature-quadratic"
+
+
+def test_an_effect_of_the_stand_is_the_same_in_all_units():
+    """A head position was taken out of the readings of the same unit and of others alike."""
+    model = discovered(FINE, ("position-error", 2e-4))
+    model = replace(
+        model,
+        effects=(
+            replace(
+                model.effects[0],
+                id="fixture-offset",
+                parameters={"angle": model.effects[0].parameters["error"]},
+            ),
+        ),
+    )
+    record = simulated(TumblePlan(temperatures=(20.0,)), serial="B2", seed=4)
+    found, plain = accelcal.fit(record, model=model), accelcal.fit(record)
+    assert found.effects_as_found == ("fixture-offset",)
+    angle = model.effects[0].parameters["angle"].value
+    change = [each.tables[0].error_model["delta"].value for each in (found, plain)]
+    assert change[0] - change[1] == pytest.approx(angle, rel=1e-2)
+    # found beside another fixture angle it would count twice
+    turned = accelcal.fit(record, model=model, delta0=angle)
+    assert turned.effects == ()
+    assert said_of(turned, "it was found with delta0 = 0 rad", "calibrate with delta0 = 0 rad")
+
+
+def test_a_dead_zone_of_another_unit_silences_no_readings():
+    """Of a unit without any, delta was off by 111 urad with U of 3."""
+    model = discovered(FINE, ("dead-zone", 3e-3))
+    record = simulated(FINE, serial="B2", seed=4)
+    found, plain = accelcal.fit(record, model=model), accelcal.fit(record)
+    for own, true in zip(coefficients(found), coefficients(plain), strict=True):
+        assert abs(own["delta"].value - true["delta"].value) < own["delta"].expanded_uncertainty
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("position-error", "no reading at 45 deg"), ("bias-step", "from 2 to 54")],
+)
+def test_what_has_no_place_in_a_record_is_not_taken_out_of_it(name, said):
+    """Such a record was refused."""
+    model = discovered(TumblePlan(), (name, 4e-4))
+    record = simulated(TumblePlan(positions=8, temperatures=(20.0,)), serial="B2", seed=4)
+    if name == "position-error":
+        record = simulated(TumblePlan(positions=6, temperatures=(20.0,)), serial="B2", seed=4)
+    found = accelcal.fit(record, model=model)
+    assert coefficients(found) == coefficients(accelcal.fit(record))
+    assert said_of(found, f"nothing is taken out of these readings for {name}", said)
+
+
+def test_a_batch_takes_it_out_of_the_unit_alone(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    hidden = ("bias-temperature-quadratic", 3e-7)
+    discovered(FIVE, hidden).to_json("model.json")
+    for serial in ("A1", "B2"):
+        record = simulated(AT_80, hidden, serial=serial, seed=4)
+        accelcal.write_table(record, f"{serial}.csv")
+    asked = ["batch", "A1.csv", "B2.csv", "-o", "out.csv", "--model", "model.json", "--t0", "20"]
+    assert CliRunner().invoke(program, asked).exit_code == 0
+    with Path("out.csv").open(encoding="utf-8") as file:
+        rows = {row["serial"]: row for row in csv.DictReader(file)}
+    one, other = (
+        next(float(value) for key, value in rows[s].items() if key.startswith("k0")) for s in rows
+    )
+    assert abs(abs(other - one) - 1.105e-3) < 2e-5
+    assert "is not taken out" not in rows["A1"]["warnings"]
+    assert "is not taken out" in rows["B2"]["warnings"]
