@@ -266,7 +266,7 @@ def test_temperatures_of_a_stream(run):
     hot = STREAM.replace("0.1,20,", "0.1,65,")
     code, rows, err = run(hot, "--same-launch", triad=triad)
     assert code == 2
-    assert err.startswith("data.csv:3: temperature 65 degC is more than 1 degC outside")
+    assert "\ndata.csv:3: temperature 65 degC is more than 1 degC outside" in err
     code, rows, err = run(hot, "--same-launch", "--extrapolate", triad=triad)
     assert (code, [row["inside"] for row in rows]) == (0, ["1", "0"])
     assert "warning: 1 of 2 samples are outside the calibrated temperatures" in err
@@ -292,3 +292,29 @@ def test_rows_of_other_order_are_refused():
     with pytest.raises(InputError, match="output and temperature are Series of different indices"):
         applied(triad, frame, temperature=warm)
     assert applied(triad, frame, temperature=warm[::-1]).value.shape == (3, 3)
+
+
+def test_the_file_says_once_that_the_clampings_are_not_in_u(tmp_path, monkeypatch, capsys):
+    """Only the calibration told it, and who had the accelerations took U for all there is."""
+    monkeypatch.chdir(tmp_path)
+    rng = np.random.default_rng(5)
+    up = np.vstack([np.eye(3), -np.eye(3)] * 2)
+    given = outputs(up) + 1e-5 * rng.normal(size=up.shape)
+    (tmp_path / "imu.csv").write_text("# unit: mA\nx,y,z\n0.01,1.23,0.03\n")
+    named = accelcal.TriadRecord(given, up, shaft=tuple("xyzxyz" * 2))
+    said = "clampings of the calibration not assessed: no shafts are named: U counts errors of"
+    for record, times in ((accelcal.TriadRecord(given, up), 1), (named, 0)):
+        found = replace(accelcal.calibrate_triad(record), output_unit="mA")
+        found.to_json("triad.json")
+        assert main(["apply", "triad.json", "imu.csv", "-o", "out.csv"]) == 0
+        lines = (tmp_path / "out.csv").read_text().splitlines()
+        assert sum(line.startswith(f"# note: {said}") for line in lines) == times
+        for name in ("t.h", "t.yaml", "t.csv"):
+            assert main(["export", "triad.json", "-o", name]) == 0
+            written = (tmp_path / name).read_text().replace("\n *    ", "")
+            assert written.count(said) == times, name
+    with warnings.catch_warnings(record=True) as caught:  # no warning at each call
+        warnings.simplefilter("always")
+        applied(accelcal.calibrate_triad(given, up), [0.01, 1.23, 0.03])
+    assert not [each for each in caught if "clampings" in str(each.message)]
+    capsys.readouterr()

@@ -17,7 +17,7 @@ from accelcal.errors import InputError
 from accelcal.results.triad import AXES, TriadCalibration
 from accelcal.results.usable import gates_that_warn
 
-__all__ = ["apply_triad", "assumptions_of_triad", "refuse_for_triad"]
+__all__ = ["apply_triad", "assumptions_of_triad", "notes_of_triad", "refuse_for_triad"]
 
 _NOISE_UNKNOWN = (
     "the attitudes of the calibration left nothing to tell its noise: the uncertainty of the"
@@ -64,6 +64,35 @@ def assumptions_of_triad(triad: TriadCalibration, *, same_launch: bool = False) 
     unknown = [] if triad.covariance_names else [_NOISE_UNKNOWN]
     state = _ONE_STATE if triad.temperature_degC is None else _ONE_LAUNCH
     return (*gates_that_warn(triad), *unknown, *([] if same_launch else [state]))
+
+
+def notes_of_triad(triad: TriadCalibration) -> list[str]:
+    """Say what a user of a triad's numbers has to know and that no attitude contradicts.
+
+    Parameters
+    ----------
+    triad : TriadCalibration
+        The calibration.
+
+    Returns
+    -------
+    list of str
+        What U leaves out and what would tell it, where its clampings could not be assessed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import accelcal
+    >>> up = np.vstack([np.eye(3), -np.eye(3)] * 2)
+    >>> noise = 1e-4 * np.random.default_rng(1).normal(size=up.shape)
+    >>> for note in notes_of_triad(accelcal.calibrate_triad(0.01 + 2.0 * up + noise, up)):
+    ...     print(note)
+    clampings of the calibration not assessed: no shafts are named: U counts errors of single\
+ attitudes, not how the block sits in a clamping that several share; name that of each attitude\
+ (shaft)
+    """
+    untold = (g for g in triad.gates if (g.name, g.verdict) == ("clampings", "not assessed"))
+    return [f"{gate.name} of the calibration not assessed: {gate.finding}" for gate in untold]
 
 
 def apply_triad(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from accelcal.compensate.ranges import ACCELERATION_MARGIN
-from accelcal.compensate.triad import assumptions_of_triad
+from accelcal.compensate.triad import assumptions_of_triad, notes_of_triad
 from accelcal.export.c_text import (
     c_comment,
     c_covariance,
@@ -70,6 +70,7 @@ def triad_content(triad: TriadCalibration, sha256: str | None = None) -> dict[st
             "note": "Beyond 1 g the outputs are taken as linear.",
         },
         "assumptions": list(assumptions_of_triad(triad)),
+        "notes": notes_of_triad(triad),
         "coefficients": _coefficients(triad),
         "covariance": {
             "note": _OF_COVARIANCE,

@@ -65,7 +65,8 @@ def _clampings(record: TriadRecord, found: Solution) -> Iterator[Gate]:
         return
     if seats.chance is None:
         told = f"on {shafts} shafts: too few attitudes tell whether the block sits alike on all"
-        yield Gate(name, "not assessed", f"{told}; U does not count how it sits")
+        advice = "U does not count how it sits; add attitudes on each"
+        yield Gate(name, "not assessed", f"{told}; {advice}")
         return
     told = f"on {shafts} shafts the block sits {1e3 * seats.size:.2g} mrad rms otherwise about each"
     told += f" axis, which U counts (p = {seats.chance:.2g})"

@@ -8,7 +8,12 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.compensate.measured import MeasuredAcceleration
-from accelcal.compensate.triad import apply_triad, assumptions_of_triad, refuse_for_triad
+from accelcal.compensate.triad import (
+    apply_triad,
+    assumptions_of_triad,
+    notes_of_triad,
+    refuse_for_triad,
+)
 from accelcal.io.samples.headings import SampleHeadings
 from accelcal.io.samples.options import StreamOptions, acceleration_scale, output_factor
 from accelcal.io.samples.reader import SampleBlock
@@ -58,7 +63,7 @@ class Triad:
         self._temperatures = SampleTemperatures(
             headings, options.temperature, found.temperatures, extrapolate=options.extrapolate
         )
-        self.notes += self._temperatures.notes
+        self.notes += [*self._temperatures.notes, *notes_of_triad(found)]
         if found.temperature_degC is None and "temperature" in headings.columns:
             self.notes.append("column temperature is set aside: that of the calibration is unknown")
 
