@@ -172,6 +172,41 @@ def test_a_dead_zone_of_another_unit_silences_no_readings():
         assert abs(own["delta"].value - true["delta"].value) < own["delta"].expanded_uncertainty
 
 
+@pytest.mark.parametrize("tau", [200.0, 3000.0])
+@pytest.mark.parametrize("serial", ["A1", "B2"])
+def test_a_time_constant_that_the_readings_deny_is_found_anew(serial, tau):
+    """That of the discovery was kept: k0 was off by 76 ug with U of 17."""
+    model = discovered(TumblePlan(), ("warm-up", 2e-4))
+    unit = replace(accelcal.AL15, serial=serial)
+    slow = [accelcal.effect("warm-up").of(2e-4, tau=tau)]
+    record = accelcal.simulate(unit, TumblePlan(), effects=slow, seed=4)
+    found = accelcal.fit(record, model=model)
+    true = accelcal.fit(accelcal.simulate(unit, TumblePlan(), seed=4))
+    size = found.effects[0].parameters["tau"]
+    assert abs(size.value - tau) < size.expanded_uncertainty < 0.2 * tau
+    for own, without in zip(coefficients(found), coefficients(true), strict=True):
+        assert abs(own["k0"].value - without["k0"].value) < own["k0"].expanded_uncertainty
+    assert not said_of(found, "do not agree with tau")
+    held = accelcal.fit(simulated(TumblePlan(), ("warm-up", 2e-4), seed=4), model=model)
+    assert held.effects[0].parameters["tau"].value == model.effects[0].parameters["tau"].value
+
+
+def test_a_break_that_the_readings_deny_is_found_anew():
+    """That of the other unit was kept: the bias above T0 was off by many times U."""
+    levels = (-40.0, -20.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 80.0)
+    many, entry = TumblePlan(temperatures=levels), accelcal.effect("break-shift")
+    made = [entry.of(shift, slope_change=6e-5) for shift in (15.0, 34.0)]
+    model = accelcal.discover(accelcal.simulate(plan=many, effects=made[:1], seed=1))
+    unit = replace(accelcal.AL15, serial="B2")
+    record = accelcal.simulate(unit, many, effects=made[1:], seed=4)
+    found = accelcal.fit(record, model=model)
+    true = accelcal.fit(accelcal.simulate(unit, many, seed=4))
+    shift = found.effects[0].parameters["shift"]
+    assert abs(shift.value - 34.0) < shift.expanded_uncertainty < 2.0
+    for own, plain in zip(coefficients(found), coefficients(true), strict=True):
+        assert abs(own["k0"].value - plain["k0"].value) < own["k0"].expanded_uncertainty
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [("position-error", "no reading at 45 deg"), ("bias-step", "from 2 to 54")],

@@ -8,7 +8,6 @@ and the coefficients have it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -17,25 +16,17 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel
 from accelcal.discovery.candidates import VISIBLE
-from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, column_of, contribution, instance_of
-from accelcal.discovery.spans import lengths, orthonormal, without
-from accelcal.discovery.untold import fitted_sizes, slopes_of
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.effects.effect import Disturbance
 from accelcal.effects.found import disturbances
 from accelcal.errors import InputError
-from accelcal.numerics.probability import student_quantile
 from accelcal.record import TumbleRecord
-from accelcal.results.beyond_uncertainty import NOT_COUNTED
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
 
 _OF_THE_STAND = "angle"
 """What effects act on that are of the head, the fixture and the foundation."""
-
-_SURE = 0.999
-"""Part of all records of the same shape that are not told to have another one."""
 
 
 class LeftIn(NamedTuple):
@@ -136,24 +127,3 @@ def with_a_place(meeting: Meeting) -> tuple[tuple[FoundEffect, ...], tuple[str, 
         except InputError as error:
             said.append(f"nothing is taken out of these readings for {error}")
     return tuple(placed), tuple(said)
-
-
-def of_other_shape(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[str]:
-    """Say which nonlinear parameters are others in these readings than those that were found."""
-    if not any(item.effect.shapes for item in fitted):
-        return
-    sizes = fitted_sizes(comparison, fitted)
-    linear = orthonormal(sizes.linear[:, sizes.shown])
-    left = comparison.seen - linear @ (linear.T @ comparison.seen)
-    limit = student_quantile(_SURE, comparison.space.dof)
-    for item, slopes in zip(fitted, slopes_of(comparison, fitted, sizes), strict=True):
-        smooth = [p for p in item.effect.shapes if not p.discrete]
-        for p, column in zip(smooth, slopes.T, strict=True):
-            own = without(column[:, None], linear)[:, 0]
-            if abs(own @ left) > limit * float(lengths(own[:, None])[0]) > 0.0:
-                unit = "" if p.unit == "1" else f" {p.unit}"
-                yield (
-                    f"{item.effect.id}: these readings show another {p.name} than the discovery"
-                    f" found, {item.shape[p.name]:.3g}{unit}, which is kept: {NOT_COUNTED} that;"
-                    " discover the effects in these readings"
-                )

@@ -17,7 +17,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import VISIBLE
-from accelcal.discovery.carrying_over import LeftIn, Meeting, of_other_shape, with_a_place
+from accelcal.discovery.carrying_over import LeftIn, Meeting, with_a_place
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone_or_cube import in_fit, left_undecided
 from accelcal.discovery.exact_law import straightened
@@ -30,6 +30,7 @@ from accelcal.discovery.instance import (
     own_columns,
     sizes_of,
 )
+from accelcal.discovery.own_shape import in_own_shape, said_of_denied
 from accelcal.discovery.silence import silent_by, silent_in, unheard
 from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import lengths
@@ -133,22 +134,26 @@ def correction(
         None if own else meeting.left_in(item, comparison.model)
         for item, own in zip(known, shown, strict=True)
     ]
-    rest = [found for found, item in zip(effects, left, strict=True) if item is None]
     nothing = nothing._replace(left_in=tuple(item for item in left if item and item.adds.any()))
-    return _without(meeting, comparison, rest, nothing, gaps=gaps) if rest else nothing
+    taken = [place for place, item in enumerate(left) if item is None]
+    rest = [effects[place] for place in taken]
+    own = tuple(in_own_shape(comparison, [instances[place] for place in taken]))
+    if own != tuple(instances[place] for place in taken):
+        comparison = compared(record, reference_temperature, delta0, own, silent=silent)
+    return _without(meeting, comparison, rest, own, nothing, gaps=gaps) if rest else nothing
 
 
 def _without(
     meeting: Meeting,
     comparison: Comparison,
     rest: Sequence[FoundEffect],
+    instances: tuple[Instance, ...],
     nothing: Correction,
     *,
     gaps: bool,
 ) -> Correction:
     """Take out the effects of the discovery that are not left in."""
-    model, reference, delta0 = meeting.model, meeting.T0, meeting.delta0
-    record, instances = meeting.record, tuple(map(instance_of, disturbances(rest)))
+    record, model, reference, delta0 = meeting
     shown = [_is_visible(comparison, item) for item in instances]
     fitted = [item for item, is_shown in zip(instances, shown, strict=True) if is_shown]
     is_open = may_be_wider(comparison, fitted)
@@ -176,7 +181,7 @@ def _without(
         effects=effects,
         unbounded=nothing.unbounded or named,
         as_found=tuple(found.id for found, own in zip(rest, shown, strict=True) if not own),
-        said=(*nothing.said, *of_other_shape(comparison, fitted)),
+        said=(*nothing.said, *said_of_denied(comparison, fitted)),
     )
 
 

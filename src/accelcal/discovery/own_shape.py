@@ -1,0 +1,88 @@
+"""Nonlinear parameters of known effects in another record: moved where its readings deny them.
+
+The time constant or the break that a discovery found is kept as long as the readings agree with it.
+Otherwise it is the one that fits them best, as of an effect that is found in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import Instance
+from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
+from accelcal.discovery.untold import fitted_sizes, slopes_of
+from accelcal.effects.parameter import Parameter
+from accelcal.numerics.probability import student_quantile
+from accelcal.results.beyond_uncertainty import NOT_COUNTED
+
+_SURE = 0.999
+"""Part of all records with the parameter that was found which do not deny it."""
+
+
+def in_own_shape(comparison: Comparison, fitted: Sequence[Instance]) -> list[Instance]:
+    """Move the nonlinear parameters that the readings deny to where the effects fit best."""
+    moved = list(fitted)
+    for place, parameter in list(_denied(comparison, fitted)):
+        moved[place] = _moved(comparison, moved, place, parameter)
+    return moved
+
+
+def said_of_denied(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[str]:
+    """Say which nonlinear parameters the readings deny wherever they are."""
+    for place, p in _denied(comparison, fitted):
+        item = fitted[place]
+        unit = "" if p.unit == "1" else f" {p.unit}"
+        yield (
+            f"{item.effect.id}: these readings do not agree with {p.name} ="
+            f" {item.shape[p.name]:.3g}{unit}, and {NOT_COUNTED} that; discover the effects in"
+            " these readings"
+        )
+
+
+def _denied(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[tuple[int, Parameter]]:
+    """Smooth nonlinear parameters, each with the place of its effect, whose change is due."""
+    if not any(item.effect.shapes for item in fitted):
+        return
+    sizes = fitted_sizes(comparison, fitted)
+    linear = orthonormal(sizes.linear[:, sizes.shown])
+    left = without(comparison.seen, linear)
+    limit = student_quantile(_SURE, comparison.space.dof)
+    for place, slopes in enumerate(slopes_of(comparison, fitted, sizes)):
+        smooth = [p for p in fitted[place].effect.shapes if not p.discrete]
+        own = without(slopes, linear)
+        for p, column, length in zip(smooth, own.T, lengths(own), strict=True):
+            if abs(column @ left) > limit * length > 0.0:
+                yield place, p
+
+
+def _moved(
+    comparison: Comparison, instances: Sequence[Instance], place: int, parameter: Parameter
+) -> Instance:
+    """An effect with one parameter where the squares of all effects together are largest."""
+    from scipy.optimize import minimize_scalar  # type: ignore[import-untyped]
+
+    name, start = parameter.name, instances[place]
+
+    def loss(value: float) -> float:
+        trial = [*instances[:place], start.at(name, value), *instances[place + 1 :]]
+        sizes = fitted_sizes(comparison, trial)
+        return -squares_in(orthonormal(sizes.linear[:, sizes.shown]), comparison.seen)
+
+    grid = _grid(comparison, parameter, start.shape[name])
+    best = int(np.argmin([loss(value) for value in grid.tolist()]))
+    ends = grid[max(best - 1, 0)], grid[min(best + 1, grid.size - 1)]
+    if ends[0] < ends[1]:
+        found = minimize_scalar(loss, bounds=ends, method="bounded", options={"xatol": 1e-4})
+        if found.fun < loss(float(grid[best])):
+            return start.at(name, float(found.x))
+    return start.at(name, float(grid[best]))
+
+
+def _grid(comparison: Comparison, parameter: Parameter, found: float) -> Array:
+    """Values to begin with: those that a search of these readings tries, and the one found."""
+    assert parameter.search is not None
+    return np.unique([*parameter.search(comparison.model.conditions).tolist(), found])
