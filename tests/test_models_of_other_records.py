@@ -157,6 +157,7 @@ def test_an_effect_of_the_stand_is_the_same_in_all_units():
     angle = model.effects[0].parameters["angle"].value
     change = [each.tables[0].error_model["delta"].value for each in (found, plain)]
     assert change[0] - change[1] == pytest.approx(angle, rel=1e-2)
+    assert said_of(found, "do not show fixture-offset", "holds on the same stand, clamped alike")
     # found beside another fixture angle it would count twice
     turned = accelcal.fit(record, model=model, delta0=angle)
     assert turned.effects == ()

@@ -145,11 +145,19 @@ def _said_of_unit(record: TumbleRecord, known: Correction, model: Discovery) -> 
 
 
 def _said_of_sizes(known: Correction) -> Iterator[str]:
-    if known.as_found:
-        yield (
-            f"these readings do not show {listed(known.as_found)}: taken out with the size that the"
-            " discovery found"
-        )
+    if not known.as_found:
+        return
+    from accelcal.discovery.carrying_over import OF_THE_STAND
+    from accelcal.effects.found import disturbances
+
+    acts_on = {item.effect.id: item.effect.acts_on for item in disturbances(known.effects)}
+    for stands in (False, True):
+        own = [name for name in known.as_found if (acts_on[name] == OF_THE_STAND) is stands]
+        if own:
+            yield (
+                f"these readings do not show {listed(own)}: taken out with the size that the"
+                " discovery found" + ", which holds on the same stand, clamped alike" * stands
+            )
 
 
 def _left_in(item: LeftIn, record: TumbleRecord, estimators: Sequence[LinearEstimator]) -> str:

@@ -25,7 +25,7 @@ from accelcal.record import TumbleRecord
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
 
-_OF_THE_STAND = "angle"
+OF_THE_STAND = "angle"
 """What effects act on that are of the head, the fixture and the foundation."""
 
 
@@ -79,7 +79,7 @@ class Meeting(NamedTuple):
     def foreign(self, item: Instance, c: Conditions) -> tuple[str, str] | None:
         """Say why an effect may have another size here, and what would tell; None where not."""
         model, unit = self.model, (self.model.serial, self.record.serial)
-        if item.effect.acts_on == _OF_THE_STAND:
+        if item.effect.acts_on == OF_THE_STAND:
             if self.delta0 == model.delta0_rad:
                 return None
             made = f"{model.delta0_rad:g} rad"
