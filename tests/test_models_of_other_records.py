@@ -10,7 +10,8 @@ from click.testing import CliRunner
 
 import accelcal
 from accelcal.cli.program import program
-from accelcal.results.beyond_uncertainty import NOT_COUNTED
+from accelcal.errors import AccelcalWarning
+from accelcal.results.beyond_uncertainty import LEFT_OUT
 from accelcal.simulation import TumblePlan
 
 FIVE = TumblePlan(temperatures=(20.0, 80.0, 50.0, -40.0, 20.0))
@@ -71,7 +72,7 @@ def test_what_a_record_does_not_show_stays_in_it_if_it_was_found_in_another_unit
     plain = accelcal.fit(record, reference_temperature=20.0)
     assert coefficients(found) == coefficients(plain)
     assert found.effects == ()
-    assert f"{name} is not taken out: " in said_of(found, NOT_COUNTED, "serial A1", adds)[0]
+    assert f"{name} is not taken out: " in said_of(found, LEFT_OUT, "serial A1", adds)[0]
     assert not said_of(found, "fitted to these readings")
 
 
@@ -240,3 +241,30 @@ def test_a_batch_takes_it_out_of_the_unit_alone(tmp_path, monkeypatch):
     assert abs(abs(other - one) - 1.105e-3) < 2e-5
     assert "is not taken out" not in rows["A1"]["warnings"]
     assert "is not taken out" in rows["B2"]["warnings"]
+
+
+def test_a_drift_that_goes_on_in_pauses_nobody_knows_of_is_told():
+    """k0 of the second run was off by 1 mg, with U of 15 ug and without a word."""
+    drift = ("bias-drift", 1e-3)
+    model = discovered(TumblePlan(), drift)
+    said = "no times: bias-drift is taken out as if there were no pauses between the runs"
+    found = accelcal.fit(simulated(TumblePlan(), drift, seed=4), model=model)
+    told = said_of(found, said, LEFT_OUT)
+    assert "an hour moves readings by 1 mg" in told[0]
+    timed = accelcal.fit(simulated(TumblePlan(timed=True), drift, seed=4), model=model)
+    plain = accelcal.fit(simulated(TumblePlan(timed=True), seed=4))
+    assert not said_of(timed, said)
+    for own, true in zip(coefficients(timed), coefficients(plain), strict=True):
+        assert abs(own["k0"].value - true["k0"].value) < own["k0"].expanded_uncertainty
+    assert not said_of(
+        accelcal.fit(simulated(TumblePlan(temperatures=(20.0,)), drift), model=model), said
+    )
+
+
+def test_who_uses_the_calibration_is_told_too():
+    model = discovered(TumblePlan(positions=16), ("scale-factor-asymmetry", 2e-3))
+    four = TumblePlan(positions=4, temperatures=(20.0,))
+    found = accelcal.fit(simulated(four, serial="B2", seed=4), model=model)
+    with pytest.warns(AccelcalWarning) as caught:
+        accelcal.apply(found, [1.35], 20.0, a_p=0.0)
+    assert any("scale-factor-asymmetry is not taken out" in str(each.message) for each in caught)

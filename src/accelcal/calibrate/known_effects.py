@@ -17,7 +17,7 @@ from accelcal.model import ERROR_TERMS, ERROR_UNITS, SCALE_FACTOR
 from accelcal.plural import listed
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import reference_temperature_of
-from accelcal.results.beyond_uncertainty import NOT_COUNTED
+from accelcal.results.beyond_uncertainty import LEFT_OUT
 from accelcal.units import MICRO
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ def _left_in(item: LeftIn, record: TumbleRecord, estimators: Sequence[LinearEsti
     adds = listed(_added(item.adds, record, estimators))
     return (
         f"{item.name} is not taken out: these readings do not show it, and it {item.why}; the"
-        f" coefficients have it in them, and {NOT_COUNTED} it: as large as there it adds {adds}; to"
+        f" coefficients have it in them, and {LEFT_OUT}: as large as there it adds {adds}; to"
         f" correct it, {item.remedy}"
     )
 

@@ -41,6 +41,7 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
     may_be_wider,
     of_open_width,
 )
+from accelcal.discovery.untimed import said_of_pauses
 from accelcal.discovery.untold import fitted_sizes, untold
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance_root import covariance_root
@@ -181,7 +182,11 @@ def _without(
         effects=effects,
         unbounded=nothing.unbounded or named,
         as_found=tuple(found.id for found, own in zip(rest, shown, strict=True) if not own),
-        said=(*nothing.said, *said_of_denied(comparison, fitted)),
+        said=(
+            *nothing.said,
+            *said_of_denied(comparison, fitted),
+            *said_of_pauses(comparison, disturbances(effects)),
+        ),
     )
 
 

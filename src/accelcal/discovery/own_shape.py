@@ -17,7 +17,7 @@ from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.discovery.untold import fitted_sizes, slopes_of
 from accelcal.effects.parameter import Parameter
 from accelcal.numerics.probability import student_quantile
-from accelcal.results.beyond_uncertainty import NOT_COUNTED
+from accelcal.results.beyond_uncertainty import LESS_CERTAIN
 
 _SURE = 0.999
 """Part of all records with the parameter that was found which do not deny it."""
@@ -38,8 +38,8 @@ def said_of_denied(comparison: Comparison, fitted: Sequence[Instance]) -> Iterat
         unit = "" if p.unit == "1" else f" {p.unit}"
         yield (
             f"{item.effect.id}: these readings do not agree with {p.name} ="
-            f" {item.shape[p.name]:.3g}{unit}, and {NOT_COUNTED} that; discover the effects in"
-            " these readings"
+            f" {item.shape[p.name]:.3g}{unit}, so that the coefficients are {LESS_CERTAIN};"
+            " discover the effects in these readings"
         )
 
 
