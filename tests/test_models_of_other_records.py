@@ -268,3 +268,18 @@ def test_who_uses_the_calibration_is_told_too():
     with pytest.warns(AccelcalWarning) as caught:
         accelcal.apply(found, [1.35], 20.0, a_p=0.0)
     assert any("scale-factor-asymmetry is not taken out" in str(each.message) for each in caught)
+
+
+def test_of_two_effects_that_a_coarser_test_cannot_tell_apart_one_has_the_size_that_was_found():
+    """In the same unit: both were fitted, with sizes of 500, and U of k2 was 64 g/g^2."""
+    both = ("scale-factor-asymmetry", 2e-3), ("fourth-order", 1e-3)
+    model = discovered(FINE, *both)
+    record, plain = (simulated(TumblePlan(), *hidden, seed=4) for hidden in (both, ()))
+    found, true = accelcal.fit(record, model=model), accelcal.fit(plain)
+    assert found.effects_as_found == ("fourth-order",)
+    size = found.effects[0].parameters["coefficient"]
+    assert abs(size.value - 2e-3) < 1e-4
+    for own, without in zip(coefficients(found), coefficients(true), strict=True):
+        for name in ("k0", "k2"):
+            assert abs(own[name].value - without[name].value) < own[name].expanded_uncertainty
+        assert own["k2"].expanded_uncertainty < 1e-4

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -20,12 +21,13 @@ from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.carrying_over import LeftIn, Meeting, with_a_place
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone_or_cube import in_fit, left_undecided
-from accelcal.discovery.exact_law import straightened
+from accelcal.discovery.exact_law import less, straightened
 from accelcal.discovery.gaps import gaps_with
 from accelcal.discovery.instance import (
     Instance,
     amplitude_columns,
     column_of,
+    contribution,
     instance_of,
     own_columns,
     sizes_of,
@@ -33,7 +35,7 @@ from accelcal.discovery.instance import (
 from accelcal.discovery.own_shape import in_own_shape, said_of_denied
 from accelcal.discovery.silence import silent_by, silent_in, unheard
 from accelcal.discovery.solution import parameters_of
-from accelcal.discovery.spans import lengths
+from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.discovery.unnamed.wide_dead_zone import (
     OPEN,
     SILENCED,
@@ -130,7 +132,7 @@ def correction(
     instances = tuple(map(instance_of, known))
     silent = silent_by(record, reference_temperature, delta0, known, own=meeting.of_one_unit)
     comparison = compared(record, reference_temperature, delta0, instances, silent=silent)
-    shown = [_is_visible(comparison, item) for item in instances]
+    shown = _shown(meeting, comparison, instances)
     left = [
         None if own else meeting.left_in(item, comparison.model)
         for item, own in zip(known, shown, strict=True)
@@ -155,23 +157,27 @@ def _without(
 ) -> Correction:
     """Take out the effects of the discovery that are not left in."""
     record, model, reference, delta0 = meeting
-    shown = [_is_visible(comparison, item) for item in instances]
-    fitted = [item for item, is_shown in zip(instances, shown, strict=True) if is_shown]
+    shown = _shown(meeting, comparison, instances)
+    fitted = list(compress(instances, shown))
     is_open = may_be_wider(comparison, fitted)
     hanging = tuple(map(in_fit, left_undecided(comparison, fitted, model.effects)))
     if not silent_in(comparison.model.conditions).any():
         straight = straightened(comparison, fitted, delta0)
         if straight is not None:
             record, comparison = straight, compared(straight, reference, delta0, instances)
+    held = [found for found, is_shown in zip(rest, shown, strict=True) if not is_shown]
+    whole, (taken, open_held) = comparison, _held(comparison, fitted, held)
+    comparison = less(comparison, taken) if held else comparison
     effects = _with_sizes(comparison, rest, fitted, shown)
-    by_noise = _by_noise(comparison, fitted, shown, effects)
-    columns, sizes, factor = _columns(comparison, effects, by_noise)
-    left_open = _left_open(comparison, _of_size(fitted, shown, effects))
+    own = list(compress(effects, shown))
+    columns, sizes, factor = _columns(comparison, own, _by_noise(comparison, fitted, own))
+    left_open = _left_open(comparison, _of_size(fitted, own))
     lacking, open_too = unheard(comparison, fitted, reference, delta0)
-    output = record.output - comparison.model.nominal * (columns @ sizes - lacking)
-    acting = comparison.model.nominal * np.hstack([columns @ factor, left_open, open_too])
+    nominal = comparison.model.nominal
+    output = record.output - nominal * (columns @ sizes + taken - lacking)
+    acting = nominal * np.hstack([columns @ factor, open_held, left_open, open_too])
     if gaps:
-        effects = _with_gaps(comparison, instances, effects)
+        effects = _with_gaps(whole, instances, effects)
     if is_open:
         effects = tuple(map(of_open_width, effects))
     named = OPEN if is_open or any(map(has_open_width, effects)) else tuple(dict.fromkeys(hanging))
@@ -181,7 +187,8 @@ def _without(
         dof=comparison.space.dof,
         effects=effects,
         unbounded=nothing.unbounded or named,
-        as_found=tuple(found.id for found, own in zip(rest, shown, strict=True) if not own),
+        as_found=tuple(found.id for found in held),
+        left_in=_of_rest(comparison, fitted, nothing.left_in),
         said=(
             *nothing.said,
             *said_of_denied(comparison, fitted),
@@ -214,11 +221,53 @@ def _with_gaps(
     )
 
 
-def _is_visible(comparison: Comparison, item: Instance) -> bool:
-    column = column_of(item, comparison.model.conditions)
-    whole = comparison.space.whiten(column)
-    seen = comparison.space.left_of(whole)
-    return bool(np.sqrt(seen @ seen) > VISIBLE * np.sqrt(whole @ whole))
+def _shown(meeting: Meeting, comparison: Comparison, instances: Sequence[Instance]) -> list[bool]:
+    """Which effects the readings show beside the base model.
+
+    One that is hidden behind those before it, if its size is known, is not fitted.
+    """
+    space, c = comparison.space, comparison.model.conditions
+    found, taken = [], space.nothing()
+    for item in instances:
+        whole = space.whiten(column_of(item, c))
+        seen, least = space.left_of(whole)[:, None], VISIBLE * np.sqrt(whole @ whole)
+        own = without(seen, taken) if meeting.foreign(item, c) is None else seen
+        found.append(bool(lengths(own)[0] > least))
+        if found[-1]:
+            taken = orthonormal(np.hstack([taken, own]))
+    return found
+
+
+def _held(
+    comparison: Comparison, fitted: Sequence[Instance], held: Sequence[FoundEffect]
+) -> tuple[Array, Array]:
+    """What effects do that have the sizes of the discovery, and what these leave open [g]."""
+    c, known = comparison.model.conditions, disturbances(held)
+    taken = sum((contribution(item, c) for item in known), start=np.zeros(c.angle.size))
+    columns = [np.empty((c.angle.size, 0))]
+    for found, item in zip(held, known, strict=True):
+        own = [_uncertainty(found.parameters.get(p.name)) for p in item.effect.amplitudes]
+        columns.append(amplitude_columns(instance_of(item), c) * np.array(own))
+    return taken, _beside(comparison, fitted, np.hstack(columns))
+
+
+def _of_rest(
+    comparison: Comparison, fitted: Sequence[Instance], left_in: Sequence[LeftIn]
+) -> tuple[LeftIn, ...]:
+    """Effects that are left in, less what those that are fitted take up of them."""
+    nominal = comparison.model.nominal
+    rest = (_beside(comparison, fitted, item.adds[:, None] / nominal)[:, 0] for item in left_in)
+    return tuple(item._replace(adds=nominal * own) for item, own in zip(left_in, rest, strict=True))
+
+
+def _beside(comparison: Comparison, fitted: Sequence[Instance], changes: Array) -> Array:
+    """What is left of changes of the readings where effects are fitted to them [g], (n, k)."""
+    if not fitted or not changes.size:
+        return changes
+    sizes, c = fitted_sizes(comparison, fitted), comparison.model.conditions
+    columns = np.hstack([own_columns(item, c) for item in fitted])[:, sizes.shown]
+    seen = comparison.space.see(changes)
+    return changes - columns @ np.linalg.lstsq(sizes.linear[:, sizes.shown], seen, rcond=None)[0]
 
 
 def _sizes(comparison: Comparison, fitted: Sequence[Instance]) -> list[dict[str, Quantity]]:
@@ -244,36 +293,30 @@ def _at_zero(item: Instance, found: dict[str, Quantity]) -> dict[str, Quantity]:
     return {p.name: replace(found[p.name], value=0.0) for p in item.amplitudes} if below else {}
 
 
-def _of_size(
-    fitted: Sequence[Instance], shown: Sequence[bool], effects: Sequence[FoundEffect]
-) -> list[Instance]:
+def _of_size(fitted: Sequence[Instance], own: Sequence[FoundEffect]) -> list[Instance]:
     """Effects that are fitted and are not zero."""
-    found = [effect for effect, is_shown in zip(effects, shown, strict=True) if is_shown]
     return [
         item
-        for item, effect in zip(fitted, found, strict=True)
+        for item, effect in zip(fitted, own, strict=True)
         if any(effect.parameters[p.name].value for p in item.amplitudes)
     ]
 
 
 def _by_noise(
-    comparison: Comparison,
-    fitted: Sequence[Instance],
-    shown: Sequence[bool],
-    effects: Sequence[FoundEffect],
+    comparison: Comparison, fitted: Sequence[Instance], own: Sequence[FoundEffect]
 ) -> list[Mapping[str, Quantity]]:
-    """Parameters of effects with what noise makes uncertain in them, see `_left_open`."""
-    own = _of_size(fitted, shown, effects)
-    if not untold(comparison, own):
-        return [found.parameters for found in effects]
+    """Parameters of fitted effects with what noise makes uncertain in them, see `_left_open`."""
+    of_size = _of_size(fitted, own)
+    if not untold(comparison, of_size):
+        return [found.parameters for found in own]
     told = dict(
         zip(
-            [item.effect.id for item in own],
-            parameters_of(comparison, own, ranges=False),
+            [item.effect.id for item in of_size],
+            parameters_of(comparison, of_size, ranges=False),
             strict=True,
         )
     )
-    return [told.get(found.id, found.parameters) for found in effects]
+    return [told.get(found.id, found.parameters) for found in own]
 
 
 def _left_open(comparison: Comparison, fitted: Sequence[Instance]) -> Array:
@@ -297,6 +340,9 @@ def _columns(
     """Columns of all amplitudes [g], their sizes, and a factor of the covariance of the sizes."""
     c = comparison.model.conditions
     known = disturbances(effects)
+    if not known:
+        nothing = np.empty((len(comparison.record), 0))
+        return nothing, np.empty(0), np.empty((0, 0))
     columns = np.hstack([amplitude_columns(instance_of(item), c) for item in known])
     sizes = np.concatenate([sizes_of(item) for item in known])
     told = [

@@ -44,7 +44,7 @@ def straightened(
     record, model, space = comparison.record, comparison.model, comparison.space
     beyond, moved = np.zeros(model.reading.size), np.inf
     while moved > _SEEN:
-        now = _less(comparison, beyond)
+        now = less(comparison, beyond)
         sizes = fitted_sizes(now, instances).of_each
         parameters = solution(now, instances).parameters[: len(model.names)]
         found, straight = _beyond(comparison, _times(1.0, instances, sizes), parameters, delta0)
@@ -71,7 +71,7 @@ def _times(
     return [(item, factor * size) for item, size in zip(instances, sizes, strict=True)]
 
 
-def _less(comparison: Comparison, taken: Array) -> Comparison:
+def less(comparison: Comparison, taken: Array) -> Comparison:
     """The comparison of readings less something [g], in the space that it has."""
     space = comparison.space
     model = replace(comparison.model, reading=comparison.model.reading - taken)
