@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -283,3 +284,26 @@ def test_of_two_effects_that_a_coarser_test_cannot_tell_apart_one_has_the_size_t
         for name in ("k0", "k2"):
             assert abs(own[name].value - without[name].value) < own[name].expanded_uncertainty
         assert own["k2"].expanded_uncertainty < 1e-4
+
+
+def test_readings_without_temperature_count_as_at_the_mean_of_their_run():
+    """They counted as at T0: an error of milli-g, which the effects and U took up."""
+    record = simulated(TumblePlan(), ("backlash", 3e-5))
+    model = accelcal.discover(record)
+    temperature = record.temperature.copy()
+    temperature[np.flatnonzero(record.run == 1)[[3, 17, 30]]] = np.nan
+    holed = accelcal.fit(replace(record, temperature=temperature), model=model)
+    whole = accelcal.fit(record, model=model)
+    assert holed.effects[0].gap_after == pytest.approx(whole.effects[0].gap_after, rel=1e-6)
+    for own, exact in zip(coefficients(holed), coefficients(whole), strict=True):
+        assert own["k2"].value == pytest.approx(exact["k2"].value, abs=1e-9)
+        assert own["k2"].expanded_uncertainty == pytest.approx(exact["k2"].expanded_uncertainty)
+    assert said_of(holed, "3 readings without temperature count as at the mean of their run")
+
+
+def test_a_run_without_temperature_beside_others_is_refused():
+    record = simulated(TumblePlan(), ("backlash", 3e-5))
+    model = accelcal.discover(record)
+    unknown = np.where(record.run == 2, np.nan, record.temperature)
+    with pytest.raises(accelcal.InputError, match="run 3 has no temperature, and others have"):
+        accelcal.fit(replace(record, temperature=unknown), model=model)

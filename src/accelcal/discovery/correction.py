@@ -36,6 +36,10 @@ from accelcal.discovery.own_shape import in_own_shape, said_of_denied
 from accelcal.discovery.silence import silent_by, silent_in, unheard
 from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import lengths, orthonormal, without
+from accelcal.discovery.unknown_temperatures import (
+    said_of_temperatures,
+    with_temperatures_of_runs,
+)
 from accelcal.discovery.unnamed.wide_dead_zone import (
     OPEN,
     SILENCED,
@@ -119,9 +123,19 @@ def correction(
     Raises
     ------
     InputError
-        If the record is too small to tell its noise, or an effect does not fit it.
+        If the record is too small to tell its noise, an effect does not fit it, or a run has no
+        temperature and others have.
     """
-    meeting = Meeting(record, model, reference_temperature, delta0)
+    if not model.effects:
+        return _taken_out(Meeting(record, model, reference_temperature, delta0), gaps=gaps)
+    whole = with_temperatures_of_runs(record)
+    found = _taken_out(Meeting(whole, model, reference_temperature, delta0), gaps=gaps)
+    corrected = replace(record, output=found.record.output)
+    return found._replace(record=corrected, said=(*found.said, *said_of_temperatures(whole)))
+
+
+def _taken_out(meeting: Meeting, *, gaps: bool) -> Correction:
+    record, model, reference, delta0 = meeting
     effects, said = with_a_place(meeting)
     bare = set(map(in_fit, model.unbounded))
     silenced = SILENCED if model.unexplained and bare.issuperset(SILENCED) else ()
@@ -130,8 +144,8 @@ def correction(
         return nothing
     known = disturbances(effects)
     instances = tuple(map(instance_of, known))
-    silent = silent_by(record, reference_temperature, delta0, known, own=meeting.of_one_unit)
-    comparison = compared(record, reference_temperature, delta0, instances, silent=silent)
+    silent = silent_by(record, reference, delta0, known, own=meeting.of_one_unit)
+    comparison = compared(record, reference, delta0, instances, silent=silent)
     shown = _shown(meeting, comparison, instances)
     left = [
         None if own else meeting.left_in(item, comparison.model)
@@ -142,7 +156,7 @@ def correction(
     rest = [effects[place] for place in taken]
     own = tuple(in_own_shape(comparison, [instances[place] for place in taken]))
     if own != tuple(instances[place] for place in taken):
-        comparison = compared(record, reference_temperature, delta0, own, silent=silent)
+        comparison = compared(record, reference, delta0, own, silent=silent)
     return _without(meeting, comparison, rest, own, nothing, gaps=gaps) if rest else nothing
 
 
