@@ -299,6 +299,9 @@ def test_readings_without_temperature_count_as_at_the_mean_of_their_run():
         assert own["k2"].value == pytest.approx(exact["k2"].value, abs=1e-9)
         assert own["k2"].expanded_uncertainty == pytest.approx(exact["k2"].expanded_uncertainty)
     assert said_of(holed, "3 readings without temperature count as at the mean of their run")
+    temperature = np.where(np.arange(len(record)) == 70, np.nan, record.temperature)
+    one = accelcal.fit(replace(record, temperature=temperature), model=model)
+    assert said_of(one, "1 reading without temperature counts as at the mean of its run")
 
 
 def test_a_run_without_temperature_beside_others_is_refused():
@@ -307,3 +310,13 @@ def test_a_run_without_temperature_beside_others_is_refused():
     unknown = np.where(record.run == 2, np.nan, record.temperature)
     with pytest.raises(accelcal.InputError, match="run 3 has no temperature, and others have"):
         accelcal.fit(replace(record, temperature=unknown), model=model)
+
+
+def test_what_else_an_effect_may_be_is_said_only_where_it_was_taken_out():
+    """U was said not to count it, where nothing had been taken out of the readings."""
+    model = discovered(FIVE, ("bias-temperature-quadratic", 3e-7))
+    assert model.otherwise
+    same, other = (accelcal.fit(simulated(AT_80, serial=s), model=model) for s in ("A1", "B2"))
+    assert said_of(same, "what else the discovery found possible")
+    assert not other.effects
+    assert not said_of(other, "what else the discovery found possible")

@@ -86,6 +86,10 @@ def test_readings_without_temperature_complete_the_strokes_around_them():
         "5 readings without temperature count to the level of the rows around them"
         " (lines 2, 6, 22, 23, 37)",
     )
+    one = read([("unknown", *FIRST[0][1:]), *FIRST[1:], *HOT])
+    assert one.notes == (
+        "1 reading without temperature counts to the level of the rows around it (line 2)",
+    )
 
 
 def test_readings_without_temperature_that_come_again_are_a_run_of_their_own():
@@ -94,6 +98,9 @@ def test_readings_without_temperature_that_come_again_are_a_run_of_their_own():
         record = read(rows)
         assert sizes(record)["unknown"] == 18
         assert record.notes[0].startswith("18 readings without temperature are a run of their own:")
+    (alone,) = visit(0, (9,), places=(2,))
+    record = read([*FIRST[:9], ("unknown", *alone[1:]), *FIRST[9:]])
+    assert record.notes[0].startswith("1 reading without temperature is a run of its own: write it")
     with pytest.raises(TableError, match="stroke 1 at unknown temperature has output"):
         read([("unknown", *row[1:]) for row in FIRST + visit(20, (1, 2), 1e-4)])
 

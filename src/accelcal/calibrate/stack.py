@@ -211,6 +211,7 @@ class CalibrationStack:
                 told_of_head=options.left_out(records),
                 brought=self._said_of_readings(),
                 model=options.model,
+                taken_out=[tuple(one.id for one in item.effects) for item in self.known],
                 unbounded=self.unbounded,
             )
         )

@@ -89,6 +89,8 @@ class Fitted(NamedTuple):
         `accelcal.temperature.felt_deviations`.
     model : Discovery or None
         Whose effects were taken out of the readings.
+    taken_out : sequence of tuple of str
+        Ids of those that were, of each record.
     unbounded : sequence of tuple of str
         Coefficients of each record of which nothing bounds the error that these leave.
     """
@@ -102,6 +104,7 @@ class Fitted(NamedTuple):
     told_of_head: Mask
     brought: Sequence[tuple[str, ...]]
     model: Discovery | None = None
+    taken_out: Sequence[tuple[str, ...]] = ()
     unbounded: Sequence[tuple[str, ...]] = ()
 
 
@@ -143,7 +146,7 @@ def warnings_of(fitted: Fitted) -> Warned:
         *_of_laws(fitted),
         *_of_temperature(fitted),
         *_of_readings(fitted.brought),
-        *_of_effects(fitted.model),
+        *_of_effects(fitted.model, fitted.taken_out),
         *_of_unbounded(fitted.unbounded),
         Sentence(
             fitted.told_of_head,
@@ -163,16 +166,19 @@ def _of_readings(brought: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
         yield Sentence(count > place, lambda i, place=place: brought[i][place], [record])
 
 
-def _of_effects(model: Discovery | None) -> Iterator[Sentence]:
+def _of_effects(
+    model: Discovery | None, taken_out: Sequence[tuple[str, ...]]
+) -> Iterator[Sentence]:
     if model is None:
         return
-    if model.doubtful:
-        yield Sentence(
-            True, f"{listed(model.doubtful)}: not sure, as the notes of the discovery say"
-        )
+    doubts = [tuple(name for name in model.doubtful if name in own) for own in taken_out]
+    for names in sorted(set(doubts) - {()}):
+        own = np.array([names == each for each in doubts])
+        yield Sentence(own, f"{listed(names)}: not sure, as the notes of the discovery say")
+    some = np.array([bool(own) for own in taken_out])
     for note in model.otherwise:
         possible = "what else the discovery found possible; by its own readings,"
-        yield Sentence(True, f"{NOT_COUNTED} {possible} {note}")
+        yield Sentence(some, f"{NOT_COUNTED} {possible} {note}")
     if model.has_more or (model.unexplained and not model.effects):
         yield Sentence(True, f"{NOT_COUNTED} what the discovery found and no known effect explains")
 

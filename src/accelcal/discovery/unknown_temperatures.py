@@ -11,7 +11,10 @@ from accelcal.numerics.sorting import distinct
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
 
-_OF_THE_RUN = "without temperature count as at the mean of their run"
+_OF_THE_RUN = (
+    "without temperature counts as at the mean of its run",
+    "without temperature count as at the mean of their run",
+)
 _AT_ONE = "no temperature is known: all runs count as at one, and those at others would disagree"
 
 
@@ -53,7 +56,8 @@ def with_temperatures_of_runs(record: TumbleRecord) -> TumbleRecord:
                 " leave the run out"
             )
         temperature[own & unknown] = record.temperature[own & ~unknown].mean()
-    note = f"{counted(int(unknown.sum()), 'reading')} {_OF_THE_RUN}"
+    number = int(unknown.sum())
+    note = f"{counted(number, 'reading')} {_OF_THE_RUN[number > 1]}"
     return replace(record, temperature=temperature, notes=(*record.notes, note))
 
 

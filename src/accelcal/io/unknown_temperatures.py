@@ -12,8 +12,14 @@ from accelcal.io.readings import Readings
 from accelcal.io.wording import lines_named
 from accelcal.plural import counted
 
-_JOINED = "count to the level of the rows around them"
-_APART = "are a run of their own: write it, or name their run in a column run"
+_JOINED = (
+    "counts to the level of the rows around it",
+    "count to the level of the rows around them",
+)
+_APART = (
+    "is a run of its own: write it, or name its run in a column run",
+    "are a run of their own: write it, or name their run in a column run",
+)
 
 
 def with_levels_around(readings: Readings, level: Ints) -> tuple[Readings, tuple[str, ...]]:
@@ -49,9 +55,9 @@ def with_levels_around(readings: Readings, level: Ints) -> tuple[Readings, tuple
     temperature[rows] = np.where(joined[rows], temperature[known[before]], np.nan)
     told = {_JOINED: joined, _APART: unknown & ~joined}
     notes = (
-        f"{counted(int(own.sum()), 'reading')} without temperature {what}"
+        f"{counted(int(own.sum()), 'reading')} without temperature {said[int(own.sum() > 1)]}"
         f" ({lines_named(readings.line[own])})"
-        for what, own in told.items()
+        for said, own in told.items()
         if own.any()
     )
     return replace(readings, temperature=temperature), tuple(notes)
