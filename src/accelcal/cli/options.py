@@ -349,7 +349,7 @@ calibration_options = together(
     file_option(
         "--model",
         "MODEL.json",
-        "Remove the effects of this discovery; their sizes are fitted again.",
+        "Remove the effects of this discovery; sizes that show are fitted again.",
     ),
     file_option(
         "--head",
