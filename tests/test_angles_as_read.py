@@ -127,15 +127,27 @@ def test_the_report_tells_of_it_and_the_checks_are_made():
         assert verdicts[name] == "pass"
 
 
-def test_an_encoder_that_begins_anew_after_a_turn_tells_start_and_return():
+@pytest.mark.parametrize("start", [0.0, 90.0, 315.0])
+def test_an_encoder_that_begins_anew_after_a_turn_tells_start_and_return(start):
     """359.9994 at the start passed for the return: two readings of a stroke were in one place."""
     record = as_read(seed=7)
+    record = dataclasses.replace(record, angle=record.angle + start)
     within = dataclasses.replace(record, angle=np.mod(record.angle, 360.0))
     assert (within.angle != record.angle).any()
     found, exact = accelcal.fit(within).tables[0], accelcal.fit(record).tables[0]
     np.testing.assert_array_equal(found.residuals.angle_deg, exact.residuals.angle_deg)
     assert found.residuals.value == pytest.approx(exact.residuals.value, abs=1e-12)
     assert found.gates == exact.gates
+
+
+def test_a_stroke_that_lacks_readings_is_counted_as_the_others_of_its_table():
+    record = as_read(seed=7)
+    whole = np.ones(len(record), dtype=bool)
+    whole[[7, 8, 9, 18, 40, 41]] = False
+    record = dataclasses.replace(record, angle=record.angle + 90.0).select(whole)
+    within = dataclasses.replace(record, angle=np.mod(record.angle, 360.0))
+    found, exact = (accelcal.fit(own).tables[0].residuals for own in (within, record))
+    np.testing.assert_array_equal(found.angle_deg, exact.angle_deg)
 
 
 @pytest.mark.parametrize(

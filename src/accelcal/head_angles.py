@@ -213,7 +213,7 @@ def counted_on(angle: Array) -> Array:
     >>> counted_on(np.array([0.0, 270.0, 180.0, 90.0, 0.0])).tolist()
     [360.0, 270.0, 180.0, 90.0, 0.0]
     """
-    step = np.mod(np.diff(angle) + 180.0, 360.0) - 180.0
+    step = _steps(angle)
     one_sense = step.size > 1 and abs(np.sign(step).sum()) == step.size
     in_the_turn = np.abs(angle - 180.0).max() < 180.0 + _SAME_READING
     once_round = abs(step.sum()) < 360.0 + _SAME_READING
@@ -223,6 +223,62 @@ def counted_on(angle: Array) -> Array:
     way -= 360.0 * np.floor(way.min() / 360.0 + _SAME_READING)
     at_an_end = angular_distance(angle, 0.0) < _SAME_READING
     return np.where(at_an_end, way, angle)
+
+
+def start_of_turn(angle: Array) -> float:
+    """Tell where a stroke goes once round the turn, within which the encoder begins anew.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n,)
+        Nominal head angles of the stroke in the order of its readings [deg].
+
+    Returns
+    -------
+    float
+        Where it starts and ends [deg]; 0 where it goes no turn round, or none within 0 to 360 deg.
+
+    Examples
+    --------
+    >>> start_of_turn(np.array([90.0, 180.0, 270.0, 0.0, 90.0]))
+    90.0
+    >>> start_of_turn(np.array([90.0, 180.0, 270.0, 360.0, 450.0]))
+    0.0
+    """
+    step = _steps(angle)
+    in_the_turn = np.abs(angle - 180.0).max() < 180.0 + _SAME_READING
+    way = np.abs(step).max(initial=0.0), abs(step.sum())
+    once_round = way[0] < _HALF_TURN and abs(way[1] - 360.0) < _SAME_READING
+    at_zero = angular_distance(angle[:1], 0.0)[0] < _SAME_READING
+    return float(angle[0]) if in_the_turn and once_round and not at_zero else 0.0
+
+
+def from_start(angle: Array, start: float) -> Array:
+    """Count angles on from the start of a turn: those below it follow behind 360 deg.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n,)
+        Nominal head angles from 0 to 360 deg [deg].
+    start : float
+        Where the turn starts [deg].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The angles less the start, from 0 to 360 deg [deg].
+
+    Examples
+    --------
+    >>> from_start(np.array([90.0, 180.0, 0.0, 45.0]), 90.0).tolist()
+    [0.0, 90.0, 270.0, 315.0]
+    """
+    away = angle - start
+    return np.where(away < -_SAME_READING, away + 360.0, away)
+
+
+def _steps(angle: Array) -> Array:
+    return np.asarray(np.mod(np.diff(angle) + 180.0, 360.0) - 180.0)
 
 
 def _nominal(means: Array) -> Array:

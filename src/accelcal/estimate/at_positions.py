@@ -16,7 +16,13 @@ from accelcal.errors import InputError
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.geometry import accelerations
-from accelcal.head_angles import counted_on, nominal_angles
+from accelcal.head_angles import (
+    SAME_POSITION,
+    counted_on,
+    from_start,
+    nominal_angles,
+    start_of_turn,
+)
 from accelcal.model import design_matrix
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
@@ -69,9 +75,13 @@ def at_positions(record: TumbleRecord, delta0: float | None = None) -> TumbleRec
 def _by_strokes(record: TumbleRecord, angle: Array) -> Array:
     """Count the angles of each stroke on over the turn."""
     for mask in record.table_masks():
-        for stroke in np.unique(record.stroke[mask]):
-            own = mask & (record.stroke == stroke)
-            angle[own] = counted_on(angle[own])
+        numbers = np.unique(record.stroke[mask])
+        strokes = [np.flatnonzero(mask & (record.stroke == number)) for number in numbers]
+        starts = [start for own in strokes if (start := start_of_turn(angle[own]))]
+        within = np.abs(angle[mask] - 180.0).max() < 180.0 + SAME_POSITION
+        start = starts[0] if starts and np.ptp(starts) < SAME_POSITION and within else 0.0
+        for own in strokes:
+            angle[own] = start + counted_on(from_start(angle[own], start) if start else angle[own])
     return angle
 
 
