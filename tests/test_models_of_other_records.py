@@ -287,7 +287,7 @@ def test_of_two_effects_that_a_coarser_test_cannot_tell_apart_one_has_the_size_t
 
 
 def test_readings_without_temperature_count_as_at_the_mean_of_their_run():
-    """They counted as at T0: an error of milli-g, which the effects and U took up."""
+    """They counted as at T0: a gap of milli-g, of which the effects and U took up a part."""
     record = simulated(TumblePlan(), ("backlash", 3e-5))
     model = accelcal.discover(record)
     temperature = record.temperature.copy()
