@@ -278,7 +278,7 @@ def from_start(angle: Array, start: float) -> Array:
 
 
 def _steps(angle: Array) -> Array:
-    return np.asarray(np.mod(np.diff(angle) + 180.0, 360.0) - 180.0)
+    return _short_way(np.diff(angle))
 
 
 def _nominal(means: Array) -> Array:
@@ -308,4 +308,9 @@ def angular_distance(angle: Array, other: Array | float) -> Array:
     >>> angular_distance(np.array([1.0, 90.0, 270.0]), 360.0).tolist()
     [1.0, 90.0, 90.0]
     """
-    return np.asarray(np.abs(np.mod(angle - other + 180.0, 360.0) - 180.0))
+    return np.abs(_short_way(angle - other))
+
+
+def _short_way(turn: Array) -> Array:
+    """The shorter way round of turns, from -180 to 180 [deg]."""
+    return np.asarray(np.mod(turn + 180.0, 360.0) - 180.0)

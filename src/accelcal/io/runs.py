@@ -73,8 +73,10 @@ def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
     """
     order = np.arange(readings.output.size)
     if readings.run is None:
-        level = _split_at(readings.temperature, LEVEL_GAP)
-        readings, told = with_levels_around(readings, level)
+        told: tuple[str, ...] = ()
+        if np.isnan(readings.temperature).any():
+            level = _split_at(readings.temperature, LEVEL_GAP)
+            readings, told = with_levels_around(readings, level)
         levels = _levels(readings)
         levels = replace(levels, notes=(*told, *levels.notes))
         levels = levels if declared else _of_mountings(levels, readings.mounting)

@@ -41,7 +41,7 @@ def with_levels_around(readings: Readings, level: Ints) -> tuple[Readings, tuple
         What was told from the rows, and what they do not tell.
     """
     unknown = np.isnan(readings.temperature)
-    if not unknown.any() or unknown.all():
+    if unknown.all():
         return readings, ()
     rows, known = np.flatnonzero(unknown), np.flatnonzero(~unknown)
     stretch = np.concatenate([[0], np.cumsum(np.diff(level[known]) != 0)])
