@@ -78,6 +78,27 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {plural(noun, number)}"
 
 
+def degrees_of_freedom(number: float) -> str:
+    """Write a number of degrees of freedom, which need not be whole.
+
+    Parameters
+    ----------
+    number : float
+        How many.
+
+    Returns
+    -------
+    str
+        The nearest whole number and the noun.
+
+    Examples
+    --------
+    >>> degrees_of_freedom(1), degrees_of_freedom(47.8)
+    ('1 degree of freedom', '48 degrees of freedom')
+    """
+    return counted(round(number), "degree") + " of freedom"
+
+
 def listed(names: Iterable[str], most: int = 8) -> str:
     """Name some things in a sentence.
 

@@ -12,7 +12,7 @@ from accelcal.calibrate.large_turn import of_large_turn
 from accelcal.calibrate.table_weaknesses import of_table
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
-from accelcal.plural import listed
+from accelcal.plural import degrees_of_freedom, listed
 from accelcal.results.beyond_uncertainty import (
     FEWER,
     LEFT_OUT,
@@ -284,7 +284,7 @@ def _is_lost_in_noise(estimate: JointEstimate) -> Mask:
 def _lost_in_noise(shows: bool, dof: float) -> str:
     size = "head error as large as the noise" if shows else "no head error shows above the noise"
     return (
-        f"{size}, and {dof:.0f} degrees of freedom cannot tell"
+        f"{size}, and {degrees_of_freedom(dof)} cannot tell"
         " the two apart: the intervals may be wider than needed (they held the truth in 93 to"
         " 99 of 100 cases in simulations); declare head_uncertainty or measure more positions"
     )
@@ -292,7 +292,7 @@ def _lost_in_noise(shows: bool, dof: float) -> str:
 
 def _head_of_few_dof(dof: float) -> str:
     return (
-        f"head error estimated from the lack of fit with {dof:.0f} degrees of freedom;"
+        f"head error estimated from the lack of fit with {degrees_of_freedom(dof)};"
         " declare head_uncertainty or measure more positions for narrower intervals"
     )
 
@@ -314,7 +314,7 @@ def _of_launch(estimate: JointEstimate) -> Iterator[Sentence]:
     if (shift := estimate.bias_shift).source == "estimated" and shift.dof < _FEW_REPEATS:
         yield Sentence(
             True,
-            f"shift from launch to launch estimated with {shift.dof:.0f} degrees of freedom: no"
+            f"shift from launch to launch estimated with {degrees_of_freedom(shift.dof)}: no"
             f" honest interval can be had from so few repeats, and those given {FEWER}; declare"
             " launch_uncertainty or repeat a temperature more often",
         )

@@ -22,6 +22,7 @@ from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.numerics.lag_sums import sums_by_lag
 from accelcal.numerics.sorting import distinct
+from accelcal.plural import degrees_of_freedom
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import ErrorSource
 
@@ -124,7 +125,7 @@ def reading_noise(
     dof = residual.size - basis.shape[1]
     if dof < FEWEST_REPLICATES:
         raise InputError(
-            f"{residual.size} readings leave {max(dof, 0)} degrees of freedom for their noise;"
+            f"{residual.size} readings leave {degrees_of_freedom(max(dof, 0))} for their noise;"
             f" to discover an effect takes {FEWEST_REPLICATES} or more: measure two or more cycles"
             " of a forward and a back stroke in each run"
         )

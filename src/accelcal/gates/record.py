@@ -25,6 +25,7 @@ from accelcal.gates.verdict import (
 from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.numerics.sorting import median
+from accelcal.plural import degrees_of_freedom
 
 _IMPLAUSIBLE_HEAD = 1e-4  # rad, 20 arcsec
 _LARGEST_SPREAD = {"K1": 0.2, "K0": 0.1}  # relative, and [g]
@@ -173,7 +174,7 @@ def _lack_of_fit(stack: RecordStack) -> GateStack:
         if estimated[index]:
             return (
                 f"the positions scatter as if the head had an error of {size};"
-                f" {stack.head_dof[index]:.0f} degrees of freedom"
+                f" {degrees_of_freedom(float(stack.head_dof[index]))}"
             )
         p = f_survival(*(float(each[index]) for each in test))
         return (

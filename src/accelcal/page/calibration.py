@@ -23,7 +23,7 @@ from accelcal.page.blocks import (
 from accelcal.page.evidence import place
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
-from accelcal.plural import counted, listed
+from accelcal.plural import counted, degrees_of_freedom, listed
 from accelcal.report.calibration import (
     as_found_of,
     fixture_angle_rows,
@@ -273,7 +273,7 @@ def _of_table(table: TableCalibration, local_gravity: float | None) -> Iterator[
     found = coefficient_rows(table)
     plain = (r._replace(standard=_plain(r.standard)) for r in found)
     rows = [(r.name, r.symbol, *r[3:]) for r in plain]
-    count = f"{table.readings} readings, {counted(table.dof, 'degree')} of freedom"
+    count = f"{table.readings} readings, {degrees_of_freedom(table.dof)}"
     yield Table(
         f"{sentence(place(table))} ({count})", _HEADINGS, _set(rows), frozenset({2, 3, 5, 6})
     )

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from accelcal.escapes import visible
-from accelcal.plural import counted, plural
+from accelcal.plural import counted, degrees_of_freedom
 from accelcal.report.calibration_rows import (
     HEADINGS,
     LAW_HEADINGS,
@@ -83,7 +83,7 @@ def _table(table: TableCalibration, calibration: Calibration) -> Iterator[str]:
     where = "temperature unknown" if temperature is None else f"{temperature:.2f} degC"
     yield (
         f"Run {table.run}: {where}, mounting {table.mounting},"
-        f" {counted(table.readings, 'reading')}, {_degrees(table.dof)}"
+        f" {counted(table.readings, 'reading')}, {degrees_of_freedom(table.dof)}"
     )
     yield from _coefficients(table)
     yield from scale_factor_elsewhere(table, calibration.g_local_m_s2)
@@ -92,10 +92,6 @@ def _table(table: TableCalibration, calibration: Calibration) -> Iterator[str]:
     yield from (f"  {line}" for line in residual_lines(table))
     yield from _gates(table.gates)
     yield from _items("note", table.warnings)
-
-
-def _degrees(dof: float) -> str:
-    return f"{dof:.0f} {plural('degree', round(dof))} of freedom"
 
 
 def _coefficients(table: TableCalibration) -> Iterator[str]:
@@ -225,7 +221,7 @@ def _freedom(source: ErrorSource) -> str:
     """Tell the degrees of freedom; residuals without any told the head error as well."""
     if source.dof is None:
         return ", together with the head error" if source.source == "residuals" else ""
-    return f", {_degrees(source.dof)}"
+    return f", {degrees_of_freedom(source.dof)}"
 
 
 def _in_micro_g(source: ErrorSource, table: TableCalibration) -> str:

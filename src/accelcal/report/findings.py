@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from accelcal.plural import degrees_of_freedom
 from accelcal.report.numbers import in_small_unit, significant
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
@@ -22,7 +23,7 @@ def _source(source: ErrorSource) -> str:
     if source.value is None:
         return f"{name} {source.source}"
     factor, unit = in_small_unit(source.unit)
-    dof = f", {source.dof:g} degrees of freedom" if source.dof is not None else ""
+    dof = f", {degrees_of_freedom(source.dof)}" if source.dof is not None else ""
     value = significant(source.value * factor, 2) if source.value else "0"
     return f"{name} {value} {unit} ({source.source}{dof})"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from accelcal.plural import degrees_of_freedom
 from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Quantity
@@ -21,7 +22,7 @@ def _head(found: TriadCalibration) -> Iterator[str]:
     yield f"Triad {unit_of(found.serial, found.source)}"
     what = "|a| - 1" if found.frame != "block" else "the channels"
     yield (
-        f"{found.attitudes} attitudes, {found.dof} degrees of freedom;"
+        f"{found.attitudes} attitudes, {degrees_of_freedom(found.dof)};"
         f" residual of {what} {1e3 * found.residual_rms:.3g} mg rms{_temperature(found)}"
     )
     yield f"frame: {FRAMES.get(found.frame, found.frame)}"

@@ -9,6 +9,7 @@ import numpy as np
 from accelcal.errors import DesignError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.numerics.probability import f_survival, student_quantile
+from accelcal.plural import degrees_of_freedom
 from accelcal.results.quantity import Gate
 from accelcal.results.triad import AXES
 from accelcal.triad.record import TriadRecord
@@ -94,7 +95,7 @@ def _temperature(record: TriadRecord) -> Iterator[Gate]:
 
 
 def _number(record: TriadRecord, found: Solution) -> Gate:
-    told = f"{len(record.output)} attitudes leave {found.dof} degrees of freedom"
+    told = f"{len(record.output)} attitudes leave {degrees_of_freedom(found.dof)}"
     if not found.dof:
         return Gate("attitudes", "warn", f"{told}: the noise is unknown; add attitudes")
     if found.dof < _FEW_DOF:

@@ -31,6 +31,7 @@ from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.sorting import median
+from accelcal.plural import degrees_of_freedom
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Fault
 from accelcal.results.quantity import Quantity
@@ -38,8 +39,8 @@ from accelcal.results.quantity import Quantity
 _OF_NORMAL = 1.4826  # standard deviation over the median size of a normal deviation
 
 _NOT_JUDGED = (
-    "outliers, exchanged readings and vibration were not looked for: the readings leave {dof}"
-    f" degrees of freedom of pure error, it takes {FEWEST_REPLICATES}; measure two or more cycles"
+    "outliers, exchanged readings and vibration were not looked for: the readings leave {freedom}"
+    f" of pure error, it takes {FEWEST_REPLICATES}; measure two or more cycles"
     " of a forward and a back stroke in each run"
 )
 
@@ -130,7 +131,7 @@ def faults(
     turned = turned_tables(mended, delta0, _kept(record, single))
     notes = [fault.finding for fault in (*orders, *sizes, *turns, *single)]
     if scene.view.dof < FEWEST_REPLICATES:
-        notes.append(_NOT_JUDGED.format(dof=max(int(scene.view.dof), 0)))
+        notes.append(_NOT_JUDGED.format(freedom=degrees_of_freedom(max(int(scene.view.dof), 0))))
     mended = replace(mended, notes=(*mended.notes, *notes))
     if step is not None:
         mended = mended.with_apparatus(resolution=step.step)

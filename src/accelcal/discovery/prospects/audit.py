@@ -16,6 +16,7 @@ from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.numerics.probability import f_quantile
 from accelcal.numerics.sorting import median
+from accelcal.plural import degrees_of_freedom
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Detectable, Undetectable
 
@@ -58,7 +59,7 @@ def designed(
     dof = found.space.dof
     if dof < FEWEST_REPLICATES:
         raise InputError(
-            f"{len(record)} readings leave {dof} degrees of freedom for their noise; to"
+            f"{len(record)} readings leave {degrees_of_freedom(dof)} for their noise; to"
             f" discover an effect takes {FEWEST_REPLICATES} or more: plan two or more cycles of a"
             " forward and a back stroke in each run"
         )
