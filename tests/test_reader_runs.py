@@ -92,6 +92,16 @@ def test_readings_without_temperature_complete_the_strokes_around_them():
     )
 
 
+def test_a_stroke_without_temperature_between_others_is_theirs():
+    """It was a run of its own, with coefficients from nine readings and a shift between the two."""
+    rows = [("unknown", *row[1:]) if row[2] == 2 else row for row in visit(20, (1, 2, 3))]
+    record = read(rows + HOT)
+    assert sizes(record) == {"20": 27, "80": 18}
+    assert record.notes[0].startswith("9 readings without temperature count to the level of the")
+    rows = [("unknown", *row[1:]) if row[2] in (2, 3) else row for row in visit(20, (1, 2, 3, 4))]
+    assert sizes(read(rows)) == {"20": 18, "unknown": 18}  # another visit may lie in between
+
+
 def test_readings_without_temperature_that_come_again_are_a_run_of_their_own():
     unknown = [("unknown", *row[1:]) for row in visit(50, (1, 2), 1e-4)]
     for rows in (FIRST + unknown + HOT, FIRST + HOT + unknown):

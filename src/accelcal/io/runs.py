@@ -69,7 +69,8 @@ def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
     was met twice: other temperatures lie between them in time, or in the file and then the strokes
     go on counting or the same reading comes again with another output. Each mounting is a run of
     its own, as a unit that is mounted anew is launched anew. A reading without temperature counts
-    to the level of the rows around it where it completes a stroke of theirs.
+    to the level of the rows around it where it completes a stroke of theirs, or is of a whole
+    stroke between two of these.
     """
     order = np.arange(readings.output.size)
     if readings.run is None:

@@ -36,7 +36,8 @@ def with_levels_around(readings: Readings, level: Ints) -> tuple[Readings, tuple
     -------
     readings : Readings
         With these temperatures, to tell the levels by. Those stay unknown that stand between two
-        levels, or do not complete a stroke of the rows around them.
+        levels, are of no stroke of the rows around them nor of one between two of these, or come
+        again in them.
     notes : tuple of str
         What was told from the rows, and what they do not tell.
     """
@@ -50,7 +51,7 @@ def with_levels_around(readings: Readings, level: Ints) -> tuple[Readings, tuple
     of_row = np.empty(unknown.size, dtype=np.int64)
     of_row[known] = stretch
     of_row[rows] = np.where(stretch[before] == stretch[after], stretch[before], -1)
-    joined = unknown & _complete_strokes(readings, of_row, unknown)
+    joined = unknown & _of_their_strokes(readings, of_row, unknown)
     temperature = readings.temperature.copy()
     temperature[rows] = np.where(joined[rows], temperature[known[before]], np.nan)
     told = {_JOINED: joined, _APART: unknown & ~joined}
@@ -63,11 +64,12 @@ def with_levels_around(readings: Readings, level: Ints) -> tuple[Readings, tuple
     return replace(readings, temperature=temperature), tuple(notes)
 
 
-def _complete_strokes(readings: Readings, of_row: Ints, unknown: Mask) -> Mask:
-    """Readings whose stroke others of the same rows have, of rows in which none comes again."""
+def _of_their_strokes(readings: Readings, of_row: Ints, unknown: Mask) -> Mask:
+    """Readings of strokes that the rows have, or the neighbours of which; none comes again."""
     fields = (of_row, readings.mounting, readings.stroke, nominal_angles(readings.angle))
     keys = list(zip(*(field.tolist() for field in fields), strict=True))
     known = {key for key, own in zip(keys, unknown.tolist(), strict=True) if not own}
     strokes = {key[:3] for key in known}
     again = {keys[i][0] for i in np.flatnonzero(unknown).tolist() if keys[i] in known}
-    return np.array([key[:3] in strokes and key[0] not in again for key in keys])
+    between = {(row, side, k + 1) for row, side, k in strokes if (row, side, k + 2) in strokes}
+    return np.array([key[:3] in strokes | between and key[0] not in again for key in keys])
