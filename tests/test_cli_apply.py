@@ -505,6 +505,14 @@ def test_two_units_are_refused(run):
     assert "data.csv:2: units V and mA for the outputs" in err
 
 
+def test_the_unit_that_is_given_wins_over_a_header_line(run):
+    """A header line in mA above a heading in uA was refused, whatever the option said."""
+    rows = "output [uA],temperature\n1300,20\n"
+    code, found, err = run("# unit: mA\n" + rows, "--unit", "uA")
+    assert (code, found) == run(rows)[:2]
+    assert "note: the table has outputs in 'mA'; they are taken as uA, as asked" in err
+
+
 def test_two_units_in_header_lines_are_refused(run):
     code, _, err = run("# unit: mA\n# unit: V\noutput,temperature\n1,20\n")
     assert code == 2

@@ -104,7 +104,8 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
     from accelcal.io.samples.stream import AccelerationStream
 
     file, how = read_calibrations_or_triad(calibration), StreamOptions(**options)
-    with open_samples(data, TRIAD if isinstance(file, TriadFile) else ONE_ACCELEROMETER) as samples:
+    form = TRIAD if isinstance(file, TriadFile) else ONE_ACCELEROMETER
+    with open_samples(data, form, how.output_unit) as samples:
         instrument = _instrument(file, samples, how, path)
         about = f"{file.name}, SHA-256 {file.sha256}" + (
             ", by levels" if how.by == "levels" else ""

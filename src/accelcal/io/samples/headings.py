@@ -83,6 +83,12 @@ class SampleHeadings:
         return self.units.get("output")
 
     @property
+    def declared_unit(self) -> str | None:
+        """Unit of the outputs that a header line declares."""
+        written = self.layout.declared.get("unit")
+        return written.value if written else None
+
+    @property
     def source(self) -> str:
         """Name of the file."""
         return self.layout.source
@@ -157,13 +163,15 @@ class SampleHeadings:
             return self
         return replace(self, units={**self.units, "output": canonical_unit(unit)})
 
-    def of_serial(self, serial: str | None) -> SampleHeadings:
+    def of_serial(self, serial: str | None, unit: str | None = None) -> SampleHeadings:
         """Take the outputs of one accelerometer, where those of several stand side by side.
 
         Parameters
         ----------
         serial : str or None
             Its serial number.
+        unit : str, optional
+            Unit of the outputs that takes the place of that of a header line.
 
         Returns
         -------
@@ -188,12 +196,15 @@ class SampleHeadings:
         columns = {**self.columns, "output": channels.pop(serial)}
         others = shown(", ".join(channels))
         told = (f"outputs of {others} are set aside",) if channels else ()
-        units = _units(self.layout, columns, ["output"], self.unit_of_rows)
+        units = _units(self.layout, columns, ["output"], self.unit_of_rows, unit)
         return replace(self, columns=columns, units=units, notes=(*self.notes, *told))
 
 
 def read_sample_headings(
-    readline: Callable[[], str], source: str, form: StreamForm = ONE_ACCELEROMETER
+    readline: Callable[[], str],
+    source: str,
+    form: StreamForm = ONE_ACCELEROMETER,
+    unit: str | None = None,
 ) -> SampleHeadings:
     """Read a stream up to its first sample.
 
@@ -205,6 +216,8 @@ def read_sample_headings(
         Name of the file, for messages.
     form : StreamForm, optional
         What its columns are; those of one accelerometer by default.
+    unit : str, optional
+        Unit of the outputs that takes the place of that of a header line.
 
     Returns
     -------
@@ -235,7 +248,7 @@ def read_sample_headings(
     of_rows: Written | None = None
     if "unit" in columns:
         of_rows, row = first_unit(row, place, readline, columns["unit"], separator)
-    units = _units(layout, columns, form.outputs, of_rows)
+    units = _units(layout, columns, form.outputs, of_rows, unit)
     notes = (*notes, *layout.notes, *_unused(layout))
     return SampleHeadings(layout, columns, units, place, row, notes, of_rows)
 
@@ -306,7 +319,11 @@ def _has_outputs(line: str, form: StreamForm) -> bool:
 
 
 def _units(
-    layout: Layout, columns: Mapping[str, int], outputs: Sequence[str], of_rows: Written | None
+    layout: Layout,
+    columns: Mapping[str, int],
+    outputs: Sequence[str],
+    of_rows: Written | None,
+    given: str | None,
 ) -> dict[str, str]:
     """Unit of each role; that of the outputs by the role ``output``."""
     named = {role: layout.headings[index].unit for role, index in columns.items()}
@@ -315,8 +332,9 @@ def _units(
         if remedy := _unit_to_give(role, unit):
             raise layout.refuse(f"{role} in {unit}", f"give it in {remedy}")
     own = [units.pop(role) for role in outputs if role in units]
-    own += [written.unit for written in units_written(layout, ())]
     written = [Written(unit, layout.headings_line) for unit in own]
+    if not given or not (own or of_rows):
+        written += [told._replace(line=layout.headings_line) for told in units_written(layout, ())]
     written += [of_rows] if of_rows else []
     found = unit_of_outputs(written, None, layout.source, _TWO_UNITS).name
     return {**units, "output": found} if found else units

@@ -115,7 +115,8 @@ def output_factor(
         If the units are of different quantities.
     """
     own = headings.output_unit
-    notes = list(notes_of_unit(canonical_unit(given), [own])) if given and own else []
+    written = [unit for unit in (own, headings.declared_unit) if unit]
+    notes = list(notes_of_unit(canonical_unit(given), written)) if given else []
     given = given or own
     if given is None or wanted is None:
         missing, other = ("stream", wanted) if given is None else ("calibration", given)

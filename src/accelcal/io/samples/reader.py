@@ -135,7 +135,7 @@ class SampleReader:
         TableError
             If the stream is of several, and none or one that it has not is chosen.
         """
-        self.headings = self.headings.of_serial(serial).in_unit(unit)
+        self.headings = self.headings.of_serial(serial, unit).in_unit(unit)
         self._serial = serial
 
     def position(self) -> int:
@@ -271,7 +271,9 @@ class SampleReader:
 
 
 @contextmanager
-def open_samples(source: str, form: StreamForm = ONE_ACCELEROMETER) -> Iterator[SampleReader]:
+def open_samples(
+    source: str, form: StreamForm = ONE_ACCELEROMETER, unit: str | None = None
+) -> Iterator[SampleReader]:
     r"""Open a stream of samples and read its headings.
 
     Parameters
@@ -281,6 +283,8 @@ def open_samples(source: str, form: StreamForm = ONE_ACCELEROMETER) -> Iterator[
         sheet behind ``#`` where it has several; ``"-"`` is standard input.
     form : StreamForm, optional
         What its columns are; those of one accelerometer by default.
+    unit : str, optional
+        Unit of the outputs that takes the place of that of a header line.
 
     Yields
     ------
@@ -310,7 +314,7 @@ def open_samples(source: str, form: StreamForm = ONE_ACCELEROMETER) -> Iterator[
         start = _guarded(stream.peek, 1, name)
         refuse_foreign(start, name)
         if start.startswith(tuple(mark for mark, _ in WORKBOOKS)):
-            yield _of_workbook(_guarded(stream.read, -1, name), name, raw, form)
+            yield _of_workbook(_guarded(stream.read, -1, name), name, raw, form, unit)
             return
         of_parquet = start.startswith(PARQUET)
         if of_parquet:
@@ -319,7 +323,7 @@ def open_samples(source: str, form: StreamForm = ONE_ACCELEROMETER) -> Iterator[
         encoding = _encoding(start)
         text = io.TextIOWrapper(stream, encoding, errors="replace")
         headings = read_sample_headings(
-            lambda: _guarded(text.readline, _LONGEST_LINE, name), name, form
+            lambda: _guarded(text.readline, _LONGEST_LINE, name), name, form, unit
         )
         is_file = source != "-" and raw.seekable() and not of_parquet
         size = os.fstat(raw.fileno()).st_size if is_file else None
@@ -330,12 +334,13 @@ def open_samples(source: str, form: StreamForm = ONE_ACCELEROMETER) -> Iterator[
             raw.close()
 
 
-def _of_workbook(content: bytes, name: str, raw: IO[bytes], form: StreamForm) -> SampleReader:
+def _of_workbook(
+    content: bytes, name: str, raw: IO[bytes], form: StreamForm, unit: str | None
+) -> SampleReader:
     sheet = read_text(named_bytes(content, name))
     text = io.StringIO(sheet.text)
-    return SampleReader(
-        read_sample_headings(text.readline, sheet.name, form), None, text, raw, sheet.notes
-    )
+    headings = read_sample_headings(text.readline, sheet.name, form, unit)
+    return SampleReader(headings, None, text, raw, sheet.notes)
 
 
 def _of_parquet(stream: io.BufferedReader, raw: IO[bytes], name: str) -> io.BufferedReader:
