@@ -13,9 +13,10 @@ from accelcal.errors import DocumentError, InputError
 from accelcal.io.tables import read_table
 from accelcal.model import bias_bound
 from accelcal.results.stability import SCHEMA, Estimate, Stability
-from accelcal.stability.analysis import analyse, scale_factor_from
+from accelcal.stability.analysis import analyse
 from accelcal.stability.bound import coverage_factor, random_bias
 from accelcal.stability.record import Launch, StabilityRecord, averaged, split_at_gaps
+from accelcal.stability.scale_factor import scale_factor_from
 from accelcal.stability.spread import deviation, lag1_correlation
 from accelcal.stability.threshold import hysteresis, threshold
 from accelcal.stability.trend import fit_trend
@@ -473,8 +474,15 @@ def test_the_calibration_gives_the_scale_factor_nearest_in_temperature():
     (launch,) = launches(1)
     hot = Launch("1", launch.time, launch.output, temperature=np.full(700, 75.0))
     tables = {round(t.temperature_degC): t.coefficients["K1"].value for t in calibration.tables}
-    assert scale_factor_from(calibration, StabilityRecord((hot,))) == tables[80]
-    assert scale_factor_from(calibration, StabilityRecord((launch,))) == tables[20]
+    found = scale_factor_from(calibration, StabilityRecord((hot,)))
+    assert found == (tables[80], ())
+    found = scale_factor_from(calibration, StabilityRecord((launch,)))
+    assert found.value == tables[20]
+    assert found.notes == ("the scale factor is that at 20 degC; the record has no temperature",)
+    cool = Launch("1", launch.time, launch.output, temperature=np.full(700, 43.0))
+    found = scale_factor_from(calibration, StabilityRecord((cool,)))
+    assert found.value == tables[20]
+    assert "23 degC away from the 43 degC of the record; calibrate at its" in found.notes[0]
     for other in ({"unit": "V"}, {"serial": "AL-16"}):
         with pytest.raises(InputError, match="of this accelerometer"):
             scale_factor_from(calibration, StabilityRecord((launch,), **other))
@@ -489,10 +497,10 @@ def test_the_scale_factor_is_that_of_the_known_temperatures_and_in_the_unit_of_t
     hot = Launch("1", launch.time, launch.output, temperature=degrees)
     unknown = Launch("2", launch.time, launch.output, temperature=np.full(700, np.nan))
     tables = {round(t.temperature_degC): t.coefficients["K1"].value for t in calibration.tables}
-    assert scale_factor_from(calibration, StabilityRecord((hot, unknown))) == tables[80]
-    assert scale_factor_from(calibration, StabilityRecord((unknown,))) == tables[20]
+    assert scale_factor_from(calibration, StabilityRecord((hot, unknown))).value == tables[80]
+    assert scale_factor_from(calibration, StabilityRecord((unknown,))).value == tables[20]
     in_microamperes = StabilityRecord((hot,), unit="uA")
-    assert scale_factor_from(calibration, in_microamperes) == pytest.approx(1e3 * tables[80])
+    assert scale_factor_from(calibration, in_microamperes).value == pytest.approx(1e3 * tables[80])
 
 
 # -- record and result -----------------------------------------------------------------------------

@@ -82,6 +82,13 @@ def test_a_serial_that_is_given_hides_no_second_accelerometer():
     assert read("time,output,serial\n0,1,\n1,2,\n2,3,\n").serial is None
 
 
+def test_several_serials_are_refused_where_the_second_begins():
+    with pytest.raises(TableError, match=":4: serials 'a, b' in one record; give a file for each"):
+        read("time,output,serial\n0,1,a\n1,2,a\n2,3,b\n")
+    with pytest.raises(TableError, match=":3: serials 'b, a' in one record"):
+        read("# serial: b\ntime,output,serial\n0,1,a\n1,2,a\n2,3,a\n")
+
+
 def test_the_lone_output_is_taken():
     record = read("time,Strom in mA,T\n0,1,20\n1,2,20\n2,3,21\n")
     assert (record.unit, record.launches[0].output.tolist()) == ("mA", [1.0, 2.0, 3.0])

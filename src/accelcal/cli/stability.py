@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -23,6 +24,7 @@ from accelcal.cli.values import duration, durations, number
 if TYPE_CHECKING:
     from accelcal.results.stability import Stability
     from accelcal.stability.record import StabilityRecord
+    from accelcal.stability.scale_factor import ScaleFactor
 
 
 def probability(text: str) -> float | None:
@@ -108,7 +110,8 @@ def stability(
     if average is not None:
         record = averaged(record, average)
     if calibration is not None:
-        scale_factor = _calibrated(calibration, scale_factor, record)
+        scale_factor, told = _calibrated(calibration, scale_factor, record)
+        record = replace(record, notes=(*record.notes, *told))
     result = analyse(
         record, scale_factor=scale_factor, probability=probability, window=window, times=times
     )
@@ -116,11 +119,11 @@ def stability(
     deliver_result(result, path, form)
 
 
-def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> float:
+def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> ScaleFactor:
     from accelcal.errors import InputError
     from accelcal.io.documents.calibrations import read_calibrations
     from accelcal.results.usable import refuse_misprinted
-    from accelcal.stability.analysis import scale_factor_from
+    from accelcal.stability.scale_factor import scale_factor_from
 
     if scale_factor is not None:
         raise InputError("--calibration and --scale-factor; give one of the two")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from accelcal.arguments.kinds import shown
+from accelcal.errors import TableError
 from accelcal.io.cells import Column, labels
 from accelcal.io.declarations import notes_of_serial
 from accelcal.io.layout import Layout
@@ -36,10 +39,20 @@ def serial_of_file(
     TableError
         If the file has several, or a cell of the column is empty.
     """
-    names = labels(column)[1] if column and any(column.cells) else ()
-    header = layout.declared.get("serial")
-    found = tuple(dict.fromkeys((*names, *((header.value,) if header and header.value else ()))))
+    found = _lines_of_serials(layout, column)
     if len(found) > 1:
-        raise layout.refuse(f"serials {shown(', '.join(found))} in one record", remedy)
-    written = found[0] if found else None
+        problem = f"serials {shown(', '.join(found))} in one record"
+        raise TableError(problem, remedy, source=layout.source, line=list(found.values())[1])
+    written = next(iter(found), None)
     return given or written, notes_of_serial(given, written)
+
+
+def _lines_of_serials(layout: Layout, column: Column | None) -> dict[str, int]:
+    """Line of each serial number where it first stands."""
+    header = layout.declared.get("serial")
+    found = {header.value: header.line} if header and header.value else {}
+    if column and any(column.cells):
+        index, names = labels(column)
+        first = np.unique(index, return_index=True)[1]
+        found = dict(zip(names, column.lines[first].tolist(), strict=True)) | found
+    return dict(sorted(found.items(), key=lambda own: own[1]))

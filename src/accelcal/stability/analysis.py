@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,11 +11,10 @@ import numpy as np
 
 from accelcal.arguments.kinds import expect, several
 from accelcal.arguments.numbers import check_number, check_number_or_none
-from accelcal.arrays import Array, Numbers
+from accelcal.arrays import Numbers
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
-from accelcal.plural import counted
-from accelcal.results.calibration import Calibration
+from accelcal.plural import counted, degrees_of_freedom
 from accelcal.results.quantity import Gate
 from accelcal.results.stability import (
     DRIFTS_DIFFER,
@@ -24,7 +23,6 @@ from accelcal.results.stability import (
     LaunchTrend,
     Stability,
 )
-from accelcal.results.table import nearest_table
 from accelcal.stability.allan import overlapping_allan
 from accelcal.stability.bound import coverage_factor, random_bias
 from accelcal.stability.noise_terms import noise_terms
@@ -33,10 +31,9 @@ from accelcal.stability.sampling import even_series, was_off
 from accelcal.stability.spread import deviation, lag1_correlation
 from accelcal.stability.threshold import hysteresis, threshold
 from accelcal.stability.trend import Trend, fit_trend
-from accelcal.units import conversion_factor
 from accelcal.version import SOFTWARE
 
-__all__ = ["analyse", "scale_factor_from"]
+__all__ = ["analyse"]
 
 WINDOW = 600.0
 """Initial window of a launch, whose means make sigma_L; 10 min as in the paper [s]."""
@@ -143,50 +140,6 @@ def analyse(
         source=record.source,
         software=SOFTWARE,
     )
-
-
-def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> float:
-    """Scale factor that a calibration gives for a record.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        Calibration of the same accelerometer.
-    record : StabilityRecord
-        The record; the mean of its known temperatures chooses the table that is closest.
-
-    Returns
-    -------
-    float
-        K1 [output unit of the record / g].
-
-    Raises
-    ------
-    InputError
-        If the calibration is of another serial number, or its output of another quantity.
-    """
-    ours, theirs = record.unit or "", calibration.output_unit or ""
-    factor = conversion_factor(theirs, ours) if ours and theirs else 1.0
-    if factor is None:
-        raise _of_another("output unit", ours, theirs)
-    if record.serial and calibration.serial and record.serial != calibration.serial:
-        raise _of_another("serial", record.serial, calibration.serial)
-    measured = [own[np.isfinite(own)] for own in _temperatures(record.launches)]
-    means = [own.mean() for own in measured if own.size]
-    wanted = float(np.mean(means)) if means else calibration.T0_degC
-    value = nearest_table(calibration.tables, wanted).coefficients["K1"].value
-    if not value:
-        raise InputError("the calibration has no scale factor; fit it with K1")
-    return float(value) * factor
-
-
-def _temperatures(launches: Iterable[Launch]) -> Iterator[Array]:
-    return (launch.temperature for launch in launches if launch.temperature is not None)
-
-
-def _of_another(what: str, ours: str, theirs: str) -> InputError:
-    problem = f"{what} {ours} in the record, but {theirs} in the calibration"
-    return InputError(f"{problem}; give the calibration of this accelerometer")
 
 
 def _check(
@@ -386,8 +339,8 @@ def _warnings(
     if setting.probability is None and spread.dof is not None:
         factor = student_quantile(0.9973, spread.dof)
         yield (
-            f"t_P = 3 as in the paper; Student's factor for P = 0.9973 and the {spread.dof:g} "
-            f"degrees of freedom of sigma_L is {factor:.2f}, by probability=..."
+            f"t_P = 3 as in the paper; Student's factor for P = 0.9973 and the "
+            f"{degrees_of_freedom(spread.dof)} of sigma_L is {factor:.2f}, by probability=..."
         )
     if stepped:
         names = ", ".join(launch.label for launch in stepped)
