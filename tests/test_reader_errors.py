@@ -22,6 +22,7 @@ NAMES = "the first row names the columns: temperature, position, stroke, output"
 MARKS = "write numbers without thousands marks and with one decimal mark"
 NUMBER = "write a number, or nothing where it is missing"
 TURN = "J runs from 1 to 9 in a turn of 8 positions"
+FROM_0 = "add 1 to each where they are counted from 0"
 ANGLES = "head angles in degrees have the heading 'angle'"
 UNITS = ", ".join(OUTPUT_UNITS)
 FOREIGN = "export the table as CSV text and give that file"
@@ -238,11 +239,11 @@ ERRORS = {
     ),
     "position 0": (
         OK + "20,0,1,1\n",
-        f"5: position '0' is not a whole number from 1; {TURN}; {ANGLES}",
+        f"5: position '0' is not a whole number from 1; {TURN}; {FROM_0}; {ANGLES}",
     ),
     "position 1.5": (
         OK + "20,1.5,1,1\n",
-        f"5: position '1.5' is not a whole number from 1; {TURN}; {ANGLES}",
+        f"5: position '1.5' is not a whole number from 1; {TURN}; {FROM_0}; {ANGLES}",
     ),
     "position 10": (
         OK + "20,10,1,1\n",

@@ -1339,6 +1339,19 @@ def test_clock_times_without_a_day(above):
     assert record.metadata == {}
 
 
+@pytest.mark.parametrize("day", ["", "2024-10-27T"])
+def test_a_clock_that_was_put_back_is_told(day):
+    """The hour that was read twice counted as it stands, without a word."""
+    said = "the time steps back at line 4; if the clock was put back there"
+    put_back = [day + clock for clock in ("01:50:00", "02:50:00", "02:10:00", "03:10:00")]
+    assert read(clocked(*put_back)).notes[-1].startswith(said)
+    in_zones = [f"2024-10-27T0{time}:00" for time in ("2:50:00+02", "2:10:00+01", "3:10:00+01")]
+    unordered = [day + clock for clock in ("02:50:00", "02:10:00", "03:10:00", "03:05:00")]
+    far_back = [day + clock for clock in ("04:50:00", "02:10:00", "03:10:00")]
+    for cells in (in_zones, unordered, far_back):
+        assert not any("steps back" in note for note in read(clocked(*cells)).notes)
+
+
 def test_a_step_back_of_twelve_hours_is_no_midnight():
     record = read(clocked("14:00", "13:59", "2:00", "1:59:59", "14:00", "1:59:59"))
     assert record.time.tolist() == [0.0, -60.0, -43200.0, -43201.0, 0.0, 43199.0]

@@ -17,6 +17,8 @@ MAXIMUM_ANGLE = 36000.0
 _ANGLES = "head angles in degrees have the heading 'angle'"
 """Remedy where angles stand under `position`."""
 
+_FROM_ZERO = "add 1 to each where they are counted from 0"
+
 
 def places_of_rows(columns: Mapping[str, Column], positions: int) -> tuple[Ints, Array]:
     """Read positions and head angles.
@@ -96,7 +98,7 @@ def _position(column: Column | None, positions: int) -> Ints | None:
     if column is None:
         return None
     last = f"J runs from 1 to {positions + 1} in a turn of {positions} positions"
-    number = whole_numbers(column, f"{last}; {_ANGLES}")
+    number = whole_numbers(column, f"{last}; {_FROM_ZERO}; {_ANGLES}")
     remedy = f"{last}, and a header line '# positions: N' declares another number; {_ANGLES}"
     column.check(number <= positions + 1, "{} is outside the turn", remedy)
     return number

@@ -18,7 +18,7 @@ from accelcal.io.lots import lots_of_rows
 from accelcal.io.places import MAXIMUM_ANGLE, places_of_rows
 from accelcal.io.signs import mounting_written
 from accelcal.io.strokes import Directions, strokes_of_rows
-from accelcal.io.times import DAY, days, in_seconds, times
+from accelcal.io.times import DAY, HOUR, days, in_seconds, times
 from accelcal.io.wording import all_outputs, lines_named
 from accelcal.numerics.grouping import group_after_group
 from accelcal.numerics.sorting import distinct
@@ -222,6 +222,28 @@ def notes_of_midnight(readings: Readings) -> list[str]:
     found[1:] &= np.diff(passed) != 0
     where = lines_named(readings.line[found])
     return [f"the clock passes midnight: another day begins at {where}"] if found.any() else []
+
+
+def notes_of_clock(readings: Readings) -> list[str]:
+    """Say where dates, which otherwise go on from row to row, once step back by an hour or less.
+
+    Returns
+    -------
+    list of str
+        A sentence, where it is so.
+    """
+    if readings.time is None or readings.time.dtype.kind == "f":
+        return []
+    step = np.diff(readings.time)
+    back = np.flatnonzero(step < np.timedelta64(0))
+    if back.size != 1 or step[back[0]] < -HOUR:
+        return []
+    where = lines_named(readings.line[back + 1])
+    return [
+        f"the time steps back at {where}; if the clock was put back there, as at the end of"
+        " daylight saving, write times of UTC or with their zone, such as"
+        " 2024-10-27T02:30:00+01:00"
+    ]
 
 
 def notes_of_pace(time: NDArray[Any] | None) -> list[str]:

@@ -242,7 +242,10 @@ def _launch(name: str, chosen: Mask, values: Mapping[str, NDArray[Any]], column:
     back = np.flatnonzero(np.diff(parts["time"]) < _SHORTEST)
     if back.size:
         problem = f"{column.heading} does not increase in launch {shown(name)}"
-        remedy = "sort the samples, write the time with more digits, and give each launch its name"
+        remedy = (
+            "sort the samples, write the time with more digits, or with its zone where the clock"
+            " was put back, and give each launch its name"
+        )
         line = int(lines[back[0] + 1])
         raise TableError(problem, remedy, source=column.source, line=line)
     time = parts.pop("time")

@@ -40,6 +40,7 @@ from accelcal.io.output_unit import (
 )
 from accelcal.io.readings import (
     Readings,
+    notes_of_clock,
     notes_of_midnight,
     notes_of_pace,
     notes_of_turn,
@@ -343,7 +344,7 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     if not kept.all():
         notes.append(_left_out(readings.line[~kept], "repeated reading"))
     readings = readings.select(kept)
-    notes += notes_of_pace(readings.time)
+    notes += (*notes_of_pace(readings.time), *notes_of_clock(readings))
     _require_change(readings)
     time, start = _seconds(readings.time, common["date"])
     days = _days(readings.day) if common["date"] is None else []

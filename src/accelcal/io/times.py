@@ -19,6 +19,9 @@ from accelcal.pace import LATEST
 DAY = np.timedelta64(1, "D")
 """A day, to add clock times to."""
 
+HOUR = np.timedelta64(1, "h")
+"""By which clocks are put back."""
+
 _HALF_A_DAY = np.timedelta64(12, "h")
 _MINUTES = r":([0-5]\d)(?::([0-5]\d(?:[.,]\d+)?))?"
 _CLOCKS = (
