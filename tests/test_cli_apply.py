@@ -64,6 +64,38 @@ def test_several_declarations_in_a_line(run):
     assert "V" in err
 
 
+@pytest.mark.parametrize("start", ["", '"time",', '"","time",'])
+def test_headings_in_quotes(run, start):
+    """The first heading kept a quote: R's output was no column, and a time went missing."""
+    cells = '"1","1",'[: 4 * start.count(",")]
+    code, found, err = run(f'{start}"output [mA]","temperature"\n{cells}1.3,20\n')
+    plain = run(f"{start}output [mA],temperature\n{cells}1.3,20\n".replace('"', ""))
+    assert (code, found) == plain[:2] == (0, found)
+    assert "not used" not in err
+    assert run('"output,temperature"\n1.3,20\n')[1] == run("output,temperature\n1.3,20\n")[1]
+
+
+def test_a_blank_heading_between_tabs(run):
+    """It was cut off, and the rows had a field too many."""
+    plain = run("output\ttemperature\n1.3\t20\n1.2\t\n")[1]
+    assert run("\toutput\ttemperature\n0\t1.3\t20\n1\t1.2\t\n")[:2] == (0, plain)
+
+
+@pytest.mark.parametrize("time", ["31.05.2024 10:00:00", "10:00:00.125"])
+def test_points_of_dates_are_no_decimal_marks(run, time):
+    """Decimal commas beside them were refused."""
+    head = "Zeit;Temperatur [°C];Strom [mA]\n"
+    code, rows, _ = run(f"{head}{time};21,5;1,30\n")
+    plain = run(f"{head}0;21.5;1.30\n")[1]
+    assert code == 0
+    assert [row["acceleration"] for row in rows] == [row["acceleration"] for row in plain]
+
+
+def test_commas_of_texts_are_no_decimal_marks(run):
+    plain = run("output;temperature\n1.3;20\n")[1]
+    assert run("output;temperature;remark\n1.3;20;a, b, c, d\n")[1] == plain
+
+
 def test_units_in_the_cells(run):
     """They were no numbers."""
     plain = run(HEAD + "temperature,output\n20,1.3\n,0.5\n")

@@ -230,7 +230,7 @@ def read_sample_headings(
         If there is no column of outputs, or headings or header lines contradict each other.
     """
     declared, commented, row, line = _down_to_headings(readline, source, form)
-    bare = row.strip(_AROUND)
+    bare = _whole(row.strip(" \r\n"))
     braces = bare.startswith(("{", "["))
     below = [readline() for _ in range(_JSON_LINES)] if braces else []
     refuse_document("".join([bare, *below]), source)
@@ -251,6 +251,11 @@ def read_sample_headings(
     units = _units(layout, columns, form.outputs, of_rows, unit)
     notes = (*notes, *layout.notes, *_unused(layout))
     return SampleHeadings(layout, columns, units, place, row, notes, of_rows)
+
+
+def _whole(row: str) -> str:
+    """Take off the quotes in which all of a row stands, and not those of its cells."""
+    return row[1:-1] if row.count('"') == 2 and row[0] == row[-1] == '"' else row
 
 
 def _down_to_headings(

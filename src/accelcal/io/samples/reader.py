@@ -190,9 +190,10 @@ class SampleReader:
         return whole + feed or self._read(characters)
 
     def _decimal_mark(self, text: str) -> str:
-        start, separator = text[: text.rfind("\n", 0, 10_000)], self.headings.separator
-        # between commas, only what is in quotes can have another comma
-        cells = start.split('"')[1::2] if separator == "," else [start]
+        separator, numeric = self.headings.separator, self.headings.numeric.values()
+        start = text[: text.rfind("\n", 0, 10_000)].split("\n")
+        rows = [split_line(row, separator) for row in start if not _is_comment(row, separator)]
+        cells = [row[i] for row in rows for i in numeric if i < len(row)]
         return decimal_mark(cells, separator)
 
     # -- engines: pandas for bulk, and where it meets anything unusual the other one ---------------
