@@ -89,6 +89,24 @@ def test_several_serials_are_refused_where_the_second_begins():
         read("# serial: b\ntime,output,serial\n0,1,a\n1,2,a\n2,3,a\n")
 
 
+@pytest.mark.parametrize(
+    ("headings", "times"),
+    [
+        ("Datum/Uhrzeit;Strom [mA]", [f"31.05.2024 10:00:0{i}" for i in range(3)]),
+        ("timestamp [ms];Current (mA)", ["0", "1000", "2000"]),
+        ("Время, мин;Ток, мА", ["0", "1", "2"]),
+        ("Дата и время;Ток, мА", [f"2024-05-31 10:00:0{i}" for i in range(3)]),
+    ],
+)
+def test_a_time_and_the_lone_output_are_headings(headings, times):
+    """They were no headings without a third that was known; Russian units of time were none."""
+    rows = "".join(f"{time};1,3{i}\n" for i, time in enumerate(times))
+    record = read(f"{headings}\n{rows}")
+    second = 60.0 if "мин" in headings else 1.0
+    assert record.launches[0].time.tolist() == [0.0, second, 2.0 * second]
+    assert (record.launches[0].output.tolist(), record.unit) == ([1.30, 1.31, 1.32], "mA")
+
+
 def test_the_lone_output_is_taken():
     record = read("time,Strom in mA,T\n0,1,20\n1,2,20\n2,3,21\n")
     assert (record.unit, record.launches[0].output.tolist()) == ("mA", [1.0, 2.0, 3.0])

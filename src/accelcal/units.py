@@ -118,11 +118,12 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "degC": ("°C", "C", "deg_C", "deg C", "Celsius", "°\N{CYRILLIC CAPITAL LETTER ES}"),
         "K": ("kelvin", "\N{CYRILLIC CAPITAL LETTER KA}"),
         "mK": ("millikelvin", "м\N{CYRILLIC CAPITAL LETTER KA}"),
-        "s": ("sec", "secs", "second", "seconds"),
-        "us": ("µs", "μs"),
-        "min": ("mins", "minute", "minutes"),
-        "h": ("hr", "hrs", "hour", "hours"),
-        "d": ("day", "days"),
+        "s": ("sec", "secs", "second", "seconds", "\N{CYRILLIC SMALL LETTER ES}", "сек", "сек."),
+        "ms": ("мс",),
+        "us": ("µs", "μs", "мкс"),
+        "min": ("mins", "minute", "minutes", "мин", "мин."),
+        "h": ("hr", "hrs", "hour", "hours", "ч"),
+        "d": ("day", "days", "сут", "сут."),
     }
 )
 """Unit -> other ways of writing it."""

@@ -2,13 +2,84 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import zip_longest
+from typing import NamedTuple
 
 from accelcal.io.vocabulary import ACROSS, Heading, is_unit_of, read_heading
+from accelcal.units import is_output_unit
 
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 _NONE = read_heading("")
+
+_MEASURED = frozenset(
+    {
+        *("current", "voltage", "frequency", "mean", "average"),
+        *("strom", "spannung", "frequenz", "mittelwert"),
+        *("courant", "tension", "fréquence", "moyenne"),
+        *("ток", "напряжение", "частота", "среднее"),
+    }
+)
+"""What is measured, or how: of one such column without a unit the readings are."""
+
+_UNIT = re.compile(r"\D*?[\s\[(,/_]+(?:in\s+)?([^\s\[\](),_]+)\s*[\])]?")
+"""A name without a digit, which that of one accelerometer of several may have, and a unit."""
+
+
+class LoneOutput(NamedTuple):
+    """The one column that can only be the outputs.
+
+    Attributes
+    ----------
+    place : int
+        Its index.
+    unit : str or None
+        The unit in its heading.
+    why : str
+        What tells it, ``"unit"`` or ``"name"``.
+    """
+
+    place: int
+    unit: str | None
+    why: str
+
+
+def lone_output(headings: Sequence[Heading]) -> LoneOutput | None:
+    """Find the column that can only be the outputs.
+
+    Parameters
+    ----------
+    headings : sequence of Heading
+        All headings.
+
+    Returns
+    -------
+    LoneOutput or None
+        That which alone of the unknown ones has a unit of outputs, or else is called a current, a
+        voltage, a frequency or a mean. None where a heading says which it is, or several may be.
+
+    Examples
+    --------
+    >>> lone_output([read_heading(text) for text in ("Zeit", "Strom in mA")])
+    LoneOutput(place=1, unit='mA', why='unit')
+    """
+    if any(heading.role in ("output", *ACROSS) for heading in headings):
+        return None
+    unknown = [i for i, heading in enumerate(headings) if heading.role is None]
+    by_unit = [i for i in unknown if _unit_of(headings[i])]
+    by_name = [i for i in unknown if headings[i].text.strip().casefold() in _MEASURED]
+    for found, why in ((by_unit, "unit"), (by_name, "name")):
+        if len(found) == 1:
+            return LoneOutput(found[0], _unit_of(headings[found[0]]), why)
+        if found:
+            break
+    return None
+
+
+def _unit_of(heading: Heading) -> str | None:
+    found = _UNIT.fullmatch(heading.text)
+    return found[1] if found and is_output_unit(found[1]) else None
 
 
 def are_headings(cells: Sequence[Heading]) -> bool:
@@ -22,6 +93,8 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     False
     """
     roles = {cell.role for cell in cells if cell.role and cell.role != "date"}
+    if "time" in roles and lone_output(cells):
+        return True  # "Zeit; Strom in mA", a record over time
     numbered = [cell for cell in cells if cell.role in ACROSS]
     if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
         return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing

@@ -25,7 +25,10 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("sortie", "выход", "выходной_сигнал", "показание"),
         ),
         "run": ("run", "lauf"),
-        "time": ("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время"),
+        "time": (
+            *("time", "timestamp", "date_time", "datetime", "zeit", "uhrzeit", "datum_uhrzeit"),
+            *("zeitstempel", "temps", "heure", "horodatage", "время", "дата_время", "дата_и_время"),
+        ),
         "date": ("date", "datum", "дата"),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
@@ -389,11 +392,8 @@ def _role(folded: str) -> str | None:
 
 
 def _temperature_or_time(name: str, unit: str | None) -> str:
-    if unit and is_unit_of("time", unit):
-        return "time"
-    if unit and is_unit_of("temperature", unit):
-        return "temperature"
-    return "temperature" if name == "T" else "time"
+    told = (role for role in ("time", "temperature") if unit and is_unit_of(role, unit))
+    return next(told, "temperature" if name == "T" else "time")
 
 
 def _folded(name: str) -> str:
