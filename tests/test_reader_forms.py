@@ -1584,3 +1584,25 @@ def test_russian_headings_with_symbols():
     rows = "\n".join(f"20,0;{45 * j};1;{1.35 * np.cos(np.pi * j / 4):.6f}" for j in range(9))
     record = read("Т, °С;θ, град;k;Y, мА\n" + rows.replace(".", ",") + "\n")
     assert (record.unit, record.temperature[0], record.angle[1]) == ("mA", 20.0, 45.0)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("T;J;Y [mA];", ";;1;2"),
+        ("Temperatur;Stellung;Ausgang [mA]", "°C;J;Hub 1;Hub 2;;"),
+        ("T;J;Y [mA]", ";;k=1 [mA];k=2 [mA]"),
+    ],
+)
+def test_one_heading_over_numbered_outputs(first, second):
+    """Merged cells: the table had no column for the stroke."""
+    rows = "".join(f"20;{j};1,{j}0;1,{j}5\n" for j in range(1, 6))
+    record = read(f"{first}\n{second}\n{rows}")
+    assert (record.stroke.tolist(), record.unit) == ([1, 2] * 5, "mA")
+    assert sorted(record.output.tolist())[:3] == [1.10, 1.15, 1.20]
+    assert "line 2 numbers the outputs" in record.notes
+
+
+def test_one_heading_over_outputs_in_another_unit_of_temperature():
+    with pytest.raises(TableError, match="is in °F; give it in degC"):
+        read("T;J;Y [mA];\n°F;;1;2\n68;1;1,1;1,2\n68;2;1,2;1,3\n")

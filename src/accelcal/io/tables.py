@@ -30,6 +30,7 @@ from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.lone_output import with_lone_output
 from accelcal.io.lots import lot_of_column
+from accelcal.io.numbers_row import with_numbers_below
 from accelcal.io.output_unit import (
     Written,
     factor_of_std,
@@ -246,7 +247,9 @@ def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
 
 
 def _layout(text: SourceText) -> Layout:
-    return with_temperature_of_sheet(with_units_below(read_layout(text)), text.sheet)
+    return with_temperature_of_sheet(
+        with_units_below(with_numbers_below(read_layout(text))), text.sheet
+    )
 
 
 def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> Survey:
