@@ -202,6 +202,11 @@ ERRORS = {
         OK + "20,up,1,1.3\n",
         "5: position 'up' is not a number; write a number",
     ),
+    "a stroke in words": (
+        OK + "20,7,fwd,1.3\n",
+        "5: stroke 'fwd' is not a number; write its number; words such as forward and back stand in"
+        " a column direction",
+    ),
     "underscore": (OK + "20,7,1,1_0\n", f"5: output '1_0' is not a number; {NUMBER}"),
     "infinite": (
         OK + "20,7,1,-inf\n",

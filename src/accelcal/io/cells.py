@@ -26,7 +26,8 @@ MISSING = frozenset(
 """Cells that stand for a missing value, in lower case."""
 
 _REMEDIES = {
-    **dict.fromkeys(("position", "stroke", "clamping"), "write a number"),
+    **dict.fromkeys(("position", "clamping"), "write a number"),
+    "stroke": "write its number; words such as forward and back stand in a column direction",
     "temperature": "write a number, or 'unknown' where it is not known",
     "time": "write seconds, a clock time as 14:30:00, or both as 2024-05-31T14:30:00",
     "angle": "write head angles in degrees, as 22.5 or 22\u00b030'",
