@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.reference import LEAST_RISE
 from accelcal.results.beyond_uncertainty import EXTRAPOLATED, LESS_CERTAIN
 from accelcal.sentences import Sentence
@@ -82,6 +83,8 @@ def law_sentences(
         )
     yield from _of_loop(loop, shift_source)
     yield _of_far_reference(reference, temperature)
+    if len(sides) == 2:
+        yield from _of_reference_between(reference, temperature)
 
 
 def _of_other_slopes(
@@ -134,3 +137,21 @@ def _of_far_reference(reference: Array, temperature: Array) -> Sentence:
         ),
         [reference, outside, low, high],
     )
+
+
+def _of_reference_between(reference: Array, temperature: Array) -> Iterator[Sentence]:
+    """Say where no level lies at T0 and one alone on a side, so that no misfit shows the break."""
+    rise = temperature - reference[:, None]
+    is_apart = np.abs(rise).min(axis=1) > SAME_LEVEL
+    for side, other, beyond in (("above", "below", rise), ("below", "above", -rise)):
+        farthest = beyond.max(axis=1, keepdims=True)
+        is_alone = np.all((beyond < 0.0) | (farthest - beyond <= SAME_LEVEL), axis=1)
+        yield Sentence(
+            is_apart & is_alone,
+            lambda t0, side=side, other=other: (
+                f"no level lies at T0 = {t0:g} degC, and one alone {side} it: the values at T0 are"
+                f" extrapolated from the levels {other}, and {EXTRAPOLATED}; give T0 at a measured"
+                " level"
+            ),
+            [reference],
+        )
