@@ -96,6 +96,12 @@ ERRORS = {
         "1: no column for output among 'temperature, position, stroke';"
         " add a column output, or Y1, Y2, ... for the strokes",
     ),
+    "strokes by other names": (
+        "T,J,Forward [mA],Back [mA]\n20,1,1.3,1.3\n",
+        "1: no column for output among 'T, J, Forward [mA], Back [mA]';"
+        " add a column output, or Y1, Y2, ... for the strokes, or a line"
+        " '# serials: Forward, Back' if these are accelerometers",
+    ),
     "serial of no column": (
         "# serials: A7, C3\nT,J,k,A7,B2\n20,1,1,1.3,1.3\n",
         "2: no column 'C3', which serials has; list the serials as the headings have them",

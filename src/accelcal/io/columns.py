@@ -264,9 +264,9 @@ def _require(layout: Layout, roles: Mapping[str, int], across: str) -> None:
         numbered = across == "stroke"
         beside = ", or a column stroke if these numbers are positions" if numbered else ""
         wanted += [("position", "position or angle", f"a column position or angle{beside}")]
-    wanted += [("stroke", "stroke", "a column stroke or a line '# stroke: 1'")]
-    if not across:
+    if not across:  # before the stroke, which those of each stroke would tell
         wanted += [("output", "output", _remedy_of_outputs(layout))]
+    wanted += [("stroke", "stroke", "a column stroke or a line '# stroke: 1'")]
     for name, what, remedy in wanted:
         if name not in given and (name in ("position", "output") or name not in layout.declared):
             problem = f"no column for {what} among {_headings(layout)}"
