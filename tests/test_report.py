@@ -14,6 +14,7 @@ import pytest
 
 import accelcal
 from accelcal.report.calibration_rows import residual_grid
+from accelcal.report.findings import noise_line
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import ErrorSource
 
@@ -283,6 +284,12 @@ def test_head_error_of_zero_is_told_in_words():
     others = tuple(source for source in calibration.error_sources if source.name != "head")
     said = "head position: none shows above the reading noise (estimated, 2 degrees of freedom)"
     assert said in str(replace(calibration, error_sources=(*others, head)))
+
+
+def test_one_degree_of_freedom_is_told_in_the_singular():
+    """Beside the noise of discover it was "1 degrees of freedom"."""
+    source = ErrorSource("reading", 5e-6, "g", 1.0, "replicates")
+    assert noise_line([source]) == "noise: reading 5.0 ug (replicates, 1 degree of freedom)"
 
 
 def test_scale_factor_that_is_not_determined_has_its_unit():
