@@ -1586,6 +1586,19 @@ def test_russian_headings_with_symbols():
     assert (record.unit, record.temperature[0], record.angle[1]) == ("mA", 20.0, 45.0)
 
 
+@pytest.mark.parametrize("heading", ["Date/Time", "Datum/Uhrzeit", "DateTime", "Дата и время"])
+def test_a_date_and_time_in_one_column(heading):
+    """It was not known and set aside; beside a column of times it still is."""
+    rows = [(f"31.05.2024 10:0{j}:00", 20, j, 1, 1.0 + j) for j in range(1, 6)]
+    text = "".join(",".join(map(str, row)) + "\n" for row in rows)
+    record = read(f"{heading},T,J,k,Y\n{text}")
+    assert (record.date, record.time.tolist()) == ("31.05.2024", [60.0 * j for j in range(5)])
+    beside = "".join(f"{30 * row[2]},{','.join(map(str, row))}\n" for row in rows)
+    record = read(f"Time [s],{heading},T,J,k,Y\n{beside}")
+    assert record.time.tolist() == [30.0, 60.0, 90.0, 120.0, 150.0]
+    assert any("was set aside" in note for note in record.notes)
+
+
 @pytest.mark.parametrize(
     ("first", "second"),
     [

@@ -92,9 +92,10 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     >>> are_headings([read_heading(cell) for cell in ("temperature", "20")])
     False
     """
-    roles = {cell.role for cell in cells if cell.role and cell.role != "date"}
-    if "time" in roles and lone_output(cells):
+    roles = {cell.role for cell in cells if cell.role}
+    if roles & {"time", "date"} and lone_output(cells):
         return True  # "Zeit; Strom in mA", a record over time
+    roles.discard("date")
     numbered = [cell for cell in cells if cell.role in ACROSS]
     if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
         return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing

@@ -134,7 +134,7 @@ def read_stability(
     """
     text = read_text(source)
     layout = with_units_below(read_layout(text, _REMEDY))
-    layout = layout._replace(headings=tuple(map(_own_heading, layout.headings)))
+    layout = layout._replace(headings=_with_time([*map(_own_heading, layout.headings)]))
     layout = with_lone_output(layout)
     given = declarations_of(overrides, "unit", "serial")
     columns = _columns(layout)
@@ -179,6 +179,13 @@ def _own_heading(heading: Heading) -> Heading:
         name, unit = stem, suffix
     role = _OWN_HEADINGS.get(name.split(" ")[0].casefold())
     return heading._replace(role=role, unit=unit or None)
+
+
+def _with_time(headings: Sequence[Heading]) -> tuple[Heading, ...]:
+    """Take dates for the times, where no heading has these."""
+    if any(heading.role == "time" for heading in headings):
+        return tuple(headings)
+    return tuple(h._replace(role="time") if h.role == "date" else h for h in headings)
 
 
 def _columns(layout: Layout) -> Roles:

@@ -25,11 +25,11 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("sortie", "выход", "выходной_сигнал", "показание"),
         ),
         "run": ("run", "lauf"),
-        "time": (
-            *("time", "timestamp", "date_time", "datetime", "zeit", "uhrzeit", "datum_uhrzeit"),
-            *("zeitstempel", "temps", "heure", "horodatage", "время", "дата_время", "дата_и_время"),
+        "time": ("time", "timestamp", "zeit", "uhrzeit", "zeitstempel", "temps", "heure", "время"),
+        "date": (
+            *("date", "datum", "дата", "date_time", "datetime", "datum_uhrzeit", "horodatage"),
+            *("дата_время", "дата_и_время"),
         ),
-        "date": ("date", "datum", "дата"),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
             *("numéro_de_série", "заводской_номер"),
@@ -63,7 +63,7 @@ KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "temperature_uncertainty": ("temperature_uncertainty",),
         "resolution": ("resolution",),
         "delta0": ("delta0",),
-        "date": COLUMNS["date"],
+        "date": ("date", "datum", "дата"),
         "runs": ("runs",),
         "serials": ("serials", "seriennummern"),
         "temperature": COLUMNS["temperature"],
