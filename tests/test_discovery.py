@@ -965,6 +965,15 @@ def test_the_notes_tell_by_how_much_the_scale_factor_would_be_another():
     assert f"dead-zone in truth: K1 {apart:.3g} ppm higher" in " ".join(found.otherwise)
 
 
+def test_the_notes_tell_what_the_temperature_laws_would_be():
+    record = accelcal.simulate(effects=[effect("bias-drift").of(2e-5)], seed=1)
+    found = accelcal.discover(record)
+    assert found.effects[0].indistinguishable == ("warm-up",)
+    other = accelcal.discover(record, effects=[effect("warm-up")]).coefficients
+    slope = 1e6 * next(c for c in other if c.coefficient == "K0 below T0").after.value
+    assert f"K0 below T0 {slope:.4g} ug/degC" in " ".join(found.otherwise)
+
+
 def test_fit_with_a_model_says_what_else_the_effects_could_be(discovery):
     record = accelcal.simulate(effects=[effect("scale-factor-asymmetry").of(2e-4)], seed=4)
     assert len(discovery.otherwise) == 1

@@ -120,12 +120,14 @@ def test_an_outlier_that_heavy_tails_would_explain_is_kept_and_told(clean):
         output += 1e-5 * np.random.default_rng(3).standard_t(4, output.size)
         output[60] += 1.3e-4
 
-    found, mended = faults(changed(clean, change), 20.0)
+    record = changed(clean, change)
+    found, mended = faults(record, 20.0)
     assert not found
     assert len(mended) == len(clean)
     (note,) = [note for note in mended.notes if "heavy" in note]
     assert note.startswith("run 2, stroke 1 at 270 deg")
     assert "standard deviations off its replicates" in note
+    assert note in accelcal.discover(record).notes
 
 
 def test_readings_alike_to_the_last_digit_do_not_make_the_next_digit_an_outlier(clean):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
@@ -139,7 +140,17 @@ def answered(record: TumbleRecord, question: Question) -> Discovery:
         if found and all(fault.name == _REMOUNTED for fault in found):
             tilted = _of_a_tilt(look, record, question)
             look, found = (look, found) if tilted is None else (tilted, ())
-        return _discovery(look, record, found, question)
+        told = _discovery(look, record, found, question)
+        kept = _of_kept_readings(record, mended, found)
+        return replace(told, notes=(*kept, *told.notes))
+
+
+def _of_kept_readings(
+    record: TumbleRecord, mended: TumbleRecord, found: Sequence[Fault]
+) -> tuple[str, ...]:
+    """Tell of readings that may be at fault, or could not be judged, and are kept."""
+    known = {*record.notes, *(fault.finding for fault in found)}
+    return tuple(note for note in mended.notes if note not in known)
 
 
 def _of_a_tilt(turned: Look, record: TumbleRecord, question: Question) -> Look | None:

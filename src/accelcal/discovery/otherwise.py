@@ -21,7 +21,16 @@ from accelcal.units import MICRO
 
 _MOST_RIVALS = 3
 
-_TOLD = {"g": "ug", "1": "ppm", "rad": "urad", "g/g^2": "ug/g^2", "g/g^3": "ug/g^3"}
+_TOLD = {
+    "g": "ug",
+    "1": "ppm",
+    "rad": "urad",
+    "g/g^2": "ug/g^2",
+    "g/g^3": "ug/g^3",
+    "g/degC": "ug/degC",
+    "1/degC": "ppm/degC",
+    "rad/degC": "urad/degC",
+}
 
 
 class Otherwise(NamedTuple):
@@ -65,9 +74,8 @@ def _others(
 def said_of_others(others: Sequence[Otherwise]) -> Iterator[str]:
     """Tell the coefficients where another explanation is the true one."""
     for other in others:
-        told = [_value(old, new) for old, new in other.pairs if new.after.unit in _TOLD]
-        if told:
-            yield f"{IF_IT_IS}{other.name} in truth: {', '.join(told)}"
+        told = ", ".join(_value(old, new) for old, new in other.pairs)
+        yield f"{IF_IT_IS}{other.name} in truth: {told}"
 
 
 def _value(best: Change, change: Change) -> str:
