@@ -17,7 +17,8 @@ from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.other_laws import Alternative, other_laws, other_places
 from accelcal.discovery.otherwise import Otherwise, said_of_others
-from accelcal.discovery.solution import parameters_of
+from accelcal.discovery.parameters import parameters_of
+from accelcal.discovery.tied import said_of_tied
 from accelcal.discovery.unknown_temperatures import said_of_temperatures
 from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
@@ -101,6 +102,7 @@ def caveats(
     best = found[0].instances if found else ()
     laws, places = list(other_laws(comparison, best)), list(other_places(comparison, best))
     yield from map(Caveat, said_of_untold(comparison, best))
+    yield from map(Caveat, said_of_tied(comparison, best))
     yield from map(Caveat, _by_another_law(laws))
     yield from map(Caveat, _at_other_places(places))
     yield from map(Caveat, said_of_others(others))

@@ -33,8 +33,8 @@ from accelcal.discovery.instance import (
     sizes_of,
 )
 from accelcal.discovery.own_shape import in_own_shape, said_of_denied
+from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.silence import silent_by, silent_in, unheard
-from accelcal.discovery.solution import parameters_of
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.discovery.unknown_temperatures import (
     said_of_temperatures,

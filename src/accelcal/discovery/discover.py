@@ -25,12 +25,13 @@ from accelcal.discovery.noise import (
 from accelcal.discovery.noise_caveats import noise_caveats
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.otherwise import Otherwise, otherwise, with_others_counted
+from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.run_noise import LoudRun
 from accelcal.discovery.silence import silent_in
-from accelcal.discovery.solution import changes, parameters_of, solution
+from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.unknown_temperatures import with_temperatures_of_runs
 from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
 from accelcal.discovery.unnamed.unexplained import loudest, what_is_left

@@ -19,6 +19,7 @@ from accelcal.discovery.spans import (
     squares_in,
     without,
 )
+from accelcal.discovery.tied import settled
 
 _ROUNDS = 3
 
@@ -106,6 +107,8 @@ def explanation(family: Family, places: Sequence[int], alpha: float) -> Explanat
         others = orthonormal(np.delete(directions, index, axis=1))
         instances[index] = _refined(family, place, others)
         directions[:, index] = comparison.directions(instances[index])[:, 0]
+    instances = settled(comparison, instances)
+    directions = comparison.directions(*instances)
     p_values = tuple(_p_value(family, instances, directions, index) for index in range(len(places)))
     taken = orthonormal(directions)
     passes = max(p_values) < RIVALS * alpha and agrees(family, taken, CONTRADICTION * alpha)

@@ -17,7 +17,7 @@ from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import is_needed
 from accelcal.discovery.instance import Instance, instance_of, own_columns
-from accelcal.discovery.solution import parameters_of
+from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.spans import orthonormal
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance, Effect

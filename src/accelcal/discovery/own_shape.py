@@ -14,6 +14,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
+from accelcal.discovery.tied import settled
 from accelcal.discovery.untold import fitted_sizes, slopes_of
 from accelcal.effects.parameter import Parameter
 from accelcal.numerics.probability import student_quantile
@@ -28,7 +29,7 @@ def in_own_shape(comparison: Comparison, fitted: Sequence[Instance]) -> list[Ins
     moved = list(fitted)
     for place, parameter in list(_denied(comparison, fitted)):
         moved[place] = _moved(comparison, moved, place, parameter)
-    return moved
+    return settled(comparison, moved)
 
 
 def said_of_denied(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[str]:

@@ -107,7 +107,19 @@ def slopes_of(comparison: Comparison, instances: Sequence[Instance], sizes: Size
 
 
 def untold(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
-    """Find the nonlinear parameters of some effects that the readings do not tell."""
+    """Find the nonlinear parameters of some effects that nothing tells."""
+    found = not_shown(comparison, instances)
+    return [one for one in found if not is_tied(comparison, instances[one.place])]
+
+
+def is_tied(comparison: Comparison, item: Instance) -> bool:
+    """Whether coefficients of the model that are estimated make up the amplitude of an effect."""
+    tie = item.effect.tie
+    return bool(tie) and tie.keys() <= set(comparison.model.names)
+
+
+def not_shown(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
+    """Find the nonlinear parameters of some effects that the readings alone do not tell."""
     if not any(_smooth(item) for item in instances):
         return []
     sizes = fitted_sizes(comparison, instances)

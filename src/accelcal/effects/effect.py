@@ -23,7 +23,7 @@ from accelcal.effects.conditions import Conditions
 from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError
 from accelcal.escapes import visible
-from accelcal.frozen_mapping import FrozenMapping
+from accelcal.frozen_mapping import FrozenMapping, kept_mapping
 
 __all__ = ["ActsOn", "Disturbance", "Effect"]
 
@@ -61,6 +61,10 @@ class Effect:
     bend : callable, optional
         ``bend(conditions)`` -> shape (n,) or (n, k): what bends the law of the term [g]. Where the
         readings need it beside the term, the law is another one, and the name is not given.
+    tie : mapping of str to float, optional
+        Coefficients of the model, such as ``"K0 above T0"``, whose sum with these weights is the
+        amplitude; for effects of one amplitude. Where the readings alone do not tell a nonlinear
+        parameter, it is where this holds.
     static : bool, default False
         True where the term is of the accelerometer itself and depends on nothing but `input`,
         `cross`, `axial`, `excess`, `indicated` and `gain`: then `accelcal.apply` takes it up.
@@ -91,6 +95,7 @@ class Effect:
     signature: str = "Residuals that follow the formula."
     to_tell_apart: str = "readings where their formulas differ"
     bend: Callable[[Conditions], Array] | None = None
+    tie: Mapping[str, float] = FrozenMapping()
     static: bool = False
 
     def __post_init__(self) -> None:
@@ -99,6 +104,8 @@ class Effect:
         check_written(signature=self.signature, to_tell_apart=self.to_tell_apart)
         object.__setattr__(self, "parameters", each_of(self.parameters, Parameter))
         check_choice(get_args(ActsOn), acts_on=self.acts_on)
+        tie = mapping_of(self.tie, "tie", "{'K0 above T0': 1.0}")
+        object.__setattr__(self, "tie", kept_mapping(tie))
         check_function(term=self.term, bend=self.bend)
         if self.term is None:
             raise InputError("term is None; give a function of the conditions and the parameters")

@@ -96,6 +96,7 @@ EFFECTS = (
         " temperatures.",
         to_tell_apart=f"{_MORE_LEVELS}, some near T0",
         acts_on="output",
+        tie={"K0 above T0": 1.0, "K0 below T0": -1.0},
         static=True,
         parameters=(
             Parameter("shift", "degC", "break minus T0, s", linear=False, search=_between_levels),

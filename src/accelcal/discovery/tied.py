@@ -1,0 +1,171 @@
+"""Nonlinear parameters that coefficients of the model tell, where the readings alone do not.
+
+Levels at 20, 50 and 80 degC show by how much the upper line of the bias lies off where the lower
+one leads, and not at which temperature between 20 and 50 degC it breaks. As it breaks once, the
+change of its slope there is that between the two lines, and they meet at the break.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.instance import Instance
+from accelcal.discovery.solution import covariance_root, solution
+from accelcal.discovery.spans import lengths
+from accelcal.discovery.untold import Untold, is_tied, not_shown
+from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.results.quantity import Quantity
+
+_AS_WELL = 4.0
+"""Sum of squares more that a place may leave, two standard deviations of one number."""
+
+_BEYOND = 3.0
+"""Standard uncertainties by which an amplitude that is tied may be off."""
+
+_NEAR = 1e-3
+"""Part of the range next to zero, where the effect of a tied parameter vanishes."""
+
+
+class _Tied(NamedTuple):
+    """An amplitude, and what it is more than the coefficients make it.
+
+    Attributes
+    ----------
+    values : ndarray, shape (2,)
+        The two.
+    varied : ndarray, shape (2, n)
+        What they vary by with each reading, in units of its noise.
+    chi2 : float
+        Sum of squares that the model leaves.
+    """
+
+    values: Array
+    varied: Array
+    chi2: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the amplitude is no more and no less than the coefficients make it."""
+        return bool(abs(self.values[1]) < _BEYOND * np.linalg.norm(self.varied[1]))
+
+    @classmethod
+    def of(cls, comparison: Comparison, instances: Sequence[Instance], one: Untold) -> _Tied:
+        """Fit the model, and take the two from its parameters."""
+        item = instances[one.place]
+        fit = solution(comparison, instances)
+        names = list(fit.model.names)
+        weights = np.zeros((2, len(names)))
+        weights[:, names.index(item.effect.id)] = item.mixture[0]
+        for name, weight in item.effect.tie.items():
+            weights[1, names.index(name)] -= weight
+        varied = weights @ covariance_root(comparison, fit)
+        return cls(weights @ fit.parameters, varied, fit.chi2)
+
+
+def tied(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
+    """Find the nonlinear parameters that nothing but coefficients of the model tell."""
+    if not any(is_tied(comparison, item) for item in instances):
+        return []
+    found = not_shown(comparison, instances)
+    return [one for one in found if is_tied(comparison, instances[one.place])]
+
+
+def settled(comparison: Comparison, instances: Sequence[Instance]) -> list[Instance]:
+    """Move parameters that readings do not tell to where the amplitude is what the tie makes it.
+
+    One stays where it is if that is so nowhere among the values with which the effects explain
+    the readings as well.
+    """
+    found = list(instances)
+    for one in tied(comparison, instances):
+        found[one.place] = _settled(comparison, found, one)
+    return found
+
+
+def said_of_tied(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[str]:
+    """Say which parameters follow from coefficients, and which nothing tells."""
+    for one in tied(comparison, instances):
+        effect = instances[one.place].effect
+        names = f"{one.parameter.name} from {effect.amplitudes[0].name}"
+        how = (
+            "both follow from the slopes, as of a law with no other break"
+            if _Tied.of(comparison, instances, one).holds
+            else "no law with one break has the slopes of these, and so both have no U"
+        )
+        yield (
+            f"{effect.id}: these readings alone do not tell {names}; {how}; to tell:"
+            f" {effect.to_tell_apart}"
+        )
+
+
+def quantities(
+    comparison: Comparison, instances: Sequence[Instance], one: Untold
+) -> dict[str, Quantity]:
+    """Estimate a tied parameter and its amplitude from the coefficients.
+
+    They have no uncertainty where the tie does not hold.
+
+    Notes
+    -----
+    Where the excess e of the amplitude is zero, the parameter s varies with the readings by
+    -de / (de/ds), and the amplitude a by da - (da/ds) de / (de/ds).
+    """
+    tie = _Tied.of(comparison, instances, one)
+    value, shape = instances[one.place].amplitudes[0], one.parameter
+    if not tie.holds:
+        return {
+            value.name: Quantity(float(tie.values[0]), None, value.unit),
+            shape.name: Quantity(one.value, None, shape.unit),
+        }
+    step = _NEAR * one.spread
+    above, below = (
+        _Tied.of(comparison, _at(instances, one, one.value + by), one).values
+        for by in (step, -step)
+    )
+    of_amplitude, of_excess = (above - below) / (2.0 * step)
+    varied = np.array([[1.0, -of_amplitude / of_excess], [0.0, 1.0 / of_excess]]) @ tie.varied
+    dof = comparison.space.dof
+    told = zip((value, shape), (tie.values[0], one.value), lengths(varied.T), strict=True)
+    factor = student_quantile(LEVEL, dof)
+    return {
+        p.name: Quantity(float(x), float(u), p.unit, factor * float(u), dof) for p, x, u in told
+    }
+
+
+def _settled(comparison: Comparison, instances: Sequence[Instance], one: Untold) -> Instance:
+    from scipy.optimize import brentq  # type: ignore[import-untyped]
+
+    def tie(value: float) -> _Tied:
+        return _Tied.of(comparison, _at(instances, one, value), one)
+
+    def excess(value: float) -> float:
+        return float(tie(value).values[1])
+
+    item, name = instances[one.place], one.parameter.name
+    most = tie(one.value).chi2 + _AS_WELL
+    tried = [(value, tie(value)) for value in _searched(comparison, one)]
+    for (low, at_low), (high, at_high) in pairwise(tried):
+        as_well = max(at_low.chi2, at_high.chi2) < most
+        if low * high > 0.0 and as_well and at_low.values[1] * at_high.values[1] < 0.0:
+            return item.at(name, float(brentq(excess, low, high)))
+    return item
+
+
+def _searched(comparison: Comparison, one: Untold) -> list[float]:
+    """Values that are searched, with two close to zero in place of it."""
+    near = _NEAR * one.spread
+    search = one.parameter.search
+    grid = search(comparison.model.conditions).tolist() if search else []
+    values = np.unique([*grid, one.value, -near, near])
+    return [value for value in values.tolist() if abs(value) >= near]
+
+
+def _at(instances: Sequence[Instance], one: Untold, value: float) -> list[Instance]:
+    moved = instances[one.place].at(one.parameter.name, value)
+    return [*instances[: one.place], moved, *instances[one.place + 1 :]]

@@ -1,0 +1,64 @@
+"""The bias breaks once: where it does follows from its slopes, if no level lies close to it."""
+
+import pytest
+
+import accelcal
+from accelcal.simulation import TumblePlan
+
+SHIFT = accelcal.effect("break-shift")
+LEVELS = TumblePlan(temperatures=(20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0, 20.0))
+SLOPE_CHANGE = 6e-6  # of the AL-15
+
+
+def record_of(shift, seed, slope_change=SLOPE_CHANGE):
+    return accelcal.simulate(
+        plan=LEVELS, effects=[SHIFT.of(shift, slope_change=slope_change)], seed=seed
+    )
+
+
+def discovered(*args):
+    found = accelcal.discover(record_of(*args))
+    (effect,) = found.effects
+    assert effect.id == "break-shift"
+    (note,) = [note for note in found.notes if "do not tell shift from slope_change" in note]
+    return found, effect.parameters, note
+
+
+def is_covered(quantity, truth):
+    return abs(quantity.value - truth) < quantity.expanded_uncertainty
+
+
+@pytest.mark.parametrize("shift", [15.0, -15.0])
+@pytest.mark.parametrize("seed", [2, 4])
+def test_the_break_is_where_the_two_lines_meet(shift, seed):
+    """It was anywhere between two levels, with a change of the slope to match and a U too small."""
+    _, parameters, note = discovered(shift, seed)
+    assert is_covered(parameters["shift"], shift)
+    assert is_covered(parameters["slope_change"], SLOPE_CHANGE)
+    assert parameters["shift"].expanded_uncertainty < 5.0
+    assert "both follow from the slopes" in note
+
+
+def test_a_fit_finds_the_break_in_its_own_readings():
+    model = discovered(15.0, 2)[0]
+    for shift in (15.0, 22.0):
+        (effect,) = accelcal.fit(record_of(shift, 4), model=model).effects
+        assert is_covered(effect.parameters["shift"], shift)
+        assert is_covered(effect.parameters["slope_change"], SLOPE_CHANGE)
+
+
+def test_where_the_slopes_have_two_breaks_neither_has_an_uncertainty():
+    _, parameters, note = discovered(15.0, 2, 6e-5)
+    assert parameters["shift"].expanded_uncertainty is None
+    assert parameters["slope_change"].expanded_uncertainty is None
+    assert "no law with one break" in note
+
+
+def test_a_tie_is_made_of_names():
+    with pytest.raises(accelcal.InputError, match="tie"):
+        accelcal.Effect(
+            **{name: getattr(SHIFT, name) for name in ("name", "physics", "formula", "parameters")},
+            id="other-shift",
+            term=SHIFT.term,
+            tie=5,
+        )
