@@ -984,6 +984,19 @@ def test_fit_with_a_model_says_what_else_the_effects_could_be(discovery):
     assert added == {"hysteresis: not sure, as the notes of the discovery say"}
 
 
+def test_recorded_temperatures_that_scatter_tell_no_slopes_beside_free_shifts():
+    """Slopes were those of the scatter, and K1 changed by 5600 ppm beside an offset."""
+    record = accelcal.simulate(effects=[effect("stroke-offset").of(3e-5)], seed=1, declare=False)
+    scatter = np.random.default_rng(1).normal(0.0, 0.03, len(record))
+    record = replace(record, temperature=record.temperature + scatter)
+    laws = accelcal.fit(record).temperature_model
+    found = {c.coefficient: c for c in accelcal.discover(record).coefficients}
+    slope, gain = found["K0 above T0"].after, found["K1"]
+    assert slope.standard_uncertainty is None
+    assert slope.value == pytest.approx(laws.k0.above.value, abs=1e-6)
+    assert gain.after.value == pytest.approx(gain.before.value, abs=1e-5)
+
+
 @pytest.mark.parametrize("declared", [True, False])
 @pytest.mark.parametrize("levels", [(20.0, 80.0), (20.0, 80.0, -40.0), (60.0, 80.0, 40.0)])
 def test_slopes_of_the_scale_factor_are_over_its_value_at_t0(levels, declared):

@@ -23,7 +23,9 @@ _RANK = 1e-9
 _NO_TRACE = 1e-12
 """Length of a column over the longest, below which it is rounding."""
 
-_SMALL = 1e-4
+_WIDE = 30.0
+"""Standard uncertainty of a free shift, over that which the readings of its run alone give it."""
+
 _UNITS: Mapping[str, str] = {
     "K0": "g",
     "K1": "1",
@@ -96,9 +98,10 @@ def covariance_root(comparison: Comparison, fit: Solution) -> Array:
 
 def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
     jacobian = comparison.space.whiten(fit.model.jacobian(fit.parameters))
-    norms = _norms(jacobian)
-    inverse = np.linalg.pinv(jacobian / norms, rcond=_RANK)
-    smallest = _with_small_shifts(comparison.model, jacobian, fit.parameters)
+    norms, rows = _norms(jacobian), len(jacobian)
+    whole = np.vstack([jacobian / norms, _against_shifts(comparison.model, norms)])
+    inverse = np.linalg.pinv(whole, rcond=_RANK)
+    smallest = inverse[:, :rows] @ (jacobian @ fit.parameters) / norms
     left_open = _left_open(comparison, fit)
     factor, dof = student_quantile(LEVEL, comparison.space.dof), float(comparison.space.dof)
     found = {}
@@ -108,11 +111,12 @@ def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
             continue  # no reading tells of it
         scaled = functional / norms
         through = scaled @ inverse
-        missed = np.abs(through @ (jacobian / norms) - scaled).max()
-        if missed > _DETERMINED * np.abs(scaled).max():
+        missed = np.abs(through @ whole - scaled).max() > _DETERMINED * np.abs(scaled).max()
+        by_readings, by_shifts = (float(part @ part) for part in np.split(through, [rows]))
+        if missed or by_shifts > by_readings:
             found[name] = Quantity(float(functional @ smallest), None, _unit(name))
             continue
-        u = float(np.sqrt(through @ through + ((functional @ left_open) ** 2).sum()))
+        u = float(np.sqrt(by_readings + ((functional @ left_open) ** 2).sum()))
         value = float(functional @ fit.parameters)
         found[name] = Quantity(value, u, _unit(name), factor * u, dof)
     return found
@@ -133,15 +137,11 @@ def _norms(jacobian: Array) -> Array:
     return np.where(norms > _NO_TRACE * norms.max(), norms, np.inf)
 
 
-def _with_small_shifts(model: BaseModel, jacobian: Array, parameters: Array) -> Array:
-    """Parameters of the same fit in which the free shifts of the runs are as small as can be."""
+def _against_shifts(model: BaseModel, norms: Array) -> Array:
+    """Rows that hold the free shifts of the runs near zero, where the readings leave them open."""
     names = list(model.names)
-    norms = _norms(jacobian)
     shifts = [i for i, name in enumerate(names) if name in names[:i] and np.isfinite(norms[i])]
-    penalty = _SMALL * np.eye(parameters.size)[shifts]
-    whole = np.vstack([jacobian / norms, penalty])
-    target = np.concatenate([jacobian @ parameters, np.zeros(len(shifts))])
-    return np.asarray(np.linalg.lstsq(whole, target, rcond=1e-12)[0] / norms)
+    return np.asarray(np.eye(norms.size)[shifts] / _WIDE)
 
 
 def _functionals(model: BaseModel) -> dict[str, Array]:
