@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tomllib
 from collections import Counter
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -23,6 +24,8 @@ from accelcal.stand_uncertainty.readings import StandConditions
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "accelcal"
 MODULES = sorted(SOURCE.rglob("*.py"))
+PACKAGES = sorted(SOURCE.glob("*/**/__init__.py"))
+LIBRARY = [path for path in MODULES if path.relative_to(SOURCE).parts[0] != "cli"]
 
 FLOORS = (
     {"__init__", "__main__"},
@@ -75,8 +78,14 @@ def name_of(path):
     return path.relative_to(ROOT).as_posix()
 
 
+@cache
+def text_of(path):
+    return path.read_text(encoding="utf-8")
+
+
+@cache
 def tree_of(path):
-    return ast.parse(path.read_text(encoding="utf-8"))
+    return ast.parse(text_of(path))
 
 
 def room_of(module):
@@ -107,6 +116,12 @@ def functions_of(path):
             yield node
 
 
+def wrong_in(paths, rule):
+    """What a rule finds wrong, by the names of the modules where it finds something."""
+    found = {name_of(path): list(rule(path)) for path in paths}
+    return {name: wrong for name, wrong in found.items() if wrong}
+
+
 def lines_of_body(function):
     """Lines behind the signature and the docstring, which are as long as there is to tell."""
     statements = function.body[1:] if ast.get_docstring(function) else function.body
@@ -116,12 +131,9 @@ def lines_of_body(function):
 # -- rooms -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_imports_point_downwards(path):
+def upward(path):
+    """Modules that a module imports and that are not below it."""
     room = path.relative_to(SOURCE).parts[0].removesuffix(".py")
-    assert room in FLOOR_OF, f"room {room} is on no floor"
-    if room == "__init__":
-        return
     tree = tree_of(path)
     at_the_top = set(imported_modules(tree.body))
     for module in imported_modules(ast.walk(tree)):
@@ -129,18 +141,25 @@ def test_imports_point_downwards(path):
         allowed = other == room or FLOOR_OF[other] > FLOOR_OF[room]
         if module not in at_the_top:
             allowed |= (room, other) in SHOWN
-        assert allowed, f"{room} imports {module}, which is not below it"
+        if not allowed:
+            yield module
 
 
-@pytest.mark.parametrize("path", sorted((SOURCE / "io").rglob("*.py")), ids=name_of)
-def test_rooms_of_io_stand_above_its_modules(path):
+def test_imports_point_downwards():
+    rooms = {path.relative_to(SOURCE).parts[0].removesuffix(".py") for path in MODULES}
+    assert rooms == {*FLOOR_OF}
+    assert wrong_in(MODULES, upward) == {}
+
+
+def test_rooms_of_io_stand_above_its_modules():
     rooms = {item.parent.name for item in (SOURCE / "io").glob("*/__init__.py")}
-    imported = {
-        module.split(".")[2]
-        for module in imported_modules(ast.walk(tree_of(path)))
-        if "accelcal.io." in module
-    }
-    assert imported & rooms <= {path.parent.name}
+
+    def rooms_above(path):
+        modules = imported_modules(ast.walk(tree_of(path)))
+        imported = {module.split(".")[2] for module in modules if "accelcal.io." in module}
+        return imported & rooms - {path.parent.name}
+
+    assert wrong_in(sorted((SOURCE / "io").rglob("*.py")), rooms_above) == {}
 
 
 def test_the_page_on_the_structure_has_the_floors():
@@ -159,37 +178,36 @@ def test_the_page_on_the_structure_names_what_there_is():
         assert not name or hasattr(home, name)
 
 
-@pytest.mark.parametrize("path", sorted(SOURCE.glob("*/**/__init__.py")), ids=name_of)
-def test_packages_hold_only_a_docstring(path):
+@pytest.mark.parametrize("path", PACKAGES, ids=name_of)
+def test_packages_hold_only_a_docstring_that_names_modules_that_there_are(path):
     tree = tree_of(path)
-    assert ast.get_docstring(tree)
     assert len(tree.body) == 1
-
-
-@pytest.mark.parametrize("path", sorted(SOURCE.glob("*/**/__init__.py")), ids=name_of)
-def test_packages_name_the_modules_that_they_have(path):
     have = {item.stem for item in path.parent.iterdir()}
-    named = re.findall(r"(?<!`)`([a-z]\w*)(?:\.\w+)*`(?!`)", ast.get_docstring(tree_of(path)))
+    named = re.findall(r"(?<!`)`([a-z]\w*)(?:\.\w+)*`(?!`)", ast.get_docstring(tree))
     assert set(named) - have <= {"accelcal"}
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_library_does_not_import_click(path):
-    if path.relative_to(SOURCE).parts[0] != "cli":
-        assert not re.search(r"^\s*(import|from) click\b", path.read_text("utf-8"), re.MULTILINE)
+def test_library_does_not_import_click():
+    imported = re.compile(r"^\s*(?:import|from) click\b", re.MULTILINE)
+    assert wrong_in(LIBRARY, lambda path: imported.findall(text_of(path))) == {}
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_library_changes_nothing_that_threads_share(path):
+SHARED_BY_THREADS = {
+    *("catch_warnings", "simplefilter", "filterwarnings"),
+    *("redirect_stdout", "redirect_stderr", "chdir", "setlocale", "seterr", "set_option"),
+}
+
+
+def test_library_changes_nothing_that_threads_share():
     """What such a thing puts back in the end is what another thread has just changed."""
-    if path.relative_to(SOURCE).parts[0] != "cli":
+
+    def changed(path):
         nodes = list(ast.walk(tree_of(path)))
         used = {node.id for node in nodes if isinstance(node, ast.Name)}
         used |= {node.attr for node in nodes if isinstance(node, ast.Attribute)}
-        assert not used & {
-            *("catch_warnings", "simplefilter", "filterwarnings"),
-            *("redirect_stdout", "redirect_stderr", "chdir", "setlocale", "seterr", "set_option"),
-        }
+        return used & SHARED_BY_THREADS
+
+    assert wrong_in(LIBRARY, changed) == {}
 
 
 def test_no_attic():
@@ -202,16 +220,16 @@ def test_no_attic():
 # -- lengths ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_modules_are_short(path):
-    lines = len(path.read_text("utf-8").splitlines())
-    assert lines <= LONGEST_MODULE
+def test_modules_are_short():
+    lengths = {name_of(path): len(text_of(path).splitlines()) for path in MODULES}
+    assert {name: n for name, n in lengths.items() if n > LONGEST_MODULE} == {}
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_functions_are_short(path):
-    lengths = {item.name: lines_of_body(item) for item in functions_of(path)}
-    assert {name: n for name, n in lengths.items() if n > LONGEST_FUNCTION} == {}
+def test_functions_are_short():
+    def long(path):
+        return [f.name for f in functions_of(path) if lines_of_body(f) > LONGEST_FUNCTION]
+
+    assert wrong_in(MODULES, long) == {}
 
 
 # -- public names ----------------------------------------------------------------------------------
@@ -223,11 +241,10 @@ HOMES = {
 """Public name -> the module where it lives."""
 
 
-@pytest.mark.parametrize("name", HOMES)
-def test_public_names_resolve(name):
-    home = import_module(HOMES[name])
-    assert getattr(accelcal, name) is getattr(home, name)
-    assert name in home.__all__
+def test_public_names_resolve():
+    homes = {name: import_module(home) for name, home in HOMES.items()}
+    assert [n for n, home in homes.items() if getattr(accelcal, n) is not getattr(home, n)] == []
+    assert [n for n, home in homes.items() if n not in home.__all__] == []
 
 
 def test_names_are_listed_where_they_are_public_or_in_the_reference():
@@ -302,23 +319,27 @@ def examples_of(kind):
     return ["".join(example.source for example in parse(text)) for text in told if text]
 
 
-@pytest.mark.parametrize("name", [n for n in accelcal.__all__ if callable(getattr(accelcal, n))])
-def test_examples_of_public_names_run_where_they_are_pasted(name):
+def unknown_names(source):
+    """Names that an example uses and that neither it nor Python has."""
+    nodes = list(ast.walk(ast.parse(source)))
+    known = set(dir(builtins))
+    for part in nodes:
+        if isinstance(part, ast.alias):
+            known.add((part.asname or part.name).split(".")[0])
+        if isinstance(part, ast.ExceptHandler):
+            known.add(part.name)
+        if isinstance(part, ast.arg):
+            known.add(part.arg)
+        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
+            known.add(part.id)
+    return {part.id for part in nodes if isinstance(part, ast.Name)} - known
+
+
+def test_examples_of_public_names_run_where_they_are_pasted():
     """They import what they use: who reads `help` has the names of no module but Python's."""
-    for source in examples_of(getattr(accelcal, name)):
-        nodes = list(ast.walk(ast.parse(source)))
-        known = set(dir(builtins))
-        for part in nodes:
-            if isinstance(part, ast.alias):
-                known.add((part.asname or part.name).split(".")[0])
-            if isinstance(part, ast.ExceptHandler):
-                known.add(part.name)
-            if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
-                known.add(part.id)
-            if isinstance(part, ast.arg):
-                known.add(part.arg)
-        used = {part.id for part in nodes if isinstance(part, ast.Name)}
-        assert used <= known
+    called = {name: kind for name in HOMES if callable(kind := getattr(accelcal, name))}
+    unknown = {n: set().union(*map(unknown_names, examples_of(k))) for n, k in called.items()}
+    assert {name: names for name, names in unknown.items() if names} == {}
 
 
 def test_no_public_name_is_a_module():
