@@ -4,7 +4,7 @@
     python benchmarks/history.py --choices  # other intervals that were tried
     python benchmarks/history.py --alarms --units 2000  # false alarms of few calibrations alone
     python benchmarks/history.py --wandering  # units that wander, which the drift does not know
-    python benchmarks/history.py --smoke    # 60 units a line
+    python benchmarks/history.py --smoke    # 60 units of a few lines
 
 The units are drawn here, without accelcal: dates at random over ten years, stated uncertainties
 that differ, a part of each error that all calibrations of a unit share, and a scatter from one
@@ -209,14 +209,14 @@ def print_alarms(units: int) -> None:
     print(f"{'together':>41}  {share(sum(counts), units * len(counts))}")
 
 
-def print_wandering(units: int) -> None:
+def print_wandering(kinds: tuple[Kind, ...], units: int) -> None:
     """Print what becomes of the drift and of jumps where a bias wanders, and how often it shows."""
     print(
         f"{units} units a line, whose bias wanders; percent whose interval of the drift holds the"
     )
     print("truth, and that of a walk, in which a jump is named, and in which a note tells of it")
     print("calibrations  walk/ug in a root year  drift  walk   jump   note")
-    for number, kind in enumerate(WALKS):
+    for number, kind in enumerate(kinds):
         rng = np.random.default_rng([50, number])
         done = np.array([wandering(kind, rng) for _ in range(units)])
         cells = "".join(f"{one:7.1f}" for one in (100.0 * done.mean(axis=0)).tolist())
@@ -254,7 +254,7 @@ def lines(kinds: tuple[Kind, ...], units: int) -> Iterator[tuple[Kind, list[floa
 def main() -> None:
     """Print both tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--smoke", action="store_true", help="60 units a line, six lines")
+    parser.add_argument("--smoke", action="store_true", help="60 units of a few lines")
     parser.add_argument("--units", type=int, default=400, help="units a line")
     parser.add_argument("--choices", action="store_true", help="intervals that were tried")
     parser.add_argument("--alarms", action="store_true", help="false alarms of few calibrations")
@@ -262,7 +262,7 @@ def main() -> None:
     asked = parser.parse_args()
     units = 60 if asked.smoke else asked.units
     if asked.wandering:
-        print_wandering(units)
+        print_wandering(WALKS[1::5] if asked.smoke else WALKS, units)
         return
     if asked.alarms:
         print_alarms(units)
@@ -274,7 +274,7 @@ def main() -> None:
     print(f"Percent of units whose 95 % interval of the drift ({DRIFT:g} ug/year) holds the truth,")
     print("and of units without a jump in which one is named")
     print(f"{HEADING}  tails   history  line alone  stated only  false alarms")
-    for kind, share in lines(KINDS[:26:5] if asked.smoke else KINDS, units):
+    for kind, share in lines(KINDS[:26:10] if asked.smoke else KINDS, units):
         tails = "heavy" if kind.heavy else "normal"
         print(
             f"{kind}  {tails:6}  {share[0]:7.1f}  {share[1]:10.1f}  {share[2]:11.1f}"

@@ -129,7 +129,7 @@ def test_history():
         printed,
         re.M,
     )
-    assert len(lines) == 6
+    assert len(lines) == 3
     # of 60 intervals at 95 %, fewer than 47 hold the truth once in a million tries, and of 60 units
     # more than 7 have a jump at 1 %
     assert all(float(held) >= 100.0 * 47 / 60 and float(named) <= 12.0 for held, named in lines)
@@ -139,12 +139,11 @@ def test_history_of_units_that_wander():
     printed = run("history.py", "--wandering", "--smoke")
     cells = r" +([\d.]+)" * 4
     lines = re.findall(rf"^ +(\d+) +(\d+){cells}$", printed, re.M)
-    assert len(lines) == 8
-    still = [line for line in lines if line[1] == "0"]
-    assert all(float(held) >= 100.0 * 47 / 60 for _, _, held, *_ in still)
+    still, walking = lines
+    assert still[1] == "0" != walking[1]
+    assert float(still[2]) >= 100.0 * 47 / 60
     assert all(float(of_a_walk) >= 100.0 * 45 / 60 for _, _, _, of_a_walk, *_ in lines)
-    assert all(float(noted) <= 12.0 for *_, noted in still)
-    assert float(lines[-1][-1]) > 15.0  # of 30 calibrations, 39 % of 400 units
+    assert float(still[-1]) <= 12.0 < float(walking[-1])
 
 
 def test_gates():
