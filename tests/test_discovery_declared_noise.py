@@ -13,8 +13,8 @@ from accelcal import effect
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.declared_noise import relative_noise
+from accelcal.discovery.discover import noise_of_all
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.gap_as_given import of_all_readings
 from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise
 from accelcal.discovery.run_noise import with_noise_of_runs
 from accelcal.effects.conditions import conditions_of
@@ -217,7 +217,7 @@ def test_two_outliers_leave_each_reading_its_own_noise():
     kept = np.delete(np.arange(162), [19, 59])
     relative = relative_noise(noisy(3, "run"))
     noise = ReadingNoise(1.0, 0.0, 9, np.inf, relative[kept])
-    assert_allclose(of_all_readings(noise, found.faults).relative[kept], relative[kept])
+    assert_allclose(noise_of_all(noise, found.faults).relative[kept], relative[kept])
 
 
 # -- a run far louder than the others --------------------------------------------------------------

@@ -7,18 +7,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from accelcal.estimate.error_sources import error_sources
+from accelcal.estimate.head import HeadError
 from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, sums
 from accelcal.model import SCALE_FACTOR
+from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.reference import reference_temperature_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
 from accelcal.results.mapping import finite_or_none, frozen
-from accelcal.results.quantity import Residuals
+from accelcal.results.quantity import ErrorSource, Residuals
 from accelcal.results.table import TableCalibration
 from accelcal.version import SOFTWARE
 
@@ -56,7 +58,7 @@ def calibration_of_record(stack: CalibrationStack, place: int) -> Calibration:
         delta0_rad=stack.delta0,
         source=record.source,
         date=record.date,
-        error_sources=error_sources(tables, estimate, record.unit),
+        error_sources=_error_sources(tables, estimate, record.unit),
         gates=tuple(gate.gate(place) for gate in stack.record_gates),
         warnings=stack.warnings.of_record[place],
         software=SOFTWARE,
@@ -67,6 +69,48 @@ def calibration_of_record(stack: CalibrationStack, place: int) -> Calibration:
         effects_as_found=() if known is None else known.as_found,
         provenance=frozen(record.provenance(options.asked())),
     )
+
+
+def _error_sources(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, unit: str | None
+) -> tuple[ErrorSource, ...]:
+    """Error of the readings of each table, then head, launch, launch_sf, a declared temperature."""
+    readings = [
+        ErrorSource(
+            "reading",
+            finite_or_none(noise.factor * median(table.scatter)),
+            unit or "output unit",
+            _told_by_itself(noise, estimate.head),
+            str(noise.source),
+        )
+        for table, noise in zip(tables, estimate.noises, strict=True)
+    ]
+    others = [
+        ErrorSource(
+            name,
+            float(part.uncertainty) if part.source != "none" else None,
+            unit_,
+            finite_or_none(part.dof),
+            part.source,
+        )
+        for name, part, unit_ in (
+            ("head", estimate.head, "rad"),
+            ("launch", estimate.bias_shift, "g"),
+            ("launch_sf", estimate.scale_factor_shift, "1"),
+        )
+    ]
+    declared = tables[0].record.apparatus.temperature_uncertainty
+    heat = [ErrorSource("temperature", declared, "degC", None, "declared")] if declared else []
+    return (*readings, *others, *heat)
+
+
+def _told_by_itself(noise: ReadingNoise, head: HeadError) -> float | None:
+    """Degrees of freedom; None with none, and where residuals told noise and head at once.
+
+    Then the noise holds a part of the head's errors, see `accelcal.estimate.unrepeated`.
+    """
+    together = noise.source == "residuals" and head.source == "estimated"
+    return None if together else finite_or_none(noise.dof) or None
 
 
 def _of_tables(

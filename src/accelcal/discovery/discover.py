@@ -5,23 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.caveats import Caveat, caveats, of_partners
-from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone_or_cube import in_fit, in_place_of, with_undecided, without_bound
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.gap_as_given import gap_as_given, of_all_readings
 from accelcal.discovery.gaps import gap_of, gaps_with
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.look import Look, Question, look_through
-from accelcal.discovery.noise import (
-    refuse_too_many,
-    sources,
-)
+from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.noise_caveats import noise_caveats
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.otherwise import Otherwise, otherwise, with_others_counted
@@ -312,12 +310,25 @@ def _next_measurement(look: Look, named: Explanation, question: Question) -> str
 def _as_given(
     comparison: Comparison, record: TumbleRecord, found: Sequence[Fault], question: Question
 ) -> Gap | None:
-    """Gap of the record as it is, where the search was in another one or took some as silent."""
+    """Gap of the record as it is, where the search was in another one or took some as silent.
+
+    It is in the measure of the noise without the faults.
+    """
     silent = silent_in(comparison.model.conditions).any()
     if not (found or silent or comparison.record is not record):
         return None
-    noise = of_all_readings(comparison.noise, found)
-    return gap_as_given(record, question.reference, question.delta0, question.seed, noise)
+    noise = noise_of_all(comparison.noise, found)
+    given = compared(record, question.reference, question.delta0, noise=noise)
+    return gaps_with(given, [()], question.seed)[0]
+
+
+def noise_of_all(noise: ReadingNoise, found: Sequence[Fault]) -> ReadingNoise:
+    """Noise of readings and of the outliers that were set aside, which are as noisy as most."""
+    if noise.relative is None:
+        return noise
+    outliers = np.sort([fault.readings[0] for fault in found if fault.id == "outlier"])
+    places = outliers.astype(np.intp) - np.arange(outliers.size)  # among those that are kept
+    return noise._replace(relative=np.insert(noise.relative, places, 1.0))
 
 
 def _strongest_first(named: Explanation) -> tuple[tuple[Instance, float], ...]:
