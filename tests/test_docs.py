@@ -66,22 +66,21 @@ def test_numbers_may_differ_in_their_last_digit(old, new, same):
     assert real_output.alike(old, new) is same
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_of_pages_lead_somewhere(page):
-    text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
-    for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", text):
-        name, _, place = target.partition("#")
-        other = (page.parent / name) if name else page
-        brought = ROOT / "examples" / name  # notebooks, when the pages are built
-        assert other.exists() or brought.exists(), target
-        assert not place or place in anchors(other), target
+def test_links_of_pages_lead_somewhere():
+    for page in PAGES:
+        text = re.sub(r"```.*?```", "", page.read_text("utf-8"), flags=re.DOTALL)
+        for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", text):
+            name, _, place = target.partition("#")
+            other = (page.parent / name) if name else page
+            brought = ROOT / "examples" / name  # notebooks, when the pages are built
+            assert other.exists() or brought.exists(), (page, target)
+            assert not place or place in anchors(other), (page, target)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_no_sentence_of_a_page_was_cut_off(page):
+def test_no_sentence_of_a_page_was_cut_off():
     """A blank at the end of a line is what a cut leaves."""
-    lines = page.read_text("utf-8").splitlines()
-    assert [line for line in lines if line.endswith(" ")] == []
+    lines = [(page.name, line) for page in PAGES for line in page.read_text("utf-8").splitlines()]
+    assert [(page, line) for page, line in lines if line.endswith(" ")] == []
 
 
 def anchors(page):
@@ -116,20 +115,20 @@ WITH_NAMES_OF_THEIR_OWN = {"accelcal.plot.style"}  # it needs matplotlib
 WITHOUT_ERRATA = [page for page in PAGES if page.name != "errata.md"]  # which opens up the inside
 
 
-@pytest.mark.parametrize("page", WITHOUT_ERRATA, ids=lambda page: page.name)
-def test_pages_need_public_names_only(page):
-    imported = set(re.findall(r"from (accelcal[.\w]*) import", code_of(page)))
-    assert imported - WITH_NAMES_OF_THEIR_OWN <= {"accelcal"}
-    used = set(re.findall(r"(?<!from )\baccelcal\.(\w+)", code_of(page)))
-    assert used <= set(accelcal.__all__)
+def test_pages_need_public_names_only():
+    for page in WITHOUT_ERRATA:
+        imported = set(re.findall(r"from (accelcal[.\w]*) import", code_of(page)))
+        assert imported - WITH_NAMES_OF_THEIR_OWN <= {"accelcal"}, page
+        used = set(re.findall(r"(?<!from )\baccelcal\.(\w+)", code_of(page)))
+        assert used <= set(accelcal.__all__), page
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_pages_import_what_they_use(page):
-    code = code_of(page)
-    for name, line in {"accelcal": "import accelcal", "np": "import numpy as np"}.items():
-        first = re.search(rf"(?<!from )(?<![\w.]){name}\.\w", code)
-        assert first is None or line in code[: first.start()], line
+def test_pages_import_what_they_use():
+    for page in PAGES:
+        code = code_of(page)
+        for name, line in {"accelcal": "import accelcal", "np": "import numpy as np"}.items():
+            first = re.search(rf"(?<!from )(?<![\w.]){name}\.\w", code)
+            assert first is None or line in code[: first.start()], (page, line)
 
 
 def test_every_public_name_is_in_the_reference():

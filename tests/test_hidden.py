@@ -388,20 +388,14 @@ def test_vibration_acts_where_the_angle_counts():
 
 # -- sizes -----------------------------------------------------------------------------------------
 
-SIZED = [
-    (kind, name)
-    for name in ("three", "loop-actual", "one", "twelve")
-    for kind in kinds(DESIGNS[name])
-    if kind not in ("swapped-positions", "quantization")
-]
 
-
-@pytest.mark.parametrize(("kind", "design"), SIZED)
-def test_size_is_what_was_asked(kind, design):
-    case, table = hidden(kind, design, s=2.3, seed=5)
-    assert case.hidden == (kind,)
-    assert table.s == pytest.approx(2.3, rel=1e-6)
-    assert table.sigma == SIGMA * table.world.sensor.scale
+@pytest.mark.parametrize("design", ["three", "loop-actual", "one", "twelve"])
+def test_size_is_what_was_asked(design):
+    for kind in set(kinds(DESIGNS[design])) - {"swapped-positions", "quantization"}:
+        case, table = hidden(kind, design, s=2.3, seed=5)
+        assert case.hidden == (kind,)
+        assert table.s == pytest.approx(2.3, rel=1e-6)
+        assert table.sigma == SIGMA * table.world.sensor.scale
 
 
 def test_sizes_of_one_seed_differ_by_the_size_alone():

@@ -1,6 +1,7 @@
 """Student and Fisher against scipy, and against 30-digit integrals where scipy loses digits."""
 
 import math
+from itertools import product
 
 import mpmath
 import numpy as np
@@ -26,14 +27,19 @@ def close(value):
     return pytest.approx(value, rel=1e-10, abs=0.0)
 
 
+def all_of(function, *columns):
+    """What a function of numbers gives for each row of some columns."""
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return np.array([function(*row) for row in rows])
+
+
 # -- Student ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("dof", DOF)
-@pytest.mark.parametrize("t", [1e-3, 0.3, 1.0, 1.7, 1.8, 2.0, 5.0, 12.0, 30.0])
-def test_survival_is_that_of_scipy(t, dof):
-    assert student_survival(t, dof) == close(float(stats.t.sf(t, dof)))
-    assert student_survival(-t, dof) == close(float(stats.t.cdf(t, dof)))
+def test_survival_is_that_of_scipy():
+    t, dof = np.array([*product([1e-3, 0.3, 1.0, 1.7, 1.8, 2.0, 5.0, 12.0, 30.0], DOF)]).T
+    assert all_of(student_survival, t, dof) == close(stats.t.sf(t, dof))
+    assert all_of(student_survival, -t, dof) == close(stats.t.cdf(t, dof))
 
 
 @pytest.mark.parametrize("t", [1e-12, 1e-9, 1e-5, 1e3, 1e8, 1e100])
@@ -64,10 +70,9 @@ def test_survival_at_the_ends():
     assert student_survival(1e200, 3.0) == 0.0
 
 
-@pytest.mark.parametrize("dof", DOF)
-@pytest.mark.parametrize("level", [0.1, 0.5, 0.683, 0.9, 0.95, 0.99, 0.9973, 1 - 1e-9])
-def test_quantile_is_that_of_scipy(level, dof):
-    assert student_quantile(level, dof) == close(float(stats.t.isf(0.5 * (1.0 - level), dof)))
+def test_quantile_is_that_of_scipy():
+    level, dof = np.array([*product([0.1, 0.5, 0.683, 0.9, 0.95, 0.99, 0.9973, 1 - 1e-9], DOF)]).T
+    assert all_of(student_quantile, level, dof) == close(stats.t.isf(0.5 * (1.0 - level), dof))
 
 
 @given(st.floats(0.01, 0.9999), st.floats(0.3, 1e8))
@@ -103,18 +108,17 @@ def test_no_degrees_of_freedom(dof):
 # -- Fisher ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("dof2", [0.5, 1.0, 2.0, 46.0, 1e3, 1e6])
-@pytest.mark.parametrize("dof1", [0.5, 1.0, 2.0, 6.0, 50.0, 1e4])
-@pytest.mark.parametrize("ratio", [1e-6, 0.01, 0.5, 0.999, 1.0, 1.7, 4.0, 1e3])
-def test_f_survival_is_that_of_scipy(ratio, dof1, dof2):
-    expected = float(stats.f.sf(ratio, dof1, dof2))
-    assert f_survival(ratio, dof1, dof2) == pytest.approx(expected, rel=1e-10, abs=1e-300)
+def test_f_survival_is_that_of_scipy():
+    ratios, dofs = [1e-6, 0.01, 0.5, 0.999, 1.0, 1.7, 4.0, 1e3], [0.5, 1.0, 2.0]
+    rows = np.array([*product(ratios, [*dofs, 6.0, 50.0, 1e4], [*dofs, 46.0, 1e3, 1e6])]).T
+    expected = pytest.approx(stats.f.sf(*rows), rel=1e-10, abs=1e-300)
+    assert all_of(f_survival, *rows) == expected
 
 
-@pytest.mark.parametrize("dof1", [1.0, 2.0, 6.0, 50.0])
-@pytest.mark.parametrize("ratio", [0.01, 0.9, 1.0, 2.0, 10.0])
-def test_f_survival_of_a_known_variance_is_chi_square(ratio, dof1):
-    assert f_survival(ratio, dof1, math.inf) == close(float(stats.chi2.sf(dof1 * ratio, dof1)))
+def test_f_survival_of_a_known_variance_is_chi_square():
+    ratio, dof1 = np.array([*product([0.01, 0.9, 1.0, 2.0, 10.0], [1.0, 2.0, 6.0, 50.0])]).T
+    found = all_of(f_survival, ratio, dof1, np.full_like(ratio, math.inf))
+    assert found == close(stats.chi2.sf(dof1 * ratio, dof1))
 
 
 @given(st.floats(0.05, 20), st.floats(0.5, 1e4), st.floats(0.5, 1e4))
@@ -153,15 +157,16 @@ def test_f_survival_of_arrays_at_the_ends(size):
     assert found[4] == close(f_survival(4.0, 2, 46))
 
 
-@pytest.mark.parametrize("dof1", [1.0, 3.0, 9.0, 40.0])
-@pytest.mark.parametrize("dof2", [1.0, 3.0, 32.0, 1e6, math.inf])
-@pytest.mark.parametrize("level", [0.5, 0.01, 0.01 / 3.0, 1e-8])
-def test_f_quantile_is_that_of_scipy(level, dof1, dof2):
-    at = f_quantile(level, dof1, dof2)
-    expected = stats.chi2.isf(level, dof1) / dof1 if math.isinf(dof2) else 0.0
-    expected = expected or stats.f.isf(level, dof1, dof2)
-    assert at == pytest.approx(float(expected), rel=1e-7)  # where scipy loses digits
-    assert f_survival(at, dof1, dof2) == close(level)
+def test_f_quantile_is_that_of_scipy():
+    levels, dofs = [0.5, 0.01, 0.01 / 3.0, 1e-8], [1.0, 3.0, 9.0, 40.0]
+    rows = np.array([*product(levels, dofs, [1.0, 3.0, 32.0, 1e6])]).T
+    assert all_of(f_quantile, *rows) == pytest.approx(stats.f.isf(*rows), rel=1e-7)  # loses digits
+    level, dof1 = np.array([*product(levels, dofs)]).T
+    infinite = np.full_like(level, math.inf)
+    expected = pytest.approx(stats.chi2.isf(level, dof1) / dof1, rel=1e-7)
+    assert all_of(f_quantile, level, dof1, infinite) == expected
+    rows = np.hstack([rows, [level, dof1, infinite]])
+    assert all_of(f_survival, all_of(f_quantile, *rows), *rows[1:]) == close(rows[0])
 
 
 @pytest.mark.parametrize("apart", [1e-9, 1e-3, 0.5])
