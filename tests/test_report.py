@@ -88,6 +88,7 @@ MANY = {
         "header": "# serial: \x1b[2J\x07µ日本<script>\n# unit: µA",
         "levels": ("20", "unknown"),
     },
+    "long run": {"text": table().replace("\n1,", "\nsecond heating after the repair,")},
     "long name": {"header": "# serial: " + "AL-15/" * 40},
 }
 

@@ -184,7 +184,8 @@ def sizes_of(effect: FoundEffect) -> str:
 def _errors(calibration: Calibration) -> Iterator[str]:
     if calibration.error_sources:
         yield "Sources of error"
-    yield from (f"  {name}: {size}" for name, size in error_rows(calibration))
+    for name, size in error_rows(calibration):
+        yield from hanging(f"{name}: {size}", "  ")
 
 
 def error_rows(calibration: Calibration) -> Iterator[tuple[str, str]]:
