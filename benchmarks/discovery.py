@@ -27,7 +27,7 @@ import accelcal
 AT_ONCE = 25
 """Tables of one design and regime that share a null simulation, at most."""
 
-SMOKE = 3
+SMOKE = 2
 """Tables of each section in a smoke."""
 
 

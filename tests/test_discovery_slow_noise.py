@@ -53,15 +53,11 @@ def test_a_warm_up_within_the_only_run_is_no_noise(seed):
     assert found.after.rms < found.before.rms
 
 
-def test_a_bias_that_walks_is_told_beside_the_name_that_it_gets():
-    found = [accelcal.discover(walked(seed, 1.5e-6)) for seed in range(12)]
-    named = [
-        each
-        for each in found
-        if {item.id for item in each.effects} & {"bias-step", "bias-drift", "warm-up"}
-    ]
-    assert len(named) > 2
-    assert sum(bool(doubted(each)) for each in named) > 0.7 * len(named)
+@pytest.mark.parametrize("seed", [6, 7, 8])
+def test_a_bias_that_walks_is_told_beside_the_name_that_it_gets(seed):
+    found = accelcal.discover(walked(seed, 1.5e-6))
+    assert {item.id for item in found.effects} >= {"bias-step", "warm-up"}
+    assert doubted(found)
 
 
 @pytest.mark.parametrize(
