@@ -424,9 +424,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--only", default="", help="regimes whose names contain this")
     parser.add_argument("--choices", action="store_true", help="other estimates that were tried")
-    parser.add_argument("--smoke", action="store_true", help="60 tables a regime, no verdict")
+    parser.add_argument("--smoke", action="store_true", help="few tables a regime, no verdict")
     options = parser.parse_args(arguments)
-    tables = 60 if options.smoke else options.tables
+    tables = (6 if options.choices else 60) if options.smoke else options.tables
     print(f"{tables} tables a regime, accelcal {accelcal.__version__}; coverage [%] and, below it,")
     print("the median half width of the interval [1e-6 of K1; of laws 1e-6 of their unit];")
     print(f"standard error of a coverage of 95 %: {100 * (0.95 * 0.05 / tables) ** 0.5:.2f} %")
@@ -453,7 +453,7 @@ def _choices(tables: int, seed: int, pool: Any) -> None:
     )
     print(f"{'share':>8s}{'by squares (GUM G.4)':>24s}{'by shares':>12s}")
     for share in np.linspace(0.0, 1.0, 11):
-        welch, harmonic = _of_two_sources(share, 200 * tables, seed)
+        welch, harmonic = _of_two_sources(share, max(200 * tables, 12_000), seed)
         print(f"{share:8.1f}{welch:24.1f}{harmonic:12.1f}")
 
 

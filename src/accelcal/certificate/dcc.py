@@ -65,7 +65,7 @@ def certificate(calibration: Calibration, known: Laboratory | None = None) -> st
 def write_certificate(
     calibration: Calibration,
     path: str | PathLike[str],
-    laboratory: str | PathLike[str] | None = None,
+    laboratory: str | PathLike[str] | None,
 ) -> None:
     """Write a certificate to a file.
 
@@ -75,7 +75,7 @@ def write_certificate(
         The calibration.
     path : path
         File to write, whole or not at all.
-    laboratory : path, optional
+    laboratory : path or None
         TOML file of laboratory, customer and persons.
 
     Raises

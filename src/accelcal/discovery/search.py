@@ -80,7 +80,7 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
     return Findings(before, (), nearest)
 
 
-def in_the_main(family: Family, *, alpha: float = 0.01, most: int = 3) -> Explanation | None:
+def in_the_main(family: Family, *, alpha: float, most: int) -> Explanation | None:
     """Find the effects that explain nearly all of a disagreement which none explains whole.
 
     It is the smallest such set. There is none where another one leaves little more.

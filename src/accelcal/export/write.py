@@ -162,8 +162,8 @@ def write_export(
 def export_text(
     calibration: Calibration | TriadCalibration,
     form: str,
-    sha256: str | None = None,
-    run: str | int | None = None,
+    sha256: str | None,
+    run: str | int | None,
 ) -> str:
     """Write an export in one of `FORMS`, and warn of what is assumed.
 
@@ -173,9 +173,9 @@ def export_text(
         The calibration.
     form : {"c", "yaml", "csv"}
         The form.
-    sha256 : str, optional
+    sha256 : str or None
         SHA-256 of the document of the calibration, in hexadecimal.
-    run : str or int, optional
+    run : str, int or None
         Export the table of this run only.
 
     Returns

@@ -30,7 +30,7 @@ _FEW = 2.0
 
 
 def from_known_attitudes(
-    output: Array, up: Array, visits: Visits, shaft: tuple[str, ...] | None = None
+    output: Array, up: Array, visits: Visits, shaft: tuple[str, ...] | None
 ) -> Solution:
     """Calibrate a triad whose attitudes are known.
 
@@ -42,7 +42,7 @@ def from_known_attitudes(
         Acceleration along the axes of the block [g].
     visits : Visits
         The visits to these attitudes.
-    shaft : tuple of str, optional
+    shaft : tuple of str or None
         Shaft of each attitude, on which the block was clamped anew.
 
     Returns

@@ -201,10 +201,7 @@ class SampleHeadings:
 
 
 def read_sample_headings(
-    readline: Callable[[], str],
-    source: str,
-    form: StreamForm = ONE_ACCELEROMETER,
-    unit: str | None = None,
+    readline: Callable[[], str], source: str, form: StreamForm, unit: str | None = None
 ) -> SampleHeadings:
     """Read a stream up to its first sample.
 
@@ -214,8 +211,8 @@ def read_sample_headings(
         Gives the next line, an empty text at the end.
     source : str
         Name of the file, for messages.
-    form : StreamForm, optional
-        What its columns are; those of one accelerometer by default.
+    form : StreamForm
+        What its columns are.
     unit : str, optional
         Unit of the outputs that takes the place of that of a header line.
 
