@@ -283,7 +283,7 @@ def main() -> None:
         )
     print("Percent of units whose jump in the middle is named; scatter 10 ug")
     print("calibrations  jump/ug  named  at its place  its size held  drift holds the truth")
-    for kind, share in lines(JUMPS[4:5] if asked.smoke else JUMPS, units):
+    for kind, share in lines(JUMPS[1:2] if asked.smoke else JUMPS, units):
         print(
             f"{kind.count:12d}  {kind.jump:7g}  {share[3]:5.1f}  {share[4]:12.1f}"
             f"  {100.0 * share[5] / max(share[4], 1e-9):13.1f}  {share[0]:21.1f}"

@@ -21,7 +21,12 @@ from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import invert, invert_with, slope
 from accelcal.compensate.measured import AT_ONCE, MeasuredAcceleration, joined
 from accelcal.compensate.propagation import Part, interval_of_parts
-from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures
+from accelcal.compensate.ranges import (
+    CALIBRATE_THERE,
+    outside_temperatures,
+    within_accelerations,
+    within_temperatures,
+)
 from accelcal.compensate.triad import apply_triad, assumptions_of_triad, refuse_for_triad
 from accelcal.effects.static import Samples
 from accelcal.errors import InputError
@@ -224,8 +229,8 @@ def _solved(
         value=value,
         standard_uncertainty=standard,
         expanded_uncertainty=np.asarray(expanded),
-        within_temperatures=found.within_temperatures(rise + (found.T0_degC or 0.0)),
-        within_accelerations=found.within_accelerations(value),
+        within_temperatures=within_temperatures(found.temperatures, rise + (found.T0_degC or 0.0)),
+        within_accelerations=within_accelerations(found.accelerations, value),
     )
 
 

@@ -17,7 +17,7 @@ from accelcal.compensate.choice import BY, compensation
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
 from accelcal.compensate.levels import LevelCompensation
 from accelcal.compensate.propagation import interval_of_parts, propagated
-from accelcal.compensate.ranges import CALIBRATE_THERE
+from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures, within_temperatures
 from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping
 from accelcal.model import ERROR_UNITS, LAWS
@@ -160,14 +160,15 @@ def coefficients_at(
     check_number(temperature=temperature)
     found = compensation(calibration, run, by=by, same_launch=True, effects=False)
     warn_of(found.assumptions)
-    if not found.within_temperatures(temperature):
-        problem = found.outside_temperatures(temperature)
+    within = within_temperatures(found.temperatures, temperature)
+    if not within:
+        problem = outside_temperatures(found.temperatures, temperature)
         if not extrapolate:
             raise InputError(f"{problem}; {CALIBRATE_THERE}")
         warn_of([problem])
     rise = 0.0 if found.T0_degC is None else temperature - found.T0_degC
     by_laws = calibration.temperature_model is not None and run is None
-    known = by_laws or bool(found.within_temperatures(temperature))
+    known = by_laws or bool(within)
     units = {**ERROR_UNITS, "K1": calibration.tables[0].coefficients["K1"].unit}
     if isinstance(found, LevelCompensation):
         return _between_levels(found, rise, units)

@@ -7,16 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from accelcal.arrays import Array, Mask
+from accelcal.arrays import Array
 from accelcal.compensate.inversion import FARTHEST
 from accelcal.compensate.propagation import Part, linear_sum, propagated
-from accelcal.compensate.ranges import (
-    outside_temperatures,
-    within_accelerations,
-    within_temperatures,
-)
 from accelcal.effects.static import Samples, StaticEffects
 from accelcal.model import LAWS
 from accelcal.results.covariance import Rows
@@ -282,18 +276,6 @@ class Compensation(KnownErrors):
             tilt = tilt + axis.delta.local_slope(rise) * along
         of_effects = self.effects.heat_sensitivity(samples, a_i) if self.effects else 0.0
         return np.asarray(self.k0.local_slope(rise) + scale * bracket + tilt + of_effects)
-
-    def within_temperatures(self, temperature: ArrayLike) -> Mask:
-        """Tell which temperatures lie in the calibrated range."""
-        return within_temperatures(self.temperatures, temperature)
-
-    def outside_temperatures(self, temperature: float) -> str:
-        """Say that a temperature is outside the calibrated range, which must be known."""
-        return outside_temperatures(self.temperatures, temperature)
-
-    def within_accelerations(self, acceleration: ArrayLike) -> Mask:
-        """Tell which accelerations lie in the tested range."""
-        return within_accelerations(self.accelerations, acceleration)
 
 
 def within_reach(along: Array) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import expect
 from accelcal.compensate.coefficients import Compensation
+from accelcal.compensate.ranges import outside_temperatures, within_temperatures
 from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
@@ -73,9 +74,9 @@ def _refuse_other_temperatures(found: Compensation, record: TumbleRecord) -> Non
             f"{record.source}: {len(record) - known.size} readings without temperature, on which"
             " the calibration depends; give their temperature"
         )
-    outside = known[~found.within_temperatures(known)]
+    outside = known[~within_temperatures(found.temperatures, known)]
     if outside.size:
+        problem = outside_temperatures(found.temperatures, float(outside[0]))
         raise InputError(
-            f"{record.source}: {found.outside_temperatures(float(outside[0]))}; compare there, or"
-            " calibrate at this temperature"
+            f"{record.source}: {problem}; compare there, or calibrate at this temperature"
         )
