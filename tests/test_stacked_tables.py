@@ -320,4 +320,7 @@ def test_a_frame_may_have_the_index_of_its_outputs():
     found = accelcal.estimate_tables(outputs, ANGLES)
     frame = found.to_frame(outputs.index)
     assert frame.index.tolist() == ["b", "a"]
+    for other in ("x", ["a"], 5):
+        with pytest.raises(InputError, match=r"index is .*; it has a label for each of the 2 tab"):
+            found.to_frame(other)
     assert frame.loc["a", "K1"] == found.coefficients[1, found.names.index("K1")]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from accelcal.arguments.kinds import several
+from accelcal.arguments.kinds import as_given, several
 from accelcal.arguments.numbers import check_whole, number_array
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array, Ints
@@ -88,6 +88,11 @@ class TableEstimates(NamedTuple):
         -------
         pandas.DataFrame
             The estimates.
+
+        Raises
+        ------
+        InputError
+            If the index has not a label for each table.
         """
         import pandas as pd
 
@@ -95,7 +100,11 @@ class TableEstimates(NamedTuple):
         columns = dict(zip(self.names, values, strict=True))
         columns |= dict(zip([f"u({name})" for name in self.names], errors, strict=True))
         columns |= {"residual_rms": self.residual_rms, "dof": self.dof}
-        return pd.DataFrame(columns).set_axis(range(len(self.dof)) if index is None else index)
+        try:
+            return pd.DataFrame(columns).set_axis(range(len(self.dof)) if index is None else index)
+        except (TypeError, ValueError):
+            rule = f"a label for each of the {len(self.dof)} tables"
+            raise InputError(f"index is {as_given(index)}; it has {rule}") from None
 
 
 def estimate_tables(

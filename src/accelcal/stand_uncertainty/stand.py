@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from accelcal.arguments.kinds import each_of, expect, several
-from accelcal.arguments.numbers import check_whole
+from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_choice, check_flag, check_written
 from accelcal.arrays import Array, Places
 from accelcal.errors import InputError
@@ -176,10 +175,13 @@ class Stand:
         Raises
         ------
         InputError
-            If a factor is negative or not finite.
+            If a factor is negative or not finite, or they are not as many as the components.
         """
-        if not all(0.0 <= factor < math.inf for factor in factors):
-            raise InputError(f"factors {list(factors)}; each is a finite number, zero or more")
+        factors = several(factors)
+        check_number(0.0, **{f"factor {i}": size for i, size in enumerate(factors, start=1)})
+        if len(factors) != len(self.components):
+            counts = counted(len(factors), "factor"), counted(len(self.components), "component")
+            raise InputError(f"{counts[0]} for {counts[1]}; give one for each")
         pairs = zip(self.components, factors, strict=True)
         return replace(self, components=tuple(part.scaled(factor) for part, factor in pairs))
 
