@@ -26,6 +26,7 @@ import accelcal
 from accelcal.archive import journal, parts, reading, through, workers
 from accelcal.archive.columns import LAWS, ROWS, gate_column
 from accelcal.archive.sources import find_sources
+from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.engines import exact_numbers
 
@@ -292,13 +293,13 @@ def test_jobs_change_no_byte(archive, tmp_path, name):
     assert content(tmp_path / "1" / name) == content(tmp_path / "3" / name)
 
 
-def test_results_are_not_read_again(tmp_path, run_cli):
+def test_results_are_not_read_again(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     write_archive(tmp_path / "a", 3)
     for _ in range(2):
-        assert run_cli("batch", "a", "-o", "a/r.csv", cwd=tmp_path).returncode == 0
+        assert main(["batch", "a", "-o", "a/r.csv"]) == 0
     assert len(pd.read_csv(tmp_path / "a" / "r.csv")) == 3
-    done = run_cli("batch", "a", "-o", "other.csv", cwd=tmp_path)
-    assert done.returncode == 1
+    assert main(["batch", "a", "-o", "other.csv"]) == 1
     told = pd.read_csv(tmp_path / "other.errors.csv")["message"]
     assert told.str.contains("results of accelcal batch, not a table of readings").all()
 
@@ -327,15 +328,16 @@ def test_no_bar_in_a_pipe(archive, run_cli, tmp_path):
         (["bad", "-o", "x.csv"], "error: none of 1 file can be used, see x.errors.csv; first: bad"),
     ],
 )
-def test_wrong_use_is_one_line(tmp_path, run_cli, arguments, said):
+def test_wrong_use_is_one_line(tmp_path, monkeypatch, capsys, arguments, said):
+    monkeypatch.chdir(tmp_path)
     write_archive(tmp_path / "a", 1)
     (tmp_path / "empty").mkdir()
     (tmp_path / "bad").mkdir()
     (tmp_path / "bad" / "a.csv").write_text("nothing")
-    done = run_cli("batch", *arguments, cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.startswith(said)
-    assert done.stderr.count("\n") == 1
+    assert main(["batch", *arguments]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(said)
+    assert told.count("\n") == 1
     assert not (tmp_path / "x.csv.journal").exists()
 
 
