@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import groupby
 from operator import attrgetter, is_, itemgetter
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask, Places
-from accelcal.estimate.at_positions import at_positions
+from accelcal.estimate.at_positions import as_read_there, at_positions
 from accelcal.estimate.declared_scatter import is_weighted
 from accelcal.estimate.launch import SAME_LEVEL
-from accelcal.estimate.tables import is_usable
+from accelcal.estimate.tables import PreparedTable, is_usable
 from accelcal.gates.stack import stacked_times
-from accelcal.record import TumbleRecord
+from accelcal.record import TumbleRecord, naming
 from accelcal.reference import (
     declared_fixture_angle,
     level_of,
     reference_temperature_of,
     usual_reference,
 )
+
+if TYPE_CHECKING:
+    from accelcal.results.head_calibration import HeadCalibration
 
 _AT_A_TIME = 2000
 """Records of a plan that are calibrated together, at the memory of all their calibrations."""
@@ -131,6 +135,50 @@ class OnePlan(NamedTuple):
             recorded=tuple(t[places] for t in self.recorded),
             levels=self.levels[places],
         )
+
+    def at_true_angles(
+        self, head: HeadCalibration, tables: Sequence[PreparedTable], delta0: float
+    ) -> OnePlan:
+        """Take the known errors of the head out of the readings.
+
+        Parameters
+        ----------
+        head : HeadCalibration
+            What is known of the head.
+        tables : sequence of PreparedTable
+            The tables of the first record.
+        delta0 : float
+            Fixture angle [rad].
+
+        Returns
+        -------
+        OnePlan
+            The records with Y(th) in place of Y(th + e), e the error of the position, and with the
+            uncertainty that is left of the head as the declared one.
+
+        Raises
+        ------
+        InputError
+            If a position of the test is none of the head.
+
+        Notes
+        -----
+        The coefficients that make the difference are those of the readings that it makes.
+        """
+        first = self.records[0]
+        whole = np.empty((len(self.records), len(first)))
+        for table, mask, readings in zip(tables, self.masks, self.outputs, strict=True):
+            with naming(first):
+                error, _ = head.at(table.head)
+            true = table.record.angle + np.rad2deg(error)
+            whole[:, mask] = as_read_there(table, readings, true, delta0)
+        apparatus = replace(first.apparatus, head_uncertainty=head.uncertainty)
+        records = [
+            replace(record, output=output, apparatus=apparatus)
+            for record, output in zip(self.records, whole, strict=True)
+        ]
+        outputs = tuple(whole[:, mask] for mask in self.masks)
+        return self._replace(records=records, outputs=outputs)
 
 
 def _of_table(values: Array, mask: Mask) -> Array:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.calibrate.head import at_true_angles
 from accelcal.calibrate.known_effects import corrections, effects_component, said_of_effects
 from accelcal.calibrate.of_record import calibration_of_record
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
@@ -294,7 +293,7 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
     delta0 = fixture_angle(record, options.delta0)
     head = options.head_for(record)
     if head is not None:
-        plan = at_true_angles(plan, head, _prepared(record, delta0, options), delta0)
+        plan = plan.at_true_angles(head, _prepared(record, delta0, options), delta0)
     given, known = plan, corrections(plan, options, delta0)
     plan = OnePlan.of([item.record for item in known]) if known else plan
     tables = _prepared(plan.records[0], delta0, options)
