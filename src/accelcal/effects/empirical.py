@@ -85,7 +85,6 @@ def empirical(factor: str, angles: Iterable[float]) -> Effect:
         formula="one value for each head position",
         signature="As found in the record; no entry of the catalogue looks like it.",
         to_tell_apart="a cause; until there is one, the term holds for this stand and unit only",
-        acts_on="output",
         parameters=tuple(
             Parameter(_AT.format(angle), unit, f"value at {angle:g} deg", default=0.0)
             for angle in angles

@@ -46,7 +46,6 @@ EFFECTS = (
         formula="c dT a_i^2",
         signature="K2 of the runs rises or falls with their temperature.",
         to_tell_apart="more temperatures, or K2 of each run from more strokes",
-        acts_on="output",
         static=True,
         parameters=(Parameter("slope", "g/g^2/degC", "change of k2 with temperature"),),
         term=lambda c, slope: slope * c.excess * c.input**2,
@@ -58,7 +57,6 @@ EFFECTS = (
         formula="c dT a_i^3",
         signature="K3 of the runs rises or falls with their temperature.",
         to_tell_apart="more temperatures, or K3 of each run from more strokes",
-        acts_on="output",
         static=True,
         parameters=(Parameter("slope", "g/g^3/degC", "change of k3 with temperature"),),
         term=lambda c, slope: slope * c.excess * c.input**3,
@@ -70,7 +68,6 @@ EFFECTS = (
         formula="c dT^2",
         signature="K0 of the runs lies off the two straight lines; none with three temperatures.",
         to_tell_apart=_MORE_LEVELS,
-        acts_on="output",
         static=True,
         parameters=(Parameter("coefficient", "g/degC^2", "coefficient of dT^2 in k0"),),
         term=lambda c, coefficient: coefficient * c.excess**2,
@@ -82,7 +79,6 @@ EFFECTS = (
         formula="K1 = K1N (1 + beta dT + c dT^2)",
         signature="K1 of the runs lies off the two straight lines; none with three temperatures.",
         to_tell_apart=_MORE_LEVELS,
-        acts_on="output",
         static=True,
         parameters=(Parameter("coefficient", "1/degC^2", "coefficient of dT^2 in K1 / K1N"),),
         term=lambda c, coefficient: coefficient * c.excess**2 * c.indicated / c.gain,
@@ -95,7 +91,6 @@ EFFECTS = (
         signature="K0 of the runs between T0 and the break lies off the line; none with three"
         " temperatures.",
         to_tell_apart=f"{_MORE_LEVELS}, some near T0",
-        acts_on="output",
         tie={"K0 above T0": 1.0, "K0 below T0": -1.0},
         static=True,
         parameters=(
@@ -118,7 +113,6 @@ EFFECTS = (
         signature="K0 of the same temperature differs by 2 h with the way to it; none where T0 and"
         " one level on either side are met once each.",
         to_tell_apart="a level met both by heating and by cooling",
-        acts_on="output",
         parameters=(
             Parameter("amplitude", "g", "half the width h of the loop"),
             Parameter(

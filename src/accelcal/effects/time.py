@@ -173,7 +173,6 @@ EFFECTS = (
         signature="The closure Y9 - Y1 of each stroke has the sign of the stroke; K0 of the runs"
         " rises or falls.",
         to_tell_apart="times of the readings, and a longer record",
-        acts_on="output",
         parameters=(Parameter("rate", "g/h", "change of the bias with time"),),
         term=lambda c, rate: rate * c.time / HOUR,
         bend=_curved,
@@ -186,7 +185,6 @@ EFFECTS = (
         signature="Residuals grow with time times a_i.",
         to_tell_apart="times of the readings, a longer record, and a log of what else multiplies"
         " everything: load resistor, voltmeter, room temperature",
-        acts_on="output",
         parameters=(Parameter("rate", "1/h", "relative change of the scale factor with time"),),
         term=lambda c, rate: rate * c.time / HOUR * c.indicated,
         bend=lambda c: _curved(c) * c.indicated[:, None],
@@ -199,7 +197,6 @@ EFFECTS = (
         signature="The first readings of each run lie on one side; K0 absorbs their mean. Nearly"
         " the same as a drift where tau is long.",
         to_tell_apart="a longer run, and readings at rest just after switching on",
-        acts_on="output",
         parameters=(
             Parameter("amplitude", "g", "excess A at the start of the run"),
             Parameter(
@@ -222,7 +219,6 @@ EFFECTS = (
         formula="s from one reading on",
         signature="Residuals change their level at one moment.",
         to_tell_apart="a repeated run: a step of the unit does not come back at the same moment",
-        acts_on="output",
         parameters=(
             Parameter("step", "g", "size of the jump"),
             Parameter(
@@ -245,7 +241,6 @@ EFFECTS = (
         formula="+c/2 forward, -c/2 back",
         signature="Forward minus back is the same at all positions.",
         to_tell_apart="strokes in another order, to exclude a drift",
-        acts_on="output",
         parameters=(Parameter("offset", "g", "forward minus back, c"),),
         term=lambda c, offset: 0.5 * offset * c.rotation,
     ),
@@ -258,7 +253,6 @@ EFFECTS = (
         signature="Forward minus back goes with sign(sin th): its ratio at 45 and 90 deg is 1.",
         to_tell_apart="positions between 0 and 45 deg in both senses, where backlash falls with"
         " sin th",
-        acts_on="output",
         parameters=(
             Parameter(
                 "half_width", "g", "half the width w of the play", minimum=0.0, small=_usual_width
