@@ -285,12 +285,47 @@ def test_an_effect_that_is_not_in_the_catalogue_is_one_of_the_model(folder, caps
     assert err.startswith("model.json: effect 'backlush' is not in the catalogue"), err
 
 
-def test_a_discovery_in_place_of_a_calibration_is_told_its_use(folder, capsys):
+@pytest.mark.parametrize(
+    ("command", "begins"),
+    [
+        (["apply"], "model.json: key schema: 'accelcal/discovery/1' in place of"),
+        (["compare"], "model.json: a discovery without its calibration; write it again by"),
+    ],
+)
+def test_a_discovery_in_place_of_a_calibration_is_told_its_use(command, begins, folder, capsys):
     accelcal.discover(accelcal.simulate(seed=1)).to_json(folder / "model.json")
-    code, err = run(["compare", "model.json", "data.csv"], capsys)
+    code, err = run([*command, "model.json", "data.csv"], capsys)
     assert code == 2
-    assert err.startswith("model.json: key schema: 'accelcal/discovery/1' in place of")
+    assert err.startswith(begins)
     assert err.rstrip().endswith("use it by accelcal fit --model, and give what this writes")
+
+
+def test_compare_takes_the_model_that_discover_writes(folder, capsys):
+    """It was refused, and a fit with the model was needed first."""
+    hidden = [accelcal.effect("hysteresis").of(5e-5)]
+    for name, seed in (("first.csv", 1), ("second.csv", 2)):
+        accelcal.write_table(accelcal.simulate(effects=hidden, seed=seed), folder / name)
+    assert run(["discover", "first.csv", "-o", "model.json"], capsys)[0] == 0
+    assert run(["fit", "first.csv", "--model", "model.json", "-o", "cal.json"], capsys)[0] == 0
+    model = accelcal.read_discovery(folder / "model.json")
+    assert (model.calibration,) == read_calibrations(str(folder / "cal.json")).calibrations
+    found = []
+    for known in ("cal.json", "model.json"):
+        assert main(["compare", known, "second.csv", "--format", "json"]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    assert found[0] == found[1]
+    assert found[1]["effects"] == ["hysteresis"]
+    assert found[1]["p_value"] > 0.01
+
+
+@pytest.mark.usefixtures("folder")
+def test_compare_takes_of_several_models_that_of_the_serial_number(capsys):
+    tables = [f"{serial}.csv" for serial in "AB"]
+    for seed, name in zip("12", tables, strict=True):
+        assert run(["simulate", "--serial", name[0], "--seed", seed, "-o", name], capsys)[0] == 0
+    assert run(["discover", *tables, "-o", "models.json"], capsys)[0] == 0
+    assert main(["compare", "models.json", "B.csv", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["calibration"] == "B.csv"
 
 
 def test_a_path_in_place_of_a_calibration_is_refused():

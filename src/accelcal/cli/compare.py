@@ -35,7 +35,8 @@ def compare(
 
     Nothing is fitted: the calibration, with its effects, predicts each reading. Differences that
     noise, head, launches and the uncertainty of the calibration do not explain are shown by
-    position, stroke, cycle, time, temperature and run.
+    position, stroke, cycle, time, temperature and run. A MODEL.json of accelcal discover holds the
+    calibration with the effects that it found, and may stand in place of CAL.json.
 
     \b
     Examples:
@@ -43,12 +44,12 @@ def compare(
       accelcal compare calibration.json next-year.csv
     """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
     from accelcal.discovery.new_record.compare import compare as simulate_and_compare
-    from accelcal.io.documents.calibrations import read_calibrations
+    from accelcal.io.documents.calibrations import read_calibrations_or_models
     from accelcal.io.documents.of_serial import records_of_serial
     from accelcal.io.tables import read_tables
     from accelcal.results.result import all_to_json
 
-    known = read_calibrations(calibration)
+    known = read_calibrations_or_models(calibration)
     found = [
         simulate_and_compare(known.choose(serial or record.serial), record, same_head=same_head)
         for record in records_of_serial(read_tables(data, overrides=declared), serial)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -23,10 +25,11 @@ from accelcal.cli.options import (
     report_option,
     seed_option,
 )
-from accelcal.errors import InputError
+from accelcal.errors import AccelcalWarning, InputError
 
 if TYPE_CHECKING:
     from accelcal.record import TumbleRecord
+    from accelcal.results.discovery import Discovery
     from accelcal.results.stand_discovery import StandDiscovery
 
 
@@ -103,7 +106,9 @@ def discover(
     with click.progressbar(
         records, label="searching", file=sys.stderr, hidden=not sys.stderr.isatty()
     ) as shown:
-        found = [search(record, empirical=empirical, **asked) for record in shown]
+        found = [
+            _extended(search(record, empirical=empirical, **asked), record) for record in shown
+        ]
     stand, why_not = _stand(records, asked) if len(records) > 1 else (None, "")
     if page is not None:
         from accelcal.page.write import write_report
@@ -115,6 +120,18 @@ def discover(
         "json": lambda: all_to_json(found, stand=stand),
     }
     deliver_forms(forms, path, form)
+
+
+def _extended(found: Discovery, record: TumbleRecord) -> Discovery:
+    """Add the calibration with the effects, for `accelcal compare`; what it warns of, fit tells."""
+    from accelcal.calibrate.fit import fit
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccelcalWarning)
+            return replace(found, calibration=fit(record, model=found, delta0=found.delta0_rad))
+    except InputError:
+        return found
 
 
 def _stand(

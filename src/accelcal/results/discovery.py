@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.results.checked import Kind, checked
+from accelcal.results.calibration import Calibration
+from accelcal.results.checked import Kind, checked, or_none
 from accelcal.results.findings import (
     EMPIRICAL,
     Change,
@@ -21,7 +23,7 @@ from accelcal.results.findings import (
 )
 from accelcal.results.mapping import document_of, members
 from accelcal.results.quantity import Document, ErrorSource, sources_by_name
-from accelcal.results.result import COLUMNS_OF_A_SIZE, StoredResult, TabularResult
+from accelcal.results.result import COLUMNS_OF_A_SIZE, StoredResult, TabularResult, part_of
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -94,6 +96,9 @@ class Discovery(StoredResult, TabularResult):
         Where the readings came from, and what looked at them.
     sha256 : str or None
         SHA-256 of the bytes of the source, in hexadecimal; None where not recorded.
+    calibration : Calibration or None
+        Calibration from the same readings with these effects, which ``accelcal compare`` takes;
+        None unless ``accelcal discover`` added it.
 
     Examples
     --------
@@ -110,10 +115,13 @@ class Discovery(StoredResult, TabularResult):
     _SEVERAL: ClassVar[str] = "discoveries"
     _WRITER: ClassVar[str] = "accelcal discover"
 
-    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"noise": sources_by_name}
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+        "noise": sources_by_name,
+        "calibration": or_none(partial(part_of, Calibration)),
+    }
     _MISSING: ClassVar[Mapping[str, Any]] = {
         **dict.fromkeys(("faults", "coefficients", "notes", "doubtful", "reservations"), ()),
-        **dict.fromkeys(("output_unit", "serial", "sha256")),
+        **dict.fromkeys(("output_unit", "serial", "sha256", "calibration")),
         **{"source": "<document>", "software": "", "next_measurement": "", "readings": 0},
         **{"scale_factor": 1.0, "p_value": 1.0, "alpha": 0.01, "T0_degC": 20.0, "delta0_rad": 0.0},
     }
@@ -143,6 +151,7 @@ class Discovery(StoredResult, TabularResult):
     source: str = "<table>"
     software: str = ""
     sha256: str | None = None
+    calibration: Calibration | None = None
 
     def __str__(self) -> str:
         from accelcal.report.discovery import discovery_text
@@ -265,6 +274,7 @@ class Discovery(StoredResult, TabularResult):
             **members(
                 self, "output_unit coefficients next_measurement notes doubtful reservations"
             ),
+            **members(self, "calibration"),
         }
 
     @classmethod

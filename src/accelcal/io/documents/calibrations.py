@@ -6,10 +6,12 @@ from functools import partial
 from typing import NamedTuple
 
 from accelcal.compensate.triad import refuse_for_triad
+from accelcal.errors import DocumentError
 from accelcal.io.documents.of_serial import one_of_serial
 from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import read_as
+from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import parse_json
 from accelcal.results.result import all_from_json, parts_of
 from accelcal.results.triad import TriadCalibration
@@ -104,6 +106,45 @@ def read_calibrations(source: str) -> CalibrationFile:
     of_text = partial(all_from_json, Calibration)
     read, calibrations = read_document(source, "calibration", of_text)
     return CalibrationFile(read.name, read.sha256 or "", calibrations)
+
+
+def read_calibrations_or_models(source: str) -> CalibrationFile:
+    """Read a file of calibrations, or of discoveries that hold them.
+
+    Parameters
+    ----------
+    source : str
+        Path of a JSON file; ``"-"`` reads standard input.
+
+    Returns
+    -------
+    CalibrationFile
+        All calibrations in it.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read.
+    DocumentError
+        If it is none of these files, or of discoveries without calibrations.
+    """
+    read, calibrations = read_document(source, "calibration", _of_fits_or_models)
+    return CalibrationFile(read.name, read.sha256 or "", calibrations)
+
+
+def _of_fits_or_models(text: str) -> tuple[Calibration, ...]:
+    document = parse_json(text, writer="accelcal fit or accelcal discover")
+    if not isinstance(document, dict) or document.get("schema") != Discovery.SCHEMA:
+        return read_as(partial(parts_of, Calibration), document, Calibration._WRITER)
+    models = read_as(partial(parts_of, Discovery), document, Discovery._WRITER)
+    known = [model.calibration for model in models]
+    found = tuple(calibration for calibration in known if calibration is not None)
+    if len(found) < len(known):
+        raise DocumentError(
+            "a discovery without its calibration; write it again by accelcal discover, or"
+            " use it by accelcal fit --model, and give what this writes"
+        )
+    return found
 
 
 def read_calibrations_or_triad(source: str) -> CalibrationFile | TriadFile:
