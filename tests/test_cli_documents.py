@@ -1,6 +1,7 @@
 """Calibrations as others may write them, and damaged ones: a result or a line."""
 
 import copy
+import io
 import json
 import warnings
 
@@ -24,6 +25,7 @@ LEAF = ("value", "standard_uncertainty", "unit")
 
 COMMANDS = (
     ["apply", "cal.json", "data.csv", "-o", "out.csv", "--extrapolate"],
+    ["compare", "cal.json", "table.csv"],
     ["budget", "cal.json", "--acceleration=-1,0,1", "--time", "600,12h"],
     [
         "budget",
@@ -53,9 +55,18 @@ def one_level():
     return json.loads(accelcal.fit(accelcal.simulate(plan=plan, seed=1)).to_json())
 
 
+@pytest.fixture(scope="module")
+def table():
+    plan = accelcal.TumblePlan(temperatures=(20.0,), strokes=4)
+    text = io.StringIO()
+    accelcal.write_table(accelcal.simulate(plan=plan, seed=2), text)
+    return text.getvalue()
+
+
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch, table):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "table.csv").write_text(table)
     (tmp_path / "data.csv").write_text("output [mA],temperature\n1.25,20\n-1,35\n")
     samples = "".join(f"{i},{1.3 + (i * 7 % 11) * 1e-6}\n" for i in range(40))
     (tmp_path / "record.csv").write_text("time,output_mA\n" + samples)

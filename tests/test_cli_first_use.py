@@ -363,6 +363,23 @@ def test_laws_stay_with_their_mounting():
     assert whole.of_mounting("o-").temperature_model is None
 
 
+def test_noises_stay_with_their_tables():
+    """The tables left had the noises of the first ones, and compare failed."""
+    plan = accelcal.TumblePlan(mountings=("o+", "o-"), temperatures=(20.0, 80.0))
+    whole = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
+    assert whole.reading_noises == tuple(s for s in whole.error_sources if s.name == "reading")
+    kept = whole.of_mounting("o-")
+    assert kept.reading_noises == tuple(
+        noise
+        for table, noise in zip(whole.tables, whole.reading_noises, strict=True)
+        if table.mounting == "o-"
+    )
+    assert accelcal.Calibration.from_json(kept.to_json()) == kept
+    plan = accelcal.TumblePlan(temperatures=(20.0, 80.0))
+    found = accelcal.compare(whole.of_mounting("o+"), accelcal.simulate(plan=plan, seed=2))
+    assert found.p_value > 0.01
+
+
 def test_a_level_met_again_is_said(run, folder):
     rows = [
         f"{level},{place},{stroke},{1.3 * math.cos(place * math.pi / 4) + 1e-6 * index % 7e-6}"

@@ -190,11 +190,9 @@ def _errors(calibration: Calibration) -> Iterator[str]:
 
 def error_rows(calibration: Calibration) -> Iterator[tuple[str, str]]:
     """Tell each source of error and its size, that of the readings for each table."""
-    sources = calibration.error_sources
-    readings = (source for source in sources if source.name == "reading")
-    for table, source in zip(calibration.tables, readings, strict=False):
+    for table, source in zip(calibration.tables, calibration.reading_noises, strict=False):
         yield f"reading noise, run {table.run}", _size(source) + _in_micro_g(source, table)
-    for source in sources:
+    for source in calibration.error_sources:
         if source.name in _COMMON_SOURCES:
             yield _COMMON_SOURCES[source.name], _size(source)
 

@@ -32,6 +32,9 @@ __all__ = ["SCHEMA", "Calibration"]
 
 SCHEMA = "accelcal/calibration/1"
 
+_NOISE = "reading"
+"""Name of the noise of the readings among the sources of error, one for each table."""
+
 
 @dataclass(frozen=True, slots=True)
 class Calibration(StoredResult, TabularResult):
@@ -278,8 +281,25 @@ class Calibration(StoredResult, TabularResult):
                 f"no table of mounting {mounting!r}; the calibration has"
                 f" {', '.join(dict.fromkeys(have))}"
             )
-        laws = self._models().get(mounting)
-        return replace(self, tables=tables, temperature_model=laws, second_axis_model=None)
+        noises = (
+            noise
+            for table, noise in zip(self.tables, self.reading_noises, strict=False)
+            if table.mounting == mounting
+        )
+        others = (source for source in self.error_sources if source.name != _NOISE)
+        return replace(
+            self,
+            tables=tables,
+            error_sources=(*noises, *others),
+            temperature_model=self._models().get(mounting),
+            second_axis_model=None,
+        )
+
+    @property
+    def reading_noises(self) -> tuple[ErrorSource, ...]:
+        """Noise of the readings of each table; empty where it is not told for each of them."""
+        found = tuple(source for source in self.error_sources if source.name == _NOISE)
+        return found if len(found) == len(self.tables) else ()
 
     @property
     def main_mounting(self) -> str:

@@ -47,9 +47,8 @@ def known_noise(calibration: Calibration, scale_factor: float) -> KnownNoise | N
     The scale factor is K1 at T0 [output unit / g]. Where residuals told noise and head error at
     once, or the noise with one or two degrees of freedom, all of them count.
     """
-    sources = [s for s in calibration.error_sources if s.name == "reading"]
     known_head = not _is_told_with_the_head(calibration)
-    pairs = zip(sources, calibration.tables, strict=True)
+    pairs = zip(calibration.reading_noises, calibration.tables, strict=False)
     sources = [
         noise if known_head and _is_sure(noise) else _of_residuals(noise, table)
         for noise, table in pairs
