@@ -714,6 +714,22 @@ def test_other_documents_are_refused(text):
         TriadCalibration.from_json(text)
 
 
+@pytest.mark.parametrize("damage", ["missing", "null"])
+def test_parameters_without_a_value_are_refused(damage, tmp_path, capsys):
+    """They ended in a traceback, or in accelerations that are no numbers."""
+    up = directions(np.random.default_rng(1), 8)
+    document = accelcal.calibrate_triad(outputs(up, FULL), up).to_document()
+    if damage == "null":
+        document["parameters"]["S_yy"] |= {"value": None}
+    else:
+        del document["parameters"]["S_yy"]
+    (tmp_path / "triad.json").write_text(json.dumps(document), "utf-8")
+    (tmp_path / "imu.csv").write_text("x,y,z\n1,0.1,0.1\n", "utf-8")
+    code, out, err = run(capsys, "apply", tmp_path / "triad.json", tmp_path / "imu.csv")
+    assert (code, out) == (2, "")
+    assert "triad.json: key parameters.S_yy" in err
+
+
 # -- real blocks -----------------------------------------------------------------------------------
 
 

@@ -15,7 +15,7 @@ from accelcal.arguments.numbers import number_array
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
-from accelcal.results.checked import Kind, size_or_none
+from accelcal.results.checked import Kind, checked, mapping_of, member, number, size_or_none
 from accelcal.results.covariance import CorrelatedByName, Rows
 from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Gate, Quantity
@@ -24,12 +24,15 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.triad import TriadPlot
 
-__all__ = ["AXES", "FRAMES", "SCHEMA", "TriadCalibration"]
+__all__ = ["AXES", "FRAMES", "NAMES", "SCHEMA", "TriadCalibration"]
 
 SCHEMA = "accelcal/triad/1"
 
 AXES = "xyz"
 """Names of the channels, and of the axes of the frame."""
+
+NAMES = (*(f"b_{i}" for i in AXES), *(f"S_{i}{j}" for i in AXES for j in AXES))
+"""Bias of each channel, and its sensitivity to the acceleration along each axis of the frame."""
 
 FRAMES: Mapping[str, str] = MappingProxyType(
     {
@@ -39,6 +42,14 @@ FRAMES: Mapping[str, str] = MappingProxyType(
     }
 )
 """Each frame in words."""
+
+
+def _parameters(value: Any) -> Mapping[str, Quantity]:
+    """Take all parameters, which always have values."""
+    found = mapping_of(Quantity.from_document, NAMES)(value)
+    for name in NAMES:
+        checked(value, name, member("value", number))
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +110,10 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
 
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal triad"
-    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"g_local_m_s2": size_or_none}
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
+        "g_local_m_s2": size_or_none,
+        "parameters": _parameters,
+    }
     _MISSING: ClassVar[Mapping[str, Any]] = {"temperature_degC": None}
 
     frame: str

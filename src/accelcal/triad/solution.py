@@ -8,14 +8,10 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import DesignError
-from accelcal.results.triad import AXES
 from accelcal.triad.scatter import Scatter
 
 if TYPE_CHECKING:
     from accelcal.triad.clampings import Seats
-
-NAMES = (*(f"b_{i}" for i in AXES), *(f"S_{i}{j}" for i in AXES for j in AXES))
-"""Bias of each channel, and its sensitivity to the acceleration along each axis of the block."""
 
 _WORST = 1e-3
 """Smallest over largest singular value below which attitudes tell nothing of some combination."""

@@ -20,8 +20,9 @@ import numpy as np
 from accelcal.arguments.options import check_choice
 from accelcal.arrays import Array
 from accelcal.errors import DesignError
+from accelcal.results.triad import NAMES
 from accelcal.triad.scatter import Scatter
-from accelcal.triad.solution import NAMES, Solution, design_of
+from accelcal.triad.solution import Solution, design_of
 
 FRAMES = {"x": "S is lower triangular", "z": "S is upper triangular"}
 
