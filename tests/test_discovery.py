@@ -1152,7 +1152,7 @@ def since_the_start_of_its_run(record):
 
 
 @pytest.mark.parametrize("positions", [8, 12])
-@pytest.mark.parametrize(("factor", "back"), [("turn", 1.0), ("stroke*turn", -1.0)])
+@pytest.mark.parametrize(("factor", "back"), [("position", 1.0), ("stroke*position", -1.0)])
 def test_a_cable_that_drags_with_the_turns_of_the_head(factor, back, positions):
     """The factors took 0 and 360 deg for one position, and what differs passed for noise."""
 
@@ -1164,6 +1164,8 @@ def test_a_cable_that_drags_with_the_turns_of_the_head(factor, back, positions):
     assert found.unexplained.p_value < 1e-6
     (share,) = [share for share in found.where if share.factor == factor]
     assert share.p_value < 1e-6
+    known = {"position", "stroke", "cycle", "time", "temperature", "heating/cooling", "run"}
+    assert {part for share in found.where for part in share.factor.split("*")} <= known
 
 
 def test_a_scale_factor_that_settles_is_no_drift_of_it():

@@ -34,7 +34,7 @@ from accelcal.discovery.unknown_temperatures import with_temperatures_of_runs
 from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
 from accelcal.discovery.unnamed.unexplained import loudest, what_is_left
 from accelcal.discovery.unnamed.wide_dead_zone import SILENCED, with_open_width
-from accelcal.discovery.where import shares
+from accelcal.discovery.where import by_factor, shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
@@ -193,7 +193,9 @@ def _discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
         before=as_given or steps[0],
         after=gap_of(within, steps[-1].heldout_rms),
-        where=shares(comparison.seen, family.blocks, findings.before.blocks.tolist()),
+        where=by_factor(
+            shares(comparison.seen, family.blocks, findings.before.blocks.tolist())
+        ),
         effects=tuple(_effects(look, named, strongest, steps)) if named else (),
         unexplained=unexplained,
         undetectable=undetectable(comparison, family.candidates),

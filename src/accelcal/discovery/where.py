@@ -32,6 +32,17 @@ def shares(seen: Array, blocks: Sequence[Block], single: Sequence[float]) -> tup
     )
 
 
+def by_factor(found: Sequence[Share]) -> tuple[Share, ...]:
+    """Join the shares of one factor: both ends of a turn, at one head angle, are two positions."""
+    joined: dict[str, Share] = {}
+    for each in found:
+        factor = each.factor.replace("turn", "position")
+        other = joined.get(factor, Share(factor, 0.0, 1.0))
+        least = min(other.p_value, each.p_value)
+        joined[factor] = Share(factor, other.share + each.share, least)
+    return tuple(joined.values())
+
+
 def _holm(p: Sequence[float]) -> list[float]:
     """p-values made honest for their number, after Holm."""
     honest, largest = [1.0] * len(p), 0.0

@@ -65,7 +65,8 @@ class Share(StoredPart):
     Attributes
     ----------
     factor : str
-        ``"position"``, ``"stroke"``, ..., or several with ``"*"``.
+        ``"position"``, ``"stroke"``, ``"cycle"``, ``"time"``, ``"temperature"``,
+        ``"heating/cooling"``, ``"run"``, or several with ``"*"``.
     share : float
         Part of the sum of squares, in the measure of the noise; that of all factors and of the
         repeatability is 1.

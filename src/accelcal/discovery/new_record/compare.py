@@ -46,7 +46,7 @@ from accelcal.discovery.noise import (
     sources,
 )
 from accelcal.discovery.space import Space, space_of, whitener_of
-from accelcal.discovery.where import pattern, shares, structure
+from accelcal.discovery.where import by_factor, pattern, shares, structure
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.numerics.decimal_steps import decimal_step
@@ -267,7 +267,7 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
         one_head=same,
     )
     return _Judged(
-        where=where,
+        where=by_factor(where),
         reduced_chi2=float(coordinates @ coordinates) / coordinates.size,
         structure=told,
         runs=tuple(changes(seen.record, seen.simulated, known)),
