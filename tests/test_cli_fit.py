@@ -355,6 +355,15 @@ def test_strict_names_file_coefficient_and_remedy(run):
     assert run("eight.csv", "--strict")[0] == 0
 
 
+def test_coefficients_that_are_asked_for_are_told_or_refused(run):
+    """They were dropped with a note and exit code 0."""
+    code, out, err = run("four.csv", "--coefficients", "K0,K1,K3")
+    assert (code, out) == (2, "")
+    assert one_line(err).startswith("four.csv:3: K3 cannot be told apart from K1")
+    assert run("four.csv", "--coefficients", "K0,K1,K2,M")[0] == 0
+    assert run("four.csv")[0] == 0
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

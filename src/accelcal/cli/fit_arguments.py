@@ -50,7 +50,10 @@ def fit_arguments(options: dict[str, Any]) -> FitArguments:
         If one of the files cannot be used.
     """
     arguments = {name: options.pop(name) for name in _PLAIN}
-    arguments["coefficients"] = [name.strip() for name in options.pop("coefficients").split(",")]
+    asked = options.pop("coefficients")
+    if asked is not None:
+        arguments["coefficients"] = [name.strip() for name in asked.split(",")]
+        arguments["strict"] = True  # who names coefficients wants them all
     head, sheet, model = (options.pop(name) for name in ("head", "spec", "model"))
     specification = models = None
     if head is not None:

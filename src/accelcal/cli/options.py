@@ -330,14 +330,14 @@ calibration_options = together(
     fixture_angle_option,
     click.option(
         "--coefficients",
-        default="K0,K1,K2,K3,M,M_ip",
-        show_default=True,
-        help="Coefficients to estimate; the others are taken as zero.",
+        metavar="NAME,...",
+        help="Coefficients to estimate, the others are taken as zero; a table that cannot separate"
+        " them is refused [default: those of K0,K1,K2,K3,M,M_ip that it separates].",
     ),
     click.option(
         "--strict",
         is_flag=True,
-        help="Refuse a table that cannot separate all of these coefficients.",
+        help="Refuse a table that cannot separate all six coefficients.",
     ),
     click.option(
         "--temperature-laws",
