@@ -171,9 +171,25 @@ def test_the_schema_of_another_file_is_told_before_its_keys(run, folder):
     assert err == f"lab.toml: {schemas}\n"
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("fit", "table.csv", "--output", ""),
+        ("check", "table.csv", "--unit", ""),
+        ("design", "--optimal", ""),
+        ("discover", "table.csv", "--effects", ""),
+    ],
+)
+def test_an_empty_option_is_named(run, command):
+    """Some were taken as not given."""
+    code, out, err = run(*command)
+    assert (code, out) == (2, "")
+    assert f"'{command[-2]}': it is empty; write it, or leave the option out" in said(err)
+
+
 def test_an_empty_name_is_shown(run):
-    _, _, err = run("fit", "table.csv", "-o", "")
-    assert said(err) == "error: '' is a folder; name a file in it"
+    code, _, err = run("fit", "")
+    assert (code, said(err).startswith("'': no such file")) == (2, True)
 
 
 def test_positions_and_angles_contradict_each_other(run):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
+from accelcal.cli.values import EMPTY
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -107,13 +108,14 @@ REPORT = FileOfManyForms("accelcal.page.write")
 
 
 class Command(click.Command):
-    """A command that refuses, before any work, what cannot be right about its files.
+    """A command that refuses, before any work, empty options and what cannot be right about files.
 
     It reads standard input once, and does not write over what it reads or has written.
     """
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Look at the names of the files, and run the command."""
+        """Look at the options and the names of the files, and run the command."""
+        self._refuse_empty(ctx)
         read = [path for _, path in self._files(ctx, FileToRead)]
         if read.count("-") > 1:
             raise InputError("- is given twice; standard input can be read once, so name it once")
@@ -124,6 +126,14 @@ class Command(click.Command):
         for param, path in written:
             cast("FileToWrite", param.type).check(param.opts[0], path)
         return super().invoke(ctx)
+
+    def _refuse_empty(self, ctx: click.Context) -> None:
+        """Refuse an option without text, as of an empty variable of a script."""
+        options = (param for param in self.params if isinstance(param, click.Option))
+        for param in options:
+            given = ctx.params.get(param.name or "")
+            if given == "" or (isinstance(given, tuple) and "" in given):
+                raise click.BadParameter(EMPTY, ctx, param)
 
     def _files(self, ctx: click.Context, kind: type) -> Iterator[tuple[click.Parameter, str]]:
         """Parameters and their files."""

@@ -193,9 +193,7 @@ def _discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
         before=as_given or steps[0],
         after=gap_of(within, steps[-1].heldout_rms),
-        where=by_factor(
-            shares(comparison.seen, family.blocks, findings.before.blocks.tolist())
-        ),
+        where=by_factor(shares(comparison.seen, family.blocks, findings.before.blocks.tolist())),
         effects=tuple(_effects(look, named, strongest, steps)) if named else (),
         unexplained=unexplained,
         undetectable=undetectable(comparison, family.candidates),
