@@ -197,6 +197,12 @@ def test_positions_and_angles_contradict_each_other(run):
     assert (code, err) == (2, "error: --positions and --angles; give one of the two\n")
 
 
+def test_check_tells_the_unit_of_what_is_declared(run):
+    code, out, _ = run("check", "table.csv", "--launch-sf-uncertainty", "5ppm")
+    assert code == 0
+    assert "launch_sf_uncertainty 5e-06 of K1" in " ".join(out.split())
+
+
 def test_options_say_what_header_lines_say(run, folder):
     declared = {
         "temperature_uncertainty": 0.2,

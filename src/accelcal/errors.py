@@ -195,11 +195,32 @@ def _rebuild_table_error(problem: str, remedy: str, source: str, line: int | Non
 
 
 class DesignError(InputError):
-    """The positions of a test do not determine the coefficients that are asked for."""
+    """The positions of a test do not determine the coefficients that are asked for.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> plan = accelcal.TumblePlan(positions=4)
+    >>> try:
+    ...     accelcal.fit(accelcal.simulate(plan=plan, seed=1), strict=True)
+    ... except accelcal.DesignError as error:
+    ...     print(str(error).split("; ")[-1])
+    add positions or ask for fewer coefficients
+    """
 
 
 class DocumentError(InputError):
-    """A JSON document is not what its reader expects (schema, version, units)."""
+    """A JSON document is not what its reader expects (schema, version, units).
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> try:
+    ...     accelcal.Calibration.from_json('{"schema": "accelcal/head/1"}')
+    ... except accelcal.DocumentError as error:
+    ...     print(str(error).split(" in place")[0])
+    key schema: 'accelcal/head/1'
+    """
 
 
 class AccelcalWarning(UserWarning):

@@ -128,7 +128,7 @@ def _declared_facts(record: TumbleRecord) -> list[tuple[str, str]]:
         "local_gravity": " m/s^2",
         "head_uncertainty": " rad",
         "launch_uncertainty": " g",
-        "launch_sf_uncertainty": "",
+        "launch_sf_uncertainty": " of K1",
         "temperature_uncertainty": " degC",
         "resolution": f" {record.unit or 'output units'}",
     }
