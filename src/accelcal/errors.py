@@ -53,6 +53,15 @@ class InputError(AccelcalError, ValueError):
     ----------
     source : str or None
         Name of the file that the message begins with; None where no file is concerned.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> try:
+    ...     accelcal.effect("backlush")
+    ... except accelcal.InputError as error:
+    ...     print(str(error).split("; ")[0])
+    effect 'backlush' is not in the catalogue
     """
 
     source: str | None = None
