@@ -458,3 +458,18 @@ def test_what_is_read_back_can_be_printed(name, data):
         return
     assert str(again)
     assert repr(again)
+
+
+@pytest.mark.parametrize("laws", ["tables", "readings"])
+def test_a_calibration_of_readings_without_noise_is_read_back(laws):
+    """Of its covariances only rounding was left, not symmetric, and the reader refused them."""
+    at = [(t, k, j) for t in (20.0, 80.0, -40.0) for k in range(1, 7) for j in range(9)]
+    temperature, stroke, position = np.array(at).T
+    angle = 45.0 * position
+    columns = {"temperature": temperature, "stroke": stroke, "angle": angle}
+    columns["output"] = np.round(1.35 * np.cos(np.radians(angle)) + 0.01, 9)
+    declared = {"head_uncertainty": 6.7e-6, "launch_uncertainty": 6.7e-6}
+    declared |= {"launch_sf_uncertainty": 5e-6, "temperature_uncertainty": 0.0}
+    declared |= {"resolution": 1e-7, "unit": "mA"}
+    found = accelcal.fit(accelcal.read_arrays(columns, overrides=declared), temperature_laws=laws)
+    assert Calibration.from_json(found.to_json()) == found

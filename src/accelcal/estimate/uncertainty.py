@@ -156,7 +156,12 @@ def sums(components: Mapping[str, Component]) -> tuple[Array, Array]:
     """
     parts = components.values()
     covariance = np.sum([part.covariance for part in parts], axis=0)
-    return covariance, np.sum([part.over_dof for part in parts], axis=0)
+    return _even(covariance), _even(np.sum([part.over_dof for part in parts], axis=0))
+
+
+def _even(matrix: Array) -> Array:
+    """Make a covariance symmetric to the last digit; readings without noise leave only rounding."""
+    return np.asarray((matrix + matrix.mT) / 2.0)
 
 
 def interval_stack(components: Mapping[str, Component]) -> Intervals:
