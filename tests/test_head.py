@@ -690,3 +690,12 @@ def test_a_coverage_factor_goes_by_several_names(line):
     text = f"# uncertainty: 1 arcsec\n# {line}\nangle,error [arcsec]\n0,1\n90,-1\n"
     found = accelcal.read_head(io.StringIO(text)).uncertainty
     assert found == pytest.approx(np.deg2rad(0.5 / 3600.0))
+
+
+def test_readings_without_noise_tell_nothing_of_the_head():
+    """Rounding passed for errors of milliradians."""
+    record = accelcal.simulate(seed=1)
+    exact = 1.35 * np.cos(np.radians(record.angle)) + 0.01
+    record = dataclasses.replace(record, output=np.round(exact, 9))
+    with pytest.raises(accelcal.InputError, match="replicates are alike to the last digit"):
+        accelcal.calibrate_head([record])

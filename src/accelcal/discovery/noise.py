@@ -20,6 +20,7 @@ from accelcal.discovery.declared_noise import in_units_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
+from accelcal.estimate.noise import ALIKE, LEAST_NOISE
 from accelcal.numerics.lag_sums import sums_by_lag
 from accelcal.numerics.sorting import distinct
 from accelcal.plural import degrees_of_freedom
@@ -29,9 +30,8 @@ from accelcal.results.quantity import ErrorSource
 FEWEST_REPLICATES = 8
 """Degrees of freedom of pure error below which nothing can be discovered."""
 
-_LEAST_NOISE, _OF_STEP = 1e-9, 1e-2
-"""Noise [g], and part of a step of the readings, below which replicates are alike: they tell
-nothing of what readings scatter by."""
+_OF_STEP = 1e-2
+"""Part of a step of the readings below which replicates are alike, as below `LEAST_NOISE`."""
 
 _MOST_READINGS = 8000
 """Above it a matrix of readings by readings takes half a gigabyte, and there are several."""
@@ -132,11 +132,8 @@ def reading_noise(
     basis = basis[c.order]
     error = without(in_units_of(relative, residual)[c.order], basis)
     rho, variance, possible = _autocorrelation(error, basis, c.run[c.order])
-    if not np.sqrt(variance) > max(_LEAST_NOISE, _OF_STEP * step):
-        raise InputError(
-            "replicates are alike to the last digit, so that nothing tells the noise of the"
-            " readings; read more digits, or simulate some noise"
-        )
+    if not np.sqrt(variance) > max(LEAST_NOISE, _OF_STEP * step):
+        raise InputError(ALIKE)
     tails = _tails(_excess_kurtosis(error, basis, variance))
     return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails, relative, possible)
 

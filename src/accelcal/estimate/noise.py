@@ -15,6 +15,15 @@ from accelcal.estimate.rounding import Rounding, rounding
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.probability import f_exceeds
 
+LEAST_NOISE = 1e-9
+"""Noise below which replicates are alike: they tell nothing of what readings scatter by [g]."""
+
+ALIKE = (
+    "replicates are alike to the last digit, so that nothing tells the noise of the readings;"
+    " read more digits, or simulate some noise"
+)
+"""What is said where nothing can be found without a noise."""
+
 _SIGNIFICANT = 0.01
 
 _OF_STEP = 0.5

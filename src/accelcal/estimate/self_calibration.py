@@ -21,7 +21,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
 from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.noise import ReadingNoise, noise_of_stack
+from accelcal.estimate.noise import ALIKE, LEAST_NOISE, ReadingNoise, noise_of_stack
 from accelcal.estimate.noise_beside_head import Told, noise_beside_head, together
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.model import COEFFICIENTS
@@ -225,6 +225,9 @@ def _unit(record: TumbleRecord, tables: Sequence[PreparedTable], positions: Arra
     nuisance = np.vstack([np.pad(b, ((0, 0), (0, len(names) - b.shape[1]))) for b in rows])
     z, head = np.concatenate(outputs), np.vstack(heads)
     common = float(np.mean(sizes))
+    if abs(common) < LEAST_NOISE:
+        with naming(record):
+            raise InputError(ALIKE)
     return _Unit(record, tuple(names), nuisance, head, z, dof, pure, residuals, common)
 
 
