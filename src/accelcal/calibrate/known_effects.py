@@ -18,6 +18,7 @@ from accelcal.plural import listed
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import reference_temperature_of
 from accelcal.results.beyond_uncertainty import LEFT_OUT
+from accelcal.results.covariance import ALTERNATIVES, LOOK_ALIKES
 from accelcal.units import MICRO
 
 if TYPE_CHECKING:
@@ -58,10 +59,10 @@ def corrections(plan: OnePlan, options: Options, delta0: float) -> tuple[Correct
     return tuple(found)
 
 
-def effects_component(
+def effects_components(
     tables: Sequence[PreparedTable], known: Sequence[Correction], method: str, delta0: float
-) -> Component:
-    """Find the component of error that the uncertainty of the effects gives to all coefficients.
+) -> dict[str, Component]:
+    """Find the components of error that taking effects out gives to all coefficients.
 
     Parameters
     ----------
@@ -76,27 +77,46 @@ def effects_component(
 
     Returns
     -------
-    Component
-        Of the coefficients, table after table, with a leading axis of length R.
+    dict of str to Component
+        Of the coefficients, table after table, with a leading axis of length R: by the sizes of the
+        effects and, where others may be in their place, by what they would be beside these.
     """
-    most = max(item.acting.shape[1] for item in known)  # fewer where some were left in
-    acting = np.array([_widened(item.acting, most) for item in known])
-    masks = known[0].record.table_masks()
-    through = np.concatenate(
-        [
-            linear_estimator(table, method, delta0).map @ acting[:, mask]
-            for table, mask in zip(tables, masks, strict=True)
-        ],
-        axis=1,
-    )
-    dof = np.array([item.dof for item in known], dtype=np.float64)
-    shape = through.shape[:2]
-    return Component(through @ through.mT, np.broadcast_to(dof[:, None], shape))
+    estimators = [linear_estimator(table, method, delta0) for table in tables]
+    through = _through(estimators, known, [item.acting for item in known])
+    dof, readings = np.array([float(item.dof) for item in known]), len(known[0].record)
+    found = {
+        "effects": Component(through @ through.mT, np.broadcast_to(dof[:, None], through.shape[:2]))
+    }
+    for source, in_use in ((LOOK_ALIKES, True), (ALTERNATIVES, False)):
+        adds = [[o.adds for o in item.in_place if o.in_use is in_use] for item in known]
+        if any(adds):
+            columns = [np.array(own).reshape(-1, readings).T for own in adds]
+            found[source] = _as_likely(_through(estimators, known, columns))
+    return found
 
 
-def _widened(columns: Array, width: int) -> Array:
-    """Columns with further ones of zeros."""
-    return np.pad(columns, ((0, 0), (0, width - columns.shape[1])))
+def _through(
+    estimators: Sequence[LinearEstimator], known: Sequence[Correction], columns: Sequence[Array]
+) -> Array:
+    """What columns of the readings of each record do to all coefficients, shape (R, P, most)."""
+    most = max(own.shape[1] for own in columns)  # fewer where some effects were left in
+    acting = np.array([np.pad(own, ((0, 0), (0, most - own.shape[1]))) for own in columns])
+    each = zip(estimators, known[0].record.table_masks(), strict=True)
+    return np.concatenate([own.map @ acting[:, mask] for own, mask in each], axis=1)
+
+
+def _as_likely(changes: Array) -> Component:
+    """Component of what one of several changes may do, which counts as likely as none.
+
+    The correlations are those of all together, the variances those of the largest.
+    """
+    from accelcal.discovery.otherwise import as_likely
+
+    together, variance = changes @ changes.mT, as_likely(changes)
+    scale = np.linalg.diagonal(together).copy()
+    scale[scale > 0.0] = np.sqrt(variance[scale > 0.0] / scale[scale > 0.0])
+    covariance = scale[..., None] * together * scale[..., None, :]
+    return Component(covariance, np.full(scale.shape, np.inf))
 
 
 def said_of_effects(

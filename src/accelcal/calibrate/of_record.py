@@ -12,7 +12,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component, sums
+from accelcal.estimate.uncertainty import Component, shares, sums
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
@@ -134,6 +134,7 @@ def _of_tables(
             covariance_names=estimate.names[index] if known else (),
             covariance_matrix=rows_of(covariance) if known else (),
             over_dof_matrix=rows_of(over_dof) if known else (),
+            shares=shares(own) if known else {},
             budget=_budget(estimate.names[index], own),
             stands_for=dict(estimate.stands_for[index]),
             residuals=_residuals(table.record, estimate, index),

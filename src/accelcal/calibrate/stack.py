@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.calibrate.known_effects import corrections, effects_component, said_of_effects
+from accelcal.calibrate.known_effects import corrections, effects_components, said_of_effects
 from accelcal.calibrate.of_record import calibration_of_record
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
@@ -324,10 +324,8 @@ def _estimate(
             delta0=delta0,
             head=options.head_for(record),
         )
-    if not known:
-        return estimate
-    of_effects = effects_component(tables, known, options.method, delta0)
-    return estimate.with_error("effects", of_effects)
+    of_effects = effects_components(tables, known, options.method, delta0) if known else {}
+    return estimate._replace(components={**estimate.components, **of_effects})
 
 
 def _at_rest(

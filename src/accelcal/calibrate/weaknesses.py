@@ -175,10 +175,6 @@ def _of_effects(
     for names in sorted(set(doubts) - {()}):
         own = np.array([names == each for each in doubts])
         yield Sentence(own, f"{listed(names)}: not sure, as the notes of the discovery say")
-    some = np.array([bool(own) for own in taken_out])
-    for note in model.otherwise:
-        possible = "what else the discovery found possible; by its own readings,"
-        yield Sentence(some, f"{NOT_COUNTED} {possible} {note}")
     if model.has_more or (model.unexplained and not model.effects):
         yield Sentence(True, f"{NOT_COUNTED} what the discovery found and no known effect explains")
 

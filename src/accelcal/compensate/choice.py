@@ -29,11 +29,13 @@ from accelcal.compensate.covariance import (
     standard_uncertainty,
 )
 from accelcal.compensate.of_table import by_table, cross_name, of_test, with_other
+from accelcal.compensate.without_sources import without_sources
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.errors import InputError
 from accelcal.model import LAWS
 from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import LOOK_ALIKES
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
@@ -77,7 +79,8 @@ def compensation(
     same_launch : bool, default False
         Leave the shift to the next launch out.
     effects : bool, default True
-        Take up the static effects of the calibration; otherwise the assumptions tell of them too.
+        Take up the static effects of the calibration, and count by them what may be in their place;
+        otherwise the assumptions tell of them too.
 
     Returns
     -------
@@ -105,6 +108,8 @@ def compensation(
     expect(calibration, Calibration)
     check_choice(BY, by=by)
     refuse_misprinted(calibration)
+    if effects:
+        calibration = without_sources(calibration, [LOOK_ALIKES])
     tables = tables_of_run(calibration, run)
     model = calibration.temperature_model
     by_laws = model is not None and run is None and by == "laws"

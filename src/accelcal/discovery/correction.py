@@ -23,6 +23,7 @@ from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone_or_cube import in_fit, left_undecided
 from accelcal.discovery.exact_law import less, straightened
 from accelcal.discovery.gaps import gaps_with
+from accelcal.discovery.in_place import InPlace, in_place, said_in_place
 from accelcal.discovery.instance import (
     Instance,
     amplitude_columns,
@@ -77,6 +78,8 @@ class Correction(NamedTuple):
         Ids of those effects that the readings do not show: they have the sizes of the discovery.
     left_in : tuple of LeftIn
         Effects that the readings do not show and that are left in them.
+    in_place : tuple of InPlace
+        What may be there in the place of effects that were taken out.
     said : tuple of str
         What else a reader must know of the effects.
     """
@@ -88,6 +91,7 @@ class Correction(NamedTuple):
     unbounded: tuple[str, ...] = ()
     as_found: tuple[str, ...] = ()
     left_in: tuple[LeftIn, ...] = ()
+    in_place: tuple[InPlace, ...] = ()
     said: tuple[str, ...] = ()
 
 
@@ -185,7 +189,9 @@ def _without(
     effects = _with_sizes(comparison, rest, fitted, shown)
     own = list(compress(effects, shown))
     columns, sizes, factor = _columns(comparison, own, _by_noise(comparison, fitted, own))
-    left_open = _left_open(comparison, _of_size(fitted, own))
+    of_size = _of_size(fitted, own)
+    left_open = _left_open(comparison, of_size)
+    others = tuple(in_place(comparison, of_size, columns @ sizes, model, hanging))
     lacking, open_too = unheard(comparison, fitted, reference, delta0)
     nominal = comparison.model.nominal
     output = record.output - nominal * (columns @ sizes + taken - lacking)
@@ -203,8 +209,10 @@ def _without(
         unbounded=nothing.unbounded or named,
         as_found=tuple(found.id for found in held),
         left_in=_of_rest(comparison, fitted, nothing.left_in),
+        in_place=others,
         said=(
             *nothing.said,
+            *said_in_place(others, model, fitted),
             *said_of_denied(comparison, fitted),
             *said_of_pauses(comparison, disturbances(effects)),
         ),

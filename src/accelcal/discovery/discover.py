@@ -22,7 +22,12 @@ from accelcal.discovery.look import Look, Question, look_through
 from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.noise_caveats import noise_caveats
 from accelcal.discovery.one_clamping import refuse_several_clampings
-from accelcal.discovery.otherwise import Otherwise, otherwise, with_others_counted
+from accelcal.discovery.otherwise import (
+    Otherwise,
+    otherwise,
+    rivals_of,
+    with_others_counted,
+)
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
@@ -186,7 +191,8 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    others = tuple(otherwise(comparison, findings.named))
+    best = findings.named[0].instances if findings.named else ()
+    others = tuple(otherwise(comparison, best, rivals_of(findings.named)))
     said = [*_caveats(look, named, unexplained, loud, others), *_of_mountings(found, named)]
     as_given = _as_given(comparison, record, found, question)
     told = Discovery(

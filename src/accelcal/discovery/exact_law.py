@@ -94,7 +94,7 @@ def _beyond(
     acting = [
         (item, size)
         for item, size in sized
-        if item.effect.acts_on != "temperature" and _is_possible(item, size)
+        if item.effect.acts_on != "temperature" and is_possible(item, size)
     ]
     straight = np.zeros(model.reading.size)
     for item, size in acting:
@@ -108,7 +108,7 @@ def _beyond(
     return whole - np.multiply(*model.split(parameters)) - straight, straight
 
 
-def _is_possible(instance: Instance, size: Array) -> bool:
+def is_possible(instance: Instance, size: Array) -> bool:
     """Whether no amplitude is below what it can be, as a width below zero is."""
     return all(
         value >= p.minimum for p, value in zip(instance.amplitudes, size.tolist(), strict=True)

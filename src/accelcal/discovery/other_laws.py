@@ -75,14 +75,15 @@ def _instead(
     for place, item in enumerate(instances):
         for other in others_of(item, comparison.model.conditions):
             others = (*instances[:place], other, *instances[place + 1 :])
-            if not is_needed(comparison, item, _directions(comparison, others)):
+            if not is_needed(comparison, item, directions(comparison, others)):
                 yield place, others
 
 
-def _directions(comparison: Comparison, instances: Sequence[Instance]) -> Array:
+def directions(comparison: Comparison, instances: Sequence[Instance]) -> Array:
     """Orthonormal basis of what some effects do, whatever the sizes of their amplitudes."""
-    c = comparison.model.conditions
-    return orthonormal(np.hstack([comparison.space.see(own_columns(i, c)) for i in instances]))
+    space, c = comparison.space, comparison.model.conditions
+    columns = [space.see(own_columns(item, c)) for item in instances]
+    return orthonormal(np.hstack([space.nothing(), *columns]))
 
 
 def _fitted(comparison: Comparison, instances: Sequence[Instance], place: int) -> Disturbance:

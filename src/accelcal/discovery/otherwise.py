@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone_or_cube import APART, apart
 from accelcal.discovery.explanation import Explanation
@@ -40,35 +41,47 @@ class Otherwise(NamedTuple):
     ----------
     name : str
         The effects.
+    instances : tuple of Instance
+        The effects themselves.
     pairs : tuple of pairs of Change
         Each of these coefficients beside the effects that are named, and beside these.
     """
 
     name: str
+    instances: tuple[Instance, ...]
     pairs: tuple[tuple[Change, Change], ...]
 
 
-def otherwise(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[Otherwise]:
-    """Find what explains the readings as well as the first explanation, with other coefficients."""
-    if not found:
+def otherwise(
+    comparison: Comparison,
+    best: Sequence[Instance],
+    rivals: Iterable[tuple[str, tuple[Instance, ...]]],
+) -> Iterator[Otherwise]:
+    """Find what explains the readings as well as some effects, with other coefficients.
+
+    These are the effects at other places or by other laws, and rivals that are given by name.
+    """
+    if not best:
         return
-    best, bare = found[0].instances, solution(comparison)
+    bare = solution(comparison)
     named = changes(comparison, bare, solution(comparison, best))
-    for name, instances in _others(comparison, found):
+    own = (*other_places(comparison, best), *other_laws(comparison, best))
+    for name, instances in (*((other.name, other.instances) for other in own), *rivals):
         within = changes(comparison, bare, solution(comparison, instances))
         both = zip(named, within, strict=True)
         if pairs := tuple((old, new) for old, new in both if apart(old, new) > APART):
-            yield Otherwise(name, pairs)
+            yield Otherwise(name, instances, pairs)
 
 
-def _others(
-    comparison: Comparison, found: Sequence[Explanation]
-) -> Iterator[tuple[str, tuple[Instance, ...]]]:
-    best = found[0].instances
-    for other in (*other_places(comparison, best), *other_laws(comparison, best)):
-        yield other.name, other.instances
+def rivals_of(found: Sequence[Explanation]) -> Iterator[tuple[str, tuple[Instance, ...]]]:
+    """Name the explanations behind the first one."""
     for rival in found[1 : 1 + _MOST_RIVALS]:
-        yield " + ".join(sorted(rival.ids)), rival.instances
+        yield name_of(rival.ids), rival.instances
+
+
+def name_of(ids: Iterable[str]) -> str:
+    """Name effects together."""
+    return " + ".join(sorted(ids))
 
 
 def said_of_others(others: Sequence[Otherwise]) -> Iterator[str]:
@@ -87,13 +100,7 @@ def _value(best: Change, change: Change) -> str:
 
 
 def with_others_counted(found: Discovery, others: Sequence[Otherwise]) -> Discovery:
-    """Count in U of the coefficients what they are beside the other effects.
-
-    Notes
-    -----
-    The value that is farthest off counts as likely as that beside the effects that are named: the
-    mean square of the two differences from the latter, of which one is zero.
-    """
+    """Count in U of the coefficients what they are beside the other effects, see `as_likely`."""
     farthest: dict[str, float] = {}
     for old, new in (pair for other in others for pair in other.pairs):
         off = abs((new.after.value or 0.0) - (old.after.value or 0.0))
@@ -105,10 +112,21 @@ def with_others_counted(found: Discovery, others: Sequence[Otherwise]) -> Discov
     return replace(found, coefficients=tuple(told))
 
 
+def as_likely(off: Array) -> Array:
+    """Variance of what may as well be off by so much in one of several cases, shape (..., m).
+
+    Notes
+    -----
+    The value that is farthest off counts as likely as the one that is told: the mean square of the
+    two differences from the latter, of which one is zero.
+    """
+    return np.asarray((off**2).max(axis=-1) / 2.0)
+
+
 def _wider(quantity: Quantity, off: float) -> Quantity:
     """A quantity that may as well be off by so much."""
     u, expanded = quantity.standard_uncertainty, quantity.expanded_uncertainty
     if not off or not u or expanded is None:
         return quantity
-    wider = float(np.hypot(u, off / np.sqrt(2.0)))
+    wider = float(np.hypot(u, np.sqrt(as_likely(np.array([off])))))
     return replace(quantity, standard_uncertainty=wider, expanded_uncertainty=expanded * wider / u)

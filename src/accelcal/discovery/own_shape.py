@@ -26,10 +26,10 @@ _SURE = 0.999
 
 def in_own_shape(comparison: Comparison, fitted: Sequence[Instance]) -> list[Instance]:
     """Move the nonlinear parameters that the readings deny to where the effects fit best."""
-    moved = list(fitted)
+    found = list(fitted)
     for place, parameter in list(_denied(comparison, fitted)):
-        moved[place] = _moved(comparison, moved, place, parameter)
-    return settled(comparison, moved)
+        found[place] = moved(comparison, found, place, parameter)
+    return settled(comparison, found)
 
 
 def said_of_denied(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[str]:
@@ -60,7 +60,7 @@ def _denied(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[tupl
                 yield place, p
 
 
-def _moved(
+def moved(
     comparison: Comparison, instances: Sequence[Instance], place: int, parameter: Parameter
 ) -> Instance:
     """An effect with one parameter where the squares of all effects together are largest."""

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
 
 from accelcal.results.beyond_uncertainty import NOT_COUNTED, beyond_uncertainty
 from accelcal.results.calibration import Calibration
 from accelcal.results.findings import FoundEffect
 from accelcal.results.table import TableCalibration
+
+if TYPE_CHECKING:
+    from accelcal.effects.effect import Effect
 
 _NOT_IN_USE = ("angle", "temperature", "readings")
 """What effects of the stand, the chamber and the voltmeter act on."""
@@ -49,6 +53,14 @@ def left_in_use(calibration: Calibration, taken_up: Collection[str] = ()) -> lis
         f" accelerations nor their uncertainty count {it}; a fit without a model leaves in the"
         " coefficients what they can take up"
     ]
+
+
+def is_counted_in_use(effect: Effect, other: Effect) -> bool:
+    """Whether use that takes up an effect counts that another one may be in its place.
+
+    Both are functions of acceleration and temperature, the other one with amplitudes alone.
+    """
+    return effect.static and other.static and len(other.amplitudes) == len(other.parameters)
 
 
 def static_in_use(calibration: Calibration) -> list[FoundEffect]:

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.effects.left_in_use import static_in_use
+from accelcal.effects.left_in_use import is_counted_in_use, static_in_use
 from accelcal.geometry import accelerations
 from accelcal.results.calibration import Calibration
 
 if TYPE_CHECKING:
     from accelcal.effects.conditions import Conditions
     from accelcal.effects.effect import Disturbance, Effect
+    from accelcal.results.findings import FoundEffect
     from accelcal.results.quantity import Quantity
 
 _UNKNOWN = (
@@ -244,18 +245,19 @@ def static_effects(
         return effects
     c = effects._conditions(*tested)
     alike = (
-        _look_alikes(own, item.indistinguishable, tested[0], c)
+        _look_alikes(own, _counted(item), tested[0], c)
         for own, item in zip(effects.disturbances, found, strict=True)
     )
     return replace(effects, look_alikes=tuple(alike))
 
 
-def _counted(names: Sequence[str]) -> list[Effect]:
-    """Look-alikes that are functions of acceleration and temperature with amplitudes alone."""
-    from accelcal.effects.catalogue import catalogue
+def _counted(item: FoundEffect) -> list[Effect]:
+    """Look-alikes of a static effect that use counts."""
+    from accelcal.effects.catalogue import catalogue, effect
 
-    entries = (entry for entry in catalogue() if entry.id in names and entry.static)
-    return [entry for entry in entries if len(entry.amplitudes) == len(entry.parameters)]
+    own = effect(item.id)
+    entries = (entry for entry in catalogue() if entry.id in item.indistinguishable)
+    return [entry for entry in entries if is_counted_in_use(own, entry)]
 
 
 def _tested(
@@ -291,12 +293,12 @@ def _tested(
 
 
 def _look_alikes(
-    item: Disturbance, names: Sequence[str], samples: Samples, c: Conditions
+    item: Disturbance, others: Sequence[Effect], samples: Samples, c: Conditions
 ) -> tuple[LookAlike, ...]:
     """Give each look-alike the size, and the change of the coefficients, that fits the test."""
     wanted, of_model = _value(item, samples, c), _of_model(samples, c.input)
     alike = []
-    for entry in _counted(names):
+    for entry in others:
         columns = [_value(unit, samples, c) / size for unit, size in _units(entry, c)]
         design = np.column_stack([*columns, of_model])
         fitted = np.asarray(np.linalg.lstsq(design, wanted, rcond=None)[0], dtype=np.float64)
@@ -338,7 +340,7 @@ def how_taken_up(calibration: Calibration) -> list[str]:
     """
     said = []
     for item in static_in_use(calibration):
-        counted = [entry.id for entry in _counted(item.indistinguishable)]
+        counted = [entry.id for entry in _counted(item)]
         others = [name for name in item.indistinguishable if name not in counted]
         alike = ((_ALIAS, counted), (_OTHER_ALIAS, others))
         said.append(

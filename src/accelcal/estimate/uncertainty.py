@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.results.covariance import BY_OTHERS, Rows, rows_of
 from accelcal.results.quantity import Quantity
 
 _TERMS = 25  # of the polynomial for Student's factor
@@ -139,6 +140,12 @@ def _of_all(values: NDArray[Any], axes: int) -> NDArray[Any]:
     """Take one record for all where they are equal: so they mostly are, and it saves the work."""
     alike = values.ndim > axes and (values == values[:1]).all()
     return values[:1] if alike else values
+
+
+def shares(components: Mapping[str, Component]) -> dict[str, Rows]:
+    """Rows of the covariances by what may be there in the place of effects, where there is any."""
+    own = ((name, components[name].covariance) for name in BY_OTHERS if name in components)
+    return {name: rows_of(covariance) for name, covariance in own if covariance.any()}
 
 
 def sums(components: Mapping[str, Component]) -> tuple[Array, Array]:

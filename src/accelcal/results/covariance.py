@@ -7,15 +7,18 @@ harmonic mean of the degrees of freedom, weighted by the shares of the variance
 derivatives J,
 
     u^2 = J C J',  1 / nu = J D J' / u^2.
+
+It also keeps those C_s that whoever uses the quantities may count by itself.
 """
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
-from accelcal.results.checked import DamageError, checked, list_of, number, text
+from accelcal.results.checked import DamageError, checked, list_of, mapping_of, number, text
+from accelcal.results.mapping import document_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,6 +29,12 @@ Rows = tuple[tuple[float, ...], ...]
 Covariance = tuple[tuple[str, ...], Rows]
 
 UNKNOWN: Covariance = ((), ())
+
+BY_OTHERS = LOOK_ALIKES, ALTERNATIVES = "look-alikes", "alternatives"
+"""Sources of error: what may be there in the place of the effects of a model. Use that takes these
+up counts the former by itself."""
+
+_NO_SHARES: Mapping[str, Rows] = {}
 
 _ROUNDING = 1e-6
 
@@ -71,6 +80,14 @@ class CorrelatedBySource(CorrelatedByName):
     __slots__ = ()
 
     over_dof_matrix: Rows
+    shares: Mapping[str, Rows]
+
+    def share(self, sources: Collection[str]) -> Array:
+        """What some sources of `shares` give to the covariance, shape (n, n)."""
+        import numpy as np
+
+        own = [np.array(rows) for source, rows in self.shares.items() if source in sources]
+        return np.asarray(sum(own, start=np.zeros_like(self.covariance)))
 
     @property
     def over_dof(self) -> Array:
@@ -93,9 +110,10 @@ class CorrelatedBySource(CorrelatedByName):
         """Return the degrees of freedom of a quantity of the covariance."""
 
     def _covariance_document(self) -> dict[str, Any]:
-        """Return both matrices as they stand in the JSON document."""
+        """Return the matrices as they stand in the JSON document."""
         found = CorrelatedByName._covariance_document(self)
-        return {**found, "over_dof": [list(row) for row in self.over_dof_matrix]}
+        found["over_dof"] = [list(row) for row in self.over_dof_matrix]
+        return {**found, "shares": document_of(self.shares)} if self.shares else found
 
     @staticmethod
     def _covariance_fields(document: Mapping[str, Any], *missing: Covariance) -> dict[str, Any]:
@@ -104,7 +122,10 @@ class CorrelatedBySource(CorrelatedByName):
         of_sources: Rows = checked(document, "covariance", _over_dof, UNKNOWN[1])
         if of_sources and len(of_sources) != len(known["covariance_names"]):
             raise DamageError("no matrix of the size of the other", "covariance", "over_dof")
-        return {**known, "over_dof_matrix": of_sources}
+        shares: Mapping[str, Rows] = checked(document, "covariance", _shares, _NO_SHARES)
+        if any(len(own) != len(known["covariance_names"]) for own in shares.values()):
+            raise DamageError("no matrices of the size of the other", "covariance", "shares")
+        return {**known, "over_dof_matrix": of_sources, "shares": shares}
 
 
 def rows_of(matrix: NDArray[Any]) -> Rows:
@@ -136,11 +157,20 @@ def _over_dof(value: Any) -> Rows:
     return checked(value, "over_dof", symmetric, UNKNOWN[1])
 
 
-def symmetric(value: Any) -> Rows:
-    """Take a matrix that may be a covariance."""
+def _shares(value: Any) -> Mapping[str, Rows]:
+    return checked(value, "shares", mapping_of(_square), _NO_SHARES)
+
+
+def _square(value: Any) -> Rows:
     matrix = list_of(list_of(number))(value)
     if {len(row) for row in matrix} - {len(matrix)}:
         raise DamageError("rows that are no square matrix")
+    return matrix
+
+
+def symmetric(value: Any) -> Rows:
+    """Take a matrix that may be a covariance."""
+    matrix = _square(value)
     sigma = [row[i] ** 0.5 if row[i] >= 0.0 else -1.0 for i, row in enumerate(matrix)]
     for i, row in enumerate(matrix):
         for j, item in enumerate(row):

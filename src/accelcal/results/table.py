@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
@@ -60,6 +60,8 @@ class TableCalibration(CorrelatedBySource, StoredPart):
     over_dof_matrix : tuple of tuple of float
         The covariance with each source of error over its degrees of freedom, see
         `accelcal.results.covariance`; empty where it was not kept.
+    shares : mapping of str to tuple of tuple of float
+        What sources that use may count by itself give to the covariance.
     """
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"mounting": one_of(*MOUNTINGS)}
@@ -84,6 +86,7 @@ class TableCalibration(CorrelatedBySource, StoredPart):
     gates: tuple[Gate, ...] = ()
     warnings: tuple[str, ...] = ()
     over_dof_matrix: Rows = ()
+    shares: Mapping[str, Rows] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         freeze(self)

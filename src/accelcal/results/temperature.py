@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 from accelcal.results.covariance import UNKNOWN, CorrelatedBySource, Rows
 from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import members
+from accelcal.results.mapping import freeze, members
 from accelcal.results.quantity import Document, Quantity
 
 _LAWS = {"K0": "k0", "K1": "K1", "M": "delta"}
@@ -56,6 +56,8 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
     over_dof_matrix : tuple of tuple of float
         The same with each source of error over its degrees of freedom, see
         `accelcal.results.covariance`; empty where it was not kept.
+    shares : mapping of str to tuple of tuple of float
+        What sources that use may count by itself give to the covariance.
     """
 
     _MISSING: ClassVar[Mapping[str, Any]] = {"hysteresis": None, "warnings": ()}
@@ -68,6 +70,10 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
     covariance_names: tuple[str, ...] = ()
     covariance_matrix: Rows = ()
     over_dof_matrix: Rows = ()
+    shares: Mapping[str, Rows] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     def __repr__(self) -> str:
         known = [name for name in ("k0", "K1", "delta") if getattr(self, name).at_T0 is not None]
@@ -99,6 +105,7 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
             covariance_names=(),
             covariance_matrix=(),
             over_dof_matrix=(),
+            shares={},
         )
 
     def to_document(self) -> dict[str, Any]:

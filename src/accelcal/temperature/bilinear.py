@@ -15,6 +15,7 @@ from accelcal.estimate.uncertainty import (
     Intervals,
     interval_stack,
     propagate,
+    shares,
     sums,
 )
 from accelcal.model import LAWS, law_units
@@ -223,6 +224,7 @@ class LawStack(NamedTuple):
             covariance_names=(*self.names, *others) if known else (),
             covariance_matrix=rows_of(covariance) if known else (),
             over_dof_matrix=rows_of(over_dof) if known else (),
+            shares=shares(components) if known else {},
         )
 
 

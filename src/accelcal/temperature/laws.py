@@ -123,6 +123,7 @@ def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> T
             covariance_names=(),
             covariance_matrix=(),
             over_dof_matrix=(),
+            shares={},
         )
     own = np.array([name.startswith("delta ") for name in names])
     places = [tables.covariance_names.index(name) for name in names]

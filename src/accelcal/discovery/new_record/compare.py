@@ -13,6 +13,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
+from accelcal.compensate.without_sources import without_sources
 from accelcal.discovery.columns import head_columns, saturated
 from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.factors import blocks
@@ -54,6 +55,7 @@ from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord, naming
 from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import BY_OTHERS
 from accelcal.results.disagreement import ALPHA, Disagreement, RunChange
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
@@ -139,7 +141,7 @@ def compare(
     >>> found.p_value > 0.01
     True
     """
-    found = compensation(calibration, effects=False)
+    found = compensation(without_sources(calibration, BY_OTHERS), effects=False)
     converted = suited(found, record)
     with naming(record):
         refuse_too_many(record)

@@ -1,0 +1,160 @@
+"""What may be in the place of the effects that are taken out of another record.
+
+The discovery named one of several effects that its readings cannot tell apart. Those of the other
+record judge them anew: what explains these as well has a size of its own here, and what they deny
+is not counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.candidates import VISIBLE, instances_of
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.dead_zone_or_cube import in_fit
+from accelcal.discovery.exact_law import is_possible
+from accelcal.discovery.explanation import is_needed
+from accelcal.discovery.instance import Instance, column_of, own_columns
+from accelcal.discovery.other_laws import directions
+from accelcal.discovery.otherwise import name_of, otherwise, said_of_others
+from accelcal.discovery.own_shape import moved
+from accelcal.discovery.spans import lengths, without
+from accelcal.discovery.untold import fitted_sizes
+from accelcal.effects.catalogue import catalogue
+from accelcal.effects.effect import Effect
+from accelcal.effects.left_in_use import is_counted_in_use
+from accelcal.results.beyond_uncertainty import NOT_COUNTED
+from accelcal.results.discovery import IF_IT_IS, Discovery
+
+
+class InPlace(NamedTuple):
+    """Effects that may be there in the place of those that are taken out of n readings.
+
+    Attributes
+    ----------
+    said : str
+        The coefficients if they are; empty where these are told in no sentence.
+    adds : ndarray, shape (n,)
+        What they add to the readings more than those that are taken out [output unit].
+    in_use : bool
+        Whether use counts them as well, where it takes up the effects.
+    """
+
+    said: str
+    adds: Array
+    in_use: bool
+
+
+class _Rival(NamedTuple):
+    """Effects with another one in the place of one, and whether use counts that as well."""
+
+    name: str
+    instances: tuple[Instance, ...]
+    in_use: bool
+
+
+def in_place(
+    comparison: Comparison,
+    fitted: Sequence[Instance],
+    taken: Array,
+    model: Discovery,
+    unbounded: Sequence[str],
+) -> Iterator[InPlace]:
+    """Find what explains the readings of a record as well as the effects taken out of it.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The record of n readings.
+    fitted : sequence of Instance
+        Effects whose sizes are fitted to it.
+    taken : ndarray, shape (n,)
+        What they add to the readings [g].
+    model : Discovery
+        Where they come from.
+    unbounded : sequence of str
+        Coefficients without uncertainty, in which nothing can be counted.
+
+    Yields
+    ------
+    InPlace
+        One for each of what else they may be, with other coefficients.
+    """
+    c, rivals = comparison.model.conditions, list(_rivals(comparison, fitted, model))
+    in_use = {rival.name for rival in rivals if rival.in_use}
+    for other in otherwise(comparison, fitted, [rival[:2] for rival in rivals]):
+        sizes = fitted_sizes(comparison, other.instances).of_each
+        sized = list(zip(other.instances, sizes, strict=True))
+        hanging = {in_fit(new.coefficient) for _, new in other.pairs}
+        if all(map(is_possible, *zip(*sized, strict=True))) and not hanging <= set(unbounded):
+            adds = sum(own_columns(item, c) @ size for item, size in sized) - taken
+            said = next(said_of_others([other]), "")
+            yield InPlace(said, comparison.model.nominal * adds, other.name in in_use)
+
+
+def said_in_place(
+    others: Sequence[InPlace], model: Discovery, fitted: Sequence[Instance]
+) -> Iterator[str]:
+    """Tell the coefficients for what else the effects may be, and what the search was not for."""
+    for other in others:
+        if other.said:
+            yield f"U counts what else the effects may be; {other.said}"
+    for note in _not_judged(model, fitted):
+        possible = "what else the discovery found possible; by its own readings,"
+        yield f"{NOT_COUNTED} {possible} {note}"
+
+
+def _not_judged(model: Discovery, fitted: Sequence[Instance]) -> list[str]:
+    """Notes on what else a discovery found possible that is not looked for in these readings."""
+    ids = [item.effect.id for item in fitted]
+    names = [name for own in ids for name, _ in _named_in_place(model, own)]
+    judged = tuple(f"{IF_IT_IS}{name} in truth" for name in names)
+    judged += tuple(f"{IF_IT_IS}{own} with " for own in ids)
+    return [note for note in model.otherwise if not note.startswith(judged)]
+
+
+def _named_in_place(model: Discovery, name: str) -> Iterator[tuple[str, Effect]]:
+    """Effects that may be there in the place of one, and the names of all together with each."""
+    entries = {entry.id: entry for entry in catalogue()}
+    whole = {found.id: found for found in model.effects}
+    for other in whole[name].indistinguishable:
+        if other in entries:
+            yield name_of({*whole, other} - {name}), entries[other]
+
+
+def _rivals(
+    comparison: Comparison, fitted: Sequence[Instance], model: Discovery
+) -> Iterator[_Rival]:
+    for place, item in enumerate(fitted):
+        for name, effect in _named_in_place(model, item.effect.id):
+            others = _with(comparison, fitted, place, effect)
+            if others and not is_needed(comparison, item, directions(comparison, others)):
+                yield _Rival(name, others, is_counted_in_use(item.effect, effect))
+
+
+def _with(
+    comparison: Comparison, fitted: Sequence[Instance], place: int, effect: Effect
+) -> tuple[Instance, ...]:
+    """Effects with another one in the place of one, where it fits best; none if it is hidden."""
+    space, c = comparison.space, comparison.model.conditions
+    before, after = fitted[:place], fitted[place + 1 :]
+    tried = list(instances_of(effect, c))
+    whole = space.whiten(np.stack([column_of(item, c) for item in tried], axis=1))
+    beside = directions(comparison, [*before, *after])
+    own = without(space.left_of(whole), beside)
+    length = lengths(own)
+    seen = np.abs(comparison.seen @ own) / np.where(
+        length > VISIBLE * lengths(whole), length, np.inf
+    )
+    best = int(seen.argmax())
+    if not seen[best]:
+        return ()
+    found = [*before, tried[best], *after]
+    for parameter in effect.shapes:
+        if not parameter.discrete:
+            found[place] = moved(comparison, found, place, parameter)
+    return tuple(found)

@@ -1,0 +1,153 @@
+"""`fit` with a model: U of the coefficients counts what else its effects may be in the readings."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.options import Options
+from accelcal.errors import AccelcalWarning
+from accelcal.results.covariance import ALTERNATIVES, BY_OTHERS, LOOK_ALIKES
+from accelcal.simulation import TumblePlan
+
+TIMED = TumblePlan(timed=True)
+FINE = TumblePlan(positions=24, temperatures=(20.0,))
+ASYMMETRY = accelcal.effect("scale-factor-asymmetry")
+FOURTH_ORDER = accelcal.effect("fourth-order")
+AT_90 = accelcal.effect("position-error").of(1.4e-4, at=90.0)
+DRIFT = accelcal.effect("bias-drift").of(2e-5)
+SAID = "U counts what else the effects may be; "
+
+
+def simulated(hidden, seed, plan=None):
+    return accelcal.simulate(plan=plan or TumblePlan(), effects=[hidden], seed=seed)
+
+
+def taken_for_another(hidden, named, plan=None):
+    """A discovery that names another effect than the hidden one, or another place."""
+    for seed in range(9):
+        model = accelcal.discover(simulated(hidden, seed, plan))
+        if named(*model.effects):
+            return model
+    raise AssertionError("the discovery is always right")
+
+
+@pytest.fixture(scope="module")
+def not_of_fourth_order():
+    hidden = FOURTH_ORDER.of(1.5e-4)
+    return hidden, taken_for_another(hidden, lambda found: found.id == ASYMMETRY.id)
+
+
+def within(calibration, names):
+    true = {"k0": 3.324e-3, "k2": 105e-6, "k3": 87e-6, "delta": 1.15e-3, "delta_ip": 20e-6}
+    own = calibration.tables[0].error_model
+    return [abs(own[name].value - true[name]) < own[name].expanded_uncertainty for name in names]
+
+
+def test_k2_is_within_u_where_the_discovery_named_the_wrong_one_of_two(not_of_fourth_order):
+    """It was within U in none of them, off by ten times U."""
+    hidden, model = not_of_fourth_order
+    found = [accelcal.fit(simulated(hidden, seed), model=model) for seed in range(20, 26)]
+    assert all(all(within(each, ["k2"])) for each in found)
+    for each in found:
+        (said,) = (text for text in each.warnings if text.startswith(SAID))
+        assert said.removeprefix(SAID).startswith("if it is fourth-order in truth: K2 ")
+        assert not any("U does not count what else" in text for text in each.warnings)
+        budget = each.tables[0].budget
+        assert budget["K2"][LOOK_ALIKES] > 10.0 * budget["K2"]["effects"]
+        assert budget["K1"].get(LOOK_ALIKES, 0.0) < 0.1 * budget["K1"]["head"]
+
+
+def test_all_coefficients_are_within_u_where_another_position_was_named():
+    model = taken_for_another(AT_90, lambda found: found.parameters["at"].value != 90.0)
+    names = ["k0", "k2", "k3", "delta", "delta_ip"]
+    found = [within(accelcal.fit(simulated(AT_90, s), model=model), names) for s in range(20, 26)]
+    assert np.mean(found) >= 0.9
+    assert np.mean([all(each) for each in found]) >= 0.8
+
+
+def test_the_bias_and_its_law_are_within_u_where_a_drift_was_named_a_warm_up():
+    model = taken_for_another(DRIFT, lambda found: found.id == "warm-up", TIMED)
+    found = [accelcal.fit(simulated(DRIFT, seed, TIMED), model=model) for seed in range(20, 26)]
+    assert sum(within(each, ["k0"])[0] for each in found) >= 5
+    for each in found:
+        at_T0 = each.temperature_model.k0.at_T0
+        bias = each.tables[0].error_model["k0"]
+        assert at_T0.expanded_uncertainty == pytest.approx(bias.expanded_uncertainty, rel=0.05)
+        assert ALTERNATIVES in each.temperature_model.shares
+
+
+@pytest.mark.parametrize("entry", [ASYMMETRY, FOURTH_ORDER], ids=lambda entry: entry.id)
+def test_readings_that_tell_which_it_is_leave_the_other_one_out(entry, not_of_fourth_order):
+    """24 positions deny that |a| is a^4; a model that names the wrong one is no better for it."""
+    _, model = not_of_fourth_order
+    hidden = entry.of(3e-4)
+    found = accelcal.fit(simulated(hidden, 20, FINE), model=model)
+    assert within(found, ["k2"]) == [True]
+    counted = LOOK_ALIKES in found.tables[0].budget["K2"]
+    assert counted is (entry is FOURTH_ORDER)
+
+
+def test_what_is_like_no_other_effect_keeps_its_u():
+    hidden = accelcal.effect("hysteresis").of(3e-5)
+    model = accelcal.discover(simulated(hidden, 1))
+    found, plain = (
+        accelcal.fit(simulated(hidden, 2), model=model),
+        accelcal.fit(accelcal.simulate(seed=2)),
+    )
+    for own, other in zip(found.tables, plain.tables, strict=True):
+        assert not any(set(BY_OTHERS) & set(parts) for parts in own.budget.values())
+        assert own.shares == {}
+        for name in ("k0", "k2", "k3"):
+            assert own.error_model[name].expanded_uncertainty == pytest.approx(
+                other.error_model[name].expanded_uncertainty, rel=0.05
+            )
+
+
+def test_use_that_takes_up_the_effect_counts_it_once(not_of_fourth_order):
+    hidden, model = not_of_fourth_order
+    found = accelcal.fit(simulated(hidden, 20), model=model)
+    assert found.tables[0].error_model["k2"].expanded_uncertainty > 4e-4
+    at_1_g = accelcal.simulate(effects=[hidden], seed=21, plan=TumblePlan()).output[0]
+    for own in ({}, {"run": "1"}):
+        with pytest.warns(AccelcalWarning, match="could not tell it from fourth-order"):
+            measured = accelcal.apply(found, [at_1_g], 20.0, a_p=0.0, same_launch=True, **own)
+        assert abs(measured.value[0] - 1.0) < measured.expanded_uncertainty[0] < 6e-5
+    k2 = accelcal.coefficients_at(found, 20.0)["k2"]
+    assert k2.expanded_uncertainty > 4e-4
+
+
+def test_a_comparison_sees_a_change_that_is_smaller_than_what_is_open(not_of_fourth_order):
+    """At the same positions it does not matter which of two effects it is."""
+    hidden, model = not_of_fourth_order
+    found = accelcal.fit(simulated(hidden, 20), model=model)
+    changed = replace(accelcal.AL15, k2=505e-6)
+    assert accelcal.compare(found, simulated(hidden, 21)).p_value > 0.01
+    other = accelcal.simulate(changed, effects=[hidden], seed=21)
+    assert accelcal.compare(found, other).p_value < 1e-6
+
+
+def test_many_tables_have_it_as_one_has(not_of_fourth_order):
+    hidden, model = not_of_fourth_order
+    plain = accelcal.simulate(seed=22)
+    records = [simulated(hidden, 20), plain, simulated(hidden, 21)]
+    ((_, stack),) = calibrate_many(records, Options(model=model)).stacks
+    column = stack.quantities.error_model.columns()["k2_expanded_uncertainty"]
+    for place, record in enumerate(records):
+        alone = accelcal.fit(record, model=model)
+        own = [table.error_model["k2"].expanded_uncertainty for table in alone.tables]
+        assert column.reshape(3, -1)[place].tolist() == pytest.approx(own)
+
+
+def test_the_document_keeps_it(not_of_fourth_order):
+    hidden, model = not_of_fourth_order
+    found = accelcal.fit(simulated(hidden, 20), model=model)
+    assert set(found.tables[0].shares) == set(found.temperature_model.shares) == {LOOK_ALIKES}
+    assert accelcal.Calibration.from_json(found.to_json()) == found
+    document = json.loads(found.to_json())
+    document["tables"][0]["covariance"]["shares"][LOOK_ALIKES].pop()
+    with pytest.raises(accelcal.DocumentError, match="shares"):
+        accelcal.Calibration.from_json(json.dumps(document))
