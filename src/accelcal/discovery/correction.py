@@ -9,7 +9,7 @@ cannot show keeps the size that the discovery gave it, or stays in the readings,
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import compress
 from typing import NamedTuple
@@ -210,13 +210,20 @@ def _without(
         as_found=tuple(found.id for found in held),
         left_in=_of_rest(comparison, fitted, nothing.left_in),
         in_place=others,
-        said=(
-            *nothing.said,
-            *said_in_place(others, model, fitted),
-            *said_of_denied(comparison, fitted),
-            *said_of_pauses(comparison, disturbances(effects)),
-        ),
+        said=(*nothing.said, *_said(comparison, fitted, effects, others, model)),
     )
+
+
+def _said(
+    comparison: Comparison,
+    fitted: Sequence[Instance],
+    effects: Sequence[FoundEffect],
+    others: Sequence[InPlace],
+    model: Discovery,
+) -> Iterator[str]:
+    yield from said_in_place(others, model, fitted)
+    yield from said_of_denied(comparison, fitted)
+    yield from said_of_pauses(comparison, disturbances(effects))
 
 
 def _with_sizes(
