@@ -12,7 +12,7 @@ from click.testing import CliRunner
 import accelcal
 from accelcal.cli.program import program
 from accelcal.errors import AccelcalWarning
-from accelcal.results.beyond_uncertainty import LEFT_OUT
+from accelcal.results.beyond_uncertainty import LEFT_OUT, LESS_CERTAIN
 from accelcal.simulation import TumblePlan
 
 FIVE = TumblePlan(temperatures=(20.0, 80.0, 50.0, -40.0, 20.0))
@@ -320,3 +320,44 @@ def test_what_else_an_effect_may_be_is_said_only_where_it_was_taken_out():
     assert said_of(same, "what else the discovery found possible")
     assert not other.effects
     assert not said_of(other, "what else the discovery found possible")
+
+
+STEP = accelcal.effect("bias-step")
+
+
+def with_steps(*steps, seed):
+    return accelcal.simulate(effects=[STEP.of(v, reading=at) for v, at in steps], seed=seed)
+
+
+@pytest.mark.parametrize("there", [35, 72, 130])
+@pytest.mark.parametrize("size", [4e-4, 1e-4])
+def test_a_step_is_taken_out_where_the_readings_show_it(size, there):
+    """It was sought where the discovery had it, and k0 was off by half of the step."""
+    model = accelcal.discover(with_steps((size, 70), seed=0))
+    found = accelcal.fit(with_steps((size, there), seed=20), model=model)
+    plain = accelcal.fit(accelcal.simulate(seed=20))
+    (step,) = found.effects
+    assert step.parameters["reading"].value == there
+    assert step.parameters["step"].value == pytest.approx(size, rel=0.1)
+    for own, without in zip(coefficients(found), coefficients(plain), strict=True):
+        k0, true = own["k0"], without["k0"]
+        assert abs(k0.value - true.value) < 5e-6
+        assert k0.expanded_uncertainty == pytest.approx(true.expanded_uncertainty, rel=0.1)
+    assert said_of(
+        found, f"these readings show it with reading = {there}, and not with reading = 70"
+    )
+
+
+def test_a_second_step_is_told():
+    model = accelcal.discover(with_steps((2e-4, 70), seed=0))
+    found = accelcal.fit(with_steps((2e-4, 70), (2e-4, 130), seed=20), model=model)
+    assert found.effects[0].parameters["reading"].value == 70
+    assert said_of(found, "these readings show another one with reading = 130", LESS_CERTAIN)
+
+
+def test_a_step_that_is_not_there_is_zero_and_moves_nowhere():
+    model = accelcal.discover(with_steps((2e-4, 70), seed=0))
+    for seed in range(20, 26):
+        found = accelcal.fit(accelcal.simulate(seed=seed), model=model)
+        assert abs(found.effects[0].parameters["step"].value) < 1e-5
+        assert not said_of(found, "bias-step: these readings")

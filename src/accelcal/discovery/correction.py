@@ -33,7 +33,7 @@ from accelcal.discovery.instance import (
     own_columns,
     sizes_of,
 )
-from accelcal.discovery.own_shape import in_own_shape, said_of_denied
+from accelcal.discovery.own_shape import in_own_shape, said_of_denied, said_of_places
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.silence import silent_by, silent_in, unheard
 from accelcal.discovery.spans import lengths, orthonormal, without
@@ -223,6 +223,7 @@ def _said(
 ) -> Iterator[str]:
     yield from said_in_place(others, model, fitted)
     yield from said_of_denied(comparison, fitted)
+    yield from said_of_places(comparison, fitted, model.effects)
     yield from said_of_pauses(comparison, disturbances(effects))
 
 

@@ -59,11 +59,15 @@ def other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterato
 
 def other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
     """Find other places of some effects, which explain the readings as well."""
-    for place, others in _instead(comparison, instances, _places):
-        effect, shape = others[place].effect, others[place].shape
-        told = (p for p in effect.shapes if p.discrete)
-        where = ", ".join(f"{p.name} = {shape[p.name]:g} {p.unit}".removesuffix(" 1") for p in told)
-        yield Alternative(effect, where, others)
+    for place, others in _instead(comparison, instances, places_of):
+        yield Alternative(others[place].effect, where_is(others[place]), others)
+
+
+def where_is(item: Instance) -> str:
+    """Tell the place of an effect."""
+    told = (p for p in item.effect.shapes if p.discrete)
+    each = (f"{p.name} = {item.shape[p.name]:g} {p.unit}".removesuffix(" 1") for p in told)
+    return ", ".join(each)
 
 
 def _instead(
@@ -102,7 +106,7 @@ def _laws(item: Instance, c: Conditions) -> Iterator[Instance]:
             yield other._replace(shape=item.shape)
 
 
-def _places(item: Instance, c: Conditions) -> Iterator[Instance]:
+def places_of(item: Instance, c: Conditions) -> Iterator[Instance]:
     """The effect at the places where it is not, all else about it the same."""
     places = {p.name for p in item.effect.shapes if p.discrete}
     tried = dict.fromkeys(

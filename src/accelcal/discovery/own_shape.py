@@ -1,7 +1,8 @@
 """Nonlinear parameters of known effects in another record: moved where its readings deny them.
 
 The time constant or the break that a discovery found is kept as long as the readings agree with it.
-Otherwise it is the one that fits them best, as of an effect that is found in them.
+Otherwise it is the one that fits them best, as of an effect that is found in them. An effect at one
+place, as a step, is moved where it explains them at another one and not at its own.
 """
 
 from __future__ import annotations
@@ -12,13 +13,17 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance
+from accelcal.discovery.explanation import is_needed
+from accelcal.discovery.instance import Instance, column_of, instance_of
+from accelcal.discovery.other_laws import directions, places_of, where_is
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.discovery.tied import settled
 from accelcal.discovery.untold import fitted_sizes, slopes_of
+from accelcal.effects.found import disturbances
 from accelcal.effects.parameter import Parameter
 from accelcal.numerics.probability import student_quantile
 from accelcal.results.beyond_uncertainty import LESS_CERTAIN
+from accelcal.results.findings import FoundEffect
 
 _SURE = 0.999
 """Part of all records with the parameter that was found which do not deny it."""
@@ -29,7 +34,47 @@ def in_own_shape(comparison: Comparison, fitted: Sequence[Instance]) -> list[Ins
     found = list(fitted)
     for place, parameter in list(_denied(comparison, fitted)):
         found[place] = moved(comparison, found, place, parameter)
+    for place, item in enumerate(found):
+        if other := _elsewhere(comparison, found, place):
+            there = [*found[:place], other, *found[place + 1 :]]
+            if not is_needed(comparison, item, directions(comparison, there)):
+                found = there
     return settled(comparison, found)
+
+
+def _elsewhere(comparison: Comparison, fitted: Sequence[Instance], place: int) -> Instance | None:
+    """Find the place where the readings show an effect as well, beside all that are fitted."""
+    space, c = comparison.space, comparison.model.conditions
+    others = list(places_of(fitted[place], c))
+    if not others:
+        return None
+    beside = directions(comparison, fitted)
+    own = without(space.see(np.stack([column_of(item, c) for item in others], axis=1)), beside)
+    sizes = np.abs(without(comparison.seen, beside) @ own)
+    limit = student_quantile(1.0 - (1.0 - _SURE) / len(others), space.dof)
+    beyond = sizes - limit * lengths(own)
+    best = int(np.argmax(beyond))
+    return others[best] if beyond[best] > 0.0 else None
+
+
+def said_of_places(
+    comparison: Comparison, fitted: Sequence[Instance], effects: Sequence[FoundEffect]
+) -> Iterator[str]:
+    """Say which effects the readings show at other places than those of the discovery."""
+    found = {known.effect.id: instance_of(known) for known in disturbances(effects)}
+    for place, item in enumerate(fitted):
+        here, there = where_is(item), where_is(found[item.effect.id])
+        if here != there:
+            yield (
+                f"{item.effect.id}: these readings show it with {here}, and not with {there} as"
+                " those of the discovery; it is taken out where they show it"
+            )
+        if other := _elsewhere(comparison, fitted, place):
+            yield (
+                f"{item.effect.id}: these readings show another one with {where_is(other)}, which"
+                f" is not taken out, so that the coefficients are {LESS_CERTAIN}; discover the"
+                " effects in these readings"
+            )
 
 
 def said_of_denied(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[str]:
