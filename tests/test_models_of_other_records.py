@@ -244,22 +244,50 @@ def test_a_batch_takes_it_out_of_the_unit_alone(tmp_path, monkeypatch):
     assert "is not taken out" in rows["B2"]["warnings"]
 
 
-def test_a_drift_that_goes_on_in_pauses_nobody_knows_of_is_told():
-    """k0 of the second run was off by 1 mg, with U of 15 ug and without a word."""
+PAUSED = "may go on between the runs, and nothing tells how long"
+
+
+def untimed(plan, *effects, seed):
+    return replace(simulated(plan, *effects, seed=seed), time=None)
+
+
+@pytest.mark.parametrize("hours", [2.0, 20.0])
+@pytest.mark.parametrize(
+    ("name", "size", "moved"),
+    [
+        ("bias-drift", 1e-3, "k0"),
+        ("bias-drift", 2e-5, "k0"),
+        ("scale-factor-drift", 2e-5, "K1"),
+        ("foundation-tilt", 3e-5, "delta"),
+    ],
+)
+def test_u_counts_what_goes_on_in_pauses_nobody_knows_of(name, size, moved, hours):
+    """k0 of the second run was off by 1 mg, with U of 15 ug."""
+    plan = TumblePlan(timed=True, seconds_between_runs=3600.0 * hours)
+    model = accelcal.discover(simulated(plan, (name, size), seed=1))
+    assert model.effects
+    found = accelcal.fit(untimed(plan, (name, size), seed=4), model=model)
+    plain = accelcal.fit(simulated(plan, seed=4))
+    assert said_of(found, "no times:", PAUSED)
+    for own, true in zip(found.tables, plain.tables, strict=True):
+        value, exact = own.quantities[moved], true.quantities[moved]
+        assert abs(value.value - exact.value) < value.expanded_uncertainty
+        assert own.error_model["k3"].expanded_uncertainty == pytest.approx(
+            true.error_model["k3"].expanded_uncertainty, rel=0.1
+        )
+
+
+def test_with_times_or_in_one_run_no_pause_is_counted():
     drift = ("bias-drift", 1e-3)
     model = discovered(TumblePlan(), drift)
-    said = "no times: bias-drift is taken out as if there were no pauses between the runs"
-    found = accelcal.fit(simulated(TumblePlan(), drift, seed=4), model=model)
-    told = said_of(found, said, LEFT_OUT)
-    assert "an hour moves readings by 1 mg" in told[0]
-    timed = accelcal.fit(simulated(TumblePlan(timed=True), drift, seed=4), model=model)
-    plain = accelcal.fit(simulated(TumblePlan(timed=True), seed=4))
-    assert not said_of(timed, said)
+    plan = TumblePlan(timed=True)
+    timed = accelcal.fit(simulated(plan, drift, seed=4), model=model)
+    plain = accelcal.fit(simulated(plan, seed=4))
     for own, true in zip(coefficients(timed), coefficients(plain), strict=True):
-        assert abs(own["k0"].value - true["k0"].value) < own["k0"].expanded_uncertainty
-    assert not said_of(
-        accelcal.fit(simulated(TumblePlan(temperatures=(20.0,)), drift), model=model), said
-    )
+        assert abs(own["k0"].value - true["k0"].value) < own["k0"].expanded_uncertainty < 2e-5
+    one_run = simulated(TumblePlan(temperatures=(20.0,)), drift)
+    assert not said_of(timed, PAUSED)
+    assert not said_of(accelcal.fit(one_run, model=model), PAUSED)
 
 
 def test_who_uses_the_calibration_is_told_too():

@@ -48,7 +48,7 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
     may_be_wider,
     of_open_width,
 )
-from accelcal.discovery.untimed import said_of_pauses
+from accelcal.discovery.untimed import in_pauses
 from accelcal.discovery.untold import fitted_sizes, untold
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance_root import covariance_root
@@ -192,10 +192,12 @@ def _without(
     of_size = _of_size(fitted, own)
     left_open = _left_open(comparison, of_size)
     others = tuple(in_place(comparison, of_size, columns @ sizes, model, hanging))
+    explanations = [of_size, *(other.instances for other in others)]
+    paused, said = in_pauses(comparison, explanations, disturbances(held))
     lacking, open_too = unheard(comparison, fitted, reference, delta0)
     nominal = comparison.model.nominal
     output = record.output - nominal * (columns @ sizes + taken - lacking)
-    acting = nominal * np.hstack([columns @ factor, open_held, left_open, open_too])
+    acting = nominal * np.hstack([columns @ factor, open_held, left_open, open_too, paused])
     if gaps:
         effects = _with_gaps(whole, instances, effects)
     if is_open:
@@ -210,21 +212,19 @@ def _without(
         as_found=tuple(found.id for found in held),
         left_in=_of_rest(comparison, fitted, nothing.left_in),
         in_place=others,
-        said=(*nothing.said, *_said(comparison, fitted, effects, others, model)),
+        said=(*nothing.said, *said, *_said(comparison, fitted, others, model)),
     )
 
 
 def _said(
     comparison: Comparison,
     fitted: Sequence[Instance],
-    effects: Sequence[FoundEffect],
     others: Sequence[InPlace],
     model: Discovery,
 ) -> Iterator[str]:
     yield from said_in_place(others, model, fitted)
     yield from said_of_denied(comparison, fitted)
     yield from said_of_places(comparison, fitted, model.effects)
-    yield from said_of_pauses(comparison, disturbances(effects))
 
 
 def _with_sizes(

@@ -42,11 +42,14 @@ class InPlace(NamedTuple):
         What they add to the readings more than those that are taken out [output unit].
     in_use : bool
         Whether use counts them as well, where it takes up the effects.
+    instances : tuple of Instance
+        These effects.
     """
 
     said: str
     adds: Array
     in_use: bool
+    instances: tuple[Instance, ...]
 
 
 class _Rival(NamedTuple):
@@ -93,7 +96,8 @@ def in_place(
         if all(map(is_possible, *zip(*sized, strict=True))) and not hanging <= set(unbounded):
             adds = sum(own_columns(item, c) @ size for item, size in sized) - taken
             said = next(said_of_others([other]), "")
-            yield InPlace(said, comparison.model.nominal * adds, other.name in in_use)
+            adds *= comparison.model.nominal
+            yield InPlace(said, adds, other.name in in_use, other.instances)
 
 
 def said_in_place(

@@ -2,29 +2,106 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
+from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import contribution
+from accelcal.discovery.instance import (
+    Instance,
+    amplitude_columns,
+    contribution,
+    instance_of,
+    own_columns,
+)
+from accelcal.discovery.untold import fitted_sizes
+from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
-from accelcal.results.beyond_uncertainty import LEFT_OUT
+from accelcal.plural import listed
 from accelcal.units import HOUR
 
+_HOURS = 24
 
-def said_of_pauses(comparison: Comparison, known: Sequence[Disturbance]) -> Iterator[str]:
-    """Say what an hour before the second run would do by effects that are taken out."""
+
+def in_pauses(
+    comparison: Comparison,
+    explanations: Sequence[Sequence[Instance]],
+    held: Sequence[Disturbance],
+) -> tuple[Array, tuple[str, ...]]:
+    """Tell what effects may do in the pauses between runs, where no times tell these.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The record of n readings.
+    explanations : sequence of sequence of Instance
+        Effects whose sizes are fitted to it, in one or several sets.
+    held : sequence of Disturbance
+        Effects that have a size.
+
+    Returns
+    -------
+    columns : ndarray, shape (n, k)
+        Errors of the readings by each set, if there are no pauses [g]: the sum of their squares is
+        the mean square over pauses of up to a day.
+    said : tuple of str
+        What a reader must know of it.
+    """
     time, c = comparison.record.time, comparison.model.conditions
-    if time is not None and np.isfinite(time).all():
-        return
-    later = replace(c, time=c.time + HOUR * (c.run > 0))
-    for item in known:
-        change = np.abs(contribution(item, later) - contribution(item, c)).max()
-        if change > 0.0:
-            yield (
-                f"no times: {item.effect.id} is taken out as if there were no pauses between the"
-                f" runs; an hour moves readings by {1e3 * change:.2g} mg, and {LEFT_OUT}; give"
-                " the readings a column time"
-            )
+    names = {place: _going_on(c, own, held) for place, own in enumerate(explanations)}
+    acting = [explanations[place] for place, own in names.items() if own]
+    if (time is not None and np.isfinite(time).all()) or not acting:
+        return np.empty((len(comparison.record), 0)), ()
+    hours = np.tile(np.arange(_HOURS) + 0.5, (_place(c).max() + 1, 1))
+    hours[0] = 0.0
+    starts = HOUR * np.cumsum(np.random.default_rng(0).permuted(hours, axis=1), axis=0)
+    columns = [
+        _taken(comparison, effects, held, start[_place(c)]) - _taken(comparison, effects, held, 0.0)
+        for effects in acting
+        for start in starts.T
+    ]
+    own = listed(dict.fromkeys(chain(*names.values())))
+    said = (
+        f"no times: {own} may go on between the runs, and nothing tells how long: taken"
+        " out as if there were no pauses, and U counts each as any up to a day; give the readings a"
+        " column time"
+    )
+    return np.stack(columns, axis=1) / np.sqrt(_HOURS), (said,)
+
+
+def _going_on(
+    c: Conditions, instances: Sequence[Instance], held: Sequence[Disturbance]
+) -> list[str]:
+    """Name the effects that act otherwise after pauses between the runs."""
+    later = replace(c, time=c.time + HOUR * _place(c))
+    every = (*instances, *map(instance_of, held))
+    return [
+        item.effect.id
+        for item in every
+        if np.any(amplitude_columns(item, later) != amplitude_columns(item, c))
+    ]
+
+
+def _place(c: Conditions) -> Array:
+    """Number of runs before that of each reading."""
+    return np.unique(c.run, return_inverse=True)[1]
+
+
+def _taken(
+    comparison: Comparison,
+    effects: Sequence[Instance],
+    held: Sequence[Disturbance],
+    later: Array | float,
+) -> Array:
+    """What is taken out of readings that are later by so much [g]."""
+    c = comparison.model.conditions
+    c = replace(c, time=c.time + later)
+    then = comparison._replace(model=replace(comparison.model, conditions=c))
+    whole = sum((contribution(item, c) for item in held), start=np.zeros(c.angle.size))
+    if effects:
+        columns = np.hstack([own_columns(item, c) for item in effects])
+        whole += columns @ fitted_sizes(then, effects).whole
+    return whole
