@@ -166,6 +166,35 @@ def test_an_effect_of_the_stand_is_the_same_in_all_units():
     assert said_of(turned, "it was found with delta0 = 0 rad", "calibrate with delta0 = 0 rad")
 
 
+@pytest.mark.parametrize(
+    ("lines", "taken"),
+    [
+        (({"head": "A"}, {"Head": " a"}), True),
+        (({"head": "A"}, {"head": "B"}), False),
+        (({"stand": "1"}, {"stand": "2"}), False),
+        (({"head": "A", "stand": "1"}, {"head": "A", "stand": "2"}), True),
+        (({"head": "A"}, {}), None),
+    ],
+)
+def test_an_effect_of_the_head_is_left_in_on_another_head(lines, taken):
+    """It was taken out of any, with the size that it had on the other one."""
+    theirs, ours = lines
+    hidden = accelcal.effect("position-error").of(2e-4, at=90.0)
+    record = replace(accelcal.simulate(plan=FINE, effects=[hidden], seed=1), metadata=theirs)
+    model = accelcal.discover(record)
+    assert accelcal.Discovery.from_json(model.to_json()) == model
+    four = TumblePlan(positions=4, temperatures=(20.0,))
+    record = replace(accelcal.simulate(plan=four, effects=[hidden], seed=4), metadata=ours)
+    found = accelcal.fit(record, model=model)
+    assert found.effects_as_found == (("position-error",) if taken is not False else ())
+    if taken is False:
+        name = next(iter(theirs.values()))
+        assert said_of(found, f"was found on another head or stand, {name}", LEFT_OUT)
+    else:
+        to_tell = said_of(found, "name the head in a line '# head: NAME' of both")
+        assert bool(to_tell) is (taken is None)
+
+
 def test_a_dead_zone_of_another_unit_silences_no_readings():
     """Of a unit without any, delta was off by 111 urad with U of 3."""
     model = discovered(FINE, ("dead-zone", 3e-3))

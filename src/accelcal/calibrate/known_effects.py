@@ -147,7 +147,7 @@ def said_of_effects(
     return [
         (
             *_said_of_unit(record, item, model),
-            *_said_of_sizes(item),
+            *_said_of_sizes(record, item, model),
             *(_left_in(one, item.record, estimators) for one in item.left_in),
             *item.said,
         )
@@ -164,19 +164,24 @@ def _said_of_unit(record: TumbleRecord, known: Correction, model: Discovery) -> 
         )
 
 
-def _said_of_sizes(known: Correction) -> Iterator[str]:
+def _said_of_sizes(record: TumbleRecord, known: Correction, model: Discovery) -> Iterator[str]:
     if not known.as_found:
         return
-    from accelcal.discovery.carrying_over import OF_THE_STAND
+    from accelcal.discovery.carrying_over import OF_THE_STAND, on_one_head
     from accelcal.effects.found import disturbances
 
     acts_on = {item.effect.id: item.effect.acts_on for item in disturbances(known.effects)}
+    to_tell = (
+        "" if on_one_head(record, model) else "; name the head in a line '# head: NAME' of both"
+    )
     for stands in (False, True):
         own = [name for name in known.as_found if (acts_on[name] == OF_THE_STAND) is stands]
         if own:
             yield (
                 f"these readings do not show {listed(own)}: taken out with the size that the"
-                " discovery found" + ", which holds on the same stand, clamped alike" * stands
+                " discovery found"
+                + f", which holds on the same stand, clamped alike{to_tell}"
+                * stands
             )
 
 

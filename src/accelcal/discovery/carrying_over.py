@@ -17,6 +17,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel
 from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.instance import Instance, column_of, contribution, instance_of
+from accelcal.discovery.same_head import HEAD, STAND, names_of, same_head
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.effects.effect import Disturbance
 from accelcal.effects.found import disturbances
@@ -78,12 +79,9 @@ class Meeting(NamedTuple):
 
     def foreign(self, item: Instance, c: Conditions) -> tuple[str, str] | None:
         """Say why an effect may have another size here, and what would tell; None where not."""
-        model, unit = self.model, (self.model.serial, self.record.serial)
         if item.effect.acts_on == OF_THE_STAND:
-            if self.delta0 == model.delta0_rad:
-                return None
-            made = f"{model.delta0_rad:g} rad"
-            return f"was found with delta0 = {made}", f"calibrate with delta0 = {made}"
+            return self._of_another_stand()
+        model, unit = self.model, (self.model.serial, self.record.serial)
         if not self.of_one_unit and None in unit:
             named = "name the serial numbers of both"
             return "may be of another unit, as a serial number is missing", named
@@ -93,6 +91,15 @@ class Meeting(NamedTuple):
         if not _alike(column_of(item, c), column_of(item, self._there(c))):
             made = f"T0 = {model.T0_degC:g} degC"
             return f"was found as a law about {made}", f"calibrate with {made}"
+        return None
+
+    def _of_another_stand(self) -> tuple[str, str] | None:
+        model, made = self.model, f"{self.model.delta0_rad:g} rad"
+        if on_one_head(self.record, model) is False:
+            name = model.head_name or model.stand_name
+            return f"was found on another head or stand, {name}", "discover it on this one"
+        if self.delta0 != model.delta0_rad:
+            return f"was found with delta0 = {made}", f"calibrate with delta0 = {made}"
         return None
 
     def left_in(self, known: Disturbance, model: BaseModel) -> LeftIn | None:
@@ -106,6 +113,14 @@ class Meeting(NamedTuple):
     def _there(self, c: Conditions) -> Conditions:
         """Conditions with temperatures above the T0 of the discovery."""
         return replace(c, excess=c.excess + (self.T0 - self.model.T0_degC))
+
+
+def on_one_head(record: TumbleRecord, model: Discovery) -> bool | None:
+    """Whether a record and a discovery are of one head; None where nothing tells it."""
+    if record.sha256 is not None and record.sha256 == model.sha256:
+        return True
+    theirs = {HEAD: model.head_name, STAND: model.stand_name}
+    return same_head(theirs, names_of(record.metadata))
 
 
 def _alike(one: Array, other: Array) -> bool:

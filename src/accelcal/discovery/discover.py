@@ -33,6 +33,7 @@ from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.run_noise import LoudRun
+from accelcal.discovery.same_head import HEAD, STAND, name_in
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.unknown_temperatures import with_temperatures_of_runs
@@ -191,8 +192,7 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    best = findings.named[0].instances if findings.named else ()
-    others = tuple(otherwise(comparison, best, rivals_of(findings.named)))
+    others = _others(look)
     said = [*_caveats(look, named, unexplained, loud, others), *_of_mountings(found, named)]
     as_given = _as_given(comparison, record, found, question)
     told = Discovery(
@@ -221,8 +221,16 @@ def _discovery(
         source=record.source,
         software=SOFTWARE,
         sha256=record.sha256,
+        head_name=name_in(record.metadata, HEAD),
+        stand_name=name_in(record.metadata, STAND),
     )
     return _without_bounds(with_others_counted(told, others), look)
+
+
+def _others(look: Look) -> tuple[Otherwise, ...]:
+    found = look.findings.named
+    best = found[0].instances if found else ()
+    return tuple(otherwise(look.comparison, best, rivals_of(found)))
 
 
 def _without_bounds(told: Discovery, look: Look) -> Discovery:

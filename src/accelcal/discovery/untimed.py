@@ -8,7 +8,7 @@ from itertools import chain
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Places
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import (
     Instance,
@@ -85,7 +85,7 @@ def _going_on(
     ]
 
 
-def _place(c: Conditions) -> Array:
+def _place(c: Conditions) -> Places:
     """Number of runs before that of each reading."""
     return np.unique(c.run, return_inverse=True)[1]
 

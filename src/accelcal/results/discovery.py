@@ -96,6 +96,8 @@ class Discovery(StoredResult, TabularResult):
         Where the readings came from, and what looked at them.
     sha256 : str or None
         SHA-256 of the bytes of the source, in hexadecimal; None where not recorded.
+    head_name, stand_name : str or None
+        Names of the head and of the stand, by the lines ``# head: NAME`` and ``# stand: NAME``.
     calibration : Calibration or None
         Calibration from the same readings with these effects, which ``accelcal compare`` takes;
         None unless ``accelcal discover`` added it.
@@ -122,6 +124,7 @@ class Discovery(StoredResult, TabularResult):
     _MISSING: ClassVar[Mapping[str, Any]] = {
         **dict.fromkeys(("faults", "coefficients", "notes", "doubtful", "reservations"), ()),
         **dict.fromkeys(("output_unit", "serial", "sha256", "calibration")),
+        **dict.fromkeys(("head_name", "stand_name")),
         **{"source": "<document>", "software": "", "next_measurement": "", "readings": 0},
         **{"scale_factor": 1.0, "p_value": 1.0, "alpha": 0.01, "T0_degC": 20.0, "delta0_rad": 0.0},
     }
@@ -151,6 +154,8 @@ class Discovery(StoredResult, TabularResult):
     source: str = "<table>"
     software: str = ""
     sha256: str | None = None
+    head_name: str | None = None
+    stand_name: str | None = None
     calibration: Calibration | None = None
 
     def __str__(self) -> str:
@@ -263,7 +268,8 @@ class Discovery(StoredResult, TabularResult):
         """Return the discovery as the JSON document of schema `SCHEMA`."""
         return {
             "schema": SCHEMA,
-            **members(self, "software source sha256 serial T0_degC delta0_rad readings"),
+            **members(self, "software source sha256 serial head_name stand_name"),
+            **members(self, "T0_degC delta0_rad readings"),
             **members(self, "alpha p_value"),
             "noise": {source.name: source.to_document() for source in self.noise},
             "faults": document_of(self.faults),

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.simulated import Simulated
+from accelcal.discovery.same_head import names_of, same_head
 from accelcal.head_angles import head_positions
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
-
-_KEYS = ("head", "stand")
-"""Lines above the readings that name what stood under them, the one that tells most first."""
 
 
 def is_same_head(
@@ -51,15 +46,8 @@ def is_same_head(
     """
     if told is not None:
         check_flag(same_head=told)
-    named = [
-        (own, other)
-        for key in _KEYS
-        for own, other in [(_named(calibration.provenance, key), _line(record.metadata, key))]
-        if own and other
-    ]
-    same = told
-    if same is None and named:
-        same = named[0][0] == named[0][1]
+    lines = calibration.provenance.get("metadata", {}), record.metadata
+    same = same_head(*map(names_of, lines)) if told is None else told
     if same is None and is_same_file(calibration, record):
         same = True
     is_turned = record.clamping is not None and bool(np.any(np.mod(record.clamping, 360.0)))
@@ -69,16 +57,6 @@ def is_same_head(
 def is_same_file(calibration: Calibration, record: TumbleRecord) -> bool:
     """Tell whether the calibration was fitted to these very readings."""
     return bool(record.sha256) and record.sha256 == calibration.provenance.get("sha256")
-
-
-def _named(provenance: Mapping[str, Any], key: str) -> str:
-    return _line(provenance.get("metadata", {}), key)
-
-
-def _line(metadata: Mapping[str, str], key: str) -> str:
-    """A line above the readings, in whatever case; empty where there is none."""
-    told = (value for name, value in metadata.items() if name.strip().casefold() == key)
-    return next(told, "").strip().casefold()
 
 
 def is_turned_over(calibration: Calibration, record: TumbleRecord) -> bool:
