@@ -116,6 +116,7 @@ def test_use_that_takes_up_the_effect_counts_it_once(not_of_fourth_order):
         with pytest.warns(AccelcalWarning, match="could not tell it from fourth-order"):
             measured = accelcal.apply(found, [at_1_g], 20.0, a_p=0.0, same_launch=True, **own)
         assert abs(measured.value[0] - 1.0) < measured.expanded_uncertainty[0] < 6e-5
+    assert accelcal.budget(found, 1.0, temperature=20.0).expanded_uncertainty[0] < 6e-5
     with pytest.warns(AccelcalWarning, match="the coefficients are free of it"):
         k2 = accelcal.coefficients_at(found, 20.0)["k2"]
     assert k2.expanded_uncertainty > 4e-4

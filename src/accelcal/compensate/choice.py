@@ -29,9 +29,9 @@ from accelcal.compensate.covariance import (
     standard_uncertainty,
 )
 from accelcal.compensate.of_table import by_table, cross_name, of_test, with_other
-from accelcal.compensate.without_sources import without_sources
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
+from accelcal.effects.without_sources import without_sources
 from accelcal.errors import InputError
 from accelcal.model import LAWS
 from accelcal.results.calibration import Calibration

@@ -11,6 +11,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array, Mask
+from accelcal.effects.without_sources import without_sources
 from accelcal.error_budget.coefficients import coefficients_of
 from accelcal.error_budget.components import random_components, systematic_components
 from accelcal.error_budget.conditions import conditions
@@ -20,6 +21,7 @@ from accelcal.error_budget.random_part import RandomPart, random_part
 from accelcal.error_budget.weaknesses import weaknesses
 from accelcal.estimate.uncertainty import combined
 from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import LOOK_ALIKES
 from accelcal.results.error_budget import ErrorBudget, ErrorComponent
 from accelcal.results.usable import (
     refuse_misprinted,
@@ -103,6 +105,7 @@ def budget(
     refuse_misprinted(calibration)
     refuse_undetermined_laws(calibration)
     refuse_without_uncertainty(calibration)
+    calibration = without_sources(calibration, [LOOK_ALIKES])  # the static effects count them
     coefficients = coefficients_of(calibration)
     random = random_part(calibration) if random is None else random
     expect(random, RandomPart)

@@ -13,7 +13,6 @@ from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
-from accelcal.compensate.without_sources import without_sources
 from accelcal.discovery.columns import head_columns, saturated
 from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.factors import blocks
@@ -48,6 +47,7 @@ from accelcal.discovery.noise import (
 )
 from accelcal.discovery.space import Space, space_of, whitener_of
 from accelcal.discovery.where import by_factor, pattern, shares, structure
+from accelcal.effects.without_sources import without_sources
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.numerics.decimal_steps import decimal_step

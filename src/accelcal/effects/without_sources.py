@@ -1,0 +1,100 @@
+"""A calibration without what some sources of error give to it, as its user counts them itself."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.model import COEFFICIENT_OF
+from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import rows_of
+from accelcal.results.quantity import Quantity
+from accelcal.results.table import TableCalibration
+from accelcal.results.temperature import TemperatureLaw, TemperatureModel
+
+
+def without_sources(calibration: Calibration, sources: Collection[str]) -> Calibration:
+    """Take what some sources give out of the uncertainties of a calibration.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        The calibration.
+    sources : collection of str
+        Sources among the `shares` of its covariances.
+
+    Returns
+    -------
+    Calibration
+        With smaller uncertainties of its tables and laws. Fixture angles keep theirs, and so do the
+        misalignments that they are told apart from.
+    """
+    told = (*calibration.tables, calibration.temperature_model, calibration.second_axis_model)
+    if not any(each and not set(sources).isdisjoint(each.shares) for each in told):
+        return calibration
+    main, second = (
+        model and _laws(model, sources)
+        for model in (calibration.temperature_model, calibration.second_axis_model)
+    )
+    kept = ("delta",) if calibration.fixture_angle else ()
+    tables = tuple(_table(table, sources, kept) for table in calibration.tables)
+    return replace(calibration, tables=tables, temperature_model=main, second_axis_model=second)
+
+
+def _laws(model: TemperatureModel, sources: Collection[str]) -> TemperatureModel:
+    share = model.share(sources)
+    less = dict(zip(model.covariance_names, np.diagonal(share).tolist(), strict=True))
+
+    def law(name: str) -> TemperatureLaw:
+        parts = {part: getattr(getattr(model, name), part) for part in ("at_T0", "above", "below")}
+        return TemperatureLaw(
+            **{part: q and _less(q, less.get(f"{name} {part}", 0.0)) for part, q in parts.items()}
+        )
+
+    left = rows_of(model.covariance - share)
+    k0, K1, delta = map(law, ("k0", "K1", "delta"))
+    return replace(model, k0=k0, K1=K1, delta=delta, covariance_matrix=left, shares={})
+
+
+def _table(
+    table: TableCalibration, sources: Collection[str], kept: Collection[str]
+) -> TableCalibration:
+    if not table.covariance_names:
+        return table
+    share = table.share(sources)
+    own, errors = dict(table.coefficients), dict(table.error_model)
+    for name, row in _derivatives(table).items():
+        among: dict[str, Quantity] = own if name in own else errors
+        if name not in kept:
+            among[name] = _less(among[name], float(row @ share @ row))
+    return replace(
+        table,
+        coefficients=own,
+        error_model=errors,
+        covariance_matrix=rows_of(table.covariance - share),
+        shares={},
+    )
+
+
+def _derivatives(table: TableCalibration) -> Mapping[str, Array]:
+    """Derivatives of all quantities of a table by those of its covariance."""
+    unit = dict(zip(table.covariance_names, np.eye(len(table.covariance_names)), strict=True))
+    scale_factor = table.coefficients["K1"].value or np.nan
+    quotients = {
+        name: (unit[COEFFICIENT_OF[name]] - (quantity.value or 0.0) * unit["K1"]) / scale_factor
+        for name, quantity in table.error_model.items()
+        if COEFFICIENT_OF[name] in unit
+    }
+    return {**unit, **quotients}
+
+
+def _less(quantity: Quantity, variance: float) -> Quantity:
+    """A quantity of which a part of the variance is left out."""
+    u, expanded = quantity.standard_uncertainty, quantity.expanded_uncertainty
+    if not u or expanded is None:
+        return quantity
+    part = float(np.sqrt(max(1.0 - variance / u**2, 0.0)))
+    return replace(quantity, standard_uncertainty=part * u, expanded_uncertainty=part * expanded)
