@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -341,6 +342,21 @@ def test_of_two_effects_that_a_coarser_test_cannot_tell_apart_one_has_the_size_t
         for name in ("k0", "k2"):
             assert abs(own[name].value - without[name].value) < own[name].expanded_uncertainty
         assert own["k2"].expanded_uncertainty < 1e-4
+
+
+def test_of_two_effects_that_look_alike_in_another_unit_one_is_fitted_and_the_other_told():
+    """Both were fitted, with sizes of 500, and U of k0 was 260 g."""
+    both = ("scale-factor-asymmetry", 2e-3), ("fourth-order", 1e-3)
+    model = discovered(FINE, *both)
+    record = simulated(TumblePlan(), *both, serial="B2", seed=4)
+    found, true = accelcal.fit(record, model=model), accelcal.fit(simulated(TumblePlan(), seed=4))
+    assert [effect.id for effect in found.effects] == ["scale-factor-asymmetry"]
+    assert found.effects_as_found == ()
+    (said,) = said_of(found, "fourth-order is not taken out", "found in another unit", LEFT_OUT)
+    adds = 1e-6 * float(re.search(r"adds (\d+) ug/g\^2 to k2", said)[1])
+    for own, without in zip(coefficients(found), coefficients(true), strict=True):
+        assert abs(own["k0"].value - without["k0"].value) < own["k0"].expanded_uncertainty < 2e-5
+        assert own["k2"].value == pytest.approx(without["k2"].value + adds, abs=1e-4)
 
 
 def test_readings_without_temperature_count_as_at_the_mean_of_their_run():

@@ -150,7 +150,7 @@ def _taken_out(meeting: Meeting, *, gaps: bool) -> Correction:
     instances = tuple(map(instance_of, known))
     silent = silent_by(record, reference, delta0, known, own=meeting.of_one_unit)
     comparison = compared(record, reference, delta0, instances, silent=silent)
-    shown = _shown(meeting, comparison, instances)
+    shown = _shown(comparison, instances)
     left = [
         None if own else meeting.left_in(item, comparison.model)
         for item, own in zip(known, shown, strict=True)
@@ -175,7 +175,7 @@ def _without(
 ) -> Correction:
     """Take out the effects of the discovery that are not left in."""
     record, model, reference, delta0 = meeting
-    shown = _shown(meeting, comparison, instances)
+    shown = _shown(comparison, instances)
     fitted = list(compress(instances, shown))
     is_open = may_be_wider(comparison, fitted)
     hanging = tuple(map(in_fit, left_undecided(comparison, fitted, model.effects)))
@@ -251,17 +251,14 @@ def _with_gaps(
     )
 
 
-def _shown(meeting: Meeting, comparison: Comparison, instances: Sequence[Instance]) -> list[bool]:
-    """Which effects the readings show beside the base model.
-
-    One that is hidden behind those before it, if its size is known, is not fitted.
-    """
+def _shown(comparison: Comparison, instances: Sequence[Instance]) -> list[bool]:
+    """Which effects the readings show beside the base model and those before them."""
     space, c = comparison.space, comparison.model.conditions
     found, taken = [], space.nothing()
     for item in instances:
         whole = space.whiten(column_of(item, c))
         seen, least = space.left_of(whole)[:, None], VISIBLE * np.sqrt(whole @ whole)
-        own = without(seen, taken) if meeting.foreign(item, c) is None else seen
+        own = without(seen, taken)
         found.append(bool(lengths(own)[0] > least))
         if found[-1]:
             taken = orthonormal(np.hstack([taken, own]))

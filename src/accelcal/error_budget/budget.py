@@ -105,8 +105,7 @@ def budget(
     refuse_misprinted(calibration)
     refuse_undetermined_laws(calibration)
     refuse_without_uncertainty(calibration)
-    calibration = without_sources(calibration, [LOOK_ALIKES])  # the static effects count them
-    coefficients = coefficients_of(calibration)
+    coefficients = coefficients_of(without_sources(calibration, [LOOK_ALIKES]))
     random = random_part(calibration) if random is None else random
     expect(random, RandomPart)
     points = conditions(coefficients, (a_i, a_p, a_o), temperature, time, extrapolate=extrapolate)
