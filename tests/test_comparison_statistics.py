@@ -10,6 +10,7 @@ from scipy import stats
 
 import accelcal
 from accelcal.compensate.choice import compensation
+from accelcal.discovery.covariance import Covariance, whitener_of
 from accelcal.discovery.factors import Block
 from accelcal.discovery.new_record.chances import Estimated, chances
 from accelcal.discovery.new_record.repeatability import known_noise
@@ -60,9 +61,18 @@ def test_shifts_between_launches_that_nobody_declares_are_told():
     assert not any("is not declared" in n for n in accelcal.compare(calibration, record).notes)
 
 
+def independent(readings, size=1.0):
+    """Whitener of readings that have noise of a size alone."""
+    number = np.arange(readings)
+    noise = np.full(readings, size)
+    return whitener_of(
+        Covariance(noise, 0.0, np.zeros_like(number), number, np.empty((readings, 0)))
+    )
+
+
 def test_shares_of_noise_known_with_few_degrees_of_freedom_follow_fisher():
     # one direction of 2 standard deviations; P(|t_4| > 2) = 0.1161, P(|z| > 2) = 0.0455 (tables)
-    space = space_of(np.eye(3), np.empty((3, 0)), np.eye(3))
+    space = space_of(independent(3), np.empty((3, 0)), np.eye(3))
     block = Block("position", np.eye(3)[:, :1])
     seen = np.array([2.0, 0.0, 0.0])
     assert chances(space, seen, [block], 4.0) == pytest.approx([0.116117], abs=1e-6)
@@ -74,7 +84,7 @@ def test_shares_of_noise_known_with_few_degrees_of_freedom_follow_fisher():
 )
 def test_a_size_that_was_estimated_leaves_the_tails_of_student(ratio, dof):
     # one error alone; 1.7 of its estimate is counted, which must not matter
-    space = space_of(np.eye(2) / 1.7, np.empty((2, 0)), np.eye(2))
+    space = space_of(independent(2, 1.7), np.empty((2, 0)), np.eye(2))
     error = Estimated(np.eye(2)[:, :1], np.eye(1) * 1.7**2, lambda f: np.eye(1) * f(dof) ** 2)
     block = Block("position", np.eye(2)[:, :1])
     (found,) = chances(space, np.array([ratio / 1.7, 0.0]), [block], errors=error)
@@ -82,7 +92,7 @@ def test_a_size_that_was_estimated_leaves_the_tails_of_student(ratio, dof):
 
 
 def test_several_directions_of_an_estimated_size_leave_the_tails_of_fisher():
-    space = space_of(np.eye(5), np.empty((5, 0)), np.eye(5))
+    space = space_of(independent(5), np.empty((5, 0)), np.eye(5))
     error = Estimated(np.eye(5)[:, :3], np.eye(3), lambda factor: np.eye(3) * factor(2.0) ** 2)
     seen = np.array([3.0, -4.0, 12.0, 1.5, 0.0])  # the third square is 19 beyond the first two
     blocks = [Block("run", np.eye(5)[:, :2]), Block("position", np.eye(5)[:, 2:4])]

@@ -61,9 +61,9 @@ def test_clean_tables_get_no_name(tmp_path, regime):
 def test_p_values_of_noise_are_uniform(independent):
     """Of noise whose correlation is known to be 0, or is any that the replicates leave possible."""
     look = compared(accelcal.simulate(seed=1), 20.0)
-    look = look._replace(roots=()) if independent else look
+    look = look._replace(possible=()) if independent else look
     family = with_rates(family_of(look, searched_among()))
-    noise = drawn(look, np.random.default_rng(7), 400)
+    noise = np.hstack(list(drawn(look, np.random.default_rng(7), 400)))
     draws = [look._replace(seen=one) for one in noise.T]
     p = [judge(family._replace(comparison=draw)).p_value for draw in draws]
     for level in (0.02, 0.1):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dense_covariance import matrix_of
 from scipy.linalg import cho_factor, cho_solve
 
 import accelcal
@@ -36,7 +37,7 @@ def test_readings_left_out_are_predicted_as_by_a_fit_without_them(rho, ids):
     columns, residual = np.column_stack(columns), model.residual(look.parameters)
     missed = []
     for out in _folds(look, np.random.default_rng(0)):
-        factor = cho_factor(look.spread[np.ix_(~out, ~out)])
+        factor = cho_factor(matrix_of(look.spread)[np.ix_(~out, ~out)])
         normal = columns[~out].T @ cho_solve(factor, columns[~out])
         solved = np.linalg.solve(normal, columns[~out].T @ cho_solve(factor, residual[~out]))
         missed.append(residual[out] - columns[out] @ solved)

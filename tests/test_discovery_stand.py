@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from dense_covariance import whitening_matrix
 from hidden.design import DESIGNS
 from hidden.units import units_of_one_stand
 
@@ -106,9 +107,9 @@ def test_stand_and_unit_are_told_apart_in_one_archive():
 
 
 def test_the_others_show_what_the_head_hides_in_one_unit():
-    _, records = measured("head", None, ("scale-factor-asymmetry", 4.0))
+    _, records = measured("head", None, ("scale-factor-asymmetry", 5.0))
     assert accelcal.discover(records[1]).effects == ()
-    told = verdicts(found("head", None, ("scale-factor-asymmetry", 4.0)))
+    told = verdicts(found("head", None, ("scale-factor-asymmetry", 5.0)))
     assert list(told.values()) == [("unit", ("S1",))]
 
 
@@ -209,7 +210,7 @@ def stacked(units, instance):
     shared = 1 + units[0].head.shape[1]
     for number, unit in enumerate(units):
         comparison = unit.comparison
-        white = comparison.space.whitener
+        white = whitening_matrix(comparison.spread)
         block = np.zeros((white.shape[0], len(units) * p + shared))
         block[:, number * p : (number + 1) * p] = white @ comparison.model.jacobian(
             comparison.parameters

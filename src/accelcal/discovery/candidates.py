@@ -28,6 +28,10 @@ _FINER = 3
 """The first search tries so many values of a parameter for each one that an effect lists."""
 
 
+MOST_VALUES = 500
+"""Values of a discrete parameter that the first search tries: of more, so many, evenly."""
+
+
 class Candidates(NamedTuple):
     """All instances that can be seen, as unit vectors of the space.
 
@@ -83,15 +87,9 @@ def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candid
     seen: list[tuple[Effect, list[Instance], Array, Array]] = []
     hidden = []
     for effect in effects:
-        instances = list(instances_of(effect, c))
-        columns = np.stack([column_of(item, c) for item in instances], axis=1)
-        whitened = space.whiten(columns)
-        shown = space.left_of(whitened)
-        length = lengths(shown)
-        visible = np.flatnonzero(length > VISIBLE * lengths(whitened))
-        if visible.size:
-            unit = shown[:, visible] / length[visible]
-            seen.append((effect, [instances[i] for i in visible], unit, length[visible]))
+        instances, unit, length = visible(list(instances_of(effect, c)), space, c)
+        if instances:
+            seen.append((effect, instances, unit, length))
         else:
             hidden.append(effect)
     sizes = [len(own) for _, own, _, _ in seen]
@@ -109,6 +107,18 @@ def candidates(effects: Sequence[Effect], space: Space, c: Conditions) -> Candid
     )
 
 
+def visible(
+    instances: Sequence[Instance], space: Space, c: Conditions
+) -> tuple[list[Instance], Array, Array]:
+    """Those of some instances that can be seen, with their unit vectors, (n, k), and lengths."""
+    whitened = space.whiten(np.stack([column_of(item, c) for item in instances], axis=1))
+    shown = space.left_of(whitened)
+    length = lengths(shown)
+    places = np.flatnonzero(length > VISIBLE * lengths(whitened))
+    unit = shown[:, places] / length[places]
+    return [instances[i] for i in places.tolist()], unit, length[places]
+
+
 def instances_of(effect: Effect, c: Conditions) -> Iterator[Instance]:
     """All instances of an effect that are tried, for all values of its nonlinear parameters.
 
@@ -123,7 +133,8 @@ def instances_of(effect: Effect, c: Conditions) -> Iterator[Instance]:
 
 def _grid(values: Array, *, discrete: bool) -> list[float]:
     if discrete or values.size < 2:
-        return [float(value) for value in values]
+        places = np.linspace(0, values.size - 1, min(values.size, MOST_VALUES))
+        return [float(value) for value in values[np.rint(places).astype(np.intp)]]
     places = np.arange(0, values.size - 1 + 0.5 / _FINER, 1.0 / _FINER)
     if np.all(values > 0.0):
         return [float(v) for v in np.exp(np.interp(places, np.arange(values.size), np.log(values)))]

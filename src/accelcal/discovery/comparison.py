@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.columns import saturated
+from accelcal.discovery.covariance import Covariance, whitener_of
 from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.noise import (
@@ -21,7 +21,7 @@ from accelcal.discovery.noise import (
     refuse_too_many,
 )
 from accelcal.discovery.run_noise import with_noise_of_runs
-from accelcal.discovery.space import Space, root_of, space_of, whitened, whitener_of
+from accelcal.discovery.space import Space, space_of
 from accelcal.discovery.spans import orthonormal
 from accelcal.record import TumbleRecord
 
@@ -43,13 +43,12 @@ class Comparison(NamedTuple):
         What the model leaves.
     seen : ndarray, shape (n,)
         Coordinates of the readings in it.
-    spread : ndarray, shape (n, n)
-        Covariance of the errors of the readings, in units of the variance of their noise.
-    roots : tuple of callable
-        Make maps of independent numbers to errors of the readings, shape (n, q) [g], where the
-        correlation of neighbours is estimated: one for each of several values that it may have,
-        also where it is not significant.
-        None where the errors are known to be those that the space makes independent.
+    spread : Covariance
+        Covariance of the errors of the readings.
+    possible : tuple of Covariance
+        The same for each of several values that the correlation of neighbours may have, where it is
+        estimated, also where it is not significant. None where the errors are known to be those
+        that the space makes independent.
     """
 
     record: TumbleRecord
@@ -58,8 +57,8 @@ class Comparison(NamedTuple):
     noise: ReadingNoise
     space: Space
     seen: Array
-    spread: Array
-    roots: tuple[Callable[[], Array], ...]
+    spread: Covariance
+    possible: tuple[Covariance, ...]
 
     @property
     def step(self) -> float:
@@ -124,13 +123,13 @@ def compared(
         noise = reading_noise(model.conditions, first, within, step, relative)
     if not memory:
         noise = noise._replace(rho=0.0, possible=())
-    spread = _spread(record, model, noise)
-    whitener = whitener_of(spread, noise.sigma)
-    parameters = solve(model, partial(whitened, whitener))
+    spread = covariance(model.conditions, noise, record.apparatus, _step(record, model))
+    whitener = whitener_of(spread)
+    parameters = solve(model, whitener.whitened)
     space = space_of(whitener, model.jacobian(parameters), repeating)
     seen = space.see(model.residual(parameters))
-    roots = _roots(record, model, noise)
-    return Comparison(record, model, parameters, noise, space, seen, spread, roots)
+    possible = tuple(spread._replace(rho=rho) for rho in noise.possible)
+    return Comparison(record, model, parameters, noise, space, seen, spread, possible)
 
 
 def _beside(repeating: Array, columns: Sequence[Array]) -> Array:
@@ -140,22 +139,6 @@ def _beside(repeating: Array, columns: Sequence[Array]) -> Array:
     return within if enough else repeating
 
 
-def _spread(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> Array:
-    """Covariance of the errors of the readings, in units of ``noise.sigma ** 2``."""
-    return covariance(model.conditions, noise, record.apparatus, _step(record, model))
-
-
 def _step(record: TumbleRecord, model: BaseModel) -> float:
     """Declared step of the readings [g]."""
     return (record.apparatus.resolution or 0.0) / abs(model.nominal)
-
-
-def _roots(
-    record: TumbleRecord, model: BaseModel, noise: ReadingNoise
-) -> tuple[Callable[[], Array], ...]:
-    possible = (noise._replace(rho=rho) for rho in noise.possible)
-    return tuple(partial(_root, record, model, each) for each in possible)
-
-
-def _root(record: TumbleRecord, model: BaseModel, noise: ReadingNoise) -> Array:
-    return root_of(_spread(record, model, noise), noise.sigma)

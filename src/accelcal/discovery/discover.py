@@ -101,8 +101,8 @@ def discover(
     Raises
     ------
     InputError
-        If an argument is out of its range, or the record has too few replicates, or more than 8000
-        readings.
+        If an argument is out of its range, or the record has too few replicates, or too many
+        readings, positions and cycles.
 
     Notes
     -----

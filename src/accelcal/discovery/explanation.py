@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.discovery.candidates import MOST_VALUES, visible
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
 from accelcal.discovery.instance import Instance, own_columns
@@ -155,7 +156,7 @@ def _refined(family: Family, place: int, others: Array) -> Instance:
         return _simpler(family, place, others) or _in_phase(family.comparison, start, others)
     smooth = [item.name for item in start.effect.shapes if not item.discrete]
     if len(smooth) != 1:
-        return start
+        return _among_all(family, place, others)
     from scipy.optimize import minimize_scalar  # type: ignore[import-untyped]
 
     (name,) = smooth
@@ -168,6 +169,22 @@ def _refined(family: Family, place: int, others: Array) -> Instance:
 
     found = minimize_scalar(loss, bounds=_neighbours(family, place, name), method="bounded")
     return start.at(name, float(found.x)) if found.fun < loss(start.shape[name]) else start
+
+
+def _among_all(family: Family, place: int, others: Array) -> Instance:
+    """Try the values of a discrete parameter that the first search left out around an instance."""
+    found, comparison = family.candidates, family.comparison
+    start, own = found.instances[place], found.of(int(found.owner[place]))
+    if own.stop - own.start < MOST_VALUES // 2:
+        return start
+    (name, search), *_ = ((item.name, item.search) for item in start.effect.shapes if item.search)
+    c, here = comparison.model.conditions, start.shape[name]
+    lower, upper = _neighbours(family, place, name)
+    near = [v for v in search(c).tolist() if lower < v < upper or v == here]
+    shown, units, _ = visible([start.at(name, value) for value in near], comparison.space, c)
+    left = without(units, others)
+    squares = (left.T @ comparison.seen) ** 2 / np.maximum(lengths(left), NEW) ** 2
+    return shown[first_largest(squares)]
 
 
 def _simpler(family: Family, place: int, others: Array) -> Instance | None:

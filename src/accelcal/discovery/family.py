@@ -9,7 +9,7 @@ exists only where there is an effect.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import Candidates, candidates
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.covariance import whitener_of
 from accelcal.discovery.factors import Block, blocks
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.space import Space
@@ -32,6 +33,9 @@ NEW = 0.02
 
 _TOGETHER = 250
 """Draws whose ratios are worked out at a time, so that they stay in the processor's cache."""
+
+_DRAWN = 2**21
+"""Numbers that are drawn at a time, 16 MB, or somewhat more for very many readings."""
 
 _LEVELS = (0.05, 0.02, 0.01, 0.005)
 
@@ -143,8 +147,9 @@ def family_of(comparison: Comparison, effects: Sequence[Effect]) -> Family:
 
 def with_rates(family: Family, seed: int = 0) -> Family:
     """Find the tries and tests of a family from noise that is simulated."""
-    noise = drawn(family.comparison, np.random.default_rng(seed), DRAWS)
-    effects, factors = _p_values(family, noise, None)
+    test = _p_values(family, None)
+    draws = drawn(family.comparison, np.random.default_rng(seed), DRAWS)
+    effects, factors = map(np.hstack, zip(*map(test, draws), strict=True))
     tries, factor_tries = (
         np.array([_multiplicity(p) for p in each]) for each in (effects, factors)
     )
@@ -153,17 +158,20 @@ def with_rates(family: Family, seed: int = 0) -> Family:
     return family._replace(tries=tries, tests=tests, factor_tries=factor_tries)
 
 
-def drawn(comparison: Comparison, rng: np.random.Generator, draws: int) -> Array:
-    """Draw coordinates of noise alone, shape (n, draws or nearly); the roots are all as likely."""
-    space, roots, tails = comparison.space, comparison.roots, comparison.noise.tails
-    if not roots:
-        return space.left_of(independent(tails, rng, (comparison.seen.size, draws)))
-    each = draws // len(roots)
+def drawn(comparison: Comparison, rng: np.random.Generator, draws: int) -> Iterator[Array]:
+    """Draw coordinates of noise alone, some at a time, shape (n, k).
 
-    def by(root: Array) -> Array:
-        return space.see(root @ independent(tails, rng, (root.shape[1], each)))
-
-    return np.hstack([by(make()) for make in roots])
+    They are as many as asked for, or nearly; all covariances that are possible are as likely.
+    """
+    space, tails, n = comparison.space, comparison.noise.tails, comparison.seen.size
+    possible = comparison.possible or (comparison.spread,)
+    each = draws // len(possible)
+    most = max(_DRAWN // n, 50)
+    for covariance in possible:
+        root = whitener_of(covariance)
+        for start in range(0, each, most):
+            white = independent(tails, rng, (n, min(most, each - start)))
+            yield space.see(root.unwhitened(white)) if comparison.possible else space.left_of(white)
 
 
 def independent(tails: float, rng: np.random.Generator, shape: tuple[int, int]) -> Array:
@@ -184,7 +192,7 @@ def judge(family: Family, taken: Array | None = None) -> Judgement:
 
     Taken, shape (n, h), is an orthonormal basis of what has been explained already.
     """
-    effects, factors = _p_values(family, family.comparison.seen[:, None], taken)
+    effects, factors = _p_values(family, taken)(family.comparison.seen[:, None])
     honest = np.minimum(effects[:, 0] * family.tries, 1.0)
     of_blocks = np.minimum(factors[:, 0] * family.factor_tries, 1.0)
     smallest = min(honest.min(initial=1.0), of_blocks.min(initial=1.0))
@@ -198,12 +206,12 @@ def agrees(family: Family, taken: Array, alpha: float) -> bool:
     work than it takes to find that out.
     """
     left = _left(family.space, family.comparison.seen[:, None], taken)
-    single = _of_effects(family, left, taken)[:, 0] * family.tries
+    single = _of_effects(family, taken)(left)[:, 0] * family.tries
     smallest = alpha / family.tests
     if single.min(initial=1.0) < smallest:
         return False
     return all(
-        float(_of_block(block.basis, left, family.space, taken)[0]) * tries >= smallest
+        float(_of_block(block.basis, family.space, taken)(left)[0]) * tries >= smallest
         for block, tries in zip(family.blocks, family.factor_tries.tolist(), strict=True)
     )
 
@@ -215,22 +223,34 @@ def chance(ratio: Array, dof: float, degrees: int = 1) -> Array:
     return np.asarray(np.maximum(fdtrc(degrees, dof, ratio), SMALLEST))
 
 
-def _p_values(family: Family, seen: Array, taken: Array | None) -> tuple[Array, Array]:
+def _p_values(family: Family, taken: Array | None) -> Callable[[Array], tuple[Array, Array]]:
     """p-values of the best instance of each effect, (E, k), and of each factor, (B, k)."""
-    left = _left(family.space, seen, taken)
-    factors = [_of_block(block.basis, left, family.space, taken) for block in family.blocks]
-    return _of_effects(family, left, taken), np.array(factors).reshape(-1, seen.shape[1])
+    of_effects = _of_effects(family, taken)
+    of_blocks = [_of_block(block.basis, family.space, taken) for block in family.blocks]
+
+    def of(seen: Array) -> tuple[Array, Array]:
+        left = _left(family.space, seen, taken)
+        factors = [of_block(left) for of_block in of_blocks]
+        return of_effects(left), np.array(factors).reshape(-1, seen.shape[1])
+
+    return of
 
 
-def _of_effects(family: Family, left: _Left, taken: Array | None) -> Array:
-    found, draws = family.candidates, left.pure.size
+def _of_effects(family: Family, taken: Array | None) -> Callable[[_Left], Array]:
+    """p-value of the best instance of each effect, (E, k)."""
+    found = family.candidates
     starts = np.searchsorted(found.owner, np.arange(len(found.effects)))
-    best = np.zeros((starts.size, draws))
     ratios = _ratios(family, taken)
-    for start in range(0, draws if starts.size else 0, _TOGETHER):
-        some = slice(start, start + _TOGETHER)
-        best[:, some] = np.maximum.reduceat(ratios(left.draws(some)), starts, axis=0)
-    return chance(best, family.space.dof)
+
+    def of(left: _Left) -> Array:
+        draws = left.pure.size
+        best = np.zeros((starts.size, draws))
+        for start in range(0, draws if starts.size else 0, _TOGETHER):
+            some = slice(start, start + _TOGETHER)
+            best[:, some] = np.maximum.reduceat(ratios(left.draws(some)), starts, axis=0)
+        return chance(best, family.space.dof)
+
+    return of
 
 
 def _left(space: Space, seen: Array, taken: Array | None) -> _Left:
@@ -260,17 +280,21 @@ def _ratios(family: Family, taken: Array | None) -> Callable[[_Left], Array]:
     return of
 
 
-def _of_block(basis: Array, left: _Left, space: Space, taken: Array | None) -> Array:
+def _of_block(basis: Array, space: Space, taken: Array | None) -> Callable[[_Left], Array]:
     """Chance of a factor's F against the pure error beside it: part of it may not repeat."""
     if taken is not None:
         basis = without(basis, taken)
         basis = orthonormal(basis[:, (basis**2).sum(axis=0) > NEW**2])
     degrees = basis.shape[1]
-    if not degrees:
-        return np.ones(left.pure.size)
-    squares = ((basis.T @ left.seen) ** 2).sum(axis=0)
     own = without(basis, space.systematic)
     own = orthonormal(own[:, lengths(own) > NEW])
-    beside = left.pure - ((own.T @ left.seen) ** 2).sum(axis=0)
     dof = space.dof - own.shape[1]
-    return chance(squares / degrees * dof / np.maximum(beside, SMALLEST), dof, degrees)
+
+    def of(left: _Left) -> Array:
+        if not degrees:
+            return np.ones(left.pure.size)
+        squares = ((basis.T @ left.seen) ** 2).sum(axis=0)
+        beside = left.pure - ((own.T @ left.seen) ** 2).sum(axis=0)
+        return chance(squares / degrees * dof / np.maximum(beside, SMALLEST), dof, degrees)
+
+    return of

@@ -9,11 +9,14 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.columns import cells, cycle
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.covariance import whitener_of
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.solution import Solution, solution
-from accelcal.discovery.spans import lengths, without
+from accelcal.discovery.spans import lengths
 from accelcal.numerics.grouping import grouped
 from accelcal.results.findings import Gap
+
+_FOLDS = 10
 
 
 def gap_of(fit: Solution, held_out: float | None) -> Gap:
@@ -45,22 +48,21 @@ def held_out_rms(
     ]
     residual = comparison.model.residual(comparison.parameters)
     models = [own / np.where(lengths(own) > 0.0, lengths(own), 1.0) for own in models]
-    white = [comparison.space.whiten(np.column_stack([own, residual])) for own in models]
+    models = [np.column_stack([own, residual]) for own in models]
     squares, readings = np.zeros(len(sets)), 0
     for out in _folds(comparison, np.random.default_rng(seed)):
-        # to give a reading an unknown of its own is to leave it out
-        own, _ = np.linalg.qr(comparison.space.whitener[:, out])
-        missed = [
-            _missed(without(whitened, own), columns[out], residual[out])
-            for columns, whitened in zip(models, white, strict=True)
-        ]
+        others = whitener_of(comparison.spread.among(~out))
+        missed = [_missed(others.whitened(own[~out]), own[out]) for own in models]
         squares += [float(part @ part) for part in missed]
         readings += int(out.sum())
     return [float(np.sqrt(total / readings)) if readings else None for total in squares]
 
 
 def _folds(comparison: Comparison, rng: np.random.Generator) -> Iterator[Mask]:
-    """Readings left out in turn: in each cell another cycle, as a shuffled order has it."""
+    """Readings left out in turn: in each cell another cycle, as a shuffled order has it.
+
+    Of more than `_FOLDS` cycles, several are left out at a time.
+    """
     c = comparison.model.conditions
     cycles = grouped(cycle(c))[0]
     if cycles.size < 2:
@@ -68,15 +70,16 @@ def _folds(comparison: Comparison, rng: np.random.Generator) -> Iterator[Mask]:
     cell = cells(c.run, np.round(c.angle, 6), c.rotation)
     shift = rng.integers(cycles.size, size=int(cell.max()) + 1)
     turn = (np.searchsorted(cycles, cycle(c)) + shift[cell]) % cycles.size
-    for fold in range(cycles.size):
+    turn %= _FOLDS
+    for fold in range(min(cycles.size, _FOLDS)):
         if (turn == fold).any() and (turn != fold).any():
             yield turn == fold
 
 
-def _missed(others: Array, columns: Array, residual: Array) -> Array:
-    """Reading minus prediction of those left out [g], with the columns of these.
+def _missed(others: Array, out: Array) -> Array:
+    """Reading minus prediction of those left out [g].
 
-    The others are whitened columns, shape (n, p), and the readings beside them.
+    Both are columns of the model and the readings beside them, those of the others whitened.
     """
     solved = np.linalg.lstsq(others[:, :-1], others[:, -1], rcond=1e-9)[0]
-    return np.asarray(residual - columns @ solved)
+    return np.asarray(out[:, -1] - out[:, :-1] @ solved)

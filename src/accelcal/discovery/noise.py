@@ -15,7 +15,8 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.columns import dummies, head_columns
+from accelcal.discovery.columns import cells, dummies, head_columns
+from accelcal.discovery.covariance import Covariance
 from accelcal.discovery.declared_noise import in_units_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
@@ -33,8 +34,8 @@ FEWEST_REPLICATES = 8
 _OF_STEP = 1e-2
 """Part of a step of the readings below which replicates are alike, as below `LEAST_NOISE`."""
 
-_MOST_READINGS = 8000
-"""Above it a matrix of readings by readings takes half a gigabyte, and there are several."""
+_MOST_NUMBERS = 2**26
+"""Above it the columns of all that repeats take half a gigabyte, and there are several."""
 
 _UNITS = {"head": "rad", "launch": "g", "launch_sf": "1", "temperature": "degC"}
 
@@ -43,6 +44,10 @@ _POSSIBLE = np.array([NormalDist().inv_cdf((k + 0.5) / 6) for k in range(6)])
 """Standard deviations from what is seen to correlations that are possible, each as likely."""
 
 _LAGS = 40
+
+_ROWS, _TOGETHER = 2000, 250
+"""Rows of a projector that are enough to sum over all, and how many are worked out at a time."""
+
 _TAILS = ((1.0, 5.0), (0.4, 9.0))
 """Excess kurtosis, and the Student distribution whose tails count from there on."""
 
@@ -77,13 +82,15 @@ class ReadingNoise(NamedTuple):
 
 
 def refuse_too_many(record: TumbleRecord) -> None:
-    """Refuse more than 8000 readings, too many to be held against each other."""
-    readings = len(record)
-    if readings > _MOST_READINGS:
+    """Refuse readings of which each is held against too much that repeats."""
+    readings, cycles = len(record), (record.stroke - 1) // 2
+    turns = cells(record.run, record.mounting, np.round(record.angle, 6), record.stroke % 2)
+    repeating = int(turns.max()) + int(cells(record.run, cycles).max()) + 2
+    if readings * repeating > _MOST_NUMBERS:
         raise InputError(
-            f"{readings} readings, each of which is held against all others: that takes matrices of"
-            f" {8e-9 * readings**2:.1f} GB; give {_MOST_READINGS} or fewer, those of some strokes"
-            " or runs"
+            f"{readings} readings, each of which is held against {repeating} positions and cycles"
+            f" of runs: that takes matrices of {8e-9 * readings * repeating:.1f} GB; give those of"
+            " some strokes or runs"
         )
 
 
@@ -144,9 +151,24 @@ def _tails(excess: float) -> float:
 
 def _excess_kurtosis(error: Array, basis: Array, variance: float) -> float:
     """Excess kurtosis of the noise, of which the pure error is a mixture."""
-    projector = np.eye(error.size) - basis @ basis.T
-    fourth = float((error**4).sum() - 3.0 * ((np.diagonal(projector) * variance) ** 2).sum())
-    return fourth / (float(((projector**2) ** 2).sum()) * variance**2)
+    free = 1.0 - (basis**2).sum(axis=1)
+    fourth = float((error**4).sum() - 3.0 * ((free * variance) ** 2).sum())
+    return fourth / (_fourth_powers(basis) * variance**2)
+
+
+def _fourth_powers(basis: Array) -> float:
+    """Sum of the fourth powers of what projects beside an orthonormal basis, by some of its rows.
+
+    They are all rows up to `_ROWS`, and every so many beyond.
+    """
+    every = -(-len(basis) // _ROWS)
+    total = 0.0
+    for start in range(0, len(basis), every * _TOGETHER):
+        rows = np.arange(start, min(start + every * _TOGETHER, len(basis)), every)
+        projector = -basis[rows] @ basis.T
+        projector[np.arange(rows.size), rows] += 1.0
+        total += float(((projector**2) ** 2).sum())
+    return total * len(basis) / -(-len(basis) // every)
 
 
 def _autocorrelation(
@@ -210,20 +232,25 @@ def sources(
     return tuple(found)
 
 
-def covariance(c: Conditions, noise: ReadingNoise, declared: Apparatus, step: float = 0.0) -> Array:
-    """Covariance of the errors of n readings, in units of ``noise.sigma ** 2``, shape (n, n).
+def covariance(
+    c: Conditions, noise: ReadingNoise, declared: Apparatus, step: float = 0.0
+) -> Covariance:
+    """Covariance of the errors of n readings.
 
     What is not declared of head, launch and temperature counts as zero. Where the step of the
     readings [g] is coarser than their noise, a rounding error repeats in readings of one angle in a
     run.
     """
-    total = memory(c, noise.rho, noise.relative)
     rounding = step / np.sqrt(12.0) if step > noise.sigma else 0.0
     sizes = [(getattr(declared, name), columns) for name, columns in acting(c).items()]
-    for size, columns in ((rounding, dummies(c.run, np.round(c.angle, 6))), *sizes):
-        if size:
-            total = total + (size / noise.sigma) ** 2 * columns @ columns.T
-    return total
+    sizes.append((rounding, dummies(c.run, np.round(c.angle, 6))))
+    return Covariance(
+        noise=noise.sigma * (np.ones(c.run.size) if noise.relative is None else noise.relative),
+        rho=noise.rho,
+        run=c.run,
+        number=c.number,
+        shared=np.hstack([np.empty((c.run.size, 0)), *(size * own for size, own in sizes if size)]),
+    )
 
 
 def memory(c: Conditions, rho: float, relative: Array | None = None) -> Array:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Mask, Places
+from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.discovery.columns import cycle, dummies, saturated
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
@@ -73,10 +73,21 @@ class PureError(NamedTuple):
 
     def gains(self, columns: Array) -> Array:
         """Squares that each of some columns would take, shape (k,) for (n, k) [g^2]."""
-        part = without(columns, self.taken)
-        length = (columns * part).sum(axis=0)
-        seen = length > TELLING**2 * (columns**2).sum(axis=0)
-        return np.where(seen, (columns.T @ self.residual) ** 2 / np.where(seen, length, 1.0), 0.0)
+        whole = (columns**2).sum(axis=0)
+        return _gains(whole, self.taken.T @ columns, columns.T @ self.residual)
+
+    def gains_of_steps(self, own: Ints, weight: Array) -> Array:
+        """The same of steps, each from one of some readings on, in their order, but the first.
+
+        The weights, shape (n,), are what a step of size 1 does to the readings.
+        """
+
+        def behind(values: Array) -> Array:
+            return np.asarray(np.cumsum(values[:0:-1], axis=0)[::-1])
+
+        steps = weight[own]
+        taken = behind(steps[:, None] * self.taken[own])
+        return _gains(behind(steps**2), taken.T, behind(steps * self.residual[own]))
 
     def without(self, column: Array) -> PureError:
         """Take a column out, too."""
@@ -90,6 +101,13 @@ class PureError(NamedTuple):
     def changed(self, change: Array) -> PureError:
         """The same with readings changed [g]."""
         return self._replace(residual=self.residual + without(change, self.taken))
+
+
+def _gains(whole: Array, taken: Array, products: Array) -> Array:
+    """Squares that columns would take, by their own, their part in a basis and with the rest."""
+    length = whole - (taken**2).sum(axis=0)
+    seen = length > TELLING**2 * whole
+    return np.where(seen, products**2 / np.where(seen, length, 1.0), 0.0)
 
 
 def pure_error(readings: Array, columns: Array) -> PureError:

@@ -41,6 +41,9 @@ _CONSISTENT = 1e-4
 _DECAYS = (0.01, 0.03, 0.1, 0.3)
 """Time constants of decays that could look like a suspect, over the length of a run."""
 
+_AT_A_TIME = 2**22
+"""Numbers that are worked out at a time, 32 MB."""
+
 _FEWEST = 8.0
 """Degrees of freedom of the replicates that it takes to suspect any reading."""
 
@@ -147,20 +150,21 @@ def suspects(views: Views, alpha: float) -> tuple[list[Suspect], Views, list[Sus
     """
     pairs = _pairs(views.conditions)
     steps: list[Suspect] = []
-    after = [views]
+    after, last, beside = views, 0, views
     for _ in range(max(2, round(0.03 * views.readings.size))):
-        found = _exchange(after[-1], pairs)
+        found = _exchange(beside, pairs)
         if found is None or found.p_value >= alpha:
-            found = _outlier(after[-1])
+            found = _outlier(beside)
         if found is None:
             break
         steps.append(found)
-        after.append(after[-1].after(found))
+        beside = beside.after(found)
+        if _named(found, alpha):
+            after, last = beside, len(steps)
         if not any(_named(step, alpha) for step in steps[-_IN_VAIN:]) and len(steps) >= _IN_VAIN:
             break
-    last = max((k + 1 for k, step in enumerate(steps) if _named(step, alpha)), default=0)
     doubtful = [step for step in steps[last:] if step.if_normal < alpha]
-    return steps[:last], after[last], doubtful
+    return steps[:last], after, doubtful
 
 
 def _named(step: Suspect, alpha: float) -> bool:
@@ -216,7 +220,9 @@ def _squares_after(views: Views, view: PureError, pairs: Places) -> Array:
     a, b = d * views.weight[i], d * views.weight[j]
     pull = 2.0 * (a * view.residual[i] - b * view.residual[j])
     own = a**2 * view.free[i] + b**2 * view.free[j]
-    return np.asarray(view.squares + pull + own - 2.0 * a * b * view.shared(i, j))
+    parts = np.array_split(pairs, 1 + pairs.size * view.taken.shape[1] // _AT_A_TIME, axis=1)
+    shared = np.concatenate([view.shared(*some) for some in parts])
+    return np.asarray(view.squares + pull + own - 2.0 * a * b * shared)
 
 
 def _outlier(views: Views) -> Suspect | None:
@@ -226,10 +232,8 @@ def _outlier(views: Views) -> Suspect | None:
         return None
     worst = _worst(views)
     unit = np.eye(1, views.weight.size, worst).T
-    rivals = _rivals(views.conditions, worst) * views.weight[:, None]
-    gains = views.smooth.gains(rivals)
-    if gains.max() > 1.0001 * views.smooth.gains(unit)[0]:
-        likelier = rivals[:, [int(np.argmax(gains))]]
+    likelier, gain = _rival(views, worst)
+    if gain > 1.0001 * views.smooth.gains(unit)[0]:
         # what is over after the first reading, as a loop that begins elsewhere, is no decay of more
         first = views.conditions.run_time[worst] == 0.0
         return Suspect((), 1.0, np.hstack([unit, likelier]) if first else likelier)
@@ -274,11 +278,20 @@ def _worst(views: Views) -> int:
     return int(np.argmax(np.where(alike, np.abs(views.smooth.scaled), -1.0)))
 
 
-def _rivals(c: Conditions, reading: int) -> Array:
-    """Columns of what goes on in time: steps within the run of a reading, decays in all runs."""
-    own = np.flatnonzero(c.run == c.run[reading])
-    moments = np.sort(c.number[own])[1:]
-    steps = (c.run == c.run[reading])[:, None] & (c.number[:, None] >= moments)
+def _rival(views: Views, reading: int) -> tuple[Array, float]:
+    """What goes on in time that takes most, (n, 1), and the squares that it takes [g^2].
+
+    It is a step within the run of a reading, or a decay in all runs.
+    """
+    c, weight, view = views.conditions, views.weight, views.smooth
+    own = c.order[c.run[c.order] == c.run[reading]]
     length = max(float(c.run_time.max()), 1e-9)
-    decays = np.exp(-c.run_time[:, None] / (length * np.array(_DECAYS)))
-    return np.hstack([steps, decays])
+    decays = np.exp(-c.run_time[:, None] / (length * np.array(_DECAYS))) * weight[:, None]
+    of_steps, of_decays = view.gains_of_steps(own, weight), view.gains(decays)
+    if not of_steps.size or of_steps.max() < of_decays.max():
+        best = int(np.argmax(of_decays))
+        return decays[:, [best]], float(of_decays[best])
+    best = int(np.argmax(of_steps))
+    step = np.zeros((weight.size, 1))
+    step[own[best + 1 :], 0] = weight[own[best + 1 :]]
+    return step, float(of_steps[best])

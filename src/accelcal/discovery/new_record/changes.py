@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.discovery.covariance import Covariance, whitener_of
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.simulated import SHAFT, Simulated
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -35,24 +36,24 @@ class Uncertain(NamedTuple):
 
     Attributes
     ----------
-    root : ndarray, shape (n, n)
-        Root of their covariance, in which what few degrees of freedom tell counts as larger [g].
+    spread : Covariance
+        Their covariance, in which what few degrees of freedom tell counts as larger.
     sigma, dof : float
         Noise of a reading [g], and its degrees of freedom.
     errors : CalibrationErrors
         Errors of the calibration.
     larger : ndarray, shape (18, 18)
-        Their covariance as it is in `root`.
+        Their covariance as it is in `spread`.
     by_head : ndarray, shape (n, k)
-        What the errors of the head positions of the record do, of the size that they have in `root`
-        [g].
+        What the errors of the head positions of the record do, of the size that they have in
+        `spread` [g].
     head_factor, head_dof : float
         This size over the estimate of it, and the degrees of freedom of that.
     one_head : bool
         Whether what they did to the calibration is in `by_head`.
     """
 
-    root: Array
+    spread: Covariance
     sigma: float
     dof: float
     errors: CalibrationErrors
@@ -71,12 +72,14 @@ def changes(record: TumbleRecord, simulated: Simulated, known: Uncertain) -> Ite
     c, residual = simulated.conditions, simulated.residual
     columns = c.gain[:, None] * np.stack([np.ones_like(c.input), c.indicated, c.cross], axis=1)
     for label, own in _runs_and_axes(record):
-        weights, told = _weights(columns, known.root, own)
+        weights, variances, told = _weights(columns, known.spread, own)
         bias, scale_factor, misalignment = (
-            _quantity(float(w @ residual), w, simulated.by_error.T @ w, known, unit)
+            _quantity(float(w @ residual), variance, w, simulated.by_error.T @ w, known, unit)
             if is_told
             else Quantity(None, None, unit)
-            for w, unit, is_told in zip(weights, ("g", "1", "rad"), told, strict=True)
+            for w, variance, unit, is_told in zip(
+                weights, variances, ("g", "1", "rad"), told, strict=True
+            )
         )
         level = record.select(own).mean_temperature
         yield RunChange(
@@ -90,14 +93,14 @@ def changes(record: TumbleRecord, simulated: Simulated, known: Uncertain) -> Ite
         )
 
 
-def _weights(columns: Array, root: Array, own: Mask) -> tuple[Array, Mask]:
-    """Weights of the readings in each change of a run, (3, n), and which changes they tell."""
-    whitener = np.linalg.inv(np.linalg.cholesky(root[own] @ root[own].T))
-    inverse = np.linalg.pinv(whitener @ columns[own], rcond=_RANK) @ whitener
+def _weights(columns: Array, spread: Covariance, own: Mask) -> tuple[Array, Array, Mask]:
+    """Weights of the readings in each change of a run, (3, n), its variance and if it is told."""
+    whitener = whitener_of(spread.among(own))
+    inverse = np.asarray(np.linalg.pinv(whitener.whitened(columns[own]), rcond=_RANK))
     weights = np.zeros((columns.shape[1], columns.shape[0]))
-    weights[:, own] = inverse
-    told = np.abs(inverse @ columns[own] - np.eye(columns.shape[1])).max(axis=1) < _TOLD
-    return weights, np.asarray(told)
+    weights[:, own] = whitener.transposed(inverse.T).T
+    told = np.abs(weights @ columns - np.eye(columns.shape[1])).max(axis=1) < _TOLD
+    return weights, (inverse**2).sum(axis=1), np.asarray(told)
 
 
 def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, Mask]]:
@@ -109,7 +112,9 @@ def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, Mask]]:
                 yield label, own
 
 
-def _quantity(value: float, w: Array, v: Array, known: Uncertain, unit: str) -> Quantity:
+def _quantity(
+    value: float, whole: float, w: Array, v: Array, known: Uncertain, unit: str
+) -> Quantity:
     """Quantity of the weights w of the readings, and v of the errors of the calibration."""
     errors = known.errors
     noise = known.sigma**2 * (w @ w)
@@ -118,7 +123,7 @@ def _quantity(value: float, w: Array, v: Array, known: Uncertain, unit: str) -> 
     of_head = 0.0 if known.one_head else ((v @ errors.of_head) ** 2).sum()
     rest = v @ errors.rest @ v + (errors.hysteresis * v[0]) ** 2
     too_large = counted - head + v @ known.larger @ v - of_head - rest
-    variance = ((w @ known.root) ** 2).sum() - too_large
+    variance = whole - too_large
     shares = v**2 * np.diagonal(errors.rest)
     mean = (shares / errors.freedom).sum() / (shares.sum() or 1.0)
     over_dof = noise / known.dof + head / known.head_dof + of_head / errors.head_dof + rest * mean

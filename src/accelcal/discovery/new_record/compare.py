@@ -14,6 +14,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.columns import head_columns, saturated
+from accelcal.discovery.covariance import Covariance, whitener_of
 from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, calibration_errors
@@ -45,11 +46,12 @@ from accelcal.discovery.noise import (
     refuse_too_many,
     sources,
 )
-from accelcal.discovery.space import Space, space_of, whitener_of
+from accelcal.discovery.space import Space, space_of
 from accelcal.discovery.where import by_factor, pattern, shares, structure
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import AccelcalWarning, InputError
 from accelcal.estimate.at_positions import said_of_positions
+from accelcal.numerics.covariance_root import covariance_root
 from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
@@ -114,8 +116,8 @@ def compare(
     ------
     InputError
         If the record is in a unit of another quantity, outside the calibrated temperatures or
-        without any, in a mounting that was not calibrated, no record at all, or one of more than
-        8000 readings; if `same_head` is something else than True, False or None.
+        without any, in a mounting that was not calibrated, no record at all, or one of too many
+        readings, positions and cycles; if `same_head` is something else than True, False or None.
 
     Warns
     -----
@@ -246,7 +248,10 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
     """Judge with the head of the calibration under the record, or with another one."""
     c, by_error = seen.simulated.conditions, seen.simulated.by_error
     larger, by_head = seen.errors.larger(seen.dof, head=not same), _by_head(seen, same)
-    space = _space(seen, by_error @ larger @ by_error.T + by_head @ by_head.T)
+    sizes = np.sqrt(np.diagonal(larger))
+    of_calibration = by_error @ covariance_root(larger, np.where(sizes > 0.0, sizes, 1.0))
+    spread = _spread(seen).with_shared(np.hstack([of_calibration, by_head]))
+    space = _space(seen, spread)
     coordinates = space.see(seen.simulated.residual)
     factors = blocks(space, c, first="run")
     single = chances(space, coordinates, factors, seen.dof, _estimated(seen, same, larger))
@@ -258,7 +263,7 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
         told = structure(c, seen.record.run_labels, block.factor, shape)
     factor, dof = _head_as_counted(seen)
     known = Uncertain(
-        root=space.unwhitened(np.eye(len(space.whitener))),
+        spread=spread,
         sigma=seen.noise.sigma,
         dof=seen.dof,
         errors=seen.errors,
@@ -316,12 +321,15 @@ def _head_as_counted(seen: _Seen) -> tuple[float, float]:
     return student_quantile(LEVEL, dof) / NORMAL_FACTOR, dof
 
 
-def _space(seen: _Seen, of_head_and_calibration: Array) -> Space:
-    record, noise, c = seen.record, seen.noise, seen.simulated.conditions
+def _spread(seen: _Seen) -> Covariance:
+    """Covariance of all errors but those of the head and of the calibration."""
     others = replace(seen.declared, head_uncertainty=None)
-    spread = covariance(c, noise, others, seen.step)
-    whitener = whitener_of(spread + of_head_and_calibration / noise.sigma**2, noise.sigma)
+    return covariance(seen.simulated.conditions, seen.noise, others, seen.step)
+
+
+def _space(seen: _Seen, spread: Covariance) -> Space:
+    record, noise, c = seen.record, seen.noise, seen.simulated.conditions
     # Noise without degrees of freedom is taken as known. All that is left then counts as repeating,
     # and no replicates are set apart to estimate the noise anew.
     repeating = saturated(c, record.mounting) if noise.dof else np.eye(len(record))
-    return space_of(whitener, np.empty((len(record), 0)), repeating)
+    return space_of(whitener_of(spread), np.empty((len(record), 0)), repeating)

@@ -16,9 +16,9 @@ from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, base_model, solve, without_shifts
 from accelcal.discovery.columns import dummies
+from accelcal.discovery.covariance import Whitener, whitener_of
 from accelcal.discovery.noise import ReadingNoise, covariance
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
-from accelcal.discovery.space import root_of
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.head_angles import head_positions
@@ -39,9 +39,8 @@ class Outlook(NamedTuple):
         Time that it takes; None where the record tells no times.
     conditions : Conditions
         Of the readings of record and block.
-    roots : tuple of ndarray
-        Lower triangles, which make the errors of the readings of the record, and those of the
-        block, of independent ones, without the head [g].
+    whiteners : tuple of Whitener
+        Of the errors of the readings of the record, and of those of the block, without the head.
     taken : ndarray, shape (n, p)
         Columns of the base model, and of the head [g].
     heads : int
@@ -52,21 +51,19 @@ class Outlook(NamedTuple):
     readings: int
     hours: float | None
     conditions: Conditions
-    roots: tuple[Array, Array]
+    whiteners: tuple[Whitener, Whitener]
     taken: Array
     heads: int
 
     def beside(self, others: Array, columns: Array) -> Left:
         """What base model, head and others, shape (n, h), leave of columns, shape (n, k) [g]."""
-        from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
-
         every = np.hstack([self.taken, others, columns])
         before, last = every.shape[0] - self.readings, self.taken.shape[1]
         prior = np.zeros((self.heads, every.shape[1]))
         prior[:, last - self.heads : last] = np.eye(self.heads)
         old, new = (
-            solve_triangular(root, rows, lower=True)
-            for root, rows in zip(self.roots, (every[:before], every[before:]), strict=True)
+            whitener.whitened(rows)
+            for whitener, rows in zip(self.whiteners, (every[:before], every[before:]), strict=True)
         )
         whole = np.vstack([old, prior])
         return Left(_triangle(whole), _triangle(new), last + others.shape[1])
@@ -113,7 +110,8 @@ def _outlook(
 ) -> Outlook:
     whole, model = _foreseen(record, blank(block, record), reference, delta0)
     n = len(record)
-    clocking = np.where(np.arange(len(whole)) < n, 0.0, block.clocking)
+    old = np.arange(len(whole)) < n
+    clocking = np.where(old, 0.0, block.clocking)
     c = replace(model.conditions, angle=whole.angle - clocking)
     declared = record.apparatus
     if noise.relative is not None:
@@ -125,7 +123,7 @@ def _outlook(
         readings=len(whole) - n,
         hours=_hours(whole, n),
         conditions=c,
-        roots=(root_of(spread[:n, :n], noise.sigma), root_of(spread[n:, n:], noise.sigma)),
+        whiteners=(whitener_of(spread.among(old)), whitener_of(spread.among(~old))),
         taken=np.hstack([model.jacobian(solve(model)), head]),
         heads=head.shape[1],
     )

@@ -11,9 +11,8 @@ s is, for one unit, a correction with a covariance: nothing else is needed to fi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -22,9 +21,10 @@ from accelcal.arrays import Array
 from accelcal.discovery.base import solve
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.covariance import whitener_of
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.solution import changes, solution
-from accelcal.discovery.space import space_of, whitened, whitener_of
+from accelcal.discovery.space import space_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.numerics.covariance_root import covariance_root
@@ -125,27 +125,23 @@ def beside_the_others(unit: Unit, columns: Array, told: Knowledge) -> Comparison
     covariance.
     """
     old = unit.comparison
-    c, sigma = old.model.conditions, old.noise.sigma
     sizes = np.sqrt(np.maximum(np.diagonal(told.covariance), _NOTHING))
     uncertain = columns @ covariance_root(told.covariance, sizes)
-    spread = np.asarray(old.spread + uncertain @ uncertain.T / sigma**2)
-    whitener = whitener_of(spread, sigma)
+    spread = old.spread.with_shared(uncertain)
+    whitener = whitener_of(spread)
     model = replace(old.model, reading=old.model.reading - columns @ told.value)
-    parameters = solve(model, partial(whitened, whitener))
-    space = space_of(whitener, model.jacobian(parameters), saturated(c, old.record.mounting))
-    roots = old.roots or (partial(old.space.unwhitened, np.eye(c.angle.size)),)
+    parameters = solve(model, whitener.whitened)
+    space = space_of(
+        whitener, model.jacobian(parameters), saturated(model.conditions, old.record.mounting)
+    )
     return old._replace(
         model=model,
         parameters=parameters,
         space=space,
         seen=space.see(model.residual(parameters)),
         spread=spread,
-        roots=tuple(partial(_with_columns, root, uncertain) for root in roots),
+        possible=tuple(each.with_shared(uncertain) for each in old.possible),
     )
-
-
-def _with_columns(root: Callable[[], Array], columns: Array) -> Array:
-    return np.hstack([root(), columns])
 
 
 def coefficients(
