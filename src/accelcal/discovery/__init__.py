@@ -5,7 +5,7 @@
 1. `faults` finds readings that contradict their replicates and strokes in a wrong order, and mends
    the record.
 2. `comparison` fits the model that is taken for granted (`base`) and whitens what it leaves by the
-   `noise` of the replicates and the declared errors.
+   `covariance` of the `noise` of the replicates and the declared errors.
 3. `candidates` turns the effects of the catalogue into directions in that `space`.
 4. `family` is one test over all of them, with a false-alarm rate from simulated noise. `search`
    finds the smallest sets of effects beside which nothing disagrees, each an `explanation`.
