@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.apparatus import Apparatus
+from accelcal.arguments.kinds import expect
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
@@ -143,6 +144,7 @@ def compare(
     >>> found.p_value > 0.01
     True
     """
+    expect(calibration, Calibration)
     found = compensation(without_sources(calibration, BY_OTHERS), effects=False)
     converted = suited(found, record)
     with naming(record):
@@ -150,8 +152,7 @@ def compare(
     simulated = simulated_readings(calibration, found, converted)
     known = known_noise(calibration, found.K1.at_T0)
     noise = _noise(known, found, converted, simulated)
-    worse = worse_than_known(noise, known)
-    if worse:
+    if worse := worse_than_known(noise, known):
         warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
     dof = float(noise.dof) or (known.dof if known else np.inf)
     own = from_calibration(calibration, record)
