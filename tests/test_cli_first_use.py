@@ -46,6 +46,10 @@ def said(err):
             "three accelerometers in one block go to accelcal triad",
         ),
         ("time,output,temperature\n0,1.3,20\n", "a record over time goes to accelcal stability"),
+        (
+            "Datum;Strom [mA]\n2024-05-31 10:00;1,3\n",
+            "a record over time goes to accelcal stability",
+        ),
     ],
 )
 def test_a_table_of_another_command_names_it(run, folder, text, command):

@@ -1586,7 +1586,37 @@ def test_russian_headings_with_symbols():
     assert (record.unit, record.temperature[0], record.angle[1]) == ("mA", 20.0, 45.0)
 
 
-@pytest.mark.parametrize("heading", ["Date/Time", "Datum/Uhrzeit", "DateTime", "Дата и время"])
+@pytest.mark.parametrize(
+    "above",
+    [
+        "Datum;31.05.2024;Messgröße;Strom in mA",
+        "Date;Frequency\n31.05.2024;50 Hz",
+        "Instrument;Voltage;Date\nHP3458A;10 V;31.05.2024",
+        "Date/Time;Chamber;Head;Current (mA)",
+    ],
+)
+def test_notes_of_a_date_and_a_current_above_the_headings_are_none(above):
+    """They look like the headings of a record over time."""
+    rows = "".join(f"20;{j};1;1,{j}\n" for j in range(1, 6))
+    record = read(f"{above}\nT;J;k;Y [mA]\n{rows}")
+    assert record.output.tolist() == [1.1, 1.2, 1.3, 1.4, 1.5]
+
+
+@pytest.mark.parametrize("heading", ["Date/Time", "Zeitstempel"])
+@pytest.mark.parametrize("others", ["Datum,Uhrzeit", "Datum"])
+def test_a_date_and_time_beside_a_date_is_set_aside(heading, others):
+    own = {"Datum": "2024-05-31", "Uhrzeit": "10:00:00", heading: "2024-05-31 10:00:00"}
+    headings = [*others.split(","), heading]
+    cells = ",".join(own[name] for name in headings)
+    rows = "".join(f"{cells},20,{j},1,1.{j}\n" for j in range(1, 6))
+    record = read(f"{','.join(headings)},T,J,k,Y\n{rows}")
+    assert record.date == "2024-05-31"
+    assert f"column {heading!r} is not known and was set aside" in record.notes
+
+
+@pytest.mark.parametrize(
+    "heading", ["Date/Time", "Datum/Uhrzeit", "DateTime", "Zeitstempel", "Дата и время"]
+)
 def test_a_date_and_time_in_one_column(heading):
     """It was not known and set aside; beside a column of times it still is."""
     rows = [(f"31.05.2024 10:0{j}:00", 20, j, 1, 1.0 + j) for j in range(1, 6)]

@@ -107,6 +107,19 @@ def test_a_time_and_the_lone_output_are_headings(headings, times):
     assert (record.launches[0].output.tolist(), record.unit) == ([1.30, 1.31, 1.32], "mA")
 
 
+@pytest.mark.parametrize(
+    ("above", "headings"),
+    [
+        ("Date;2024-05-31;Supply;Voltage", "t [s];Y [mA]"),
+        ("Date;Frequency [Hz]\n2024-05-31;50", "t [s];Y [mA]"),
+        ("Date;Frequency [Hz]\n2024-05-31;50", "Zeit;Strom in mA"),
+    ],
+)
+def test_notes_of_a_date_and_a_current_above_the_headings_are_none(above, headings):
+    record = read(f"{above}\n{headings}\n0;1,30\n1;1,31\n2;1,32\n")
+    assert (record.launches[0].output.tolist(), record.unit) == ([1.30, 1.31, 1.32], "mA")
+
+
 def test_the_lone_output_is_taken():
     record = read("time,Strom in mA,T\n0,1,20\n1,2,20\n2,3,21\n")
     assert (record.unit, record.launches[0].output.tolist()) == ("mA", [1.0, 2.0, 3.0])

@@ -278,7 +278,8 @@ def _other_command(layout: Layout, given: Set[str]) -> str:
     letters = {own.text[:1].casefold() for own in layout.headings if not own.text[1:2].isalnum()}
     if letters >= set("xyz"):
         return "; three accelerometers in one block go to accelcal triad"
-    if {"time", "output"} <= given and not {"position", "angle", "stroke"} & given:
+    timed = "output" in given and {"time", "date"} & given
+    if timed and not {"position", "angle", "stroke"} & given:
         return "; a record over time goes to accelcal stability"
     return ""
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from typing import NamedTuple
 
-from accelcal.io.vocabulary import ACROSS, Heading, is_unit_of, read_heading
+from accelcal.io.vocabulary import ACROSS, Heading, canonical_key, is_unit_of, read_heading
 from accelcal.units import is_output_unit
 
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
@@ -92,10 +92,7 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     >>> are_headings([read_heading(cell) for cell in ("temperature", "20")])
     False
     """
-    roles = {cell.role for cell in cells if cell.role}
-    if roles & {"time", "date"} and lone_output(cells):
-        return True  # "Zeit; Strom in mA", a record over time
-    roles.discard("date")
+    roles = {cell.role for cell in cells if cell.role and cell.role != "date"}
     numbered = [cell for cell in cells if cell.role in ACROSS]
     if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
         return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing
@@ -103,6 +100,34 @@ def are_headings(cells: Sequence[Heading]) -> bool:
         roles.difference_update(ACROSS)  # "temperature; 20" is no row of headings
     roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}
     return len(roles) >= 2 and bool(roles & _CORE)
+
+
+def over_time(cells: Sequence[Heading]) -> bool:
+    """Tell whether a row may hold the headings of a record over time: a time, the lone output.
+
+    Examples
+    --------
+    >>> over_time([read_heading(cell) for cell in ("Zeit", "Strom in mA")])
+    True
+    """
+    timed = any(cell.role in ("time", "date") for cell in cells)
+    return timed and lone_output(cells) is not None
+
+
+def dated_once(cells: Sequence[Heading]) -> tuple[Heading, ...]:
+    """Headings of which a date with its time, such as Date/Time, tells nothing beside a date.
+
+    Examples
+    --------
+    >>> [cell.role for cell in dated_once([*map(read_heading, ("Date", "Time", "DateTime"))])]
+    ['date', 'time', None]
+    """
+    dates = {cell.text: canonical_key(cell.text) for cell in cells if cell.role == "date"}
+    if "date" not in dates.values():
+        return tuple(cells)
+    return tuple(
+        cell if dates.get(cell.text, "date") else Heading(cell.text, None) for cell in cells
+    )
 
 
 def numbers_alone(cells: Sequence[Heading]) -> bool:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.doubtful_keys import notes_of_keys
-from accelcal.io.heading_rows import are_headings, joined, numbers_alone
+from accelcal.io.heading_rows import are_headings, dated_once, joined, numbers_alone, over_time
 from accelcal.io.one_byte import ONE_BYTE
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import (
@@ -32,6 +32,8 @@ _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 _LABVIEW_CHANNELS = "***End_of_Header***"
 """Line of LabVIEW below which a second header tells of the channels, with words of its own."""
 
+
+_AreHeadings = Callable[[Sequence[Heading]], bool]
 
 Recognise = Callable[[str], Heading]
 """Tells the meaning of a heading; its role is None where the column is not used."""
@@ -124,7 +126,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     return Layout(
         source=source.name,
         declared=declared,
-        headings=headings.cells,
+        headings=dated_once(headings.cells),
         headings_line=headings.line,
         separator=headings.separator,
         rows=rows,
@@ -244,6 +246,16 @@ def _find_headings(
             return commented, [item for item in above if item[0] != commented.line], index
         commented = found or commented
         above.append((index + 1, line))
+    return _find_over_time(above, name, remedy)
+
+
+def _find_over_time(
+    above: list[tuple[int, str]], name: str, remedy: str
+) -> tuple[_Headings, list[tuple[int, str]], int]:
+    """Where no row tells more, the last that has a time and an output; notes above may look so."""
+    for number, line in reversed(above):
+        if found := _headings(line, number, over_time):
+            return found, [item for item in above if item[0] < number], number
     raise _no_headings(above, name, remedy)
 
 
@@ -259,23 +271,17 @@ def _below_numbers(
     return own, [*above, *aside], start + 1
 
 
-def _headings(line: str, number: int) -> _Headings | None:
+def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Headings | None:
     """Headings that a line holds, split by the separator that gives the most known words.
 
     Blanks are one only where no other gives headings: they stand within headings too.
     """
-    marks = [mark for mark in _MARKS if mark in line]
-    return _split_by(marks, line, number) or _split_by([None], line, number)
-
-
-def _split_by(separators: Sequence[str | None], line: str, number: int) -> _Headings | None:
-    best: tuple[int, tuple[Heading, ...], str | None] = (0, (), None)
-    for separator in separators:
-        cells = tuple(read_heading(cell) for cell in _split_headings(line, separator))
-        known = _known(cells)
-        if known > best[0] and are_headings(cells):
-            best = (known, cells, separator)
-    return _Headings(best[1], best[2], number) if best[0] else None
+    marks: list[str | None] = [mark for mark in _MARKS if mark in line]
+    for separators in (marks, [None]):
+        split = [(tuple(map(read_heading, _split_headings(line, own))), own) for own in separators]
+        if told := [own for own in split if are(own[0])]:
+            return _Headings(*max(told, key=lambda own: _known(own[0])), number)
+    return None
 
 
 def _known(cells: Sequence[Heading]) -> int:
@@ -317,13 +323,12 @@ def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, De
 def _keys_and_values(line: str) -> list[tuple[str, str]]:
     """Keys and values of a line above the headings; an empty key where it says nothing."""
     bare = _uncomment(line)
-    text = _without_quotes(line.strip(" \t,;")) if bare is None else bare
+    text = (
+        _QUOTED.sub(lambda cell: cell[1].replace('""', '"'), line.strip(" \t,;"))
+        if bare is None
+        else bare
+    )
     return [_key_and_value(part, commented=bare is not None) for part in declarations_in(text)]
-
-
-def _without_quotes(text: str) -> str:
-    """Text of a line of cells, some of them in quotes."""
-    return _QUOTED.sub(lambda cell: cell[1].replace('""', '"'), text)
 
 
 def _key_and_value(text: str, *, commented: bool) -> tuple[str, str]:

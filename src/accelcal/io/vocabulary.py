@@ -25,10 +25,10 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("sortie", "выход", "выходной_сигнал", "показание"),
         ),
         "run": ("run", "lauf"),
-        "time": ("time", "timestamp", "zeit", "uhrzeit", "zeitstempel", "temps", "heure", "время"),
+        "time": ("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время"),
         "date": (
-            *("date", "datum", "дата", "date_time", "datetime", "datum_uhrzeit", "horodatage"),
-            *("дата_время", "дата_и_время"),
+            *("date", "datum", "дата", "date_time", "datetime", "datum_uhrzeit", "zeitstempel"),
+            *("horodatage", "дата_время", "дата_и_время"),
         ),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
