@@ -1646,6 +1646,12 @@ def test_one_heading_over_numbered_outputs(first, second):
     assert "line 2 numbers the outputs" in record.notes
 
 
+def test_readings_below_one_heading_number_nothing():
+    """They are whole numbers, too: the row would be lost."""
+    with pytest.raises(TableError, match="no column for stroke"):
+        read("T;J;Y [mA]\n20;1;1;2\n20;2;3;4\n20;3;5;6\n")
+
+
 def test_one_heading_over_outputs_in_another_unit_of_temperature():
     with pytest.raises(TableError, match="is in °F; give it in degC"):
         read("T;J;Y [mA];\n°F;;1;2\n68;1;1,1;1,2\n68;2;1,2;1,3\n")
