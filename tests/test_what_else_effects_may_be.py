@@ -9,6 +9,7 @@ import pytest
 import accelcal
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
+from accelcal.effects.without_sources import without_sources
 from accelcal.errors import AccelcalWarning
 from accelcal.results.covariance import ALTERNATIVES, BY_OTHERS, LOOK_ALIKES
 from accelcal.simulation import TumblePlan
@@ -120,6 +121,22 @@ def test_use_that_takes_up_the_effect_counts_it_once(not_of_fourth_order):
     with pytest.warns(AccelcalWarning, match="the coefficients are free of it"):
         k2 = accelcal.coefficients_at(found, 20.0)["k2"]
     assert k2.expanded_uncertainty > 4e-4
+
+
+def test_what_is_left_has_its_own_degrees_of_freedom(not_of_fourth_order):
+    """U of K2 kept the factor of the part that is left out, and was up to a fifth too small."""
+    hidden, model = not_of_fourth_order
+    plan = TumblePlan(strokes=4, temperatures=(20.0,))
+    record = accelcal.simulate(plan=plan, effects=[hidden], seed=1, declare=False)
+    alone = replace(model, effects=[replace(e, indistinguishable=()) for e in model.effects])
+    calibration, other = (accelcal.fit(record, model=own) for own in (model, alone))
+    found, wanted = calibration.tables[0], other.tables[0]
+    left = without_sources(calibration, [LOOK_ALIKES]).tables[0]
+    assert found.error_model["k2"].dof > 100.0 * wanted.error_model["k2"].dof
+    for name, quantity in wanted.error_model.items():
+        own = left.error_model[name]
+        assert own.dof == pytest.approx(quantity.dof, rel=0.01)
+        assert own.expanded_uncertainty == pytest.approx(quantity.expanded_uncertainty, rel=2e-3)
 
 
 def test_a_comparison_sees_a_change_that_is_smaller_than_what_is_open(not_of_fourth_order):

@@ -9,8 +9,10 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.model import COEFFICIENT_OF
+from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
+from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
@@ -92,9 +94,16 @@ def _derivatives(table: TableCalibration) -> Mapping[str, Array]:
 
 
 def _less(quantity: Quantity, variance: float) -> Quantity:
-    """A quantity of which a part of the variance is left out."""
-    u, expanded = quantity.standard_uncertainty, quantity.expanded_uncertainty
-    if not u or expanded is None:
+    """A quantity of which a part of the variance is left out, one of infinite freedom."""
+    u = quantity.standard_uncertainty
+    if not u or not variance or quantity.expanded_uncertainty is None:
         return quantity
-    part = float(np.sqrt(max(1.0 - variance / u**2, 0.0)))
-    return replace(quantity, standard_uncertainty=part * u, expanded_uncertainty=part * expanded)
+    part = max(1.0 - variance / u**2, 0.0)
+    dof, standard = part * (quantity.dof or np.inf), float(np.sqrt(part)) * u
+    expanded = student_quantile(LEVEL, dof) * standard if part else 0.0
+    return replace(
+        quantity,
+        standard_uncertainty=standard,
+        expanded_uncertainty=expanded,
+        dof=finite_or_none(dof) or None,
+    )
