@@ -11,8 +11,9 @@ from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import AccelcalWarning
-from accelcal.results.covariance import ALTERNATIVES, BY_OTHERS, LOOK_ALIKES
+from accelcal.results.covariance import ALTERNATIVES, BY_OTHERS, LOOK_ALIKES, rows_of
 from accelcal.simulation import TumblePlan
+from accelcal.temperature.laws import with_misalignment
 
 TIMED = TumblePlan(timed=True)
 FINE = TumblePlan(positions=24, temperatures=(20.0,))
@@ -79,6 +80,33 @@ def test_the_bias_and_its_law_are_within_u_where_a_drift_was_named_a_warm_up():
         bias = each.tables[0].error_model["k0"]
         assert at_T0.expanded_uncertainty == pytest.approx(bias.expanded_uncertainty, rel=0.05)
         assert ALTERNATIVES in each.temperature_model.shares
+
+
+def test_laws_from_the_readings_count_what_those_from_the_tables_count():
+    """They counted nothing of the effects: U of k0 was 15 ug in place of 36, and 17 ug off."""
+    model = taken_for_another(DRIFT, lambda found: found.id == "warm-up", TIMED)
+    record = simulated(DRIFT, 21, TIMED)
+    tables, readings = (
+        accelcal.fit(record, model=model, temperature_laws=laws).temperature_model
+        for laws in ("tables", "readings")
+    )
+    for name in ("at_T0", "above", "below"):
+        own, other = getattr(readings.k0, name), getattr(tables.k0, name)
+        assert own.expanded_uncertainty == pytest.approx(other.expanded_uncertainty, rel=0.05)
+    assert readings.shares.keys() == tables.shares.keys() == {ALTERNATIVES}
+
+
+def test_the_misalignment_of_the_tables_brings_what_its_covariance_holds_of_others():
+    model = accelcal.fit(accelcal.simulate(seed=1)).temperature_model
+    one = np.eye(len(model.covariance_names))
+    readings, tables = (
+        replace(model, shares={LOOK_ALIKES: rows_of(size * one)}) for size in (1.0, 2.0)
+    )
+    found = with_misalignment(readings, tables)
+    share = dict(zip(found.covariance_names, found.share([LOOK_ALIKES]).diagonal(), strict=True))
+    assert {name for name, own in share.items() if own == 2.0} == {
+        name for name in share if name.startswith("delta ")
+    }
 
 
 @pytest.mark.parametrize("entry", [ASYMMETRY, FOURTH_ORDER], ids=lambda entry: entry.id)

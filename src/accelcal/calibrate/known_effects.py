@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Mask
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.estimate.linear import LinearEstimator, linear_estimator
@@ -60,29 +60,24 @@ def corrections(plan: OnePlan, options: Options, delta0: float) -> tuple[Correct
 
 
 def effects_components(
-    tables: Sequence[PreparedTable], known: Sequence[Correction], method: str, delta0: float
+    known: Sequence[Correction], passed: Callable[[Array], Array]
 ) -> dict[str, Component]:
-    """Find the components of error that taking effects out gives to all coefficients.
+    """Find the components of error that taking effects out gives to what is estimated.
 
     Parameters
     ----------
-    tables : sequence of PreparedTable
-        The tables of any of the R records.
     known : sequence of Correction
-        Of each record.
-    method : str
-        One of `accelcal.estimate.linear.METHODS`.
-    delta0 : float
-        Fixture angle [rad].
+        Of each of R records.
+    passed : callable
+        Passes changes of the readings, shape (R, n, k), on to what is estimated, shape (R, P, k).
 
     Returns
     -------
     dict of str to Component
-        Of the coefficients, table after table, with a leading axis of length R: by the sizes of the
-        effects and, where others may be in their place, by what they would be beside these.
+        With a leading axis of length R: by the sizes of the effects and, where others may be in
+        their place, by what they would be beside these.
     """
-    estimators = [linear_estimator(table, method, delta0) for table in tables]
-    through = _through(estimators, known, [item.acting for item in known])
+    through = passed(_side_by_side([item.acting for item in known]))
     dof, readings = np.array([float(item.dof) for item in known]), len(known[0].record)
     found = {
         "effects": Component(through @ through.mT, np.broadcast_to(dof[:, None], through.shape[:2]))
@@ -91,18 +86,44 @@ def effects_components(
         adds = [[o.adds for o in item.in_place if o.in_use is in_use] for item in known]
         if any(adds):
             columns = [np.array(own).reshape(-1, readings).T for own in adds]
-            found[source] = _as_likely(_through(estimators, known, columns))
+            found[source] = _as_likely(passed(_side_by_side(columns)))
     return found
 
 
-def _through(
-    estimators: Sequence[LinearEstimator], known: Sequence[Correction], columns: Sequence[Array]
-) -> Array:
-    """What columns of the readings of each record do to all coefficients, shape (R, P, most)."""
+def to_coefficients(
+    tables: Sequence[PreparedTable], masks: Sequence[Mask], method: str, delta0: float
+) -> Callable[[Array], Array]:
+    """Pass changes of the readings of records on to the coefficients, table after table.
+
+    Parameters
+    ----------
+    tables : sequence of PreparedTable
+        The tables of any of the records.
+    masks : sequence of ndarray of bool
+        Which readings are theirs.
+    method : str
+        One of `accelcal.estimate.linear.METHODS`.
+    delta0 : float
+        Fixture angle [rad].
+
+    Returns
+    -------
+    callable
+        As for `effects_components`.
+    """
+    estimators = [linear_estimator(table, method, delta0) for table in tables]
+
+    def passed(changes: Array) -> Array:
+        each = zip(estimators, masks, strict=True)
+        return np.concatenate([own.map @ changes[:, mask] for own, mask in each], axis=1)
+
+    return passed
+
+
+def _side_by_side(columns: Sequence[Array]) -> Array:
+    """Columns of the readings of each record, shape (R, n, most)."""
     most = max(own.shape[1] for own in columns)  # fewer where some effects were left in
-    acting = np.array([np.pad(own, ((0, 0), (0, most - own.shape[1]))) for own in columns])
-    each = zip(estimators, known[0].record.table_masks(), strict=True)
-    return np.concatenate([own.map @ acting[:, mask] for own, mask in each], axis=1)
+    return np.array([np.pad(own, ((0, 0), (0, most - own.shape[1]))) for own in columns])
 
 
 def _as_likely(changes: Array) -> Component:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.calibrate.known_effects import corrections, effects_components, said_of_effects
+from accelcal.calibrate.known_effects import (
+    corrections,
+    effects_components,
+    said_of_effects,
+    to_coefficients,
+)
 from accelcal.calibrate.of_record import calibration_of_record
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
@@ -21,6 +26,7 @@ from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointEstimate, estimate_stack
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
+from accelcal.estimate.uncertainty import Component
 from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
@@ -138,8 +144,19 @@ class CalibrationStack:
 
         moving = self.estimate._replace(outputs=self.moving)
         tables = self.tables_of(record)
-        found = laws_from_readings(tables, moving, self.temperatures, record, laws)
+        of_effects = partial(self._of_effects, record)
+        found = laws_from_readings(tables, moving, self.temperatures, record, laws, of_effects)
         return with_misalignment(found, laws) if self.laws.is_free else found
+
+    def _of_effects(
+        self, record: int, through: Array, chosen: Sequence[int]
+    ) -> Mapping[str, Component]:
+        """Pass the errors of the effects in the readings of some tables through an estimator."""
+        if not self.known:
+            return {}
+        rows = np.concatenate([np.flatnonzero(self.plan.masks[i]) for i in chosen])
+        found = effects_components([self.known[record]], lambda changes: through @ changes[:, rows])
+        return {name: Component(own.covariance[0], own.dof[0]) for name, own in found.items()}
 
     @property
     def _laws_of_readings(self) -> bool:
@@ -324,7 +341,10 @@ def _estimate(
             delta0=delta0,
             head=options.head_for(record),
         )
-    of_effects = effects_components(tables, known, options.method, delta0) if known else {}
+    if not known:
+        return estimate
+    passed = to_coefficients(tables, plan.masks, options.method, delta0)
+    of_effects = effects_components(known, passed)
     return estimate._replace(components={**estimate.components, **of_effects})
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -31,6 +31,7 @@ def laws_from_readings(
     temperatures: RecordedTemperatures,
     record: int,
     start: TemperatureModel,
+    of_effects: Callable[[Array, Sequence[int]], Mapping[str, Component]],
 ) -> TemperatureModel:
     """Fit the temperature laws of one record of a stack to all of its readings.
 
@@ -46,6 +47,9 @@ def laws_from_readings(
         Place of the record.
     start : TemperatureModel
         Its laws from the tables, to start from; the hysteresis is kept.
+    of_effects : callable
+        Passes the errors of effects that were taken out of the readings through an estimator,
+        shape (P, n), of the n readings of the tables at some places.
 
     Returns
     -------
@@ -77,6 +81,7 @@ def laws_from_readings(
         {
             "reading": _of_noise(through[0, :count], errors, fit, of_record, chosen),
             **_components(through[0, :count], errors, estimate, record),
+            **of_effects(through[0, :count], chosen),
         },
         sides,
         tables[0].record.unit,

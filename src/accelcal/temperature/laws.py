@@ -132,6 +132,8 @@ def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> T
         together = np.where(own, theirs[np.ix_(places, places)], ours)
         return rows_of(np.where(own[:, None] ^ own, 0.0, together))
 
+    sources = dict.fromkeys((*readings.shares, *tables.shares))
+    shares = {each: joined(readings.share([each]), tables.share([each])) for each in sources}
     said = "the law of the misalignment is that of the tables, of both sides"
     warnings = (*readings.warnings, said)
     return replace(
@@ -139,5 +141,6 @@ def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> T
         delta=tables.delta,
         covariance_matrix=joined(readings.covariance, tables.covariance),
         over_dof_matrix=joined(readings.over_dof, tables.over_dof),
+        shares=shares,
         warnings=warnings,
     )
