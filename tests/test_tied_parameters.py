@@ -39,6 +39,13 @@ def test_the_break_is_where_the_two_lines_meet(shift, seed):
     assert "both follow from the slopes" in note
 
 
+def test_the_document_is_the_same_when_it_is_read_back():
+    """Degrees of freedom of the break were a whole number, which came back as 158.0."""
+    found = discovered(15.0, 2)[0]
+    document = found.to_json()
+    assert accelcal.Discovery.from_json(document).to_json() == document
+
+
 def test_a_fit_finds_the_break_in_its_own_readings():
     model = discovered(15.0, 2)[0]
     for shift in (15.0, 22.0):

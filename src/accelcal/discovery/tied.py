@@ -130,7 +130,7 @@ def quantities(
     )
     of_amplitude, of_excess = (above - below) / (2.0 * step)
     varied = np.array([[1.0, -of_amplitude / of_excess], [0.0, 1.0 / of_excess]]) @ tie.varied
-    dof = comparison.space.dof
+    dof = float(comparison.space.dof)
     told = zip((value, shape), (tie.values[0], one.value), lengths(varied.T), strict=True)
     factor = student_quantile(LEVEL, dof)
     return {
