@@ -9,7 +9,7 @@ from dense_covariance import matrix_of, whitening_matrix
 from numpy.testing import assert_allclose
 
 import accelcal
-from accelcal.discovery.candidates import MOST_VALUES, candidates
+from accelcal.discovery.candidates import MOST_VALUES, candidates, instances_of
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.covariance import Covariance, whitener_of
 from accelcal.discovery.faults.pure_error import pure_error, smooth
@@ -112,6 +112,19 @@ def test_a_step_among_very_many_readings_is_told_to_the_reading():
     assert 390.0 not in tried
     (told,) = accelcal.discover(record).effects
     assert told.parameters["reading"].value == 390.0
+
+
+def test_a_fit_finds_a_step_at_another_place_to_the_reading():
+    """It was at the nearest moment of the first search, beside which another one showed."""
+    model = accelcal.discover(simulated(30, ("bias-step", 4e-5, {"reading": 390.0}), seed=1))
+    record = simulated(30, ("bias-step", 2e-4, {"reading": 501.0}), seed=2)
+    c = compared(record, 20.0).model.conditions
+    assert 501.0 not in [
+        item.shape["reading"] for item in instances_of(accelcal.effect("bias-step"), c)
+    ]
+    found = accelcal.fit(record, model=model)
+    assert found.effects[0].parameters["reading"].value == 501.0
+    assert not any("show another one" in text for text in found.warnings)
 
 
 def test_discovery_takes_no_matrix_of_readings_by_readings():

@@ -131,6 +131,22 @@ def instances_of(effect: Effect, c: Conditions) -> Iterator[Instance]:
             yield Instance(effect, mixture, dict(zip(names, values, strict=True)))
 
 
+def left_out_around(item: Instance, c: Conditions) -> list[Instance]:
+    """Instances at the values of a discrete parameter that the first search left out near one.
+
+    They are none where it tried them all.
+    """
+    found = []
+    for parameter in item.effect.shapes:
+        values = parameter.search(c) if parameter.discrete and parameter.search else np.empty(0)
+        if values.size > MOST_VALUES:
+            own = int(np.abs(values - item.shape[parameter.name]).argmin())
+            step = -(-values.size // (MOST_VALUES - 1))
+            near = values[max(own - step, 0) : own + step + 1]
+            found += [item.at(parameter.name, value) for value in near.tolist()]
+    return found
+
+
 def _grid(values: Array, *, discrete: bool) -> list[float]:
     if discrete or values.size < 2:
         places = np.linspace(0, values.size - 1, min(values.size, MOST_VALUES))

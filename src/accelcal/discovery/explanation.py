@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import MOST_VALUES, visible
+from accelcal.discovery.candidates import left_out_around, visible
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
 from accelcal.discovery.instance import Instance, own_columns
@@ -173,15 +173,12 @@ def _refined(family: Family, place: int, others: Array) -> Instance:
 
 def _among_all(family: Family, place: int, others: Array) -> Instance:
     """Try the values of a discrete parameter that the first search left out around an instance."""
-    found, comparison = family.candidates, family.comparison
-    start, own = found.instances[place], found.of(int(found.owner[place]))
-    if own.stop - own.start < MOST_VALUES // 2:
+    start, comparison = family.candidates.instances[place], family.comparison
+    c = comparison.model.conditions
+    near = left_out_around(start, c)
+    if not near:
         return start
-    (name, search), *_ = ((item.name, item.search) for item in start.effect.shapes if item.search)
-    c, here = comparison.model.conditions, start.shape[name]
-    lower, upper = _neighbours(family, place, name)
-    near = [v for v in search(c).tolist() if lower < v < upper or v == here]
-    shown, units, _ = visible([start.at(name, value) for value in near], comparison.space, c)
+    shown, units, _ = visible(near, comparison.space, c)
     left = without(units, others)
     squares = (left.T @ comparison.seen) ** 2 / np.maximum(lengths(left), NEW) ** 2
     return shown[first_largest(squares)]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import VISIBLE, instances_of
+from accelcal.discovery.candidates import VISIBLE, instances_of, left_out_around
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone_or_cube import in_fit
 from accelcal.discovery.exact_law import is_possible
@@ -144,21 +144,28 @@ def _with(
     comparison: Comparison, fitted: Sequence[Instance], place: int, effect: Effect
 ) -> tuple[Instance, ...]:
     """Effects with another one in the place of one, where it fits best; none if it is hidden."""
-    space, c = comparison.space, comparison.model.conditions
-    before, after = fitted[:place], fitted[place + 1 :]
-    tried = list(instances_of(effect, c))
-    whole = space.whiten(np.stack([column_of(item, c) for item in tried], axis=1))
+    c, before, after = comparison.model.conditions, fitted[:place], fitted[place + 1 :]
     beside = directions(comparison, [*before, *after])
+    best = _best(comparison, list(instances_of(effect, c)), beside)
+    if best is None:
+        return ()
+    if near := left_out_around(best, c):
+        best = _best(comparison, near, beside) or best
+    found = [*before, best, *after]
+    for parameter in effect.shapes:
+        if not parameter.discrete:
+            found[place] = moved(comparison, found, place, parameter)
+    return tuple(found)
+
+
+def _best(comparison: Comparison, tried: Sequence[Instance], beside: Array) -> Instance | None:
+    """That of some instances which fits best beside some directions; None if all are hidden."""
+    space, c = comparison.space, comparison.model.conditions
+    whole = space.whiten(np.stack([column_of(item, c) for item in tried], axis=1))
     own = without(space.left_of(whole), beside)
     length = lengths(own)
     seen = np.abs(comparison.seen @ own) / np.where(
         length > VISIBLE * lengths(whole), length, np.inf
     )
     best = int(seen.argmax())
-    if not seen[best]:
-        return ()
-    found = [*before, tried[best], *after]
-    for parameter in effect.shapes:
-        if not parameter.discrete:
-            found[place] = moved(comparison, found, place, parameter)
-    return tuple(found)
+    return tried[best] if seen[best] else None

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.discovery.candidates import left_out_around
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import is_needed
 from accelcal.discovery.instance import Instance, column_of, instance_of
@@ -44,17 +45,24 @@ def in_own_shape(comparison: Comparison, fitted: Sequence[Instance]) -> list[Ins
 
 def _elsewhere(comparison: Comparison, fitted: Sequence[Instance], place: int) -> Instance | None:
     """Find the place where the readings show an effect as well, beside all that are fitted."""
-    space, c = comparison.space, comparison.model.conditions
+    c = comparison.model.conditions
     others = list(places_of(fitted[place], c))
     if not others:
         return None
     beside = directions(comparison, fitted)
-    own = without(space.see(np.stack([column_of(item, c) for item in others], axis=1)), beside)
-    sizes = np.abs(without(comparison.seen, beside) @ own)
-    limit = student_quantile(1.0 - (1.0 - _SURE) / len(others), space.dof)
-    beyond = sizes - limit * lengths(own)
-    best = int(np.argmax(beyond))
-    return others[best] if beyond[best] > 0.0 else None
+    limit = student_quantile(1.0 - (1.0 - _SURE) / len(others), comparison.space.dof)
+
+    def best(tried: Sequence[Instance]) -> tuple[float, Instance]:
+        whole = np.stack([column_of(item, c) for item in tried], axis=1)
+        own = without(comparison.space.see(whole), beside)
+        sizes = np.abs(without(comparison.seen, beside) @ own)
+        beyond = sizes - limit * lengths(own)
+        return float(beyond.max()), tried[int(np.argmax(beyond))]
+
+    beyond, found = best(others)
+    if beyond > 0.0 and (near := left_out_around(found, c)):
+        _, found = best(near)
+    return found if beyond > 0.0 else None
 
 
 def said_of_places(
