@@ -4,6 +4,7 @@ import copy
 import io
 import json
 import warnings
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -337,6 +338,14 @@ def test_compare_takes_of_several_models_that_of_the_serial_number(capsys):
     assert run(["discover", *tables, "-o", "models.json"], capsys)[0] == 0
     assert main(["compare", "models.json", "B.csv", "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out)["calibration"] == "B.csv"
+    models = json.loads(Path("models.json").read_text("utf-8"))
+    models["discoveries"][0]["calibration"] = None
+    Path("models.json").write_text(json.dumps(models), "utf-8")
+    assert main(["compare", "models.json", "B.csv"]) == 0
+    assert "with B.csv" in capsys.readouterr().out
+    code, err = run(["compare", "models.json", "A.csv"], capsys)
+    assert code == 2
+    assert "serial A is asked for, but it holds the calibration of B" in err
 
 
 def test_a_path_in_place_of_a_calibration_is_refused():

@@ -119,14 +119,14 @@ def read_calibrations_or_models(source: str) -> CalibrationFile:
     Returns
     -------
     CalibrationFile
-        All calibrations in it.
+        All calibrations in it; there is none of a unit whose readings did not allow one.
 
     Raises
     ------
     TableError
         If the file cannot be read.
     DocumentError
-        If it is none of these files, or of discoveries without calibrations.
+        If it is none of these files, or of discoveries that all are without calibrations.
     """
     read, calibrations = read_document(source, "calibration", _of_fits_or_models)
     return CalibrationFile(read.name, read.sha256 or "", calibrations)
@@ -137,9 +137,9 @@ def _of_fits_or_models(text: str) -> tuple[Calibration, ...]:
     if not isinstance(document, dict) or document.get("schema") != Discovery.SCHEMA:
         return read_as(partial(parts_of, Calibration), document, Calibration._WRITER)
     models = read_as(partial(parts_of, Discovery), document, Discovery._WRITER)
-    known = [model.calibration for model in models]
+    known = (model.calibration for model in models)
     found = tuple(calibration for calibration in known if calibration is not None)
-    if len(found) < len(known):
+    if not found:
         raise DocumentError(
             "a discovery without its calibration; write it again by accelcal discover, or"
             " use it by accelcal fit --model, and give what this writes"
