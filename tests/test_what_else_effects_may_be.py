@@ -177,6 +177,17 @@ def test_a_comparison_sees_a_change_that_is_smaller_than_what_is_open(not_of_fou
     assert accelcal.compare(found, other).p_value < 1e-6
 
 
+def test_a_comparison_elsewhere_says_that_the_effects_may_be_others(not_of_fourth_order):
+    """At other positions it does matter: readings without a change disagreed without a word."""
+    hidden, model = not_of_fourth_order
+    found = accelcal.fit(simulated(hidden, 20), model=model)
+    there = accelcal.compare(found, simulated(hidden, 21, FINE))
+    assert there.p_value < 1e-3
+    assert any("if they are others that its warnings tell of" in note for note in there.notes)
+    plain = accelcal.compare(accelcal.fit(accelcal.simulate(seed=20)), accelcal.simulate(seed=21))
+    assert not any("count as they are named" in note for note in plain.notes)
+
+
 def test_many_tables_have_it_as_one_has(not_of_fourth_order):
     hidden, model = not_of_fourth_order
     plain = accelcal.simulate(seed=22)

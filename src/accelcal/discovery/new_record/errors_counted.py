@@ -108,6 +108,11 @@ def notes(
         )
     if declared.head_uncertainty is None:
         yield "head_uncertainty is not declared: errors of the head count as a disagreement"
+    if any(table.shares for table in calibration.tables):
+        yield (
+            "the effects in the calibration count as they are named: if they are others that its"
+            " warnings tell of, the readings may disagree though nothing has changed"
+        )
     yield from _few_degrees(known)
 
 
