@@ -50,12 +50,13 @@ def _elsewhere(comparison: Comparison, fitted: Sequence[Instance], place: int) -
     if not others:
         return None
     beside = directions(comparison, fitted)
+    left = without(comparison.seen, beside)
     limit = student_quantile(1.0 - (1.0 - _SURE) / len(others), comparison.space.dof)
 
     def best(tried: Sequence[Instance]) -> tuple[float, Instance]:
         whole = np.stack([column_of(item, c) for item in tried], axis=1)
         own = without(comparison.space.see(whole), beside)
-        sizes = np.abs(without(comparison.seen, beside) @ own)
+        sizes = np.abs(left @ own)
         beyond = sizes - limit * lengths(own)
         return float(beyond.max()), tried[int(np.argmax(beyond))]
 

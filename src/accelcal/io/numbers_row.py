@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from accelcal.io.layout import Layout, split_line
-from accelcal.io.units_row import headings_with_units
+from accelcal.io.units_row import headings_with_units, with_row_in_headings
 from accelcal.io.vocabulary import ACROSS, Heading, read_heading
 
 
@@ -37,12 +37,8 @@ def with_numbers_below(layout: Layout) -> Layout:
         return layout
     unit = f" [{last.unit}]" if last.unit else ""
     numbered = (read_heading(cell.text + (unit if not cell.unit else "")) for cell in numbers)
-    return layout._replace(
-        headings=(*_with_units(names, beside), *numbered),
-        rows=layout.rows[1:],
-        lines=layout.lines[1:],
-        notes=(*layout.notes, f"line {layout.lines[0]} numbers the outputs"),
-    )
+    headings = (*_with_units(names, beside), *numbered)
+    return with_row_in_headings(layout, headings, f"line {layout.lines[0]} numbers the outputs")
 
 
 def _number_outputs(names: list[Heading], numbers: list[Heading]) -> bool:

@@ -32,11 +32,16 @@ def with_units_below(layout: Layout) -> Layout:
     told = headings_with_units(layout.headings, split_line(layout.rows[0], layout.separator))
     if len(layout.rows) < 2 or told is None:
         return layout
+    return with_row_in_headings(layout, told, UNITS_BELOW.format(layout.lines[0]))
+
+
+def with_row_in_headings(layout: Layout, headings: Sequence[Heading], note: str) -> Layout:
+    """Take the first row of a table away, which is in the headings now, with a note."""
     return layout._replace(
-        headings=told,
+        headings=tuple(headings),
         rows=layout.rows[1:],
         lines=layout.lines[1:],
-        notes=(*layout.notes, UNITS_BELOW.format(layout.lines[0])),
+        notes=(*layout.notes, note),
     )
 
 
