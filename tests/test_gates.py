@@ -18,12 +18,12 @@ from accelcal.calibrate.many import calibrate_many
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import prepare
 from accelcal.gates import order, plan
-from accelcal.gates.cells import Cells
 from accelcal.gates.stack import TableStack
 from accelcal.gates.stroke_groups import Basis, Groups, LeftOut
 from accelcal.gates.swaps import best_swap, swap_blocks
 from accelcal.gates.table import gates_of_stack
 from accelcal.numerics import grouping
+from accelcal.numerics.grouping import grouped
 
 SCALE_FACTOR, BIAS, SECOND, THIRD, MISALIGNMENT = 1.35, 3.3e-3, 105e-6, 87e-6, 1.15e-3  # AL-15
 NOISE = 5e-6
@@ -248,7 +248,7 @@ def test_orders_are_judged_as_by_refitting_each():
 
 def fit_and_groups(table):
     fit = Basis.of(table.kept_design).fit(table.record.output[:, None])
-    return fit, Groups.of(Cells.of(table.record.stroke))
+    return fit, Groups.of(grouped(table.record.stroke))
 
 
 def test_no_order_of_a_group_is_better_than_leaving_it_out():
@@ -285,7 +285,7 @@ def test_swaps_are_judged_as_by_refitting_each(fault, better):
 
 def test_of_swaps_that_are_as_good_the_one_of_the_first_stroke_is_found():
     """Though strokes of fewer readings are gone through first."""
-    strokes = Cells.of(np.array([1, 1, 1, 2, 2, 3, 3]))
+    strokes = grouped(np.array([1, 1, 1, 2, 2, 3, 3]))
     output = np.array([0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0])[:, None]
     basis = np.zeros((7, 1))
     found = best_swap(output, 2.0 * output, basis, swap_blocks(basis, strokes), 1.1)
@@ -294,7 +294,7 @@ def test_of_swaps_that_are_as_good_the_one_of_the_first_stroke_is_found():
 
 
 def test_strokes_of_equally_many_readings_are_together():
-    strokes = Cells.of(np.array([4, 2, 4, 2, 3, 7, 7, 7]))
+    strokes = grouped(np.array([4, 2, 4, 2, 3, 7, 7, 7]))
     found = [(cell.tolist(), readings.tolist()) for cell, readings in strokes.alike]
     assert found == [([1], [[4]]), ([0, 2], [[1, 3], [0, 2]]), ([3], [[5, 6, 7]])]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from accelcal.numerics import grouping
-from accelcal.numerics.grouping import products_of_groups, sums_of_groups
+from accelcal.numerics.grouping import grouped
 
 
 @pytest.fixture(params=["in one product", "stacked"])
@@ -20,8 +20,8 @@ def test_sums_and_products_over_groups(members):
     rng = np.random.default_rng(0)
     index = rng.permutation(np.repeat(np.arange(len(members)), members))
     values, columns = rng.normal(size=(index.size, 3)), rng.normal(size=(index.size, 2))
-    products = products_of_groups(values, columns, index, np.array(members))
-    sums = sums_of_groups(values, index, np.array(members))
+    found = grouped(index)
+    products, sums = found.products(values, columns), found.sums(values)
     for group in range(len(members)):
         own = index == group
         assert products[group] == pytest.approx(values[own].T @ columns[own], rel=1e-12)
@@ -30,5 +30,4 @@ def test_sums_and_products_over_groups(members):
 
 def test_more_groups_than_a_short_number_counts():
     index = np.arange(40_000)[::-1]
-    order = grouping.group_after_group(index, np.ones(index.size, dtype=np.intp))
-    assert order.tolist() == index.tolist()
+    assert grouped(index).order.tolist() == index.tolist()

@@ -217,7 +217,8 @@ def test_product_fit_of_a_stack_is_the_least_squares_of_each_record(declared):
     state = solved(fit, laws)
     point = fit.readings.at(state.felt, state.parameters)
     errors = errors_at(fit, state, point, sizes_at(fit, state, point))
-    positions = errors.head.position[:, None] == np.arange(errors.head.members.size)
+    at = errors.head.positions
+    positions = at.cell[:, None] == np.arange(at.key.size)
     head = errors.head.acting[..., None] * positions
     shared = np.concatenate([head, *(own.mT for own in errors.shared.values())], axis=2)
     for record in range(RECORDS):

@@ -19,7 +19,7 @@ from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.noise import ReadingNoise, is_noise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.trend import directed, moments, trend_of
-from accelcal.numerics.grouping import grouped, sums_of_groups
+from accelcal.numerics.grouping import Grouped, grouped
 from accelcal.numerics.lag_sums import polynomial, products_by_lag, sums_by_lag
 from accelcal.numerics.one_thread import multiply
 from accelcal.numerics.sorting import distinct
@@ -181,10 +181,8 @@ class _Neighbours(NamedTuple):
         The readings in the order of time.
     precision : ndarray, shape (n,)
         Inverse declared scatter of each, in that order.
-    position : ndarray of int, shape (n,)
-        Head position of each, in that order.
-    members : ndarray of int, shape (J,)
-        Number of readings of each position.
+    positions : Grouped
+        The readings in that order by head position.
     taken : ndarray, shape (n, k)
         Orthonormal columns of all that a residual does not hold.
     dof : float
@@ -200,8 +198,7 @@ class _Neighbours(NamedTuple):
 
     order: Places
     precision: Array
-    position: Places
-    members: Places
+    positions: Grouped
     taken: Array = np.zeros((0, 0))
     dof: float = 0.0
     expected: Array = np.zeros(_RHO.size)
@@ -227,8 +224,8 @@ class _Neighbours(NamedTuple):
         """Variance of that if the noise of each position is as its residuals show, shape (R,)."""
         if not self.dof:
             return np.zeros(len(output))
-        squares = sums_of_groups(self._residual(output) ** 2, self.position, self.members)
-        own = (squares / self.members[:, None])[self.position]
+        squares = self.positions.sums(self._residual(output) ** 2)
+        own = (squares / self.positions.members[:, None])[self.positions.cell]
         products = (own[1:] * own[:-1]).mean(axis=0) / own.mean(axis=0) ** 2
         return np.asarray(self.variance * np.maximum(products, 1.0))
 
@@ -251,8 +248,7 @@ def _found(angle: bytes, head: bytes, stroke: bytes, scatter: bytes) -> _Neighbo
     moment = moments(at, number, None)
     order = np.argsort(moment[0], kind="stable")
     precision, direction = 1.0 / spread[order], directed(at, number)
-    _, position, members = grouped(on_head[order])
-    known = _Neighbours(order, precision, position, members)
+    known = _Neighbours(order, precision, grouped(on_head[order]))
     if n * distinct(direction).size > _MOST:
         return known
     cells, positions = (_means(keys[order], precision) for keys in (direction, on_head))

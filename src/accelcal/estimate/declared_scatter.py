@@ -142,7 +142,7 @@ def _of_samples(record: TumbleRecord) -> DeclaredScatter:
     if not some.any():
         return DeclaredScatter(np.sqrt(squares / record.count), np.inf, sure)
     if np.ptp(squares[some]) > 0.0:
-        _, place, _ = grouped(head_positions(record.angle[some]))
+        place = grouped(head_positions(record.angle[some])).cell
         squares[some], doubt[some] = _compared(squares[some], dof[some], place)
     return DeclaredScatter(np.sqrt(squares / record.count), float(dof.sum()), doubt)
 

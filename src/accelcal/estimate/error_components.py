@@ -20,7 +20,7 @@ from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.uneven_noise import UnevenNoise
 from accelcal.model import SCALE_FACTOR
-from accelcal.numerics.grouping import grouped, products_of_groups, sums_of_groups
+from accelcal.numerics.grouping import grouped
 
 SHIFTED = {"launch": "K0", "launch_sf": "K1"}
 """The coefficient that each shift from run to run changes."""
@@ -102,7 +102,7 @@ class Errors(NamedTuple):
             spread = e.map * e.table.scatter
             own = noise.factor[:, None, None] ** 2 * (spread @ spread.T)
             if uneven.differs.any():
-                through = products_of_groups(e.map.T, e.map.T, *e.table.at_head[1:])
+                through = e.table.at_head.products(e.map.T, e.map.T)
                 own[uneven.differs], dof[uneven.differs, part] = uneven.noise(through)
             if (some := correlation.counts).any():
                 alone = own[some], dof[some, part]
@@ -128,7 +128,7 @@ class Errors(NamedTuple):
 
     def _shift(self, coefficient: str, shift: RunShift) -> Component:
         """Errors by the shift of one coefficient from run to run, common to a run's mountings."""
-        _, run, _ = grouped(np.array([e.table.run for e in self.estimators]))
+        run = grouped(np.array([e.table.run for e in self.estimators])).cell
         scale_factors = np.stack([k[:, SCALE_FACTOR] for k in self.judged.coefficients], axis=1)
         size = scale_factors * shift.of_run[:, run]
         names = [name for e in self.estimators for name in e.names]
@@ -151,7 +151,7 @@ class Errors(NamedTuple):
             return {}
         whole = np.zeros((len(self.influence), *2 * self.influence.shape[1:2]))
         for e, (common, own), block in zip(self.estimators, left, self._blocks(whole), strict=True):
-            means = sums_of_groups(e.map.T, *e.table.at_head[1:]).T
+            means = e.table.at_head.sums(e.map.T).T
             block += common[:, None, None] ** 2 * (means @ means.T)
             block += own[:, None, None] ** 2 * (e.map @ e.map.T)
         return {"resolution": Component(whole, np.full(whole.shape[:2], np.inf))}
@@ -175,8 +175,7 @@ class Errors(NamedTuple):
 def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array) -> Array:
     """What errors of the positions do to the coefficients of one table, shape (R, p, J)."""
     table = estimator.table
-    at, cell, members = table.at_head
-    acting = products_of_groups(estimator.map.T, table.angular, cell, members)
+    acting = table.at_head.products(estimator.map.T, table.angular)
     by_coefficient = np.zeros((positions.size, *acting.shape[1:]))
-    by_coefficient[np.searchsorted(positions, at)] = acting
+    by_coefficient[np.searchsorted(positions, table.at_head.key)] = acting
     return np.asarray(np.tensordot(coefficients, by_coefficient.T, axes=1))

@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array, Ints, Places
+from accelcal.arrays import Array, Ints
 from accelcal.estimate.pure_error import FEW, Scatter, pure_error
 from accelcal.estimate.trend import directed
-from accelcal.numerics.grouping import grouped, sums_of_groups
+from accelcal.numerics.grouping import Grouped, grouped
 from accelcal.numerics.probability import f_exceeds
 
 _SIGNIFICANT = 0.01
@@ -34,41 +34,35 @@ _LEAST_FREE = 1e-9
 
 
 class _Replicates(NamedTuple):
-    """Readings of a table with the declared scatter and the cell of replicates of each."""
+    """Readings of a table with the declared scatter of each, and the cells of replicates."""
 
     size: Array
     output: Array
-    cell: Places
-
-    @property
-    def members(self) -> Places:
-        """Number of the readings of each cell."""
-        return np.bincount(self.cell)
+    cells: Grouped
 
     def own(self) -> Scatter:
         """Scatter about the means of the cells, in units of the declared one."""
-        return pure_error(self.output[None], self.size, self.cell, self.members)
+        return pure_error(self.output[None], self.size, self.cells)
 
     def but_the_worst(self) -> _Replicates:
         """All but the reading that the others contradict most: an outlier is no scatter."""
-        weight = self.size**-2.0
-        whole = np.bincount(self.cell, weight)
-        away = self.output - (np.bincount(self.cell, weight * self.output) / whole)[self.cell]
-        free = np.maximum(1.0 - weight / whole[self.cell], _LEAST_FREE)
+        weight, cell = self.size**-2.0, self.cells.cell
+        whole = np.bincount(cell, weight)
+        away = self.output - (np.bincount(cell, weight * self.output) / whole)[cell]
+        free = np.maximum(1.0 - weight / whole[cell], _LEAST_FREE)
         against = away**2 * weight / free
         kept = np.arange(against.size) != against.argmax()
-        _, cell, _ = grouped(self.cell[kept])
-        return _Replicates(self.size[kept], self.output[kept], cell)
+        return _Replicates(self.size[kept], self.output[kept], grouped(cell[kept]))
 
     def share(self) -> float:
         """Mean share of what is alike, by the residual likelihood."""
         declared = self.size**2 / np.mean(self.size**2)
         variance = np.outer(declared, 1.0 - _SHARES) + _SHARES
         weight = 1.0 / variance
-        whole = sums_of_groups(weight, self.cell, self.members)
-        means = sums_of_groups(self.output[:, None] * weight, self.cell, self.members) / whole
-        squares = np.sum(weight * (self.output[:, None] - means[self.cell]) ** 2, axis=0)
-        dof = self.cell.size - self.members.size
+        whole = self.cells.sums(weight)
+        means = self.cells.sums(self.output[:, None] * weight) / whole
+        squares = np.sum(weight * (self.output[:, None] - means[self.cells.cell]) ** 2, axis=0)
+        dof = self.size.size - self.cells.key.size
         logs = np.log(variance).sum(axis=0) + np.log(whole).sum(axis=0) + dof * np.log(squares)
         likelihood = np.exp(-0.5 * (logs - logs.min()))
         return float(likelihood @ _SHARES / likelihood.sum())
@@ -113,9 +107,8 @@ def with_even_scatter(size: Array, dof: float, output: Array, head: Array, strok
     >>> with_even_scatter(size, 99.0, 40.0 * uneven / size, head, stroke).round(1)[:2].tolist()
     [5.5, 7.2]
     """
-    place = grouped(head)[1]
-    for cell in (directed(head, stroke), place):
-        told = _Replicates(size, output, grouped(cell)[1]).but_the_worst()
+    for key in (directed(head, stroke), head):
+        told = _Replicates(size, output, grouped(key)).but_the_worst()
         own = told.own()
         if own.dof >= FEW:
             break

@@ -87,8 +87,8 @@ class ReadingNoise(NamedTuple):
         Residuals hold their rounding errors already.
         """
         common, own = self.rounding(table, step)
-        _, cell, members = table.at_head
-        more = np.hypot(own, common * (cell.size / members.size) ** 0.5) / table.scatter.min()
+        readings = table.head.size / table.at_head.key.size
+        more = np.hypot(own, common * readings**0.5) / table.scatter.min()
         untold = self.source != "residuals"
         return self._replace(factor=np.hypot(self.factor, untold * more))
 
@@ -198,8 +198,7 @@ def _shortfall(own: Scatter, declared_dof: float, last_digit: Array) -> Array:
 
 
 def _pure_error(table: PreparedTable, y: Array) -> Scatter:
-    _, place, members = table.at_head
-    return pure_error(y, table.scatter, place, members)
+    return pure_error(y, table.scatter, table.at_head)
 
 
 def _residual_scatter(table: PreparedTable, y: Array) -> Scatter:

@@ -8,7 +8,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Places
 from accelcal.estimate.tables import PreparedTable
-from accelcal.numerics.grouping import group_after_group, sums_of_groups
+from accelcal.numerics.grouping import Grouped
 
 
 class PositionMeans(NamedTuple):
@@ -16,8 +16,10 @@ class PositionMeans(NamedTuple):
 
     Attributes
     ----------
-    places, cell, members : ndarray of int
-        Positions of the table among the J of all, those of its readings, and how many each has.
+    places : ndarray of int
+        Positions of the table among the J of all.
+    at_head : Grouped
+        The readings of the table by its positions.
     weight : ndarray, shape (n,)
         Inverse variances of the readings.
     norms : ndarray, shape (J,)
@@ -31,8 +33,7 @@ class PositionMeans(NamedTuple):
     """
 
     places: Places
-    cell: Places
-    members: Places
+    at_head: Grouped
     weight: Array
     norms: Array
     model: Array
@@ -42,9 +43,9 @@ class PositionMeans(NamedTuple):
     @classmethod
     def of(cls, table: PreparedTable, positions: Array) -> PositionMeans:
         """Bring the readings of a table to means at some of J positions, shape (J,) [deg]."""
-        at, cell, members = table.at_head
-        places, first = np.searchsorted(positions, at), np.cumsum(members) - members
-        order = group_after_group(cell, members)
+        at_head = table.at_head
+        places, first = np.searchsorted(positions, at_head.key), at_head.starts
+        order = at_head.order
 
         def all_over(values: Array) -> Array:
             whole = np.zeros((positions.size, *values.shape[1:]))
@@ -52,17 +53,17 @@ class PositionMeans(NamedTuple):
             return whole
 
         weight = table.scatter**-2.0
-        norms = np.sqrt(sums_of_groups(weight[:, None], cell, members))
-        basis = sums_of_groups(table.least_squares.basis, cell, members, 1.0 / table.scatter)
+        norms = np.sqrt(at_head.sums(weight[:, None]))
+        basis = at_head.sums(table.least_squares.basis, 1.0 / table.scatter)
         model = np.linalg.qr(basis / norms)[0]
         rate, largest = table.angular[order[first]], np.maximum.reduceat(weight[order], first)
         found = (norms[:, 0], model, rate, np.sqrt(largest))
-        return cls(places, cell, members, weight, *map(all_over, found))
+        return cls(places, at_head, weight, *map(all_over, found))
 
     def of_readings(self, y: Array) -> Array:
         """Means of readings of shape (R, n), shape (R, J)."""
         means = np.zeros((len(y), self.norms.size))
-        sums = sums_of_groups(y.T, self.cell, self.members, self.weight)
+        sums = self.at_head.sums(y.T, self.weight)
         means[:, self.places] = sums.T / self.norms[self.places]
         return means
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array, Places
-from accelcal.numerics.grouping import sums_of_groups
+from accelcal.arrays import Array
+from accelcal.numerics.grouping import Grouped
 
 FEW = 3
 """Degrees of freedom below which a scatter of its own says too little."""
@@ -34,7 +34,7 @@ class Scatter(NamedTuple):
         return cls(squares, dof)
 
 
-def pure_error(output: Array, size: Array, place: Places, members: Places) -> Scatter:
+def pure_error(output: Array, size: Array, positions: Grouped) -> Scatter:
     """Scatter of replicates about their weighted means.
 
     Parameters
@@ -43,10 +43,8 @@ def pure_error(output: Array, size: Array, place: Places, members: Places) -> Sc
         Readings of a table in R records [output unit].
     size : ndarray, shape (n,)
         Declared standard uncertainty of each, or ones.
-    place : ndarray of int, shape (n,)
-        Position of each.
-    members : ndarray of int, shape (J,)
-        Readings of each position.
+    positions : Grouped
+        The n readings by position.
 
     Returns
     -------
@@ -55,12 +53,12 @@ def pure_error(output: Array, size: Array, place: Places, members: Places) -> Sc
 
     Examples
     --------
-    >>> place, members = np.array([0, 0, 1]), np.array([2, 1])
-    >>> pure_error(np.array([[1.0, 3.0, 9.0]]), np.ones(3), place, members)
+    >>> from accelcal.numerics.grouping import grouped
+    >>> pure_error(np.array([[1.0, 3.0, 9.0]]), np.ones(3), grouped(np.array([0, 0, 90])))
     Scatter(squares=array([2.]), dof=1.0)
     """
     weight = size**-2.0
-    whole = sums_of_groups(output.T, place, members, weight)
-    means = whole / sums_of_groups(weight[:, None], place, members)
-    apart = (output - means.T[:, place]) / size
-    return Scatter(np.einsum("rn,rn->r", apart, apart), float(place.size - members.size))
+    means = positions.sums(output.T, weight) / positions.sums(weight[:, None])
+    apart = (output - means.T[:, positions.cell]) / size
+    dof = float(positions.cell.size - positions.key.size)
+    return Scatter(np.einsum("rn,rn->r", apart, apart), dof)

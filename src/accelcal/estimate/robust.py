@@ -16,14 +16,12 @@ median would be a third too small for three strokes.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Places
 from accelcal.errors import DesignError
-from accelcal.numerics.grouping import grouped, sums_of_groups
+from accelcal.numerics.grouping import Grouped, grouped
 
 _BEND = 1.345  # 95 % efficiency on normal errors (Huber 1981)
 _NORMAL_PAIRS = 1.0483  # of normal errors: sigma over the median |difference| of two of them
@@ -72,47 +70,41 @@ def pseudo_values(output: Array, cell: Array, scatter: ArrayLike = 1.0) -> Array
     >>> bool(abs(pseudo_values(y, np.zeros(5)).mean() - 1.0) < 0.1)
     True
     """
-    _, index, members = grouped(cell)
-    if members.max() < _TELLING:
+    cells = grouped(cell)
+    if cells.members.max() < _TELLING:
         raise DesignError(
             "the robust option compares the strokes at one position, and no position has three"
             " readings; measure more strokes or fit without it"
         )
     y = np.atleast_2d(output)
     weight = np.where(np.isnan(y), 0.0, 1.0 / np.asarray(scatter, dtype=np.float64))
-    places = [np.flatnonzero(index == k) for k in range(members.size)]
+    places = cells.parts
     scale = _scale(y, weight, places)
     unit = weight / np.where(scale > 0.0, scale, np.inf)  # no scale: medians stay
     medians = np.concatenate([_medians(y[:, place]) for place in places], axis=1)
-    cells = _Cells(index, members)
     centre = _settled(np.nan_to_num(y), unit, np.nan_to_num(medians), cells)
     pseudo = _pseudo(y, unit, centre, cells)
     return np.asarray(np.where(np.isnan(y), np.nan, pseudo)).reshape(output.shape)
 
 
-class _Cells(NamedTuple):
-    """Replicates: the cell of each reading, and how many each cell has."""
-
-    cell: Places
-    members: Places
-
-    def sums(self, values: Array) -> Array:
-        """Sum over the readings of each cell, from shape (T, n) to shape (T, cells)."""
-        return sums_of_groups(values.T, self.cell, self.members).T
-
-    def information(self, unit: Array) -> Array:
-        """Sum of the weights of each cell, shape (T, cells)."""
-        return np.maximum(self.sums(unit**2), np.finfo(float).tiny)
+def _sums(values: Array, cells: Grouped) -> Array:
+    """Sum over the readings of each cell, from shape (T, n) to shape (T, cells)."""
+    return cells.sums(values.T).T
 
 
-def _settled(y: Array, unit: Array, centre: Array, cells: _Cells) -> Array:
+def _information(unit: Array, cells: Grouped) -> Array:
+    """Sum of the weights of each cell, shape (T, cells)."""
+    return np.maximum(_sums(unit**2, cells), np.finfo(float).tiny)
+
+
+def _settled(y: Array, unit: Array, centre: Array, cells: Grouped) -> Array:
     """M-estimate of the centre of each cell, shape (T, cells); what has settled moves no more."""
-    information = cells.information(unit)
+    information = _information(unit, cells)
     moving = np.arange(len(y))
     for _ in range(_ROUNDS):
         u = unit[moving]
         bent = np.clip(u * (y[moving] - centre[moving][:, cells.cell]), -_BEND, _BEND)
-        step = cells.sums(u * bent) / information[moving]
+        step = _sums(u * bent, cells) / information[moving]
         centre[moving] += step
         far = np.abs(step) * np.sqrt(information[moving]) >= _SETTLED
         moving = moving[far.any(axis=1)]
@@ -121,24 +113,24 @@ def _settled(y: Array, unit: Array, centre: Array, cells: _Cells) -> Array:
     return centre
 
 
-def _pseudo(y: Array, unit: Array, centre: Array, replicates: _Cells) -> Array:
-    residual = unit * (y - centre[:, replicates.cell])
+def _pseudo(y: Array, unit: Array, centre: Array, cells: Grouped) -> Array:
+    residual = unit * (y - centre[:, cells.cell])
     known = unit > 0.0
-    has = replicates.sums(known.astype(np.float64))
-    agree = replicates.sums((known & (np.abs(residual) < _AGREES)).astype(np.float64))
+    has = _sums(known.astype(np.float64), cells)
+    agree = _sums((known & (np.abs(residual) < _AGREES)).astype(np.float64), cells)
     told = (has >= _TELLING) & (agree > 0.5 * has)
-    judged = known & told[:, replicates.cell]
+    judged = known & told[:, cells.cell]
     readings = np.maximum(judged.sum(axis=1, keepdims=True), 1)
-    cells = told.sum(axis=1, keepdims=True)
+    centres = told.sum(axis=1, keepdims=True)
     straight = (judged & (np.abs(residual) < _BEND)).sum(axis=1, keepdims=True) / readings
     # mean of the derivative of psi, Huber (7.6.10)
     straight = np.maximum(straight, 1.0 / readings)
-    straight = straight / (1.0 + cells / readings * (1.0 - straight) / straight)
+    straight = straight / (1.0 + centres / readings * (1.0 - straight) / straight)
     bent = np.clip(residual, -_BEND, _BEND) / np.where(known, straight * unit, 1.0)
     # Bending would hide an outlier in the noise where nothing tells which reading it is.
-    off = replicates.sums(unit * residual) / replicates.information(unit)
-    whole = y - np.where(has < _TELLING, 0.0, off)[:, replicates.cell]
-    return np.where(known & ~judged, whole, centre[:, replicates.cell] + bent)
+    off = _sums(unit * residual, cells) / _information(unit, cells)
+    whole = y - np.where(has < _TELLING, 0.0, off)[:, cells.cell]
+    return np.where(known & ~judged, whole, centre[:, cells.cell] + bent)
 
 
 def _scale(y: Array, weight: Array, places: list[Places]) -> Array:

@@ -156,7 +156,7 @@ def calibrate_head(
     declared = _declared(records)
     records = [at_positions(record, delta0) for record in records]
     tables = [_tables(record, delta0) for record in records]
-    positions = distinct(np.concatenate([t.at_head[0] for own in tables for t in own]))
+    positions = distinct(np.concatenate([t.at_head.key for own in tables for t in own]))
     units = _units(records, tables, positions, declared)
     told = [_Told.of(unit) for unit in units]
     errors, covariance = together([own.cautious for own in told], declared)

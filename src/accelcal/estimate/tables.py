@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array, Mask, Places
+from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 from accelcal.estimate.declared_scatter import declared_scatter
 from accelcal.estimate.estimability import Estimability, estimability
@@ -16,11 +16,9 @@ from accelcal.estimate.solver import LeastSquares
 from accelcal.geometry import Acceleration, accelerations
 from accelcal.head_angles import head_positions
 from accelcal.model import COEFFICIENTS, design_matrix
-from accelcal.numerics.grouping import grouped
+from accelcal.numerics.grouping import Grouped, grouped
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
-
-Grouped = tuple[Array, Places, Places]
 
 
 class PreparedTable(NamedTuple):
@@ -36,9 +34,8 @@ class PreparedTable(NamedTuple):
         Derivative of `design` with respect to the head angle [1/rad].
     head : ndarray of float, shape (n,)
         Head position of each reading: the angle within one turn [deg].
-    at_head : tuple of ndarray
-        The different head positions, which of them each reading is at, and how many readings each
-        has, see `accelcal.numerics.grouping.grouped`.
+    at_head : Grouped
+        The readings by head position.
     scatter : ndarray, shape (n,)
         Declared standard uncertainty of each reading, or ones where none is declared.
     scatter_dof : float or None
@@ -90,7 +87,7 @@ class PreparedTable(NamedTuple):
 
 def positions_of(tables: Sequence[PreparedTable]) -> Array:
     """Different head positions of some tables, sorted, shape (J,) [deg]."""
-    return distinct(np.concatenate([table.at_head[0] for table in tables]))
+    return distinct(np.concatenate([table.at_head.key for table in tables]))
 
 
 def prepare(
@@ -169,9 +166,9 @@ class _FromAngles(NamedTuple):
 def _from_angles(
     angles: bytes, mounting: str, spread: bytes, delta0: float, asked: Sequence[str], strict: bool
 ) -> _FromAngles:
-    at, place, _ = grouped(np.frombuffer(angles))
-    rows = _at_angles(at.tobytes(), mounting, delta0)
-    design, angular, head = (each[place] for each in rows)
+    at = grouped(np.frombuffer(angles))
+    rows = _at_angles(at.key.tobytes(), mounting, delta0)
+    design, angular, head = (each[at.cell] for each in rows)
     found = estimability(design, asked, strict=strict)
     at_head = grouped(head)
     for shared in (design, angular, head, *at_head):

@@ -30,7 +30,7 @@ def directed(angle: Array, stroke: Ints) -> Ints:
         The same number for readings of one angle in strokes of one direction: even back, and one
         more forward.
     """
-    return np.asarray(2 * grouped(np.round(angle, 6))[1] + stroke % 2)
+    return np.asarray(2 * grouped(np.round(angle, 6)).cell + stroke % 2)
 
 
 class Trend(NamedTuple):

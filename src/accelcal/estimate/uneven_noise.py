@@ -19,7 +19,6 @@ from accelcal.estimate.noise import ReadingNoise, is_noise
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
-from accelcal.numerics.grouping import sums_of_groups
 from accelcal.numerics.probability import f_exceeds
 from accelcal.numerics.sorting import distinct
 
@@ -115,13 +114,13 @@ class _Scatter(NamedTuple):
 
     @classmethod
     def of(cls, table: PreparedTable, output: Array, noise: ReadingNoise) -> _Scatter:
-        at, cell, members = table.at_head
-        kind = table.scatter_dof is None, table.mounting, at.tobytes()
+        at, members = table.at_head, table.at_head.members
+        kind = table.scatter_dof is None, table.mounting, at.key.tobytes()
         if table.scatter_dof is not None:
-            return cls(kind, np.zeros((len(output), at.size)), np.zeros(at.size))
-        means = sums_of_groups(output.T, cell, members) / members[:, None]
-        apart = (output.T - means[cell]) / np.where(noise.factor > 0.0, noise.factor, 1.0)
-        return cls(kind, sums_of_groups(apart**2, cell, members).T, np.asarray(members - 1.0))
+            return cls(kind, np.zeros((len(output), members.size)), np.zeros(members.size))
+        means = at.sums(output.T) / members[:, None]
+        apart = (output.T - means[at.cell]) / np.where(noise.factor > 0.0, noise.factor, 1.0)
+        return cls(kind, at.sums(apart**2).T, np.asarray(members - 1.0))
 
     @property
     def tells(self) -> bool:
@@ -219,9 +218,8 @@ def _uneven(
 
 def _mirrors(table: PreparedTable) -> Array:
     """Which positions have the same size of a_i: a column each, shape (J, C)."""
-    at, cell, _ = table.at_head
-    size = np.zeros(at.size)
-    size[cell] = np.abs(table.design[:, COEFFICIENTS.index("K1")])
+    size = np.zeros(table.at_head.key.size)
+    size[table.at_head.cell] = np.abs(table.design[:, COEFFICIENTS.index("K1")])
     return np.asarray(np.equal.outer(np.round(size, 2), distinct(np.round(size, 2))), dtype=float)
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
+from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.replicate_plan import rank_and_inverse
 from accelcal.gates.stack import TableStack
@@ -136,7 +137,7 @@ def _is_clear(stack: TableStack) -> Mask:
     their readings at one angle is left.
     """
     directions, back = stack.plan.directions, stack.plan.stroke % 2 == 0
-    cells = directions._replace(weight=directions.members, precision=None)
+    cells = Cells(directions.readings, directions.readings.members)
     scatter = cells.centred(stack.output) ** 2
     left = np.minimum(scatter[back].sum(axis=0), scatter[~back].sum(axis=0))
     return np.asarray((stack.residual**2).sum(axis=0) <= _MUCH_BETTER * left)

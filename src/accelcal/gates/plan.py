@@ -16,6 +16,7 @@ from accelcal.estimate.trend import Trend, directed, moments, trend_of
 from accelcal.gates.cells import Cells
 from accelcal.gates.replicate_plan import ReplicatePlan
 from accelcal.gates.spread import Spread, spread_of
+from accelcal.numerics.grouping import Grouped, grouped
 
 Found = TypeVar("Found")
 
@@ -51,7 +52,7 @@ class TablePlan:
     @cached_property
     def trend(self) -> Trend:
         """Columns of a smooth drift."""
-        return trend_of(self.angle, self.stroke, self.moment, self.directions.key.size)
+        return trend_of(self.angle, self.stroke, self.moment, self.directions.readings.key.size)
 
     @property
     def size(self) -> Array:
@@ -67,9 +68,9 @@ class TablePlan:
         return Cells.of(keys, None if self.spread is None else 1.0 / self.spread.size)
 
     @cached_property
-    def strokes(self) -> Cells:
-        """Readings of one stroke, all of one weight."""
-        return Cells.of(self.stroke)
+    def strokes(self) -> Grouped:
+        """Readings by stroke."""
+        return grouped(self.stroke)
 
     @cached_property
     def directions(self) -> Cells:

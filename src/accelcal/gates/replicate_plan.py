@@ -109,7 +109,8 @@ class ReplicatePlan(NamedTuple):
         within = cells.centred(columns)
         normal = within.mT @ within
         rank, inverse = rank_and_inverse(normal)
-        return cls(cells, within, normal, inverse, rank, cells.cell.size - cells.key.size - rank)
+        dof = cells.readings.cell.size - cells.readings.key.size - rank
+        return cls(cells, within, normal, inverse, rank, dof)
 
     @property
     def free(self) -> Array:

@@ -190,10 +190,11 @@ class _Pairs(NamedTuple):
 
     @classmethod
     def of(cls, angle: Array, cells: Cells, plan: TablePlan) -> _Pairs:
-        back = np.flatnonzero((cells.key[:-1] % 2 == 0) & (np.diff(cells.key) == 1))
+        key = cells.readings.key
+        back = np.flatnonzero((key[:-1] % 2 == 0) & (np.diff(key) == 1))
         means = cells.means(plan.columns)
         variance = 1.0 / cells.weight[back + 1] + 1.0 / cells.weight[back]
-        where = distinct(np.round(angle, 6))[cells.key[back] // 2]
+        where = distinct(np.round(angle, 6))[key[back] // 2]
         return cls(cells, back, where, means[:, back + 1] - means[:, back], variance[:, None])
 
     def differences(self, means: Array, trend: Array) -> Array:
@@ -209,7 +210,7 @@ def _at_head(plan: TablePlan) -> _Pairs:
 
 def _both_ways(plan: TablePlan) -> bool:
     """Whether any place is read in both directions."""
-    at_head = plan.at_head.cells
+    at_head = plan.at_head.cells.readings
     forward = np.bincount(at_head.cell, plan.stroke % 2)
     return bool(((forward > 0.0) & (forward < at_head.members)).any())
 
@@ -307,7 +308,8 @@ def outlier(stack: TableStack, level: float) -> GateStack:
     """
     plan = stack.plan.at_head
     found, dof = plan.fit(stack.alike), plan.dof - 1.0
-    known, size = dof >= 1.0, plan.cells.members[plan.cells.cell]
+    cell = plan.cells.readings.cell
+    known, size = dof >= 1.0, plan.cells.readings.members[cell]
     free = np.where(size > 1, np.maximum(plan.free, _LEAST_FREE), np.inf).T
     squares = found.residual**2
     taken = squares / free
@@ -320,7 +322,7 @@ def outlier(stack: TableStack, level: float) -> GateStack:
 
     def said(index: int) -> str:
         worst = taken[:, index].argmax()
-        own = plan.cells.cell == plan.cells.cell[worst]
+        own = cell == cell[worst]
         pair = own.sum() == 2
         alike = np.flatnonzero(own) if pair else [worst]
         names = " or ".join(stack.place(index, int(reading)) for reading in alike)

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask, Places
-from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.replicate_plan import rank_and_inverse
 from accelcal.gates.stack import TableStack
@@ -17,7 +16,7 @@ from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
 from accelcal.geometry import side_of
 from accelcal.head_angles import head_positions
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, SCALE_FACTOR, coefficient_unit
-from accelcal.numerics.grouping import grouped, products_of_groups
+from accelcal.numerics.grouping import Grouped, grouped
 
 _TELLING = 0.3  # readings below this share of the largest tell nothing about the unit
 _OTHER_SIZE = 1.3  # ratio of two strokes, or of two scale factors, above any temperature effect
@@ -174,7 +173,7 @@ class _Groups(NamedTuple):
     ----------
     axes : list of ndarray of int
         Readings on each axis of the head.
-    strokes : Cells
+    strokes : Grouped
         Readings of each stroke.
     wave : ndarray, shape (n, 3)
         One, cosine and sine of the angle of each reading.
@@ -185,27 +184,25 @@ class _Groups(NamedTuple):
     """
 
     axes: list[Places]
-    strokes: Cells
+    strokes: Grouped
     wave: Array
     inverse: Array
     known: Mask
 
     def amplitudes(self, output: Array) -> Array:
         """Amplitudes of a sine through the readings of each known stroke, (known, T)."""
-        strokes = self.strokes
-        seen = products_of_groups(output, self.wave, strokes.cell, strokes.members)
+        seen = self.strokes.products(output, self.wave)
         size = np.hypot(*np.moveaxis(seen[self.known] @ self.inverse[self.known], 2, 0))
         return np.asarray(np.maximum(size, _SMALLEST))
 
 
 @once_a_plan
 def _groups(plan: TablePlan) -> _Groups:
-    axis = grouped(head_positions(2.0 * plan.head))[1]  # twice the angle: opposites are one
+    axes = grouped(head_positions(2.0 * plan.head)).parts  # twice the angle: opposites are one
     strokes, th = plan.strokes, np.radians(plan.head)
     wave = np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])
-    normal = products_of_groups(wave, wave, strokes.cell, strokes.members)
-    rank, inverse = rank_and_inverse(normal)
-    return _Groups(Cells.of(axis).parts, strokes, wave, inverse[..., 1:], rank > 2.0)
+    rank, inverse = rank_and_inverse(strokes.products(wave, wave))
+    return _Groups(axes, strokes, wave, inverse[..., 1:], rank > 2.0)
 
 
 class _Sizes(NamedTuple):
@@ -225,7 +222,8 @@ class _Sizes(NamedTuple):
         power = _decades(np.abs(output), groups.axes)
         wrong = power != 0.0
         count, first = wrong.sum(axis=0), wrong.argmax(axis=0)
-        share = groups.strokes.means(wrong.astype(np.float64))
+        strokes = groups.strokes
+        share = strokes.sums(wrong.astype(np.float64)) / strokes.members[:, None]
         whole = ((share == 0.0) | (share > 0.5)).all(axis=0)
         small = np.take_along_axis(power, first[None], axis=0)[0] < 0.0
         ratio = np.ones((groups.known.size, output.shape[1]))

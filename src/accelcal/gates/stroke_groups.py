@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
-from accelcal.gates.cells import Cells
 from accelcal.gates.replicate_plan import rank_and_inverse
-from accelcal.numerics.grouping import products_of_groups
+from accelcal.numerics.grouping import Grouped
 
 
 class Basis(NamedTuple):
@@ -50,10 +49,10 @@ class Groups(NamedTuple):
 
     single: slice  # strokes
     back: Places  # strokes of one more group, none where there is no such group
-    strokes: Cells
+    strokes: Grouped
 
     @classmethod
-    def of(cls, strokes: Cells) -> Groups:
+    def of(cls, strokes: Grouped) -> Groups:
         """Groups of some strokes; none where there is one stroke."""
         number = strokes.key.size
         back = np.flatnonzero(strokes.key % 2 == 0)
@@ -71,9 +70,7 @@ class Groups(NamedTuple):
 
     def products(self, values: Array, columns: Array) -> Array:
         """Sum values times columns over the readings of each group, shape (groups, T, k)."""
-        strokes = self.strokes
-        each = products_of_groups(values, columns, strokes.cell, strokes.members)
-        return self._of_groups(each)
+        return self._of_groups(self.strokes.products(values, columns))
 
     def _of_groups(self, of_strokes: Array) -> Array:
         single = of_strokes[self.single]

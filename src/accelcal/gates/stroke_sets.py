@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
-from accelcal.numerics.grouping import products_of_groups
+from accelcal.numerics.grouping import Grouped
 
 FEWEST = 4
 """Strokes of which some may be wrong: of three, one is, or the other two are."""
@@ -32,18 +31,18 @@ class Waves(NamedTuple):
     inverse: Array
 
     @classmethod
-    def of(cls, angle: Array, strokes: Cells) -> Waves:
+    def of(cls, angle: Array, strokes: Grouped) -> Waves:
         """Waves of readings at some angles [deg]."""
         phase = np.radians(angle)
         columns = np.stack([np.cos(phase), np.sin(phase)], axis=1)
-        normal = products_of_groups(columns, columns, strokes.cell, strokes.members)
+        normal = strokes.products(columns, columns)
         return cls(columns, np.asarray(np.linalg.pinv(normal, hermitian=True), dtype=np.float64))
 
-    def sums(self, values: Array, strokes: Cells) -> Array:
+    def sums(self, values: Array, strokes: Grouped) -> Array:
         """Products with values of shape (n, T), summed over each stroke, shape (S, T, 2)."""
-        return products_of_groups(values, self.columns, strokes.cell, strokes.members)
+        return strokes.products(values, self.columns)
 
-    def fit(self, values: Array, strokes: Cells) -> Array:
+    def fit(self, values: Array, strokes: Grouped) -> Array:
         """Amplitudes of the waves in each stroke, shape (S, T, 2)."""
         return np.asarray(self.sums(values, strokes) @ self.inverse)
 

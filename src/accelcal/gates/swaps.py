@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.gates.cells import Cells
-from accelcal.numerics.grouping import few_at_a_time
+from accelcal.numerics.grouping import Grouped, few_at_a_time
 
 _BLOCK = 256  # readings whose swaps with all others are judged at a time, to bound the memory
 _NUMBERS = 2**20  # numbers of such a block over all tables, for the same reason
@@ -55,14 +54,14 @@ class _Hope(NamedTuple):
     tables: Places
 
 
-def swap_blocks(basis: Array, strokes: Cells) -> list[SwapBlock]:
+def swap_blocks(basis: Array, strokes: Grouped) -> list[SwapBlock]:
     """Make ready for `best_swap` what depends on the plan alone.
 
     Parameters
     ----------
     basis : ndarray, shape (n, p)
         Orthonormal basis of the design.
-    strokes : Cells
+    strokes : Grouped
         Readings of each stroke.
 
     Returns

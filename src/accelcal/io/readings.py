@@ -20,7 +20,7 @@ from accelcal.io.signs import mounting_written
 from accelcal.io.strokes import Directions, strokes_of_rows
 from accelcal.io.times import DAY, HOUR, days, in_seconds, times
 from accelcal.io.wording import all_outputs, lines_named
-from accelcal.numerics.grouping import group_after_group
+from accelcal.numerics.grouping import Grouped
 from accelcal.numerics.sorting import distinct
 from accelcal.pace import too_quick
 
@@ -295,8 +295,7 @@ def _by_row(
 
 def _of_each(index: Ints, count: int) -> list[Places]:
     """Places of each value of an index below `count`, in their order."""
-    members = np.bincount(index, minlength=count)
-    return np.split(group_after_group(index, members), np.cumsum(members)[:-1])
+    return Grouped(np.arange(count), index, np.bincount(index, minlength=count)).parts
 
 
 def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:

@@ -22,34 +22,6 @@ _SMALL = 2**17
 """Groups times values up to which sums are a product with a matrix, which the cache holds."""
 
 
-def grouped(values: NDArray[Any]) -> tuple[NDArray[Any], Places, Places]:
-    """Bring equal values together.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Values without NaN.
-
-    Returns
-    -------
-    groups : ndarray, shape (m,)
-        The different values, sorted.
-    index : ndarray of int, shape (n,)
-        Place of each value in `groups`.
-    members : ndarray of int, shape (m,)
-        How often each occurs.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> [part.tolist() for part in grouped(np.array([3, 1, 3]))]
-    [[1, 3], [1, 0, 1], [1, 2]]
-    """
-    groups = distinct(values)
-    index = np.searchsorted(groups, values)
-    return groups, index, np.bincount(index, minlength=groups.size)
-
-
 class Alike(NamedTuple):
     """Groups of equally many values.
 
@@ -65,60 +37,130 @@ class Alike(NamedTuple):
     places: Places
 
 
-def groups_alike(index: Places, members: Places) -> list[Alike]:
-    """Bring groups of equally many values together, so that they can be stacked.
+class Grouped(NamedTuple):
+    """Values brought together in cells of equal ones.
 
-    Parameters
+    Attributes
     ----------
-    index : ndarray of int, shape (n,)
-        Group of each value.
+    key : ndarray, shape (m,)
+        The different values, sorted.
+    cell : ndarray of int, shape (n,)
+        Place of each value in `key`.
     members : ndarray of int, shape (m,)
-        How many each group has.
-
-    Returns
-    -------
-    list of Alike
-        The groups, those of the fewest values first.
+        How often each occurs, at least once.
 
     Examples
     --------
     >>> import numpy as np
-    >>> found = groups_alike(np.array([2, 1, 0, 1, 2]), np.array([1, 2, 2]))
-    >>> [(alike.group.tolist(), alike.places.tolist()) for alike in found]
-    [([0], [[2]]), ([1, 2], [[1, 3], [0, 4]])]
+    >>> found = grouped(np.array([3, 1, 3]))
+    >>> found.sums(np.array([[3.0], [1.0], [4.0]])).tolist()
+    [[1.0], [7.0]]
+    >>> [own.tolist() for own in found.parts]
+    [[1], [0, 2]]
     """
-    order, ends = group_after_group(index, members), np.cumsum(members)
-    found = []
-    for count in distinct(members).tolist():
-        group = np.flatnonzero(members == count)
-        found.append(Alike(group, order[ends[group, None] + np.arange(-count, 0)]))
-    return found
+
+    key: NDArray[Any]
+    cell: Places
+    members: Places
+
+    @property
+    def order(self) -> Places:
+        """Places of the values of the first cell, then those of the next; in their order each."""
+        cell = self.cell
+        if self.members.size <= np.iinfo(np.int16).max:
+            cell = cell.astype(np.int16)  # numpy sorts these by radix, which is faster
+        return np.argsort(cell, kind="stable")
+
+    @property
+    def starts(self) -> Places:
+        """Where each cell begins in `order`, shape (m,)."""
+        return np.asarray(np.cumsum(self.members) - self.members)
+
+    @property
+    def parts(self) -> list[Places]:
+        """Places of the values of each cell."""
+        return np.split(self.order, self.starts[1:])
+
+    @property
+    def alike(self) -> list[Alike]:
+        """Cells of equally many values together, so that they can be stacked; the small first."""
+        order, starts = self.order, self.starts
+        found = []
+        for count in distinct(self.members).tolist():
+            group = np.flatnonzero(self.members == count)
+            found.append(Alike(group, order[starts[group, None] + np.arange(count)]))
+        return found
+
+    def sums(self, values: Array, weight: Array | float = 1.0) -> Array:
+        """Sum values over each cell.
+
+        Parameters
+        ----------
+        values : ndarray, shape (..., n, k)
+            Values.
+        weight : ndarray, shape (n,), or float
+            What they are multiplied by.
+
+        Returns
+        -------
+        ndarray, shape (..., m, k)
+            The sums.
+        """
+        if self.cell.size * self.members.size <= _SMALL:  # a product is faster, but grows as m n
+            own = np.arange(self.members.size)[:, None] == self.cell
+            return multiply(own * weight, values)
+        weighted = np.take(values * np.reshape(weight, (-1, 1)), self.order, axis=-2)
+        return np.asarray(np.add.reduceat(weighted, self.starts, axis=-2))
+
+    def products(self, values: Array, columns: Array) -> Array:
+        """Sum the products of two matrices over the rows of each cell.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n, j)
+            One matrix.
+        columns : ndarray, shape (n, k)
+            The other.
+
+        Returns
+        -------
+        ndarray, shape (m, j, k)
+            The sums.
+        """
+        shape = self.members.size, values.shape[1], columns.shape[1]
+        if shape[1] * shape[2] <= _FEW and self.cell.size * shape[0] <= _SMALL:
+            each = values[:, :, None] * columns[:, None]
+            return self.sums(each.reshape(self.cell.size, -1)).reshape(shape)
+        found = np.empty(shape)
+        for group, places in self.alike:
+            for few in few_at_a_time(places, shape[1]):
+                own = values.take(places[few], axis=0).mT
+                found[group[few]] = own @ columns.take(places[few], axis=0)
+        return found
 
 
-def group_after_group(index: Places, members: Places) -> Places:
-    """Sort values by their group.
+def grouped(values: NDArray[Any]) -> Grouped:
+    """Bring equal values together.
 
     Parameters
     ----------
-    index : ndarray of int, shape (n,)
-        Group of each value.
-    members : ndarray of int, shape (m,)
-        How many each group has.
+    values : ndarray, shape (n,)
+        Values without NaN.
 
     Returns
     -------
-    ndarray of int, shape (n,)
-        Places of the values of the first group, then those of the next; in their order each.
+    Grouped
+        The cells of equal values.
 
     Examples
     --------
     >>> import numpy as np
-    >>> group_after_group(np.array([1, 0, 1]), np.array([1, 2])).tolist()
-    [1, 0, 2]
+    >>> [part.tolist() for part in grouped(np.array([3, 1, 3]))]
+    [[1, 3], [1, 0, 1], [1, 2]]
     """
-    if members.size <= np.iinfo(np.int16).max:
-        index = index.astype(np.int16)  # numpy sorts these by radix, which is faster
-    return np.argsort(index, kind="stable")
+    key = distinct(values)
+    cell = np.searchsorted(key, values)
+    return Grouped(key, cell, np.bincount(cell, minlength=key.size))
 
 
 def few_at_a_time(places: Places, numbers: int) -> Iterator[slice]:
@@ -147,86 +189,3 @@ def few_at_a_time(places: Places, numbers: int) -> Iterator[slice]:
     step = max(_CACHED // max(each * numbers, 1), 1)
     for start in range(0, groups, step):
         yield slice(start, start + step)
-
-
-def products_of_groups(
-    values: Array,
-    columns: Array,
-    index: Places,
-    members: Places,
-) -> Array:
-    """Sum the products of two matrices over the rows of each group.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n, j)
-        One matrix.
-    columns : ndarray, shape (n, k)
-        The other.
-    index : ndarray of int, shape (n,)
-        Group of each row.
-    members : ndarray of int, shape (m,)
-        How many each group has, at least one.
-
-    Returns
-    -------
-    ndarray, shape (m, j, k)
-        The sums.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> values, columns = np.array([[3.0], [1.0], [4.0]]), np.array([[1.0, 2.0]] * 3)
-    >>> products_of_groups(values, columns, np.array([1, 0, 1]), np.array([1, 2])).tolist()
-    [[[1.0, 2.0]], [[7.0, 14.0]]]
-    """
-    shape = members.size, values.shape[1], columns.shape[1]
-    if shape[1] * shape[2] <= _FEW and index.size * shape[0] <= _SMALL:
-        each = values[:, :, None] * columns[:, None]
-        return sums_of_groups(each.reshape(index.size, -1), index, members).reshape(shape)
-    found = np.empty(shape)
-    for group, places in groups_alike(index, members):
-        for few in few_at_a_time(places, shape[1]):
-            own = values.take(places[few], axis=0).mT
-            found[group[few]] = own @ columns.take(places[few], axis=0)
-    return found
-
-
-def sums_of_groups(
-    values: Array,
-    index: Places,
-    members: Places,
-    weight: Array | float = 1.0,
-) -> Array:
-    """Sum the values of each group.
-
-    Parameters
-    ----------
-    values : ndarray, shape (..., n, k)
-        Values.
-    index : ndarray of int, shape (n,)
-        Group of each.
-    members : ndarray of int, shape (m,)
-        How many each group has, at least one.
-    weight : ndarray, shape (n,), or float
-        What the values are multiplied by.
-
-    Returns
-    -------
-    ndarray, shape (..., m, k)
-        The sums.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> values = np.array([[3.0], [1.0], [4.0]])
-    >>> sums_of_groups(values, np.array([1, 0, 1]), np.array([1, 2])).tolist()
-    [[1.0], [7.0]]
-    """
-    if index.size * members.size <= _SMALL:  # a product is faster, but grows as m n
-        own = np.arange(members.size)[:, None] == index
-        return multiply(own * weight, values)
-    starts = np.cumsum(members) - members
-    order = group_after_group(index, members)
-    weighted = np.take(values * np.reshape(weight, (-1, 1)), order, axis=-2)
-    return np.asarray(np.add.reduceat(weighted, starts, axis=-2))

@@ -10,7 +10,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints
 from accelcal.head_angles import head_positions
-from accelcal.numerics.grouping import group_after_group, grouped
+from accelcal.numerics.grouping import grouped
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
@@ -60,9 +60,8 @@ class Readings:
         Three readings of an angle or more have a scatter of their own; fewer have that of all
         angles together. NaN where this has less than two degrees of freedom, too.
         """
-        angles, index, members = grouped(self.angle)
-        values = self.value[group_after_group(index, members)]
-        own = np.split(values, np.cumsum(members)[:-1])
+        angles, members = (found := grouped(self.angle)).key, found.members
+        own = [self.value[places] for places in found.parts]
         means = np.array([part.mean() for part in own])
         squares = np.array([part.var() * part.size for part in own])
         dof = members - 1

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.numerics.grouping import grouped, sums_of_groups
+from accelcal.numerics.grouping import Grouped, grouped
 
 
 class Block(NamedTuple):
@@ -21,18 +21,12 @@ class Block(NamedTuple):
     ----------
     rows : slice
         The readings, n of them.
-    head : ndarray of int, shape (J,)
-        Their positions.
-    position : ndarray of int, shape (n,)
-        Position of each reading, as a place in `head`.
-    members : ndarray of int, shape (J,)
-        How many readings each position has.
+    positions : Grouped
+        These readings by position; the keys are places among the positions of all readings.
     """
 
     rows: slice
-    head: Places
-    position: Places
-    members: Places
+    positions: Grouped
 
 
 class HeadErrors(NamedTuple):
@@ -42,15 +36,12 @@ class HeadErrors(NamedTuple):
     ----------
     acting : ndarray, shape (R, n)
         What an error of one standard uncertainty of its position does to each reading.
-    position : ndarray of int, shape (n,)
-        Position of each reading.
-    members : ndarray of int, shape (J,)
-        How many readings each position has.
+    positions : Grouped
+        The readings by position.
     """
 
     acting: Array
-    position: Places
-    members: Places
+    positions: Grouped
 
     def of_records(self, rows: Places) -> HeadErrors:
         """Return those of some of the records."""
@@ -58,17 +49,18 @@ class HeadErrors(NamedTuple):
 
     def blocks(self, readings: int) -> list[Block]:
         """Divide the readings into blocks of so many."""
-        cuts = [slice(i, i + readings) for i in range(0, self.position.size, readings)]
-        return [Block(rows, *grouped(self.position[rows])) for rows in cuts]
+        position = self.positions.cell
+        cuts = [slice(i, i + readings) for i in range(0, position.size, readings)]
+        return [Block(rows, grouped(position[rows])) for rows in cuts]
 
     def of_block(self, block: Block) -> HeadErrors:
         """Return those of some of the readings."""
-        return HeadErrors(self.acting[:, block.rows], block.position, block.members)
+        return HeadErrors(self.acting[:, block.rows], block.positions)
 
     def sums(self, columns: Array) -> Array:
         """Multiply columns, shape (R, k, n), with H: shape (R, k, J)."""
         acting = (self.acting[:, None] * columns).mT
-        return sums_of_groups(acting, self.position, self.members).mT
+        return self.positions.sums(acting).mT
 
     def apart(self, columns: Array, noise: Array) -> Array:
         """Make the errors of readings independent of each other.
@@ -88,7 +80,7 @@ class HeadErrors(NamedTuple):
         Examples
         --------
         >>> import numpy as np
-        >>> errors = HeadErrors(np.array([[2.0, 1.0, 3.0]]), np.array([0, 0, 1]), np.array([2, 1]))
+        >>> errors = HeadErrors(np.array([[2.0, 1.0, 3.0]]), grouped(np.array([0, 0, 45])))
         >>> H = np.array([[2.0, 0.0], [1.0, 0.0], [0.0, 3.0]])
         >>> root = errors.apart(np.eye(3)[None], np.ones((1, 3)))[0]
         >>> np.allclose(root @ root @ (np.eye(3) + H @ H.T), np.eye(3))
@@ -114,6 +106,6 @@ class HeadErrors(NamedTuple):
 
     def freed(self, columns: Array, common: Array) -> Array:
         """Take off columns what their positions have in common, shape (R, k, J)."""
-        taken = np.take(common, self.position, axis=2)
+        taken = np.take(common, self.positions.cell, axis=2)
         taken *= self.acting[:, None]
         return np.subtract(columns, taken, out=taken)

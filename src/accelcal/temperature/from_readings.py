@@ -10,7 +10,6 @@ from accelcal.arrays import Array
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.numerics.grouping import products_of_groups
 from accelcal.plural import named
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.temperature.bilinear import named_model
@@ -126,7 +125,7 @@ def _of_noise(
             dof = covariance[0].diagonal() / (passed**2 @ (1.0 / errors.noise_dof[0, rows]))[None]
             if estimate.uneven[i].differs[0]:
                 part = through[:, rows].T
-                by_place = products_of_groups(part, part, *table.at_head[1:])
+                by_place = table.at_head.products(part, part)
                 covariance, dof = estimate.uneven[i].noise(by_place)
             if correlation.counts[0]:
                 unit = estimate.noises[i]._replace(factor=np.ones(1))

@@ -202,13 +202,12 @@ def product_fit(
         estimate.coefficients[i][rows] @ t.angular.T for t, i in zip(own, chosen, strict=True)
     ]
     acting = estimate.head.uncertainty[rows, None] * np.concatenate(turned, axis=1)
-    _, position, members = grouped(np.concatenate([t.head for t in own]))
     return ProductFit(
         tables=own,
         readings=readings,
         temperatures=recorded,
         loop=loop,
-        head=HeadErrors(acting, position, members),
+        head=HeadErrors(acting, grouped(np.concatenate([t.head for t in own]))),
         bias=estimate.bias_shift.scatter[rows],
         scale_factor=estimate.scale_factor_shift.scatter[rows],
         declared=own[0].record.apparatus.temperature_uncertainty,
@@ -315,7 +314,7 @@ def edges_of(fit: ProductFit) -> Places:
 
 def felt_beside_noise(fit: ProductFit, felt: Array) -> Array:
     """Felt parts, all or nothing where a fitted one would take the few replicates for itself."""
-    replicates = [len(table.record) - table.at_head[0].size for table in fit.tables]
+    replicates = [len(table.record) - table.at_head.key.size for table in fit.tables]
     return np.where(np.array(replicates) < FEW, np.round(felt), felt)
 
 

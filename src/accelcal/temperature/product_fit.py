@@ -225,17 +225,17 @@ class _System(NamedTuple):
 def _products(head: HeadErrors, blocks: Sequence[Block], columns: _ColumnsOf) -> Array:
     """Products of the columns, with the errors of the head taken for noise as well."""
     records, width = head.acting.shape[0], columns(blocks[0]).values.shape[1]
-    sums = np.zeros((records, width, head.members.size))
-    squares = np.zeros((records, 1, head.members.size))
+    sums = np.zeros((records, width, head.positions.key.size))
+    squares = np.zeros((records, 1, head.positions.key.size))
     for block in blocks:
         own = columns(block)
-        sums[..., block.head] += own.head.sums(own.values)
-        squares[..., block.head] += own.head.squares
+        sums[..., block.positions.key] += own.head.sums(own.values)
+        squares[..., block.positions.key] += own.head.squares
     common = head.common(sums, squares)
     products = np.zeros((records, width, width))
     for block in blocks:
         own = columns(block)
-        free = own.head.freed(own.values, common[..., block.head])
+        free = own.head.freed(own.values, common[..., block.positions.key])
         products += free @ free.mT
     return products
 
@@ -259,5 +259,5 @@ def estimator(fit: ProductFit, state: Solution) -> tuple[Array, Errors]:
     """
     point = fit.readings.at(state.felt, state.parameters)
     columns = _Columns.of(fit, state, point, sizes_at(fit, state, point))
-    whole = fit.head.blocks(fit.head.position.size)
+    whole = fit.head.blocks(fit.head.positions.cell.size)
     return _System.of(fit.head, whole, _kept(columns)).map(columns), columns.errors

@@ -34,7 +34,6 @@ from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
 from accelcal.estimate.tables import prepare
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.covariance_root import covariance_root
-from accelcal.numerics.grouping import sums_of_groups
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
@@ -200,9 +199,9 @@ class _Table(NamedTuple):
 
     def _at(self, positions: Array, columns: Array) -> Array:
         """Sums of columns, shape (n, k), over the readings of each position, shape (J, k)."""
-        at, cell, members = self.estimator.table.at_head
+        at_head = self.estimator.table.at_head
         found = np.zeros((positions.size, columns.shape[1]))
-        found[np.searchsorted(positions, at)] = sums_of_groups(columns, cell, members)
+        found[np.searchsorted(positions, at_head.key)] = at_head.sums(columns)
         return found
 
 
@@ -214,7 +213,7 @@ def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Arra
         tables = list(_tables(calibration, found))
     except InputError:  # of a document whose readings no fit has seen
         return _NOT_TOLD
-    positions = distinct(np.concatenate([table.estimator.table.at_head[0] for table in tables]))
+    positions = distinct(np.concatenate([table.estimator.table.at_head.key for table in tables]))
     if positions.size > _MOST_POSITIONS:
         return _NOT_TOLD
     by_head = np.zeros((len(ERRORS), positions.size))
