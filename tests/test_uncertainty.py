@@ -23,9 +23,10 @@ from tumble_oracle import (
 
 from accelcal.calibrate.quantities import table_quantities
 from accelcal.estimate.tables import prepare
-from accelcal.estimate.uncertainty import Component, interval_stack, intervals, propagate
+from accelcal.estimate.uncertainty import Component, interval_stack, propagate
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.numerics.probability import student_quantile
+from accelcal.results.quantity import Quantity
 
 SIGMA = 5e-6
 HEAD = 2e-5
@@ -244,7 +245,7 @@ def component(variance, dof):
 
 def interval(*parts):
     named = {str(i): component(*part) for i, part in enumerate(parts)}
-    return intervals(named)[0]
+    return interval_stack(named).of_record(0)
 
 
 @given(st.floats(1e-12, 1e12), st.floats(1.0, 9e5))
@@ -303,7 +304,9 @@ def test_more_of_the_uncertain_component_widens_the_factor():
 
 def test_an_unknown_component_leaves_no_uncertainty():
     found = interval((math.nan, 0.0), (1.0, math.inf))
-    assert (found.standard, found.expanded, found.factor, found.dof) == (None,) * 4
+    assert np.isnan(found).all()
+    told = interval_stack({"0": component(math.nan, 0.0)}).around(np.array([1.0]), ["g"])
+    assert told == [Quantity(1.0, None, "g")]
 
 
 def test_no_error_at_all():
@@ -316,9 +319,9 @@ def test_each_estimate_has_its_own_interval():
         "a": Component(np.diag([1.0, 4.0]), np.array([2.0, math.inf])),
         "b": Component(np.diag([0.0, 5.0]), np.array([3.0, math.inf])),
     }
-    first, second = intervals(parts)
-    assert (first.standard, first.dof) == (1.0, pytest.approx(2.0))
-    assert (second.standard, second.dof) == (3.0, math.inf)
+    found = interval_stack(parts)
+    assert found.standard.tolist() == [1.0, 3.0]
+    assert found.dof.tolist() == [pytest.approx(2.0), math.inf]
 
 
 # -- propagation -----------------------------------------------------------------------------------
@@ -355,7 +358,7 @@ def test_effective_dof_keep_the_level(share):
     for e, v in zip(error.reshape(-1, 100), estimated.reshape(-1, 100), strict=True):
         few = Component(np.diag(v), np.full(v.size, 2.0))
         known = Component((1.0 - share) * np.eye(v.size), np.full(v.size, np.inf))
-        expanded = [i.expanded for i in intervals({"few": few, "known": known})]
+        expanded = interval_stack({"few": few, "known": known}).expanded
         held += np.count_nonzero(np.abs(e) <= expanded)
     # 94.2 to 96.3 %, with three standard errors of 0.35 % on either side
     assert 0.931 < held / draws < 0.974
@@ -384,11 +387,11 @@ def test_a_stack_of_intervals_is_that_of_each():
     parts["a"].covariance[2] = 0.0  # nothing at all
     stack = interval_stack(parts)
     for i in range(6):
-        one = intervals({name: part.of_records(i) for name, part in parts.items()})
-        for j, interval in enumerate(one):
-            expected = [np.nan if x is None else x for x in interval]
-            assert [float(field[i, j]) for field in stack] == pytest.approx(expected, nan_ok=True)
-    assert intervals({name: part.of_records(1) for name, part in parts.items()})[0] == (None,) * 4
+        one = interval_stack({name: part.of_records(i) for name, part in parts.items()})
+        for whole, own in zip(stack.of_record(i), one, strict=True):
+            assert whole == pytest.approx(own, nan_ok=True)
+    unknown = stack.of_record(1).around(np.array([1.0, 2.0]), ["g", "rad"])
+    assert unknown == [Quantity(1.0, None, "g"), Quantity(2.0, None, "rad")]
     assert stack.standard[2].tolist() == [0.0, 0.0]
 
 

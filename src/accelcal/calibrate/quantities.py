@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.estimate.uncertainty import Component, Intervals, combined, interval_stack
+from accelcal.estimate.uncertainty import Component, Intervals, combined, interval_stack, quantities
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
 from accelcal.results.quantity import Quantity
 
@@ -36,13 +36,8 @@ class QuantityStack(NamedTuple):
 
     def one(self, record: int, table: int) -> dict[str, Quantity]:
         """Return the quantities of one table of one record."""
-        rows = zip(*(field[record, table].tolist() for field in self[1:]), strict=True)
-        return {
-            name: Quantity(_known(value), _known(standard), unit, _known(expanded), _finite(dof))
-            for (name, unit), (value, standard, expanded, dof) in zip(
-                self.units.items(), rows, strict=True
-            )
-        }
+        parts = (field[record, table] for field in self[1:])
+        return dict(zip(self.units, quantities(self.units.values(), *parts), strict=True))
 
     def without_uncertainty(self, records: Mask, names: Collection[str]) -> QuantityStack:
         """Take the uncertainties of some quantities from some of the R records."""
@@ -170,11 +165,3 @@ def _columns(
 ) -> tuple[list[int], list[int]]:
     """Table and place among the names of each quantity."""
     return [table for table, _ in places], [names.index(name) for _, name in places]
-
-
-def _known(value: float) -> float | None:
-    return value if value == value else None  # NaN is not itself
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None

@@ -29,7 +29,6 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import (
     Component,
     interval_stack,
-    intervals,
     propagate,
 )
 from accelcal.geometry import side_of
@@ -164,11 +163,8 @@ def _told(reversal: _Reversal, estimate: JointEstimate, delta0: float) -> Fixtur
         values = np.concatenate([values, reversal.misalignments @ coupling])
         through = np.vstack([through, reversal.misalignments @ by_all])
     components = propagate(estimate.components, through)
-    known = intervals(components)
-    fixture, *rest = (
-        interval.around(float(value), "rad" if i <= levels else _G)
-        for i, (value, interval) in enumerate(zip(values, known, strict=True))
-    )
+    units = ["rad" if i <= levels else _G for i in range(values.size)]
+    fixture, *rest = interval_stack(components).around(values, units)
     names, matrix = _covariance(components, levels)
     return FixtureAngle(
         axis=reversal.axis,

@@ -16,8 +16,7 @@ is, both give Student's interval.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -27,6 +26,7 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.covariance import BY_OTHERS, Rows, rows_of
+from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import Quantity
 
 _TERMS = 25  # of the polynomial for Student's factor
@@ -68,46 +68,51 @@ class Component(NamedTuple):
         return np.array(np.linalg.diagonal(self.covariance))  # contiguous
 
 
-class Interval(NamedTuple):
-    """Uncertainty of one estimate; None where nothing in the data or the declarations tells it.
+class Intervals(NamedTuple):
+    """Uncertainties of many estimates; NaN where nothing in data or declarations tells them.
 
     Attributes
     ----------
-    standard : float or None
-        Standard uncertainty.
-    expanded : float or None
-        Half width of the 95 % interval.
-    factor : float or None
-        Coverage factor, expanded over standard.
-    dof : float or None
+    standard : ndarray, shape (..., p)
+        Standard uncertainties.
+    expanded : ndarray, shape (..., p)
+        Half widths of the 95 % intervals.
+    factor : ndarray, shape (..., p)
+        Coverage factors, expanded over standard.
+    dof : ndarray, shape (..., p)
         Effective degrees of freedom; `factor` is Student's for them. A million and more count as
         infinite.
-    """
-
-    standard: float | None
-    expanded: float | None
-    factor: float | None
-    dof: float | None
-
-    def around(self, value: float, unit: str) -> Quantity:
-        """Join it to the value that it is of; infinite degrees of freedom are not told."""
-        dof = self.dof if self.dof is not None and math.isfinite(self.dof) else None
-        return Quantity(value, self.standard, unit, self.expanded, dof)
-
-
-class Intervals(NamedTuple):
-    """Uncertainties of many estimates, as `Interval` has them; NaN where nothing tells.
-
-    Attributes
-    ----------
-    standard, expanded, factor, dof : ndarray, shape (..., p)
-        See `Interval`.
     """
 
     standard: Array
     expanded: Array
     factor: Array
     dof: Array
+
+    def of_record(self, record: int) -> Intervals:
+        """Return those of one record of a stack."""
+        return Intervals(*(part[record] for part in self))
+
+    def around(self, values: Array, units: Iterable[str]) -> list[Quantity]:
+        """Join those of p estimates to their values."""
+        return quantities(units, values, self.standard, self.expanded, self.dof)
+
+
+def quantities(
+    units: Iterable[str], value: Array, standard: Array, expanded: Array, dof: Array
+) -> list[Quantity]:
+    """Make quantities of p numbers each; what is NaN, and endless dof, are not told.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> two, none = np.array([2.0]), np.array([np.nan])
+    >>> quantities(["g"], two, none, none, np.array([np.inf]))[0].to_document()["value"]
+    2.0
+    """
+    parts = (map(finite_or_none, part.tolist()) for part in (value, standard, expanded, dof))
+    rows = zip(units, *parts, strict=True)
+    return [Quantity(own, u, unit, half_width, free) for unit, own, u, half_width, free in rows]
 
 
 def propagate(components: Mapping[str, Component], jacobian: Array) -> dict[str, Component]:
@@ -229,32 +234,6 @@ def combined(variances: Sequence[Array], freedom: Sequence[Array]) -> Intervals:
     with np.errstate(divide="ignore"):
         dof = 1.0 / inverse
     return Intervals(standard, factor * standard, factor, dof)
-
-
-def intervals(components: Mapping[str, Component]) -> list[Interval]:
-    """Combine components to the uncertainty of each estimate.
-
-    Parameters
-    ----------
-    components : mapping of str to Component
-        Components of p estimates.
-
-    Returns
-    -------
-    list of Interval
-        One an estimate.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> noise = Component(np.array([[4.0]]), np.array([10.0]))
-    >>> round(intervals({"reading": noise})[0].factor, 3)
-    2.228
-    """
-    columns = (field.tolist() for field in interval_stack(components))
-    unknown = Interval(None, None, None, None)
-    rows = map(Interval, *columns)
-    return [row if row.dof == row.dof else unknown for row in rows]  # NaN is not itself
 
 
 def _coverage_factors(inverse: Array) -> Array:

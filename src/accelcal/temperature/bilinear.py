@@ -11,7 +11,6 @@ from accelcal.arrays import Array, Mask
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.uncertainty import (
     Component,
-    Interval,
     Intervals,
     interval_stack,
     propagate,
@@ -205,13 +204,14 @@ class LawStack(NamedTuple):
 
         `components` are those of the values and of `others`, which follow no law.
         """
-        units = law_units(unit).values()
-        found = [interval_of(self.intervals, (index, i)) for i in range(self.values.shape[1])]
-        values, count = self.values[index], 1 + len(self.sides)
-        parts = (slice(i * count, (i + 1) * count) for i in range(len(LAWS)))
+        own = self.intervals.of_record(index)
+        units = [
+            u for at, slope in law_units(unit).values() for u in (at, *(slope,) * len(self.sides))
+        ]
+        found = dict(zip(self.names, own.around(self.values[index], units), strict=True))
         k0, K1, delta = (
-            _law(values[own], found[own], self.sides, of_law)
-            for own, of_law in zip(parts, units, strict=True)
+            TemperatureLaw(*(found.get(f"{law} {part}") for part in ("at_T0", "above", "below")))
+            for law in LAWS
         )
         covariance, over_dof = sums(components)
         known = bool(np.isfinite(covariance).all())
@@ -298,12 +298,6 @@ def relative_slopes(law: Array) -> tuple[Array, Array]:
     return relative, jacobian
 
 
-def interval_of(stack: Intervals, place: tuple[int, ...]) -> Interval:
-    """Take one interval out of many; of None where nothing tells it."""
-    row = [float(part[place]) for part in stack]
-    return Interval(*(value if value == value else None for value in row))  # NaN is not itself
-
-
 def misfit(left: Array, covariance: Array) -> Array:
     """Sum of squares of what is left, in its covariance.
 
@@ -323,13 +317,3 @@ def misfit(left: Array, covariance: Array) -> Array:
     inverse = np.linalg.pinv(np.where(known[:, None, None], covariance, 0.0), hermitian=True)
     squares = (left[:, None] @ inverse @ left[..., None])[:, 0, 0]
     return np.where(known, squares, np.nan)
-
-
-def _law(
-    values: Array, found: Sequence[Interval], sides: Sequence[str], units: tuple[str, str]
-) -> TemperatureLaw:
-    quantities = {
-        name: interval.around(float(value), units[name != "at_T0"])
-        for name, value, interval in zip(("at_T0", *sides), values, found, strict=True)
-    }
-    return TemperatureLaw(*(quantities.get(name) for name in ("at_T0", "above", "below")))

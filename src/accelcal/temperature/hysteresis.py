@@ -17,7 +17,6 @@ from accelcal.arrays import Array, Places
 from accelcal.estimate.launch import reached_by, same_levels
 from accelcal.estimate.uncertainty import Component, Intervals, interval_stack, propagate
 from accelcal.results.quantity import Quantity
-from accelcal.temperature.bilinear import interval_of
 from accelcal.temperature.chance_of_misfit import chance_of_misfit
 
 _HALF_OPEN = 0.5
@@ -122,8 +121,7 @@ class Hysteresis(NamedTuple):
         """h_T of one record; None without a level."""
         if not self.half_widths.shape[1]:
             return None
-        found = interval_of(self.intervals, (index, 0))
-        return found.around(float(self.mean[index]), "g")
+        return self.intervals.of_record(index).around(self.mean[[index]], "g")[0]
 
 
 def mean_hysteresis(
