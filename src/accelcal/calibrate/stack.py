@@ -13,18 +13,15 @@ from accelcal.arrays import Array
 from accelcal.calibrate.known_effects import (
     corrections,
     effects_components,
-    said_of_effects,
     to_coefficients,
 )
 from accelcal.calibrate.of_record import calibration_of_record
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.quantities import TableQuantities, table_quantities
-from accelcal.calibrate.weaknesses import Fitted, Warned, warnings_of
-from accelcal.estimate.at_positions import said_of_positions
+from accelcal.calibrate.weaknesses import Warned, warnings_of
 from accelcal.estimate.estimability import check_names
 from accelcal.estimate.joint import JointEstimate, estimate_stack
-from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.estimate.uncertainty import Component
 from accelcal.gates.record import RecordStack, gates_of_records
@@ -33,7 +30,7 @@ from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import GateStack
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord, naming
-from accelcal.reference import fixture_angle, has_reference_temperature
+from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.at_rest import AtRest
@@ -214,34 +211,7 @@ class CalibrationStack:
     @cached_property
     def warnings(self) -> Warned:
         """What a reader must know of each record and table."""
-        options, records = self.options, self.plan.records
-        given = options.reference_temperature
-        return warnings_of(
-            Fitted(
-                tables=self.tables,
-                estimate=self.estimate,
-                slopes=self.laws.slopes(len(self)),
-                is_chosen=np.array([not has_reference_temperature(r, given) for r in records]),
-                method=options.method,
-                delta0=self.delta0,
-                told_of_head=options.left_out(records),
-                brought=self._said_of_readings(),
-                model=options.model,
-                taken_out=[tuple(one.id for one in item.effects) for item in self.known],
-                unbounded=self.unbounded,
-            )
-        )
-
-    def _said_of_readings(self) -> list[tuple[str, ...]]:
-        """What was done with the readings of each record before they were fitted."""
-        records, model = self.plan.records, self.options.model
-        each = zip(records, self.at_rest.said, strict=True)
-        said = [(*said_of_positions(record), *own) for record, own in each]
-        if model is None:
-            return said
-        made = partial(linear_estimator, method=self.options.method, delta0=self.delta0)
-        told = said_of_effects(self.given, self.known, model, list(map(made, self.tables)))
-        return [(*of_effects, *own) for of_effects, own in zip(told, said, strict=True)]
+        return warnings_of(self)
 
     @cached_property
     def record_gates(self) -> tuple[GateStack, ...]:

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Mask
+from accelcal.calibrate.known_effects import said_of_effects
 from accelcal.calibrate.large_turn import of_large_turn
 from accelcal.calibrate.table_weaknesses import of_table
+from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.joint import JointEstimate
+from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable
 from accelcal.plural import degrees_of_freedom, listed
+from accelcal.reference import has_reference_temperature
 from accelcal.results.beyond_uncertainty import (
     FEWER,
     LEFT_OUT,
@@ -28,6 +33,8 @@ from accelcal.temperature.error_component import Slopes
 from accelcal.temperature.one_meaning import said_of_meanings
 
 if TYPE_CHECKING:
+    from accelcal.calibrate.stack import CalibrationStack
+    from accelcal.discovery.correction import Correction
     from accelcal.results.discovery import Discovery
 
 _FEW_REPEATS = 5
@@ -63,51 +70,6 @@ _OF_METHOD = {
 }
 
 
-class Fitted(NamedTuple):
-    """R records of one plan, as far as their warnings ask.
-
-    Attributes
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of the records.
-    estimate : JointEstimate
-        What was estimated.
-    slopes : Slopes
-        What the temperature laws tell.
-    is_chosen : ndarray of bool, shape (R,)
-        Whether T0 was chosen, as none was given.
-    method : str
-        The estimator.
-    delta0 : float
-        Fixture angle that was taken as given [rad].
-    told_of_head : ndarray of bool, shape (R,)
-        Whether what is known of the head came from this record too.
-    brought : sequence of tuple of str
-        What was done with the readings of each record: effects of another unit taken out, see
-        `accelcal.calibrate.known_effects`; angles or temperatures that were not those of their
-        position or run, see `accelcal.estimate.at_positions` and
-        `accelcal.temperature.felt_deviations`.
-    model : Discovery or None
-        Whose effects were taken out of the readings.
-    taken_out : sequence of tuple of str
-        Ids of those that were, of each record.
-    unbounded : sequence of tuple of str
-        Coefficients of each record of which nothing bounds the error that these leave.
-    """
-
-    tables: Sequence[PreparedTable]
-    estimate: JointEstimate
-    slopes: Slopes
-    is_chosen: Mask
-    method: str
-    delta0: float
-    told_of_head: Mask
-    brought: Sequence[tuple[str, ...]]
-    model: Discovery | None = None
-    taken_out: Sequence[tuple[str, ...]] = ()
-    unbounded: Sequence[tuple[str, ...]] = ()
-
-
 class Warned(NamedTuple):
     """Sentences about R records and about their tables, without a full stop.
 
@@ -123,54 +85,65 @@ class Warned(NamedTuple):
     of_tables: Sequence[Told]
 
 
-def warnings_of(fitted: Fitted) -> Warned:
+def warnings_of(stack: CalibrationStack) -> Warned:
     """Say what a reader must know.
 
     Parameters
     ----------
-    fitted : Fitted
-        R records of one plan.
+    stack : CalibrationStack
+        Calibrations of R records of one plan.
 
     Returns
     -------
     Warned
         Sentences.
     """
-    estimate, records = fitted.estimate, fitted.is_chosen.size
+    estimate, tables, records = stack.estimate, stack.tables, len(stack)
+    slopes = stack.laws.slopes(records)
     said = (
-        *_of_method(fitted),
-        *_of_misalignment(fitted),
+        *_of_method(stack.options.method),
+        *_of_misalignment(tables, estimate, stack.delta0),
         *_of_noise_and_head(estimate),
         *_of_correlation(estimate),
         *_of_launch(estimate),
-        *_of_laws(fitted),
-        *_of_temperature(fitted),
-        *_of_readings(fitted.brought),
-        *_of_effects(fitted.model, fitted.taken_out),
-        *_of_unbounded(fitted.unbounded),
+        *_of_laws(stack, slopes),
+        *_of_temperature(tables, slopes),
+        *_of_readings(_said_of_readings(stack)),
+        *_of_effects(stack.options.model, stack.known),
+        *_of_unbounded(stack.unbounded),
         Sentence(
-            fitted.told_of_head,
+            stack.options.left_out(stack.plan.records),
             "the head was calibrated from this table too: what this table told is left out here;"
             " the coefficients fitted jointly with the head are those of accelcal head",
         ),
     )
     uneven = [noise.clearly for noise in estimate.uneven]
-    of_tables = map(of_table, fitted.tables, estimate.noises, uneven)
+    of_tables = map(of_table, tables, estimate.noises, uneven)
     return Warned(of_each(said, records), [of_each(own, records) for own in of_tables])
 
 
-def _of_readings(brought: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
-    record = np.arange(len(brought))
-    count = np.array([len(said) for said in brought])
+def _said_of_readings(stack: CalibrationStack) -> list[tuple[str, ...]]:
+    """What was done with the readings of each record before they were fitted."""
+    options, each = stack.options, zip(stack.plan.records, stack.at_rest.said, strict=True)
+    said = [(*said_of_positions(record), *own) for record, own in each]
+    if options.model is None:
+        return said
+    made = partial(linear_estimator, method=options.method, delta0=stack.delta0)
+    estimators = list(map(made, stack.tables))
+    told = said_of_effects(stack.given, stack.known, options.model, estimators)
+    return [(*of_effects, *own) for of_effects, own in zip(told, said, strict=True)]
+
+
+def _of_readings(said: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
+    record, count = np.arange(len(said)), np.array(list(map(len, said)))
     for place in range(int(count.max())):
-        yield Sentence(count > place, lambda i, place=place: brought[i][place], [record])
+        yield Sentence(count > place, lambda i, place=place: said[i][place], [record])
 
 
-def _of_effects(
-    model: Discovery | None, taken_out: Sequence[tuple[str, ...]]
-) -> Iterator[Sentence]:
+def _of_effects(model: Discovery | None, known: Sequence[Correction]) -> Iterator[Sentence]:
     if model is None:
         return
+    taken_out = [{effect.id for effect in item.effects} for item in known]
     doubts = [tuple(name for name in model.doubtful if name in own) for own in taken_out]
     for names in sorted(set(doubts) - {()}):
         own = np.array([names == each for each in doubts])
@@ -190,15 +163,17 @@ def _of_unbounded(unbounded: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
 # -- what is estimated -----------------------------------------------------------------------------
 
 
-def _of_method(fitted: Fitted) -> Iterator[Sentence]:
-    if fitted.method in _OF_METHOD:
-        yield Sentence(True, _OF_METHOD[fitted.method])
+def _of_method(method: str) -> Iterator[Sentence]:
+    if method in _OF_METHOD:
+        yield Sentence(True, _OF_METHOD[method])
 
 
-def _of_misalignment(fitted: Fitted) -> Iterator[Sentence]:
-    if not any("M" in table.estimability.kept for table in fitted.tables):
+def _of_misalignment(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, delta0: float
+) -> Iterator[Sentence]:
+    if not any("M" in table.estimability.kept for table in tables):
         return
-    mountings, delta0 = _mountings(fitted.tables), fitted.delta0
+    mountings = _mountings(tables)
     given = "taken as 0" if delta0 == 0.0 else f"taken as {delta0:g} rad"
     effective = f"M is the effective misalignment: it contains the fixture angle delta0, {given};"
     if len({mounting[0] for mounting in mountings}) < len(mountings):
@@ -209,7 +184,7 @@ def _of_misalignment(fitted: Fitted) -> Iterator[Sentence]:
         )
     else:
         yield Sentence(True, f"{effective} the reversed mounting would separate them")
-    yield of_large_turn(fitted.tables, fitted.estimate, delta0)
+    yield of_large_turn(tables, estimate, delta0)
     yield Sentence(
         True,
         "if the positions of all strokes were counted in the wrong direction, no residual shows it;"
@@ -326,27 +301,29 @@ def _of_launch(estimate: JointEstimate) -> Iterator[Sentence]:
 # -- temperature -----------------------------------------------------------------------------------
 
 
-def _of_laws(fitted: Fitted) -> Iterator[Sentence]:
+def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
     """Say what the temperature laws rest on, or why there are none."""
-    has_laws = fitted.slopes.has_laws
+    has_laws, tables, records = slopes.has_laws, stack.tables, stack.plan.records
+    given = stack.options.reference_temperature
     yield Sentence(
         ~has_laws,
         "no temperature laws: they need levels more than 5 degC apart, with K0, K1 and M, and the"
         " temperature of each run",
     )
     yield Sentence(
-        has_laws & fitted.is_chosen, "T0 was not given: it is the level nearest to 20 degC"
+        has_laws & [not has_reference_temperature(record, given) for record in records],
+        "T0 was not given: it is the level nearest to 20 degC",
     )
-    if unknown := _unknown_shifts(fitted.estimate):
+    if unknown := _unknown_shifts(stack.estimate):
         yield Sentence(
             has_laws,
             f"{listed(unknown)} not declared: {NO_SUCH_SHIFT} from run"
             " to run, which makes their slopes less certain",
         )
-    for said in said_of_meanings(fitted.tables, fitted.estimate):
+    for said in said_of_meanings(tables, stack.estimate):
         yield Sentence(has_laws, said)
-    main, second = mountings_of_laws([table.mounting for table in fitted.tables])
-    if len(_mountings(fitted.tables)) > 1:
+    main, second = mountings_of_laws([table.mounting for table in tables])
+    if len(_mountings(tables)) > 1:
         apart = f"; those of {second}, the other axis, stand apart" if second else ""
         yield Sentence(has_laws, f"the temperature laws are those of mounting {main}{apart}")
 
@@ -360,10 +337,9 @@ def _unknown_shifts(estimate: JointEstimate) -> dict[str, str]:
     return {name: moved for name, moved, shift in shifts if shift.source == "none"}
 
 
-def _of_temperature(fitted: Fitted) -> Iterator[Sentence]:
+def _of_temperature(tables: Sequence[PreparedTable], slopes: Slopes) -> Iterator[Sentence]:
     """Say which error of the temperatures is in no interval, where it would matter."""
-    declared = fitted.tables[0].record.apparatus.temperature_uncertainty
-    slopes = fitted.slopes
+    declared = tables[0].record.apparatus.temperature_uncertainty
     if declared is None:
         by_heat = _USUAL_ERROR * slopes.steepest_of_scale_factor()
         yield Sentence(
