@@ -22,6 +22,7 @@ from accelcal import Calibration, Discovery, HeadCalibration, TriadCalibration
 from accelcal.cli.main import main
 from accelcal.errors import DocumentError
 from accelcal.io.toml.specification import read_specification
+from accelcal.results.quantity import Residuals
 from accelcal.results.result import all_to_json
 from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.verdict.judge import judge
@@ -442,6 +443,13 @@ def test_results_are_read_back(tmp_path, name):
         type(found).from_document(document)
     with pytest.raises(DocumentError, match=f"'accelcal/triad/1' in place of 'accelcal/{name}/1'"):
         type(found).from_json(triad())
+
+
+def test_a_result_keeps_what_it_was_born_with():
+    given = [1e-6]
+    residuals = Residuals([45.0], [1], given)
+    given[0] = 2e-6
+    assert residuals == Residuals((45.0,), (1,), (1e-6,))
 
 
 @pytest.mark.parametrize("name", READ_BACK)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from accelcal.plural import counted
 from accelcal.results.checked import Kind, checked, one_of, size
 from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import freeze, members
+from accelcal.results.mapping import members
 from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
@@ -59,9 +59,6 @@ class Forecast(StoredPart):
     floor: float
     budget: Mapping[str, float]
     stands_for: str | None = None
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     @property
     def mostly_from(self) -> str:
@@ -225,9 +222,6 @@ class DesignComparison(StoredResult, TabularResult):
     targets: Mapping[str, float]
     software: str
     notes: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     def front(self, name: str) -> tuple[int, ...]:
         """Tests that no other one beats in both hours and uncertainty of a coefficient.

@@ -27,7 +27,7 @@ from accelcal.results.checked import (
     size,
 )
 from accelcal.results.fields import ReadByFields
-from accelcal.results.mapping import finite_or_none, freeze, members, members_at
+from accelcal.results.mapping import finite_or_none, members, members_at
 from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
@@ -82,9 +82,6 @@ class ErrorComponent(EqualByContents, ReadByFields):
     standard_uncertainty: Array
     dof: Array
     origin: str
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,9 +148,6 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
     warnings: tuple[str, ...] = ()
     serial: str | None = None
     source: str = "<table>"
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     def __str__(self) -> str:
         from accelcal.report.error_budget import budget_text

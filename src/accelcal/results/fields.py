@@ -21,7 +21,7 @@ from accelcal.results.checked import (
     text,
     whole,
 )
-from accelcal.results.mapping import document_of
+from accelcal.results.mapping import document_of, freeze
 
 _PLAIN: Mapping[str, Kind[Any]] = {"str": text, "bool": flag, "int": whole, "float": number}
 _COMPOSED = (
@@ -33,13 +33,16 @@ _COMPOSED = (
 
 @dataclass(frozen=True, slots=True)
 class ReadByFields:
-    """What is read from a document that has its fields under their names."""
+    """What is read from a document that has its fields under their names; nobody edits it."""
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = MappingProxyType({})
     """Field -> what it must be, where its type does not tell all of it."""
 
     _MISSING: ClassVar[Mapping[str, Any]] = MappingProxyType({})
     """Field -> what it is where a document has no such key."""
+
+    def __post_init__(self) -> None:
+        freeze(self)
 
     @classmethod
     def _of_fields(cls, document: Mapping[str, Any], **known: Any) -> Self:

@@ -8,7 +8,6 @@ from typing import Any
 
 from accelcal.escapes import visible
 from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import freeze
 from accelcal.results.quantity import Quantity
 
 __all__ = [
@@ -116,9 +115,6 @@ class FoundEffect(StoredPart):
         sizes = ", ".join(f"{name} {quantity}" for name, quantity in self.parameters.items())
         return visible(f"<FoundEffect {self.id}: {sizes}>")
 
-    def __post_init__(self) -> None:
-        freeze(self)
-
 
 @dataclass(frozen=True, slots=True)
 class Fault(StoredPart):
@@ -145,9 +141,6 @@ class Fault(StoredPart):
     parameters: Mapping[str, Quantity]
     p_value: float
     readings: tuple[int, ...]
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     @property
     def is_entry(self) -> bool:

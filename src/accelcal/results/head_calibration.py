@@ -95,9 +95,6 @@ class UnitOnHead(StoredPart):
     pull: tuple[float, ...]
     coefficients: Mapping[str, Change]
 
-    def __post_init__(self) -> None:
-        freeze(self)
-
 
 def _is_covariance(matrix: Array) -> bool:
     """Tell whether a matrix is symmetric and has no eigenvalue below zero, but for rounding."""
@@ -161,6 +158,7 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
     software: str = ""
 
     def __post_init__(self) -> None:
+        freeze(self)
         n, rows = len(self.angles_deg), self.covariance_matrix
         if not n or {len(self.errors), len(rows), *map(len, rows)} != {n}:
             raise InputError(f"a head of {n} positions with other numbers of errors or variances")

@@ -43,6 +43,8 @@ def frozen(part: Any) -> Any:
     >>> frozen({"id": "warm-up", "like": ["bias-drift"]})
     {'id': 'warm-up', 'like': ('bias-drift',)}
     """
+    if type(part) in _PLAIN:
+        return part
     if isinstance(part, Mapping):
         return FrozenMapping({name: frozen(item) for name, item in part.items()})
     if hasattr(part, "setflags"):

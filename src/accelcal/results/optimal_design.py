@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from accelcal.arguments.options import check_choice
 from accelcal.results.checked import DamageError, Kind, mapping_of, size
 from accelcal.results.designs import DesignComparison, TestDesign
-from accelcal.results.mapping import freeze, members
+from accelcal.results.mapping import members
 from accelcal.results.result import StoredResult, TabularResult, part_of
 
 if TYPE_CHECKING:
@@ -58,9 +58,6 @@ class OptimalDesign(StoredResult, TabularResult):
     losses: Mapping[str, float]
     spacing_deg: float
     seed: int
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     @property
     def designs(self) -> tuple[TestDesign, ...]:

@@ -20,7 +20,7 @@ from accelcal.results.checked import (
     or_none,
 )
 from accelcal.results.fields import ReadByFields, StoredPart
-from accelcal.results.mapping import document_of, freeze, members
+from accelcal.results.mapping import document_of, members
 from accelcal.results.quantity import Document, Gate
 from accelcal.results.result import StoredResult, TabularResult
 
@@ -275,9 +275,6 @@ class Stability(StoredResult, TabularResult):
     serial: str | None = None
     source: str = "<record>"
     software: str = ""
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     def __str__(self) -> str:
         from accelcal.report.stability import stability_text

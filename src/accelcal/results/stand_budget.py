@@ -27,7 +27,7 @@ from accelcal.results.checked import (
 )
 from accelcal.results.covariance import symmetric
 from accelcal.results.fields import ReadByFields, StoredPart
-from accelcal.results.mapping import finite_or_none, freeze, members, members_at
+from accelcal.results.mapping import finite_or_none, members, members_at
 from accelcal.results.result import StoredResult, TabularResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
 
@@ -123,9 +123,6 @@ class StandShare(EqualByContents, ReadByFields):
     residual: float
     origin: str
 
-    def __post_init__(self) -> None:
-        freeze(self)
-
     @property
     def sensitivities(self) -> Array:
         """Change of each coefficient per unit of the component; root sum square of its errors."""
@@ -168,9 +165,6 @@ class MonteCarlo(EqualByContents, ReadByFields):
     numerical: Array
     tolerance: Array
     agrees: Mask
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     @classmethod
     def of_budget(cls, document: Mapping[str, Any]) -> MonteCarlo | None:
@@ -260,9 +254,6 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
     warnings: tuple[str, ...] = ()
     requirements: Requirements | None = None
     data_sheet: tuple[Sufficiency, ...] = ()
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     def __str__(self) -> str:
         from accelcal.report.stand_budget import stand_budget_text

@@ -12,7 +12,7 @@ from accelcal.results.checked import Kind, one_of
 from accelcal.results.discovery import SCHEMA, Discovery
 from accelcal.results.fields import StoredPart
 from accelcal.results.findings import Change
-from accelcal.results.mapping import freeze, members
+from accelcal.results.mapping import members
 from accelcal.results.quantity import Quantity
 from accelcal.results.result import COLUMNS_OF_A_SIZE, StoredResult, TabularResult, part_of
 
@@ -64,9 +64,6 @@ class StandEffect(StoredPart):
     sizes: Mapping[str, Quantity]
     found_in: tuple[str, ...]
     indistinguishable: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,9 +133,6 @@ class StandDiscovery(StoredResult, TabularResult):
     notes: tuple[str, ...] = ()
     alpha: float = 0.01
     doubtful: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     def __str__(self) -> str:
         from accelcal.report.stand_discovery import stand_text

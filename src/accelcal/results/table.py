@@ -12,7 +12,7 @@ from accelcal.geometry import MOUNTINGS
 from accelcal.results.checked import DamageError, Kind, checked, mapping_of, one_of
 from accelcal.results.covariance import CorrelatedBySource, Rows
 from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import freeze, members
+from accelcal.results.mapping import members
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
 from accelcal.results.temperature import nearest_level
 
@@ -87,9 +87,6 @@ class TableCalibration(CorrelatedBySource, StoredPart):
     warnings: tuple[str, ...] = ()
     over_dof_matrix: Rows = ()
     shares: Mapping[str, Rows] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     @property
     def quantities(self) -> dict[str, Quantity]:

@@ -17,7 +17,7 @@ from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.results.checked import Kind, checked, mapping_of, member, number, size_or_none
 from accelcal.results.covariance import CorrelatedByName, Rows
-from accelcal.results.mapping import freeze, members
+from accelcal.results.mapping import members
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 
@@ -134,9 +134,6 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
     source: str = "<table>"
     notes: tuple[str, ...] = ()
     software: str = ""
-
-    def __post_init__(self) -> None:
-        freeze(self)
 
     @property
     def temperatures(self) -> tuple[float, float] | None:
