@@ -9,7 +9,6 @@ import accelcal
 from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
-from accelcal.estimate.linearised import place_of
 from accelcal.temperature.one_meaning import tables_of_one_mounting, with_one_meaning
 
 NOTHING = accelcal.NoiseComponents(reading=2e-6, head=0.0, launch=0.0, launch_sf=0.0)
@@ -105,7 +104,7 @@ def test_errors_go_through_what_is_taken_off():
     """The derivatives of the coefficients that are mended, against those of numbers."""
     stack = stacked(eight_at_reference(whole()))
     tables, estimate = stack.tables, stack.estimate
-    at = place_of(estimate, 1, "K1")
+    at = estimate.place(1, "K1")
 
     def mended(changed):
         found = with_one_meaning(tables, estimate._replace(coefficients=tuple(changed)))

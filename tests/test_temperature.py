@@ -10,7 +10,7 @@ import pytest
 import accelcal
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import Component
-from accelcal.temperature.chance_of_misfit import chance_of_misfit, contrasts_of
+from accelcal.temperature.generalised_least_squares import chance_of_misfit, contrasts_of
 from accelcal.temperature.hysteresis import branches_of
 
 K1N, BETA = 1.35, (520e-6, 480e-6)

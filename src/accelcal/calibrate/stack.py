@@ -33,9 +33,8 @@ from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.temperature import TemperatureModel
-from accelcal.temperature.at_rest import AtRest
 from accelcal.temperature.laws import StackLaws, laws_of_stack, with_misalignment
-from accelcal.temperature.recorded import RecordedTemperatures
+from accelcal.temperature.recorded import AtRest, RecordedTemperatures
 
 if TYPE_CHECKING:
     from accelcal.discovery.correction import Correction

@@ -99,6 +99,10 @@ class JointEstimate(NamedTuple):
         start = sum(map(len, self.names[:table]))
         return slice(start, start + len(self.names[table]))
 
+    def place(self, table: int, name: str) -> int:
+        """Return the place of one coefficient of a table among those of all tables."""
+        return int(self.part(table).start) + self.names[table].index(name)
+
     def dof(self, table: int) -> int:
         """Degrees of freedom of the residuals of one table."""
         return int(self.residuals[table].shape[-1]) - len(self.names[table])

@@ -21,10 +21,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
-from accelcal.estimate.adjusted import adjusted
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
-from accelcal.estimate.linearised import place_of
+from accelcal.estimate.linearised import adjusted
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import (
     Component,
@@ -223,7 +222,7 @@ def free_of_fixture_angle(
     scale_factor = np.stack([estimate.coefficients[i][..., _K1] for i in chosen], axis=-1)
     through = scale_factor[..., None] * by_all[..., chosen, :]
     for row, i in enumerate(chosen):
-        through[..., row, place_of(estimate, i, "K1")] += change[..., i]
+        through[..., row, estimate.place(i, "K1")] += change[..., i]
     names = [(i, "M") for i in chosen]
     return adjusted(estimate, names, scale_factor * change[..., chosen], through)
 
@@ -295,9 +294,9 @@ def _effective(estimate: JointEstimate, name: str = "M") -> tuple[Array, Array]:
     scale_factor, own = whole[..., _K1], whole[..., place]
     for i, names in enumerate(estimate.names):
         if name in names:
-            jacobian[..., i, place_of(estimate, i, name)] = 1.0 / scale_factor[..., i]
+            jacobian[..., i, estimate.place(i, name)] = 1.0 / scale_factor[..., i]
             by_scale_factor = -own[..., i] / scale_factor[..., i] ** 2
-            jacobian[..., i, place_of(estimate, i, "K1")] = by_scale_factor
+            jacobian[..., i, estimate.place(i, "K1")] = by_scale_factor
     return own / scale_factor, jacobian
 
 

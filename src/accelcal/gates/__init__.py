@@ -8,5 +8,5 @@ those on what several tables say together. The gates are in `replicates` (closur
 back, outlier), `drift`, `order`, `resolution` and `sizes` (proportions, units); `verdict` words
 what they find. The others help: `turns`, `swaps`, `stroke_groups` and `stroke_sets` look for the
 mistake behind a warning, `copies` and `range_ends` for readings that say nothing of their own, and
-`spread`, `replicate_plan` and `cells` are the statistics below.
+`replicate_plan` and `cells` are the statistics below.
 """

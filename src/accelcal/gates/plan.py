@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, wraps
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,35 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.trend import Trend, directed, moments, trend_of
 from accelcal.gates.cells import Cells
 from accelcal.gates.replicate_plan import ReplicatePlan
-from accelcal.gates.spread import Spread, spread_of
 from accelcal.numerics.grouping import Grouped, grouped
+from accelcal.numerics.sorting import median
 
 Found = TypeVar("Found")
+
+
+class Spread(NamedTuple):
+    """Standard deviations of the readings of a table against each other.
+
+    Attributes
+    ----------
+    size : ndarray, shape (n,)
+        Standard deviation of each over the median of all.
+    doubt : ndarray, shape (n,)
+        Variance of the logarithm of its square.
+    """
+
+    size: Array
+    doubt: Array
+
+
+def spread_of(table: PreparedTable) -> Spread | None:
+    """Tell how unlike the noise of the readings is by the declared scatter.
+
+    None where the noise of all readings is alike.
+    """
+    if np.ptp(table.scatter) == 0.0:
+        return None
+    return Spread(table.scatter / median(table.scatter), table.scatter_doubt)
 
 
 @dataclass(frozen=True, eq=False)

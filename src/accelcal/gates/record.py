@@ -135,10 +135,12 @@ def _clamped_alike(
 
 def _tilt_noise(estimate: JointEstimate) -> Array:
     """Standard uncertainty of M of each table by the reading noise, zero where not estimated."""
-    variance = estimate.components["reading"].covariance.diagonal(axis1=-2, axis2=-1)
-    parts = [(variance[..., estimate.part(i)], own) for i, own in enumerate(estimate.names)]
+    variance = estimate.components["reading"].variances
     nothing = np.zeros(variance.shape[:-1])
-    found = [part[..., own.index("M")] if "M" in own else nothing for part, own in parts]
+    found = [
+        variance[..., estimate.place(i, "M")] if "M" in names else nothing
+        for i, names in enumerate(estimate.names)
+    ]
     return np.asarray(np.sqrt(np.stack(found, axis=-1)))
 
 

@@ -296,24 +296,3 @@ def relative_slopes(law: Array) -> tuple[Array, Array]:
     jacobian[..., 1:, 0] = -relative[..., 1:] / at_reference
     relative[..., 0], jacobian[..., 0, 0] = law[..., 0], 1.0
     return relative, jacobian
-
-
-def misfit(left: Array, covariance: Array) -> Array:
-    """Sum of squares of what is left, in its covariance.
-
-    Parameters
-    ----------
-    left : ndarray, shape (R, n)
-        What is left.
-    covariance : ndarray, shape (R, n, n)
-        Its covariance, which may be singular.
-
-    Returns
-    -------
-    ndarray, shape (R,)
-        Chi-squared; NaN where the covariance is unknown.
-    """
-    known = np.asarray(np.isfinite(covariance).all(axis=(1, 2)))
-    inverse = np.linalg.pinv(np.where(known[:, None, None], covariance, 0.0), hermitian=True)
-    squares = (left[:, None] @ inverse @ left[..., None])[:, 0, 0]
-    return np.where(known, squares, np.nan)

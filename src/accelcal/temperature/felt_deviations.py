@@ -17,7 +17,6 @@ from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.plural import counted, named
-from accelcal.temperature.at_rest import AtRest
 from accelcal.temperature.from_tables import laws_of_records
 from accelcal.temperature.levels import level_stack
 from accelcal.temperature.one_meaning import tables_of_one_mounting, with_one_meaning
@@ -32,6 +31,7 @@ from accelcal.temperature.product_errors import (
 )
 from accelcal.temperature.product_fit import scale_factor_is_told, solved
 from accelcal.temperature.recorded import (
+    AtRest,
     RecordedTemperatures,
     stacked_temperature_uncertainty,
 )

@@ -24,13 +24,16 @@ from accelcal.temperature.bilinear import (
     bilinear_design,
     local_slopes,
     measured_sides,
-    misfit,
     relative_slopes,
     taken_from_the_other_side,
     tell_a_law,
 )
-from accelcal.temperature.chance_of_misfit import chance_of_misfit, contrasts_of
-from accelcal.temperature.generalised_least_squares import law_maps
+from accelcal.temperature.generalised_least_squares import (
+    chance_of_misfit,
+    contrasts_of,
+    law_maps,
+    misfit,
+)
 from accelcal.temperature.hysteresis import Branches, Hysteresis, branches_of, mean_hysteresis
 from accelcal.temperature.levels import (
     Levels,

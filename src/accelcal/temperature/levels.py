@@ -121,17 +121,17 @@ def level_stack(
         reference=temperatures.reference,
         coefficients=np.stack(coefficients, axis=1),
         components={**estimate.components, **estimate.alike},
-        place=np.array([_places(estimate.names, i) for i in chosen]),
+        place=np.array([_places(estimate, i) for i in chosen]),
         order=np.argsort([table.run for table in own], kind="stable"),
         shift_source=OF_LOOP if shift.holds_loop else shift.source,
         unit=own[0].record.unit,
     )
 
 
-def _places(names: Sequence[Sequence[str]], table: int) -> list[int]:
+def _places(estimate: JointEstimate, table: int) -> list[int]:
     """Place of each coefficient of a table among those of all tables; -1 for those without."""
-    start, own = sum(map(len, names[:table])), names[table]
-    return [start + own.index(name) if name in own else -1 for name in COEFFICIENTS]
+    own = estimate.names[table]
+    return [estimate.place(table, name) if name in own else -1 for name in COEFFICIENTS]
 
 
 def alike(stack: LevelStack) -> list[Places]:

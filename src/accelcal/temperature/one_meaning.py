@@ -13,9 +13,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from accelcal.estimate.adjusted import adjusted
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.linearised import Linearised
+from accelcal.estimate.linearised import Linearised, adjusted
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
 from accelcal.plural import listed, named

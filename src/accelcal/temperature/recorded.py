@@ -1,4 +1,4 @@
-"""Temperatures as records have them, and how well the mean of a run is known by them."""
+"""Temperatures as records have them, how well they tell the mean of a run, and readings at it."""
 
 from __future__ import annotations
 
@@ -43,6 +43,30 @@ class RecordedTemperatures(NamedTuple):
         """Most by which a reading's temperature is away from its level, as `span` [degC]."""
         pairs = zip(self.readings, self.levels.T, strict=True)
         return np.stack([np.abs(own - level[:, None]).max(axis=1) for own, level in pairs], axis=1)
+
+
+class AtRest(NamedTuple):
+    """Readings of R records at the mean temperatures of their runs.
+
+    Attributes
+    ----------
+    outputs : tuple of ndarray, shape (R, n)
+        Readings of each table; other than before where they moved [output unit].
+    unfelt : ndarray, shape (R, tables)
+        Share of the recorded scatter, as a variance, that the accelerometer did not feel.
+    said : sequence of tuple of str
+        What was done with each record, and which of its tables move still.
+    """
+
+    outputs: tuple[Array, ...]
+    unfelt: Array
+    said: Sequence[tuple[str, ...]]
+
+    @classmethod
+    def of(cls, outputs: Sequence[Array]) -> AtRest:
+        """Leave the readings as they are."""
+        records = len(outputs[0])
+        return cls(tuple(outputs), np.ones((records, len(outputs))), [()] * records)
 
 
 def stacked_temperature_uncertainty(
