@@ -12,13 +12,13 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component, shares, sums
+from accelcal.estimate.uncertainty import Component, covariance_fields
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.reference import reference_temperature_of
 from accelcal.results.calibration import Calibration
-from accelcal.results.covariance import rows_of
+from accelcal.results.covariance import NO_COVARIANCE
 from accelcal.results.mapping import finite_or_none, frozen
 from accelcal.results.quantity import ErrorSource, Residuals
 from accelcal.results.table import TableCalibration
@@ -120,8 +120,7 @@ def _of_tables(
     estimate, (coefficients, error_model) = stack.stated.of_records(place), stack.quantities
     for index, (table, (gates, start)) in enumerate(zip(tables, stack.gates, strict=True)):
         own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
-        covariance, over_dof = sums(own)
-        known = bool(np.isfinite(covariance).all()) and not stack.unbounded[place]
+        names, is_open = estimate.names[index], bool(stack.unbounded[place])
         yield TableCalibration(
             run=table.run_label,
             mounting=table.mounting,
@@ -131,11 +130,8 @@ def _of_tables(
             residual_rms=estimate.residual_rms(index).item(),
             coefficients=coefficients.one(place, index),
             error_model=error_model.one(place, index),
-            covariance_names=estimate.names[index] if known else (),
-            covariance_matrix=rows_of(covariance) if known else (),
-            over_dof_matrix=rows_of(over_dof) if known else (),
-            shares=shares(own) if known else {},
-            budget=_budget(estimate.names[index], own),
+            **(NO_COVARIANCE if is_open else covariance_fields(names, own)),
+            budget=_budget(names, own),
             stands_for=dict(estimate.stands_for[index]),
             residuals=_residuals(table.record, estimate, index),
             gates=tuple(gate.gate(start + place) for gate in gates),

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL, student_quantile
-from accelcal.results.covariance import BY_OTHERS, Rows, rows_of
+from accelcal.results.covariance import BY_OTHERS, NO_COVARIANCE, rows_of
 from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import Quantity
 
@@ -147,28 +147,33 @@ def _of_all(values: NDArray[Any], axes: int) -> NDArray[Any]:
     return values[:1] if alike else values
 
 
-def shares(components: Mapping[str, Component]) -> dict[str, Rows]:
-    """Rows of the covariances by what may be there in the place of effects, where there is any."""
-    own = ((name, components[name].covariance) for name in BY_OTHERS if name in components)
-    return {name: rows_of(covariance) for name, covariance in own if covariance.any()}
-
-
-def sums(components: Mapping[str, Component]) -> tuple[Array, Array]:
-    """Add the covariances of components, and what they are over their degrees of freedom.
+def covariance_fields(names: Sequence[str], components: Mapping[str, Component]) -> dict[str, Any]:
+    """Fields by which a result keeps the covariance of its quantities.
 
     Parameters
     ----------
+    names : sequence of str
+        What the p estimates are.
     components : mapping of str to Component
-        Components of p estimates.
+        Components of their errors.
 
     Returns
     -------
-    covariance, over_dof : ndarray, shape (..., p, p)
-        What a result keeps, see `accelcal.results.covariance`.
+    dict
+        The fields of `accelcal.results.covariance.CorrelatedBySource`, empty where an error is
+        unknown.
     """
     parts = components.values()
-    covariance = np.sum([part.covariance for part in parts], axis=0)
-    return _even(covariance), _even(np.sum([part.over_dof for part in parts], axis=0))
+    covariance = _even(np.sum([part.covariance for part in parts], axis=0))
+    if not np.isfinite(covariance).all():
+        return dict(NO_COVARIANCE)
+    by_others = ((name, components[name].covariance) for name in BY_OTHERS if name in components)
+    return {
+        "covariance_names": tuple(names),
+        "covariance_matrix": rows_of(covariance),
+        "over_dof_matrix": rows_of(_even(np.sum([part.over_dof for part in parts], axis=0))),
+        "shares": {name: rows_of(own) for name, own in by_others if own.any()},
+    }
 
 
 def _even(matrix: Array) -> Array:

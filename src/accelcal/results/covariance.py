@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from accelcal.results.checked import DamageError, checked, list_of, mapping_of, number, text
@@ -33,6 +34,11 @@ UNKNOWN: Covariance = ((), ())
 BY_OTHERS = LOOK_ALIKES, ALTERNATIVES = "look-alikes", "alternatives"
 """Sources of error: what may be there in the place of the effects of a model. Use that takes these
 up counts the former by itself."""
+
+NO_COVARIANCE: Mapping[str, Any] = MappingProxyType(
+    {"covariance_names": (), "covariance_matrix": (), "over_dof_matrix": (), "shares": {}}
+)
+"""Fields of a `CorrelatedBySource` whose covariance is unknown."""
 
 _NO_SHARES: Mapping[str, Rows] = {}
 

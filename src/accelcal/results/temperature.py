@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
-from accelcal.results.covariance import UNKNOWN, CorrelatedBySource, Rows
+from accelcal.results.covariance import NO_COVARIANCE, UNKNOWN, CorrelatedBySource, Rows
 from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import freeze, members
+from accelcal.results.mapping import members
 from accelcal.results.quantity import Document, Quantity
 
 _LAWS = {"K0": "k0", "K1": "K1", "M": "delta"}
@@ -72,9 +72,6 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
     over_dof_matrix: Rows = ()
     shares: Mapping[str, Rows] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        freeze(self)
-
     def __repr__(self) -> str:
         known = [name for name in ("k0", "K1", "delta") if getattr(self, name).at_T0 is not None]
         return f"<TemperatureModel of {', '.join(known) or 'nothing'}>"
@@ -99,14 +96,7 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
         if "delta" in laws:
             parts = (self.delta.at_T0, self.delta.above, self.delta.below)
             laws["delta"] = TemperatureLaw(*map(_bare, parts))
-        return replace(
-            self,
-            **laws,
-            covariance_names=(),
-            covariance_matrix=(),
-            over_dof_matrix=(),
-            shares={},
-        )
+        return replace(self, **laws, **NO_COVARIANCE)
 
     def to_document(self) -> dict[str, Any]:
         """Return the model as it stands in the JSON document."""

@@ -12,14 +12,12 @@ from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.uncertainty import (
     Component,
     Intervals,
+    covariance_fields,
     interval_stack,
     propagate,
-    shares,
-    sums,
 )
 from accelcal.model import LAWS, law_units
 from accelcal.reference import LEAST_RISE
-from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
@@ -213,18 +211,13 @@ class LawStack(NamedTuple):
             TemperatureLaw(*(found.get(f"{law} {part}") for part in ("at_T0", "above", "below")))
             for law in LAWS
         )
-        covariance, over_dof = sums(components)
-        known = bool(np.isfinite(covariance).all())
         return TemperatureModel(
             k0,
             K1,
             delta,
             hysteresis,
             warnings,
-            covariance_names=(*self.names, *others) if known else (),
-            covariance_matrix=rows_of(covariance) if known else (),
-            over_dof_matrix=rows_of(over_dof) if known else (),
-            shares=shares(components) if known else {},
+            **covariance_fields((*self.names, *others), components),
         )
 
 

@@ -13,7 +13,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.results.covariance import Rows, rows_of
+from accelcal.results.covariance import NO_COVARIANCE, Rows, rows_of
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.error_component import Slopes, stacked_temperature_component
 from accelcal.temperature.from_tables import (
@@ -117,14 +117,7 @@ def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> T
     """
     names = readings.covariance_names
     if not names or not set(names) <= set(tables.covariance_names):
-        return replace(
-            readings,
-            delta=tables.delta,
-            covariance_names=(),
-            covariance_matrix=(),
-            over_dof_matrix=(),
-            shares={},
-        )
+        return replace(readings, delta=tables.delta, **NO_COVARIANCE)
     own = np.array([name.startswith("delta ") for name in names])
     places = [tables.covariance_names.index(name) for name in names]
 
