@@ -8,7 +8,7 @@ together: what follows from the plan is worked out once, and all else has an axi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -143,31 +143,18 @@ class JointEstimate(NamedTuple):
         >>> [whole.of_records(one).coefficients[0].shape for one in (slice(1, 3), slice(1, 2), 1)]
         [(2, 6), (1, 6), (6,)]
         """
+        return JointEstimate(*(_of_records(part, records) for part in self))
 
-        def own(arrays: Sequence[Array]) -> tuple[Array, ...]:
-            return tuple(array[records] for array in arrays)
 
-        def of_errors(components: Mapping[str, Component]) -> dict[str, Component]:
-            return {name: part.of_records(records) for name, part in components.items()}
-
-        return JointEstimate(
-            outputs=own(self.outputs),
-            names=self.names,
-            stands_for=self.stands_for,
-            coefficients=own(self.coefficients),
-            judged=own(self.judged),
-            residuals=own(self.residuals),
-            noises=tuple(noise.of_records(records) for noise in self.noises),
-            uneven=tuple(noise.of_records(records) for noise in self.uneven),
-            correlation=self.correlation.of_records(records),
-            head=self.head.of_records(records),
-            lack_of_fit=self.lack_of_fit.of_records(records),
-            bias_shift=self.bias_shift.of_records(records),
-            scale_factor_shift=self.scale_factor_shift.of_records(records),
-            steps=own(self.steps),
-            components=of_errors(self.components),
-            alike=of_errors(self.alike),
-        )
+def _of_records(part: Any, records: int | slice) -> Any:
+    """Take some records of a part of an estimate, or one alone; names are those of all."""
+    if isinstance(part, np.ndarray):
+        return part[records]
+    if hasattr(part, "of_records"):
+        return part.of_records(records)
+    if isinstance(part, Mapping):
+        return {name: _of_records(own, records) for name, own in part.items()}
+    return tuple(_of_records(own, records) for own in part) if isinstance(part, tuple) else part
 
 
 def estimate_stack(
