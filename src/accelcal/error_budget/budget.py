@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,12 +10,17 @@ from numpy.typing import ArrayLike
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
-from accelcal.arrays import Array, Mask
+from accelcal.arrays import Array
 from accelcal.effects.without_sources import without_sources
 from accelcal.error_budget.coefficients import coefficients_of
 from accelcal.error_budget.components import random_components, systematic_components
 from accelcal.error_budget.conditions import conditions
-from accelcal.error_budget.correlation import Added, correlated_symbols, covariance
+from accelcal.error_budget.correlation import (
+    Added,
+    correlated_symbols,
+    correlations_of,
+    covariance,
+)
 from accelcal.error_budget.effects import effect_components
 from accelcal.error_budget.random_part import RandomPart, random_part
 from accelcal.error_budget.weaknesses import weaknesses
@@ -116,9 +121,9 @@ def budget(
         *effect_components(calibration, coefficients, points),
         *random_components(random, points),
     )
-    correlated = correlated_symbols(coefficients)
-    together = np.array([part.symbol in correlated for part in parts])
-    added, standard, factor = _combined(parts, together, covariance(coefficients, points, parts))
+    correlations = correlations_of(coefficients)
+    correlated = correlated_symbols(correlations)
+    added, standard, factor = _combined(parts, correlated, covariance(correlations, points, parts))
     said = weaknesses(calibration, coefficients, random, points, factor * standard, exact=exact)
     return ErrorBudget(
         a_i=points.acceleration.input,
@@ -142,12 +147,13 @@ def budget(
 
 
 def _combined(
-    parts: Sequence[ErrorComponent], together: Mask, added: Added
+    parts: Sequence[ErrorComponent], correlated: Collection[str], added: Added
 ) -> tuple[Array, Array, Array]:
     """Variance added by correlation, standard uncertainty and coverage factor of each point.
 
     What is correlated counts as one part, with the degrees of freedom of its sources.
     """
+    together = np.array([part.symbol in correlated for part in parts])
     variances = np.array([part.standard_uncertainty**2 for part in parts])
     dof = np.array([part.dof for part in parts])
     alone = variances[together].sum(axis=0)

@@ -14,7 +14,8 @@ from accelcal.error_budget.conditions import Conditions
 from accelcal.model import LAWS
 from accelcal.results.error_budget import ErrorComponent
 
-_SIDES = ("above", "below")
+Correlations = dict[tuple[str, str], Shared]
+"""Symbols of two components -> what the errors of their coefficients share."""
 
 
 class Added(NamedTuple):
@@ -33,14 +34,14 @@ class Added(NamedTuple):
 
 
 def covariance(
-    coefficients: Coefficients, points: Conditions, parts: Sequence[ErrorComponent]
+    correlations: Sequence[Correlations], points: Conditions, parts: Sequence[ErrorComponent]
 ) -> Added:
     """Sum of 2 r u u' over all pairs of correlated coefficients, GUM (16).
 
     Parameters
     ----------
-    coefficients : Coefficients
-        What was calibrated.
+    correlations : sequence of dict
+        Those above T0, and those below and at it.
     points : Conditions
         The n points.
     parts : sequence of ErrorComponent
@@ -56,31 +57,20 @@ def covariance(
     The covariance is that of the fit. Laws from all readings do not tell how they are correlated
     with k2, k3 and delta_ip, which count as uncorrelated with them: mostly on the safe side.
     """
-    correlated = correlated_symbols(coefficients)
+    correlated = correlated_symbols(correlations)
     signed = {part.symbol: _signed(part, points) for part in parts if part.symbol in correlated}
     total = np.zeros((2, points.rise.size))
-    for side, there in zip(_SIDES, (points.rise > 0.0, points.rise <= 0.0), strict=True):
-        for (first, second), shared in _correlations(coefficients, side).items():
+    above = points.rise > 0.0
+    for found, there in zip(correlations, (above, ~above), strict=True):
+        for (first, second), shared in found.items():
             product = signed.get(first, 0.0) * signed.get(second, 0.0)  # 0 where one is unknown
             total += np.outer(shared, np.where(there, 2.0 * product, 0.0))
     return Added(*total)
 
 
-def correlated_symbols(coefficients: Coefficients) -> frozenset[str]:
-    """Name the components that are correlated with others.
-
-    Parameters
-    ----------
-    coefficients : Coefficients
-        What was calibrated.
-
-    Returns
-    -------
-    frozenset of str
-        Symbols of components.
-    """
-    pairs = (_correlations(coefficients, side) for side in _SIDES)
-    return frozenset(symbol for found in pairs for pair in found for symbol in pair)
+def correlated_symbols(correlations: Sequence[Correlations]) -> frozenset[str]:
+    """Symbols of the components that are correlated with others."""
+    return frozenset(symbol for found in correlations for pair in found for symbol in pair)
 
 
 def _signed(part: ErrorComponent, points: Conditions) -> Array:
@@ -92,8 +82,12 @@ def _signed(part: ErrorComponent, points: Conditions) -> Array:
     return np.asarray(part.standard_uncertainty * np.sign(acting))
 
 
-def _correlations(coefficients: Coefficients, side: str) -> dict[tuple[str, str], Shared]:
-    """What all coefficients share where the slopes of one side act."""
+def correlations_of(coefficients: Coefficients) -> list[Correlations]:
+    """What the coefficients share where the slopes above T0 act, and where those below do."""
+    return [_correlations(coefficients, side) for side in ("above", "below")]
+
+
+def _correlations(coefficients: Coefficients, side: str) -> Correlations:
     model = coefficients.model
     if model is None:
         known = coefficients.at_T0.keys()
