@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
-from itertools import groupby
-from operator import attrgetter, is_, itemgetter
+from operator import attrgetter, is_
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ from accelcal.estimate.declared_scatter import is_weighted
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable, is_usable
 from accelcal.gates.stack import stacked_times
+from accelcal.numerics.grouping import places_of_equals
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import (
     declared_fixture_angle,
@@ -218,10 +218,10 @@ def plans_of(records: Sequence[TumbleRecord], delta0: float | None) -> list[tupl
     """
     found = []
     records = list(_at_positions(records, delta0))
-    for places in _grouped(_plan_keys(records, delta0)):
+    for places in places_of_equals(_plan_keys(records, delta0)):
         whole = OnePlan.of([records[i] for i in places])
         keys = zip(whole.can_be_stacked().tolist(), _level_keys(whole.levels), places, strict=True)
-        for own in _grouped(key if good else place for good, key, place in keys):
+        for own in places_of_equals(key if good else place for good, key, place in keys):
             for start in range(0, len(own), _AT_A_TIME):
                 rows = np.array(own[start : start + _AT_A_TIME])
                 part = whole if len(rows) == len(places) else whole.of_records(rows)
@@ -240,16 +240,6 @@ def _at_positions(records: Sequence[TumbleRecord], delta0: float | None) -> Iter
         there = at_positions(record, delta0)
         exact = record.angle if there is record and record.clamping is None else None
         yield there
-
-
-def _grouped(keys: Iterable[Hashable]) -> list[list[int]]:
-    """Places of equal keys, in the order of the first of them."""
-    places: dict[Hashable, list[int]] = {}
-    # Neighbours mostly have equal keys, and comparing two keys of kilobytes is quicker than hashing
-    # one. So runs of equal neighbours are found first, and each is hashed once.
-    for key, run in groupby(enumerate(keys), key=itemgetter(1)):
-        places.setdefault(key, []).extend(place for place, _ in run)
-    return list(places.values())
 
 
 def _plan_keys(records: Sequence[TumbleRecord], delta0: float | None) -> Iterator[Hashable]:

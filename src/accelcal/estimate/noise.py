@@ -134,7 +134,8 @@ def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) ->
     scatter; without any, the residuals of their fits are taken, which then contain the head errors
     as well.
     """
-    pure = [_pure_error(table, y) for table, y in zip(tables, outputs, strict=True)]
+    pairs = zip(tables, outputs, strict=True)
+    pure = [pure_error(y, table.scatter, table.at_head) for table, y in pairs]
     bare = [table.scatter_dof is None for table in tables]
     of_all = _of_all_tables(
         list(compress(tables, bare)), list(compress(outputs, bare)), list(compress(pure, bare))
@@ -195,10 +196,6 @@ def _shortfall(own: Scatter, declared_dof: float, last_digit: Array) -> Array:
     ratio = 1.0 / np.where(tells, own.variance, 1.0)
     clear = f_exceeds(_SIGNIFICANT, ratio, declared_dof, own.dof) & (ratio >= _TOO_WIDE**2)
     return np.where(tells & clear, np.sqrt(ratio), np.nan)
-
-
-def _pure_error(table: PreparedTable, y: Array) -> Scatter:
-    return pure_error(y, table.scatter, table.at_head)
 
 
 def _residual_scatter(table: PreparedTable, y: Array) -> Scatter:

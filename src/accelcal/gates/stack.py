@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,6 +16,7 @@ from accelcal.gates.replicate_plan import ReplicateFit
 from accelcal.gates.verdict import reading_name
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps
+from accelcal.numerics.grouping import places_of_equals
 from accelcal.numerics.one_thread import multiply
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
@@ -177,11 +178,11 @@ def of_one_plan(tables: Sequence[PreparedTable]) -> list[list[int]]:
         Places of the tables of each plan: same angles, strokes, mounting, coefficients and ratios
         of the declared scatter.
     """
-    found: dict[tuple[object, ...], list[int]] = {}
-    for index, table in enumerate(tables):
-        record = table.record
-        plan = record.angle.tobytes(), record.stroke.tobytes(), table.mounting
-        spread = spread_of(table)
-        unlike = None if spread is None else spread.size.tobytes()
-        found.setdefault((*plan, table.estimability.kept, unlike), []).append(index)
-    return list(found.values())
+    return places_of_equals(map(_plan_key, tables))
+
+
+def _plan_key(table: PreparedTable) -> Hashable:
+    record, spread = table.record, spread_of(table)
+    unlike = None if spread is None else spread.size.tobytes()
+    plan = record.angle.tobytes(), record.stroke.tobytes(), table.mounting
+    return *plan, table.estimability.kept, unlike

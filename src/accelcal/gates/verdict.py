@@ -53,20 +53,6 @@ class GateStack(NamedTuple):
         return f"gate {self.name}: {self.finding(index)}"
 
 
-class _Finding(NamedTuple):
-    """Sentence of one table: why it was not assessed, or what was found."""
-
-    said: Callable[[int], str]
-    missing: Sequence[tuple[ArrayLike, str]]
-
-    def text(self, index: int) -> str:
-        for where, reason in self.missing:
-            cells = np.asarray(where)
-            if cells.item() if cells.size == 1 else cells[index]:  # one for all, or one a table
-                return reason or self.said(index)
-        return self.said(index)
-
-
 def gate_stack(
     name: str,
     bad: Mask,
@@ -103,7 +89,15 @@ def gate_stack(
     verdict = np.where(bad, _WARN, 0)
     for where, _ in missing:
         np.copyto(verdict, _NOT_ASSESSED, where=np.asarray(where))
-    return GateStack(name, verdict, _Finding(said, missing).text)
+
+    def finding(index: int) -> str:
+        for where, reason in missing:
+            cells = np.asarray(where)
+            if cells.item() if cells.size == 1 else cells[index]:  # one for all, or one a table
+                return reason or said(index)
+        return said(index)
+
+    return GateStack(name, verdict, finding)
 
 
 def acceleration(value: float) -> str:

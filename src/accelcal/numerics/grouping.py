@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterable, Iterator
+from itertools import groupby
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -161,6 +163,23 @@ def grouped(values: NDArray[Any]) -> Grouped:
     key = distinct(values)
     cell = np.searchsorted(key, values)
     return Grouped(key, cell, np.bincount(cell, minlength=key.size))
+
+
+def places_of_equals(keys: Iterable[Hashable]) -> list[list[int]]:
+    """Find the places of equal keys, those of the key that comes first before the others.
+
+    Neighbours mostly have equal keys, and comparing two keys of kilobytes is quicker than hashing
+    one. So runs of equal neighbours are found first, and each is hashed once.
+
+    Examples
+    --------
+    >>> places_of_equals(["b", "b", "a", "b"])
+    [[0, 1, 3], [2]]
+    """
+    places: dict[Hashable, list[int]] = {}
+    for key, run in groupby(enumerate(keys), key=itemgetter(1)):
+        places.setdefault(key, []).extend(place for place, _ in run)
+    return list(places.values())
 
 
 def few_at_a_time(places: Places, numbers: int) -> Iterator[slice]:

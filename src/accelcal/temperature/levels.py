@@ -17,6 +17,7 @@ from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, propagate
 from accelcal.model import COEFFICIENTS, ERROR_TERMS
+from accelcal.numerics.grouping import places_of_equals
 from accelcal.reference import LEAST_RISE
 from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.weaknesses import OF_LOOP
@@ -159,12 +160,10 @@ def alike(stack: LevelStack) -> list[Places]:
     sides = [rise.max(axis=1) > LEAST_RISE, rise.min(axis=1) < -LEAST_RISE]
     nearest = np.abs(rise).argmin(axis=1)
     key = np.column_stack([sort, apart, course, *sides, nearest]).astype(np.float64)
-    found: dict[bytes, list[int]] = {}
     has_laws = np.isfinite(rise).all(axis=1) & (np.ptp(rise, axis=1) >= LEAST_RISE)
-    rows = np.flatnonzero(has_laws).tolist()
-    for row, own in zip(rows, key[rows].view(f"V{8 * key.shape[1]}")[:, 0].tolist(), strict=True):
-        found.setdefault(own, []).append(row)
-    return [np.array(rows) for rows in found.values()]
+    rows = np.flatnonzero(has_laws)
+    keys = key[rows].view(f"V{8 * key.shape[1]}")[:, 0].tolist()
+    return [rows[places] for places in places_of_equals(keys)]
 
 
 class Levels(NamedTuple):
