@@ -52,10 +52,8 @@ def verdict_codes(stack: CalibrationStack) -> dict[str, Places]:
         those of the record, which all its tables share, come last.
     """
     found = {}
-    for gates in zip(*(own for own, _ in stack.gates), strict=True):
-        starts = (start for _, start in stack.gates)
-        rows = [g.verdict[i : i + len(stack)] for g, i in zip(gates, starts, strict=True)]
-        found[gates[0].name] = np.stack(rows, axis=1).ravel()
+    for gates in zip(*stack.gates, strict=True):
+        found[gates[0].name] = np.stack([gate.verdict for gate in gates], axis=1).ravel()
     for gate in stack.record_gates:
         found[gate.name] = np.repeat(gate.verdict, len(stack.tables))
     return found
@@ -77,11 +75,10 @@ def gate_warnings(stack: CalibrationStack) -> dict[int, list[str]]:
     """
     tables = len(stack.tables)
     found: dict[int, list[str]] = {}
-    for table, (gates, start) in enumerate(stack.gates):
+    for table, gates in enumerate(stack.gates):
         for gate in gates:
-            for place in gate.warned(start, start + len(stack)):
-                row = (place - start) * tables + table
-                found.setdefault(row, []).append(gate.warning(place))
+            for place in gate.warned():
+                found.setdefault(place * tables + table, []).append(gate.warning(place))
     for gate in stack.record_gates:
         for place in gate.warned():
             said = gate.warning(place)

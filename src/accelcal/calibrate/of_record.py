@@ -118,7 +118,7 @@ def _of_tables(
 ) -> Iterator[TableCalibration]:
     """Make the calibration of each table of one record."""
     estimate, (coefficients, error_model) = stack.stated.of_records(place), stack.quantities
-    for index, (table, (gates, start)) in enumerate(zip(tables, stack.gates, strict=True)):
+    for index, (table, gates) in enumerate(zip(tables, stack.gates, strict=True)):
         own = {name: c.part(estimate.part(index)) for name, c in estimate.components.items()}
         names, is_open = estimate.names[index], bool(stack.unbounded[place])
         yield TableCalibration(
@@ -134,7 +134,7 @@ def _of_tables(
             budget=_budget(names, own),
             stands_for=dict(estimate.stands_for[index]),
             residuals=_residuals(table.record, estimate, index),
-            gates=tuple(gate.gate(start + place) for gate in gates),
+            gates=tuple(gate.gate(place) for gate in gates),
             warnings=stack.warnings.of_tables[index][place],
         )
 

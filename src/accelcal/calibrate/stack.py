@@ -220,12 +220,14 @@ class CalibrationStack:
         return gates_of_records(stack)
 
     @cached_property
-    def gates(self) -> list[tuple[Sequence[GateStack], int]]:
-        """Gates of each table, and where the records begin in them."""
-        found: dict[int, tuple[Sequence[GateStack], int]] = {}
+    def gates(self) -> list[list[GateStack]]:
+        """Gates of each table, in all records."""
+        found: dict[int, list[GateStack]] = {}
         for places in of_one_plan(self.tables):
             gates = gates_of_stack(self._table_stack(places), len(self.tables))
-            found |= {table: (gates, i * len(self)) for i, table in enumerate(places)}
+            for start, table in enumerate(places):
+                own = start * len(self), (start + 1) * len(self)
+                found[table] = [gate.part(*own) for gate in gates]
         return [found[table] for table in range(len(self.tables))]
 
     def _table_stack(self, places: Sequence[int]) -> TableStack:

@@ -44,9 +44,14 @@ class GateStack(NamedTuple):
         """Return the outcome for one table, with its sentence."""
         return Gate(self.name, VERDICTS[self.verdict[index]], self.finding(index))
 
-    def warned(self, start: int = 0, end: int | None = None) -> list[int]:
-        """Return the places, from one to another, where the gate warns."""
-        return [start + i for i in np.flatnonzero(self.verdict[start:end] == _WARN).tolist()]
+    def part(self, start: int, end: int) -> GateStack:
+        """Return the verdicts from one place to another."""
+        return GateStack(self.name, self.verdict[start:end], lambda i: self.finding(start + i))
+
+    def warned(self) -> list[int]:
+        """Return the places where the gate warns."""
+        found: list[int] = np.flatnonzero(self.verdict == _WARN).tolist()
+        return found
 
     def warning(self, index: int) -> str:
         """Return the sentence of one table with the name of the gate, for a list of warnings."""
