@@ -176,6 +176,11 @@ ERRORS = {
         "serial," + H + '"A\nB",20,1,1,1.3\n',
         "2: a cell has a line break; write it in one line",
     ),
+    "header line with a unit inside": (
+        OK + "# T0 [degC]: 25\n20,3,1,-0.01\n",
+        "5: header line 'T0 [degC]: 25' inside the table;"
+        " write it above the headings; one table a file, or a column serial",
+    ),
     "header line inside": (
         OK + "# serial: B\n" + H,
         "5: header line 'serial: B' inside the table;"

@@ -16,7 +16,8 @@ from accelcal.arguments.options import check_text, mapping_of
 from accelcal.errors import InputError, located
 from accelcal.geometry import checked_fixture_angle
 from accelcal.head_angles import checked_positions
-from accelcal.io.layout import Declared, Layout, split_line
+from accelcal.io.header_lines import Declared
+from accelcal.io.layout import Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.signs import with_hyphen
 from accelcal.io.vocabulary import KEYS, KINDS_OF

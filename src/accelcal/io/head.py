@@ -12,14 +12,13 @@ from accelcal.head_angles import head_positions
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import number_and_unit
 from accelcal.io.head_words import (
-    HEAD_KEYS,
     Cover,
     head_heading,
     head_key,
     kind_of_uncertainty,
     without_cover,
 )
-from accelcal.io.layout import Declared
+from accelcal.io.header_lines import Declared
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_document
 from accelcal.plural import listed
@@ -74,7 +73,7 @@ def read_head(source: Source) -> HeadCalibration:
     given, stored = read_document(source, "head", _stored)
     if stored is not None:
         return stored
-    table = small_table(given, head_heading, ("angle",), _REMEDY, head_key, tuple(HEAD_KEYS))
+    table = small_table(given, head_heading, ("angle",), _REMEDY, head_key)
     return located(_certificate, table, source=table.layout.source)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from accelcal.io.vocabulary import COLUMNS, LONGEST, Heading, split_unit
+from accelcal.io.vocabulary import COLUMNS, LONGEST, Heading, canonical_key, split_unit
 from accelcal.units import size_of
 
 STANDARD = (
@@ -99,6 +99,7 @@ _UNCERTAINTIES = (*HEAD_COLUMNS["uncertainty"], *EXPANDED)
 _ROLES |= {_plain(name) + sign: "uncertainty" for name in _UNCERTAINTIES for sign in ("", "_u")}
 _KEYS = {_plain(name): key for key, names in HEAD_KEYS.items() for name in names}
 _KEYS |= {_plain(name) + "_u": "expanded" for name in EXPANDED}
+_KEYS |= {key: key for key in HEAD_KEYS}
 
 
 class Cover(NamedTuple):
@@ -187,30 +188,31 @@ def _name_and_unit(heading: str) -> tuple[str, str]:
     return name, ""
 
 
-def head_key(key: str) -> str:
+def head_key(key: str) -> str | None:
     """Name of what a header line of a certificate declares.
 
     Parameters
     ----------
     key : str
-        As `accelcal.io.vocabulary.header_line` has it.
+        As written, without its unit.
 
     Returns
     -------
-    str
-        One of `HEAD_KEYS`, else the same. A bare factor or probability is that of an expanded
-        uncertainty.
+    str or None
+        One of `HEAD_KEYS`, else of `accelcal.io.vocabulary.KEYS`, None for an unknown key. A bare
+        factor or probability is that of an expanded uncertainty.
 
     Examples
     --------
-    >>> head_key("stroke"), head_key("erweiterungsfaktor"), head_key("serial")
+    >>> head_key("k"), head_key("Erweiterungsfaktor"), head_key("S/N")
     ('coverage', 'coverage', 'serial')
     >>> head_key("2σ"), head_key("95 %")
     ('expanded', 'expanded')
     """
     cover = without_cover(key)
     bare = (cover.factors or cover.probability) and not cover.rest
-    return "expanded" if bare else _KEYS.get(_plain(key), key)
+    known = canonical_key(key)
+    return "expanded" if bare else _KEYS.get(_plain(known or key), known)
 
 
 def kind_of_uncertainty(heading: str) -> str:

@@ -9,23 +9,23 @@ from typing import NamedTuple
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.doubtful_keys import notes_of_keys
+from accelcal.io.header_lines import (
+    IN_CELLS,
+    Declared,
+    declarations_in,
+    declare,
+    header_line,
+    uncommented,
+)
 from accelcal.io.heading_rows import are_headings, dated_once, joined, numbers_alone, over_time
 from accelcal.io.one_byte import ONE_BYTE
 from accelcal.io.text import SourceText, refuse_document
-from accelcal.io.vocabulary import (
-    Heading,
-    canonical_key,
-    declarations_in,
-    read_heading,
-    split_unit,
-)
+from accelcal.io.vocabulary import KEYS, Heading, read_heading
 from accelcal.io.wording import lines_named, were
 
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
-_DECLARATION = re.compile(r"((?:[^:=,;\t(\[]|[(\[][^;\t)\]]*[)\]])+|[^:=,;\t]+)[:=](.*)")
-_DECLARATION_IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
 _QUOTED = re.compile(r'"((?:[^"]|"")*)"')
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 
@@ -37,18 +37,6 @@ _AreHeadings = Callable[[Sequence[Heading]], bool]
 
 Recognise = Callable[[str], Heading]
 """Tells the meaning of a heading; its role is None where the column is not used."""
-
-
-class Declared(NamedTuple):
-    """Value of a header line ``# key: value``, and its place; of line 0 is what a caller gave."""
-
-    value: str
-    line: int
-    source: str
-
-    def refuse(self, problem: str, remedy: str) -> TableError:
-        """Make the error of the header line."""
-        return TableError(problem, remedy, source=self.source, line=self.line or None)
 
 
 class Layout(NamedTuple):
@@ -193,38 +181,6 @@ def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...]
     return split[best], best
 
 
-def unquoted(line: str) -> str:
-    """Take blank fields off a line, and the quotes in which Excel saves one with a comma.
-
-    Parameters
-    ----------
-    line : str
-        The line.
-
-    Returns
-    -------
-    str
-        What it says; a quote at its end alone is kept, as it is the unit of seconds of arc.
-
-    Examples
-    --------
-    >>> unquoted('"# comment: first, second";;'), unquoted('# head_uncertainty: 2"')
-    ('# comment: first, second', '# head_uncertainty: 2"')
-    """
-    bare = line.strip(" \t,;")
-    if bare.startswith('"') and bare.endswith('"'):
-        bare = bare[1:-1].replace('""', '"')
-    return bare
-
-
-def declare(declared: dict[str, Declared], key: str, new: Declared) -> None:
-    """Take up a header line; one that says something else than the one before is refused."""
-    old = declared.setdefault(key, new)
-    if old.value != new.value:
-        problem = f"{key} is {shown(new.value)}, but {shown(old.value)} in line {old.line}"
-        raise new.refuse(problem, "declare each key once")
-
-
 def _find_headings(
     lines: list[str], name: str, remedy: str
 ) -> tuple[_Headings, list[tuple[int, str]], int]:
@@ -236,9 +192,9 @@ def _find_headings(
             continue
         if len(above) > _PREAMBLE_LINES:
             break
-        bare = _uncomment(line)
+        bare = uncommented(line)
         found = None
-        if bare is None or not _DECLARATION.fullmatch(bare):
+        if bare is None or not header_line(bare)[0]:
             found = _headings(line if bare is None else bare, index + 1)
         if bare is None and found:
             return found, above, index + 1
@@ -295,19 +251,13 @@ def _split_headings(line: str, separator: str | None) -> list[str]:
     return cells
 
 
-def _uncomment(line: str) -> str | None:
-    """Text of a header line, None for any other line."""
-    bare = unquoted(line)
-    return bare.lstrip("#").strip() if bare.startswith("#") else None
-
-
 def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, Declared], list[str]]:
     declared: dict[str, Declared] = {}
     aside: list[int] = []
     of_channels = False
     for number, line in above:
         of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
-        bare = of_channels and _uncomment(line) is None
+        bare = of_channels and uncommented(line) is None
         for key, value in [("", "")] if bare else _keys_and_values(line):
             if not key:
                 aside.append(number)
@@ -322,7 +272,7 @@ def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, De
 
 def _keys_and_values(line: str) -> list[tuple[str, str]]:
     """Keys and values of a line above the headings; an empty key where it says nothing."""
-    bare = _uncomment(line)
+    bare = uncommented(line)
     text = (
         _QUOTED.sub(lambda cell: cell[1].replace('""', '"'), line.strip(" \t,;"))
         if bare is None
@@ -332,15 +282,12 @@ def _keys_and_values(line: str) -> list[tuple[str, str]]:
 
 
 def _key_and_value(text: str, *, commented: bool) -> tuple[str, str]:
-    for pattern in (_DECLARATION, _DECLARATION_IN_CELLS):
-        match = pattern.fullmatch(text)
-        key = match[1].strip(" :=") if match else ""
-        name, unit = split_unit(key)
-        known = canonical_key(name)
-        if match and known:
-            return known, f"{match[2].strip()} {unit}".strip()
-        if match and pattern is _DECLARATION and (commented or key == "sep"):
-            return key, match[2].strip()
+    key, value = header_line(text)
+    if key in KEYS or (key and commented) or key == "sep":
+        return key, value
+    key, value = header_line(text, form=IN_CELLS)
+    if key in KEYS:
+        return key, value
     if commented and text:
         return "comment", text
     return "sep" if commented else "", ""
@@ -372,11 +319,10 @@ def _rows(
 def _comments(lines: list[str], numbers: Sequence[int], source: SourceText) -> Iterator[int]:
     for number in numbers:
         line = lines[number - 1]
-        text = _uncomment(line)
+        text = uncommented(line)
         if text is None or re.match(_EXCEL_ERROR, line.strip(' \t"')):
             continue
-        declaration = _DECLARATION.fullmatch(text)
-        if declaration and canonical_key(declaration[1].strip()):
+        if header_line(text)[0] in KEYS:
             problem = f"header line {shown(text)} inside the table"
             remedy = "write it above the headings; one table a file, or a column serial"
             place = number + source.skipped
@@ -385,7 +331,7 @@ def _comments(lines: list[str], numbers: Sequence[int], source: SourceText) -> I
 
 
 def _no_headings(above: list[tuple[int, str]], name: str, remedy: str) -> TableError:
-    table = [(number, line) for number, line in above if _uncomment(line) is None]
+    table = [(number, line) for number, line in above if uncommented(line) is None]
     if not above:
         return TableError("the file is empty", remedy, source=name)
     if not table:

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.columns import CONSTANTS
-from accelcal.io.layout import Declared, Layout
+from accelcal.io.header_lines import Declared
+from accelcal.io.layout import Layout
 from accelcal.io.signs import with_hyphen
 from accelcal.io.vocabulary import KEYS, read_heading
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
@@ -10,9 +10,10 @@ from accelcal.errors import TableError
 from accelcal.io.cells import Column
 from accelcal.io.columns import places_of
 from accelcal.io.engines import columns_by_split, decimal_mark
-from accelcal.io.layout import Declared, Layout, Recognise, declare, split_headings, unquoted
+from accelcal.io.header_lines import Declared, declare, header_line, uncommented, unquoted
+from accelcal.io.layout import Layout, Recognise, split_headings
 from accelcal.io.text import SourceText, refuse_document
-from accelcal.io.vocabulary import KEYS, header_line
+from accelcal.io.vocabulary import canonical_key
 from accelcal.io.wording import lines_named
 
 
@@ -36,8 +37,7 @@ def small_table(
     recognise: Recognise,
     needed: Sequence[str],
     remedy: str,
-    key_of: Callable[[str], str] = str,
-    keys: Sequence[str] = (),
+    key_of: Callable[[str], str | None] = canonical_key,
 ) -> SmallTable:
     """Take a small table out of a text.
 
@@ -52,9 +52,7 @@ def small_table(
     remedy : str
         What the headings should be.
     key_of : callable, optional
-        What tells the meaning of a key that header lines have.
-    keys : sequence of str, optional
-        What header lines may declare beside `accelcal.io.vocabulary.KEYS`.
+        What tells the meaning of a key that header lines have; None where it has none.
 
     Returns
     -------
@@ -68,7 +66,7 @@ def small_table(
         twice with different values, or a row is too long or too short.
     """
     refuse_document(given.text, given.name)
-    declared, aside, table = _header_lines(given, key_of, {*KEYS, *keys})
+    declared, aside, table = _header_lines(given, key_of)
     if not table:
         problem = "header lines, but no table" if given.text.strip() else "the file is empty"
         raise TableError(problem, remedy, source=given.name)
@@ -83,21 +81,20 @@ def small_table(
 
 
 def _header_lines(
-    given: SourceText, key_of: Callable[[str], str], known: Set[str]
+    given: SourceText, key_of: Callable[[str], str | None]
 ) -> tuple[dict[str, Declared], list[int], list[tuple[int, str]]]:
     """What is declared, the lines of comments, and the lines of the table with their numbers."""
     declared: dict[str, Declared] = {}
     aside: list[int] = []
     table: list[tuple[int, str]] = []
     for number, line in enumerate(given.text.split("\n"), 1):
-        bare = unquoted(line)
-        key, value = header_line(bare.lstrip("# "))
-        key = key_of(key)
-        if bare and not bare.startswith("#"):
+        text = uncommented(line)
+        key, value = header_line(text or "", key_of)
+        if text is None and unquoted(line):
             table.append((number, line))
-        elif key in known:
+        elif key_of(key):
             declare(declared, key, Declared(value, number, given.name))
-        elif bare and not key:
+        elif text is not None and not key:
             aside.append(number)
     return declared, aside, table
 

@@ -125,8 +125,6 @@ _WRONG_UNITS = {
 }
 _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
-_PAIR = re.compile(r"([^:=]+)[:=](.+)")
-_KEY_WITH_BRACKETS = re.compile(r"((?:[^:=(\[]|[(\[][^)\]]*[)\]])*)[:=](.*)")
 _BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")
 _SUFFIX = re.compile(r"(.+?)\s*[/,]\s*(.+)|(.+)[_ ]([^_ ]+)")
 _STROKES = (
@@ -290,60 +288,6 @@ def split_unit(key: str) -> tuple[str, str]:
     """
     match = _BRACKET.fullmatch(key) if len(key) <= LONGEST else None
     return (match[1], match[2]) if match else (key, "")
-
-
-def declarations_in(text: str) -> list[str]:
-    """Take the declarations of a header line apart, as of ``serial=X1; unit=mA``.
-
-    Parameters
-    ----------
-    text : str
-        The line, without ``#``.
-
-    Returns
-    -------
-    list of str
-        A text for each; the line as it is where it holds one, whose value may have such signs.
-
-    Examples
-    --------
-    >>> declarations_in("serial=X1; unit=mA"), declarations_in("note: warm; unit: by eye")
-    (['serial=X1', 'unit=mA'], ['note: warm; unit: by eye'])
-    """
-    for mark in ";\t,":
-        parts = [part.strip() for part in text.split(mark)] if mark in text else []
-        pairs = [pair for part in parts if (pair := _PAIR.fullmatch(part))]
-        keys = [canonical_key(split_unit(pair[1].strip())[0]) for pair in pairs]
-        if len(pairs) == len(parts) and any(keys[1:]) and keys[0] not in (None, "comment"):
-            return parts
-    return [text]
-
-
-def header_line(text: str) -> tuple[str, str]:
-    """Split a header line into its key and value.
-
-    Parameters
-    ----------
-    text : str
-        The line, without ``#``.
-
-    Returns
-    -------
-    key : str
-        One of `KEYS`, another one in small letters, or empty where the line is no declaration.
-    value : str
-        The value, with the unit of the key behind it.
-
-    Examples
-    --------
-    >>> header_line("T0 [degC]: 20"), header_line("Coverage = 2"), header_line("made by hand")
-    (('reference_temperature', '20 degC'), ('coverage', '2'), ('', ''))
-    """
-    match = _KEY_WITH_BRACKETS.fullmatch(text)
-    key, *value = match.groups() if match else re.split("[:=]", text, maxsplit=1)
-    name, unit = split_unit(key.strip())
-    known = canonical_key(name) or name.casefold()
-    return (known, f"{value[0].strip()} {unit}".strip()) if value else ("", "")
 
 
 def _known(text: str, name: str, unit: str | None) -> Heading:
