@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from itertools import zip_longest
-from typing import NamedTuple
 
 from accelcal.io.vocabulary import ACROSS, Heading, canonical_key, is_unit_of, read_heading
 from accelcal.units import is_output_unit
@@ -27,25 +26,7 @@ _UNIT = re.compile(r"\D*?[\s\[(,/_]+(?:in\s+)?([^\s\[\](),_]+)\s*[\])]?")
 """A name without a digit, which that of one accelerometer of several may have, and a unit."""
 
 
-class LoneOutput(NamedTuple):
-    """The one column that can only be the outputs.
-
-    Attributes
-    ----------
-    place : int
-        Its index.
-    unit : str or None
-        The unit in its heading.
-    why : str
-        What tells it, ``"unit"`` or ``"name"``.
-    """
-
-    place: int
-    unit: str | None
-    why: str
-
-
-def lone_output(headings: Sequence[Heading]) -> LoneOutput | None:
+def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     """Find the column that can only be the outputs.
 
     Parameters
@@ -55,26 +36,26 @@ def lone_output(headings: Sequence[Heading]) -> LoneOutput | None:
 
     Returns
     -------
-    LoneOutput or None
-        That which alone of the unknown ones has a unit of outputs, or else is called a current, a
-        voltage, a frequency or a mean. None where a heading says which it is, or several may be.
+    tuple of int and Heading, or None
+        Place and meaning of that which alone of the unknown ones has a unit of outputs, or else is
+        called a current, a voltage, a frequency or a mean. None where a heading says which it is,
+        or several may be.
 
     Examples
     --------
-    >>> lone_output([read_heading(text) for text in ("Zeit", "Strom in mA")])
-    LoneOutput(place=1, unit='mA', why='unit')
+    >>> lone_output([read_heading(text) for text in ("Zeit", "Strom in mA")])[1].unit
+    'mA'
     """
     if any(heading.role in ("output", *ACROSS) for heading in headings):
         return None
     unknown = [i for i, heading in enumerate(headings) if heading.role is None]
     by_unit = [i for i in unknown if _unit_of(headings[i])]
     by_name = [i for i in unknown if headings[i].text.strip().casefold() in _MEASURED]
-    for found, why in ((by_unit, "unit"), (by_name, "name")):
-        if len(found) == 1:
-            return LoneOutput(found[0], _unit_of(headings[found[0]]), why)
-        if found:
-            break
-    return None
+    found = by_unit or by_name
+    if len(found) != 1:
+        return None
+    heading = headings[found[0]]
+    return found[0], Heading(heading.text, "output", _unit_of(heading))
 
 
 def _unit_of(heading: Heading) -> str | None:

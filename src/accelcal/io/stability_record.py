@@ -24,13 +24,13 @@ from accelcal.io.engines import (
     is_bulk,
 )
 from accelcal.io.layout import Layout, read_layout
-from accelcal.io.lone_output import with_lone_output
+from accelcal.io.output_columns import with_lone_output
 from accelcal.io.output_unit import unit_of_outputs, units_of_rows, units_written
 from accelcal.io.readings import refuse_markers, refuse_other_temperatures
+from accelcal.io.rows_below import with_rows_below
 from accelcal.io.serial_of_file import serial_of_file
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
-from accelcal.io.units_row import with_units_below
 from accelcal.io.vocabulary import Heading, has_unit, split_unit
 from accelcal.io.wording import all_outputs, lines_named, were
 from accelcal.pace import is_in_days
@@ -133,7 +133,7 @@ def read_stability(
     <StabilityRecord <table>: 1 launch, 3 samples>
     """
     text = read_text(source)
-    layout = with_units_below(read_layout(text, _REMEDY))
+    layout = with_rows_below(read_layout(text, _REMEDY))
     layout = layout._replace(headings=_with_time([*map(_own_heading, layout.headings)]))
     layout = with_lone_output(layout)
     given = declarations_of(overrides, "unit", "serial")

@@ -18,7 +18,6 @@ from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
-from accelcal.io.channels import with_channels
 from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
 from accelcal.io.declarations import (
     Declarations,
@@ -28,9 +27,8 @@ from accelcal.io.declarations import (
 )
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
 from accelcal.io.layout import Layout, read_layout
-from accelcal.io.lone_output import with_lone_output
 from accelcal.io.lots import lot_of_column
-from accelcal.io.numbers_row import with_numbers_below
+from accelcal.io.output_columns import with_channels, with_lone_output
 from accelcal.io.output_unit import (
     Written,
     factor_of_std,
@@ -48,11 +46,11 @@ from accelcal.io.readings import (
     read_readings,
 )
 from accelcal.io.repeats import without_repeats
+from accelcal.io.rows_below import with_rows_below
 from accelcal.io.runs import runs_of
 from accelcal.io.sheets import one_table, require_same_columns, with_temperature_of_sheet
 from accelcal.io.text import Source, SourceText, read_texts
 from accelcal.io.thousands import notes_of_thousands
-from accelcal.io.units_row import with_units_below
 from accelcal.io.wording import lines_named, were
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
@@ -247,9 +245,7 @@ def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
 
 
 def _layout(text: SourceText) -> Layout:
-    return with_temperature_of_sheet(
-        with_units_below(with_numbers_below(read_layout(text))), text.sheet
-    )
+    return with_temperature_of_sheet(with_rows_below(read_layout(text)), text.sheet)
 
 
 def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> Survey:

@@ -9,17 +9,16 @@ from dataclasses import dataclass, replace
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING
-from accelcal.io.channels import with_channels
 from accelcal.io.columns import places_of
 from accelcal.io.declarations import declared_number
 from accelcal.io.header_lines import Declared, declarations_in, declare, header_line
 from accelcal.io.layout import Layout, split_headings, split_line
-from accelcal.io.lone_output import with_lone_output
+from accelcal.io.output_columns import with_channels, with_lone_output
 from accelcal.io.output_unit import Written, unit_of_outputs, units_written
+from accelcal.io.rows_below import UNITS_BELOW, headings_with_units
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, TRIAD, StreamForm
 from accelcal.io.samples.unit_column import first_unit
 from accelcal.io.text import refuse_document
-from accelcal.io.units_row import UNITS_BELOW, headings_with_units
 from accelcal.io.vocabulary import KEYS, Heading, has_unit
 from accelcal.units import canonical_unit, size_of
 

@@ -1,10 +1,11 @@
-"""Columns of outputs that have the names of accelerometers, as the file or caller lists them."""
+"""Columns of outputs that no heading calls so: of named accelerometers, or the one that can be."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from accelcal.arguments.kinds import shown
+from accelcal.io.heading_rows import lone_output
 from accelcal.io.layout import Layout, split_line
 from accelcal.io.vocabulary import ACROSS, Heading
 from accelcal.units import is_output_unit
@@ -35,7 +36,8 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
 
     Examples
     --------
-    >>> from accelcal.io.layout import read_layout
+    >>> from accelcal.io.heading_rows import lone_output
+    from accelcal.io.layout import read_layout
     >>> from accelcal.io.text import SourceText
     >>> text = "T,J,k,A7 [mA],B2\n20,1,1,1.35,1.31"
     >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
@@ -74,3 +76,37 @@ def _named(heading: Heading, names: Sequence[str]) -> Heading:
         if not unit or is_output_unit(unit):
             return Heading(heading.text, "serials", unit or None, name)
     return heading
+
+
+def with_lone_output(layout: Layout) -> Layout:
+    r"""Take a column for the outputs, where no heading says so and only one can be.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+
+    Returns
+    -------
+    Layout
+        With the column that alone of the unknown ones has a unit of outputs, or else is called a
+        current, a voltage, a frequency or a mean; and a note of it. The same where there are
+        outputs, or no such column, or several.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout import read_layout
+    >>> from accelcal.io.text import SourceText
+    >>> text = "Temperatur;Stellung;Hub;Strom in mA;Raum\n20;1;1;1,35;7"
+    >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
+    >>> [heading[1:3] for heading in with_lone_output(layout).headings[3:]]
+    [('output', 'mA'), (None, None)]
+    """
+    found = lone_output(layout.headings)
+    if found is None:
+        return layout
+    place, taken = found
+    why = "unit" if taken.unit else "name"
+    note = f"column {shown(taken.text)} is taken for the outputs, by its {why}"
+    headings = (*layout.headings[:place], taken, *layout.headings[place + 1 :])
+    return layout._replace(headings=headings, notes=(*layout.notes, note))
