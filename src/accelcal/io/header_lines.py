@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
@@ -13,6 +13,10 @@ from accelcal.io.vocabulary import KEYS, canonical_key, split_unit
 _PAIR = re.compile(r"((?:[^:=,;\t(\[]|[(\[][^)\]]*[)\]])+|[^:=,;\t]+)[:=](.*)")
 IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
 """Key and value in a cell each."""
+_NUMBER = re.compile(r"[+-]?[.,]?[0-9]")
+_SHORTEST = 6  # letters of a key below which one that is nearly alike means something else
+_ALIKE = 0.85  # least likeness of two keys, of difflib; one wrong letter of seven
+_NAMES = [name for names in KEYS.values() for name in names if len(name) >= _SHORTEST]
 
 
 class Declared(NamedTuple):
@@ -127,3 +131,32 @@ def uncommented(line: str) -> str | None:
     """Text of a line that begins with ``#``, None for any other line."""
     bare = unquoted(line)
     return bare.lstrip("#").strip() if bare.startswith("#") else None
+
+
+def notes_of_keys(declared: Mapping[str, Declared]) -> Iterator[str]:
+    """Say which header lines are kept as metadata, but nearly have a key that declares something.
+
+    Parameters
+    ----------
+    declared : mapping of str to Declared
+        Header lines by canonical key, or by the key as written where it is not known.
+
+    Yields
+    ------
+    str
+        A note for each line with a number whose key is misspelt.
+
+    Examples
+    --------
+    >>> list(notes_of_keys({"head_uncertainity": Declared("2e-5", 3, "a.csv")}))
+    ["header line 'head_uncertainity' declares nothing: the key may be meant as head_uncertainty"]
+    """
+    for key, written in declared.items():
+        if key in KEYS or not _NUMBER.match(written.value):
+            continue
+        from difflib import get_close_matches  # few files have such a key
+
+        folded = re.sub(r"[\W_]+", "_", key).strip("_").casefold()
+        if near := get_close_matches(folded, _NAMES, n=2, cutoff=_ALIKE):
+            meant = f"the key may be meant as {' or '.join(near)}"
+            yield f"header line {key!r} declares nothing: {meant}"

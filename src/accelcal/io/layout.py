@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.doubtful_keys import notes_of_keys
 from accelcal.io.header_lines import (
     IN_CELLS,
     Declared,
     declarations_in,
     declare,
     header_line,
+    notes_of_keys,
     uncommented,
 )
 from accelcal.io.heading_rows import are_headings, dated_once, joined, numbers_alone, over_time
@@ -79,7 +79,8 @@ class Layout(NamedTuple):
 class _Headings(NamedTuple):
     cells: tuple[Heading, ...]
     separator: str | None
-    line: int
+    lines: tuple[int, ...]  # which tell them
+    below: int  # index of the first line below them
 
 
 def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
@@ -106,16 +107,17 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     lines = source.text.split("\n")
     if source.encoding in ONE_BYTE:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
-    headings, above, start = _below_numbers(lines, *_find_headings(lines, source.name, remedy))
+    headings = _below_numbers(lines, _find_headings(lines, source.name, remedy))
+    above = [item for item in _filled(lines[: headings.below]) if item[0] not in headings.lines]
     declared, aside = _declarations(above, source.name)
-    rows, numbers, comments = _rows(lines, start, headings, source)
+    rows, numbers, comments = _rows(lines, headings, source)
     if comments:
         aside.append(f"{were(comments, 'comment line')} set aside ({lines_named(comments)})")
     return Layout(
         source=source.name,
         declared=declared,
         headings=dated_once(headings.cells),
-        headings_line=headings.line,
+        headings_line=headings.lines[-1],
         separator=headings.separator,
         rows=rows,
         lines=[number + source.skipped for number in numbers] if source.skipped else numbers,
@@ -181,50 +183,46 @@ def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...]
     return split[best], best
 
 
-def _find_headings(
-    lines: list[str], name: str, remedy: str
-) -> tuple[_Headings, list[tuple[int, str]], int]:
-    """Headings, the lines above them that are not blank, and the index of the first row."""
+def _filled(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
+    """Lines that are not blank, with their numbers."""
+    return ((n, line) for n, line in enumerate(lines, 1) if line.strip(" \t,;"))
+
+
+def _find_headings(lines: list[str], name: str, remedy: str) -> _Headings:
     above: list[tuple[int, str]] = []
     commented = None
-    for index, line in enumerate(lines):
-        if not line.strip(" \t,;"):
-            continue
+    for number, line in _filled(lines):
         if len(above) > _PREAMBLE_LINES:
             break
         bare = uncommented(line)
         found = None
         if bare is None or not header_line(bare)[0]:
-            found = _headings(line if bare is None else bare, index + 1)
+            found = _headings(line if bare is None else bare, number)
         if bare is None and found:
-            return found, above, index + 1
+            return found
         if bare is None and commented:  # headings as numpy.savetxt writes them
-            return commented, [item for item in above if item[0] != commented.line], index
+            return commented._replace(below=number - 1)
         commented = found or commented
-        above.append((index + 1, line))
+        above.append((number, line))
     return _find_over_time(above, name, remedy)
 
 
-def _find_over_time(
-    above: list[tuple[int, str]], name: str, remedy: str
-) -> tuple[_Headings, list[tuple[int, str]], int]:
+def _find_over_time(above: list[tuple[int, str]], name: str, remedy: str) -> _Headings:
     """Where no row tells more, the last that has a time and an output; notes above may look so."""
     for number, line in reversed(above):
         if found := _headings(line, number, over_time):
-            return found, [item for item in above if item[0] < number], number
+            return found
     raise _no_headings(above, name, remedy)
 
 
-def _below_numbers(
-    lines: list[str], top: _Headings, above: list[tuple[int, str]], start: int
-) -> tuple[_Headings, list[tuple[int, str]], int]:
+def _below_numbers(lines: list[str], top: _Headings) -> _Headings:
     """Take headings below a row of numbered outputs, and of it what they do not tell."""
+    start = top.below
     own = _headings(lines[start], start + 1) if start < len(lines) else None
     if own is None or own.separator != top.separator or not numbers_alone(top.cells):
-        return top, above, start
-    own, told = own._replace(cells=joined(top.cells, own.cells)), own.cells
-    aside = [(top.line, lines[top.line - 1])] if own.cells == told else []
-    return own, [*above, *aside], start + 1
+        return top
+    both = joined(top.cells, own.cells)
+    return own if both == own.cells else own._replace(cells=both, lines=(*top.lines, *own.lines))
 
 
 def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Headings | None:
@@ -236,7 +234,8 @@ def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Head
     for separators in (marks, [None]):
         split = [(tuple(map(read_heading, _split_headings(line, own))), own) for own in separators]
         if told := [own for own in split if are(own[0])]:
-            return _Headings(*max(told, key=lambda own: _known(own[0])), number)
+            cells, separator = max(told, key=lambda own: _known(own[0]))
+            return _Headings(cells, separator, (number,), number)
     return None
 
 
@@ -267,7 +266,7 @@ def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, De
             elif key != "sep":
                 declare(declared, key, Declared(value, number, name))
     notes = [f"text above the headings was set aside ({lines_named(aside)})"] if aside else []
-    return declared, [*notes, *notes_of_keys({key: own.value for key, own in declared.items()})]
+    return declared, [*notes, *notes_of_keys(declared)]
 
 
 def _keys_and_values(line: str) -> list[tuple[str, str]]:
@@ -294,11 +293,11 @@ def _key_and_value(text: str, *, commented: bool) -> tuple[str, str]:
 
 
 def _rows(
-    lines: list[str], start: int, headings: _Headings, source: SourceText
+    lines: list[str], headings: _Headings, source: SourceText
 ) -> tuple[list[str], Sequence[int], list[int]]:
     """Rows with their line numbers, and the lines of comments between them."""
     blank = ' \t"' + (headings.separator or "")
-    end = len(lines)
+    start, end = headings.below, len(lines)
     while end > start and not lines[end - 1].strip(blank):
         end -= 1
     rows, numbers = lines[start:end], range(start + 1, end + 1)
@@ -310,7 +309,7 @@ def _rows(
         kept = sorted(set(kept).difference(comments))
     if not kept:
         problem, remedy = "column headings but no readings", "add a row for each reading"
-        raise TableError(problem, remedy, source=source.name, line=headings.line)
+        raise TableError(problem, remedy, source=source.name, line=headings.lines[-1])
     if len(kept) < len(rows):
         rows = [lines[n - 1] for n in kept]
     return rows, kept, [n + source.skipped for n in comments]
