@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from accelcal.compensate.triad import refuse_for_triad
 from accelcal.errors import DocumentError
@@ -13,10 +13,8 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.checked import read_as
 from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import parse_json
-from accelcal.results.result import all_from_json, parts_of
+from accelcal.results.result import StoredResult, all_from_json, parts_of
 from accelcal.results.triad import TriadCalibration
-
-_WRITERS = "accelcal fit or accelcal triad"
 
 
 class TriadFile(NamedTuple):
@@ -133,11 +131,8 @@ def read_calibrations_or_models(source: str) -> CalibrationFile:
 
 
 def _of_fits_or_models(text: str) -> tuple[Calibration, ...]:
-    document = parse_json(text, writer="accelcal fit or accelcal discover")
-    if not isinstance(document, dict) or document.get("schema") != Discovery.SCHEMA:
-        return read_as(partial(parts_of, Calibration), document, Calibration._WRITER)
-    models = read_as(partial(parts_of, Discovery), document, Discovery._WRITER)
-    known = (model.calibration for model in models)
+    results = _results(text, Discovery)
+    known = (own.calibration if isinstance(own, Discovery) else own for own in results)
     found = tuple(calibration for calibration in known if calibration is not None)
     if not found:
         raise DocumentError(
@@ -167,14 +162,16 @@ def read_calibrations_or_triad(source: str) -> CalibrationFile | TriadFile:
     DocumentError
         If it is none of these files.
     """
-    read, found = read_document(source, "calibration", _of_either)
-    if isinstance(found, TriadCalibration):
-        return TriadFile(read.name, read.sha256 or "", found)
+    of_text = partial(_results, other=TriadCalibration)
+    read, found = read_document(source, "calibration", of_text)
+    if isinstance(found[0], TriadCalibration):
+        return TriadFile(read.name, read.sha256 or "", found[0])
     return CalibrationFile(read.name, read.sha256 or "", found)
 
 
-def _of_either(text: str) -> TriadCalibration | tuple[Calibration, ...]:
-    document = parse_json(text, writer=_WRITERS)
-    if isinstance(document, dict) and document.get("schema") == TriadCalibration.SCHEMA:
-        return TriadCalibration.from_document(document)
-    return read_as(partial(parts_of, Calibration), document, Calibration._WRITER)
+def _results(text: str, other: type[StoredResult]) -> tuple[Any, ...]:
+    """Calibrations of a JSON text, or results of another kind where their schema is there."""
+    document = parse_json(text, writer=f"{Calibration._WRITER} or {other._WRITER}")
+    is_other = isinstance(document, dict) and document.get("schema") == other.SCHEMA
+    kind = other if is_other else Calibration
+    return read_as(partial(parts_of, kind), document, kind._WRITER)
