@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NamedTuple, cast
 
 from accelcal.effects.catalogue import refuse
@@ -12,12 +13,13 @@ from accelcal.effects.formula import STATIC, Formula
 from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError, TableError, located
 from accelcal.io.text import Source, SourceText, read_text
-from accelcal.io.toml.keys import toml_document
+from accelcal.io.toml.keys import check_keys, toml_document
 
 __all__ = ["read_effects"]
 
 _NEEDED = ("id", "name", "physics", "formula")
 _TEXTS = (*_NEEDED, "unit", "acts_on", "signature", "to_tell_apart")
+_KEYS = {**dict.fromkeys(_TEXTS, str), "static": bool}
 _ACTS_ON = {"output": ("", "g"), "angle": ("th", "rad"), "temperature": ("T", "degC")}
 """What an effect adds to -> its symbol, and its unit."""
 
@@ -80,6 +82,10 @@ class _Place(NamedTuple):
         problem, _, remedy = message.partition("; ")
         return TableError(problem, remedy, source=self.given.name, line=self.line(key))
 
+    def located(self, check: Callable[..., object], *arguments: object, key: str = "") -> None:
+        """Call what refuses the value of a key."""
+        located(check, *arguments, source=self.given.name, line=self.line(key))
+
     def line(self, key: str = "") -> int | None:
         """Line of a key, else of the heading; None where there is no heading."""
         text = self.given.text
@@ -107,24 +113,19 @@ def _effect(entry: Mapping[str, Any], place: _Place) -> Effect:
     _check_keys(entry, place)
     for key, check in (("formula", Formula), ("acts_on", _check_acts_on)):
         if key in entry:
-            located(check, entry[key], source=place.given.name, line=place.line(key))
+            place.located(check, entry[key], key=key)
     made = _made(**{k: " ".join(v.split()) if k in _TEXTS else v for k, v in entry.items()})
-    located(_check_static, made, source=place.given.name, line=place.line("static"))
-    located(refuse, made, source=place.given.name, line=place.line("id"))
+    place.located(_check_static, made, key="static")
+    place.located(refuse, made, key="id")
     return made
 
 
 def _check_keys(entry: Mapping[str, Any], place: _Place) -> None:
     for key, value in entry.items():
-        if key == "static" and not isinstance(value, bool):
-            raise place.error(f"static is {value!r}; it is true or false", key)
-        if key not in (*_TEXTS, "static"):
-            raise place.error(f"key {key!r} is unknown; there are {', '.join(_TEXTS)}, static", key)
-        if key in _TEXTS and (not isinstance(value, str) or not value.strip()):
+        place.located(check_keys, {key: value}, _KEYS, {}, key=key)
+        if key in _TEXTS and not value.strip():
             raise place.error(f"{key} is {value!r}; it is a text in quotes", key)
-    for key in _NEEDED:
-        if key not in entry:
-            raise place.error(f"key {key!r} is missing; add {key} = ...")
+    place.located(partial(check_keys, required=_NEEDED), entry, _KEYS, {})
 
 
 def _check_static(made: Effect) -> None:
