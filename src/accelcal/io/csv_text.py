@@ -68,7 +68,12 @@ def needs_quotes(text: str) -> bool:
 
 def quoted(text: str) -> str:
     """Write one cell as `csv_text` does, where there is no time for the rest of it."""
-    return '"' + text.replace('"', '""') + '"' if needs_quotes(text) else text
+    return in_quotes(text) if needs_quotes(text) else text
+
+
+def in_quotes(text: str) -> str:
+    """Put a cell in quotes; those in it are doubled."""
+    return '"' + text.replace('"', '""') + '"'
 
 
 _FRAMES = (

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.columns import CONSTANTS
+from accelcal.io.csv_text import in_quotes
 from accelcal.io.header_lines import Declared
 from accelcal.io.layout import Layout
 from accelcal.io.signs import with_hyphen
@@ -124,7 +125,7 @@ def _of_rows(sheets: Sequence[Layout]) -> list[str]:
 def _rows(sheet: Layout, keys: Sequence[str]) -> Iterator[str]:
     mark = sheet.separator or " "
     values = [sheet.declared[key].value if key in sheet.declared else "" for key in keys]
-    before = "".join('"' + value.replace('"', '""') + '"' + mark for value in values)
+    before = "".join(in_quotes(value) + mark for value in values)
     return (before + row for row in sheet.rows)
 
 

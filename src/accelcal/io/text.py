@@ -23,11 +23,8 @@ Found = TypeVar("Found")
 PARQUET = b"PAR1"
 """How a Parquet file begins."""
 
-WORKBOOKS = (
-    (b"PK\x03\x04", "an Excel workbook or zip archive"),
-    (b"\xd0\xcf\x11\xe0", "an Excel workbook"),
-)
-"""How workbooks begin, and what files that begin so may be."""
+WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+"""How workbooks begin."""
 
 WORKBOOK_SUFFIXES = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
 """Ends of the names of workbooks."""
@@ -233,7 +230,7 @@ def file_and_sheet(name: str) -> tuple[str, str | None]:
     return named[1], named[2]
 
 
-def refuse_foreign(data: bytes, name: str, *others: tuple[bytes, str]) -> None:
+def refuse_foreign(data: bytes, name: str) -> None:
     """Refuse what other programs write that is no text, and say what it is.
 
     Parameters
@@ -242,15 +239,13 @@ def refuse_foreign(data: bytes, name: str, *others: tuple[bytes, str]) -> None:
         The file, or its beginning.
     name : str
         Name of the file.
-    *others : tuple
-        The beginnings of further files to refuse, and what these are.
 
     Raises
     ------
     TableError
         If the file begins as one of them.
     """
-    for mark, kind in (*_FOREIGN, *others):
+    for mark, kind in _FOREIGN:
         if data.startswith(mark):
             remedy = "export the table as CSV text and give that file"
             raise TableError(f"{kind}, not a text table", remedy, source=name)
@@ -331,7 +326,7 @@ def _gunzip(content: bytes, name: str) -> bytes:
 
 
 def _texts(data: bytes, name: str) -> tuple[SourceText, ...]:
-    if data.startswith(tuple(mark for mark, _ in WORKBOOKS)):
+    if data.startswith(WORKBOOKS):
         from accelcal.io.workbook import read_sheets
 
         return read_sheets(data, name)

@@ -60,8 +60,10 @@ def notes_of_thousands(
     tuple of str
         A sentence, or none.
     """
+    if unit not in _OF_WHOLE_NUMBERS:
+        return ()
     cells = [cell for column in columns for cell in column if isinstance(cell, str)]
-    grouped = _grouped(cells) if unit in _OF_WHOLE_NUMBERS else {}
+    grouped = _grouped(cells)
     if not grouped or not all(grouped.values()):
         return ()
     return (

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, not_installed
-from accelcal.io.csv_text import cell_text
+from accelcal.io.csv_text import cell_text, in_quotes
 from accelcal.io.layout import read_layout
 from accelcal.io.text import SourceText, file_and_sheet, named_bytes
 from accelcal.io.wording import lines_named
@@ -183,4 +183,4 @@ def _cell(value: Any) -> str:
     if isinstance(value, datetime | date):
         return str(value)
     text = cell_text(value)
-    return '"' + text.replace('"', '""') + '"' if text.startswith('"') else text
+    return in_quotes(text) if text.startswith('"') else text
