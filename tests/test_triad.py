@@ -918,6 +918,8 @@ def test_a_temperature_may_stand_above_the_table_or_be_unknown():
     ]
     assert found == [21.5, None, None]
     assert accelcal.calibrate_triad(of_temperatures(*["unknown"] * 6)).temperature_degC is None
+    unit_in_key = "# temperature [degC]: unknown\n" + rows
+    assert read_triad(io.StringIO(unit_in_key)).temperature is None
 
 
 @pytest.mark.parametrize(

@@ -41,6 +41,11 @@ _OF_OUTPUTS = ("output", *ACROSS)
 _WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
 
 
+def is_missing(cell: str) -> bool:
+    """Tell whether a cell stands for a missing value."""
+    return cell.casefold() in MISSING
+
+
 class Column(NamedTuple):
     """One column of the table.
 
@@ -89,7 +94,7 @@ class Column(NamedTuple):
         is_unit : callable, optional
             What tells a unit, right or wrong, of the column; by default that of its role.
         """
-        first = next((cell for cell in self.cells if str(cell).casefold() not in MISSING), "")
+        first = next((cell for cell in self.cells if not is_missing(str(cell))), "")
         match = _WITH_UNIT.fullmatch(str(first))
         if not match or not (is_unit or partial(is_unit_of, self.role))(match[2]):
             return self
@@ -108,7 +113,7 @@ class Column(NamedTuple):
         match = _WITH_UNIT.fullmatch(cell)
         if match and match[2] == unit:
             return match[1]
-        if cell.casefold() in MISSING:
+        if is_missing(cell):
             return cell
         raise self.refuse(index, f"{{}} after cells in {unit}", "use one unit in a column")
 

@@ -16,6 +16,7 @@ from accelcal.arguments.options import check_text, mapping_of
 from accelcal.errors import InputError, located
 from accelcal.geometry import checked_fixture_angle
 from accelcal.head_angles import checked_positions
+from accelcal.io.cells import is_missing
 from accelcal.io.header_lines import Declared
 from accelcal.io.layout import Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
@@ -256,6 +257,20 @@ def declared_number(
     if key == "delta0":
         located(checked_fixture_angle, value, source=declared.source, line=declared.line)
     return value
+
+
+def declared_temperature(layout: Layout, decimal: str) -> float | None:
+    """Temperature that a header line declares for all rows, None where it is not known [degC].
+
+    Raises
+    ------
+    TableError
+        As by `declared_number`.
+    """
+    written = layout.declared.get("temperature")
+    if written is None or is_missing(written.value.removesuffix("degC").strip()):
+        return None
+    return declared_number("temperature", written, decimal)
 
 
 def _check_apparatus(key: str, value: float, declared: Declared, written: str) -> None:

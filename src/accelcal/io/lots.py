@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import shown
-from accelcal.io.cells import MISSING, Column
+from accelcal.io.cells import Column, is_missing
 from accelcal.io.vocabulary import COLUMNS
 
 _NAMES = frozenset(COLUMNS["lot"])
@@ -31,7 +31,7 @@ def declared_lot(metadata: Mapping[str, str]) -> str | None:
 def lots_of_rows(column: Column) -> NDArray[np.str_]:
     """Lots of a column, empty where the cell says that it is missing."""
     cells = [str(cell) for cell in column.cells]
-    return np.array(["" if cell.casefold() in MISSING else cell for cell in cells])
+    return np.array(["" if is_missing(cell) else cell for cell in cells])
 
 
 def lot_of_column(

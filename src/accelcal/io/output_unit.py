@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, located
-from accelcal.io.cells import MISSING, Column
+from accelcal.io.cells import Column, is_missing
 from accelcal.io.layout import Layout
 from accelcal.units import canonical_unit, conversion_factor, is_output_unit, output_unit
 
@@ -99,15 +99,19 @@ def _two_units(one: str, other: str, line: int, source: str, several: str) -> Ta
     return TableError(problem, remedy, source=source, line=line)
 
 
-def units_written(layout: Layout, columns: Iterable[Column]) -> Iterator[Written]:
-    """List the units that a table writes in the header line and with some columns.
+def units_written(
+    layout: Layout, outputs: Iterable[Column], rows: Column | None = None
+) -> Iterator[Written]:
+    """List the units that a table writes in the header line, with its outputs and in its rows.
 
     Parameters
     ----------
     layout : Layout
         The table.
-    columns : iterable of Column
+    outputs : iterable of Column
         Columns of outputs.
+    rows : Column, optional
+        Column of units.
 
     Yields
     ------
@@ -117,13 +121,13 @@ def units_written(layout: Layout, columns: Iterable[Column]) -> Iterator[Written
     header = layout.declared.get("unit")
     if header and header.value:
         yield Written(header.value, header.line, in_header=True)
-    yield from units_of_columns(layout, columns)
+    yield from units_of_columns(layout, outputs)
+    if rows is not None:
+        yield from _units_of_rows(rows)
 
 
-def units_of_rows(column: Column | None) -> Iterator[Written]:
-    """List the units that a column of units has, if there is one, each where it first stands."""
-    if column is None:
-        return
+def _units_of_rows(column: Column) -> Iterator[Written]:
+    """List the units that a column of units has, each where it first stands."""
     first: dict[str, int] = {}
     for cell, line in zip(column.cells, column.lines.tolist(), strict=True):
         first.setdefault(str(cell), line)
@@ -134,7 +138,7 @@ def units_of_rows(column: Column | None) -> Iterator[Written]:
 
 def names_unit(cell: str) -> bool:
     """Tell whether a cell of a column of units has one, right or wrong."""
-    return cell.casefold() not in MISSING or is_output_unit(cell)
+    return not is_missing(cell) or is_output_unit(cell)
 
 
 def units_of_columns(layout: Layout, columns: Iterable[Column]) -> Iterator[Written]:

@@ -25,7 +25,7 @@ from accelcal.io.engines import (
 )
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.output_columns import with_lone_output
-from accelcal.io.output_unit import unit_of_outputs, units_of_rows, units_written
+from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.readings import refuse_markers, refuse_other_temperatures
 from accelcal.io.rows_below import with_rows_below
 from accelcal.io.serial_of_file import serial_of_file
@@ -148,8 +148,7 @@ def read_stability(
     refuse_markers([columns["output"]], output[kept, None])
     _require_size(output[kept], columns["output"])
     _require_change(output[kept], columns["output"])
-    rows = units_of_rows(columns.get("unit"))
-    written = [*units_written(layout, [columns["output"]]), *rows]
+    written = units_written(layout, [columns["output"]], columns.get("unit"))
     unit = unit_of_outputs(written, given.get("unit"), layout.source, _TWO_UNITS)
     serial, of_serial = serial_of_file(
         layout, columns.get("serial"), given.get("serial"), _ONE_FILE_EACH

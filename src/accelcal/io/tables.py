@@ -34,7 +34,6 @@ from accelcal.io.output_unit import (
     factor_of_std,
     unit_of_outputs,
     units_of_columns,
-    units_of_rows,
     units_written,
 )
 from accelcal.io.readings import (
@@ -263,7 +262,7 @@ def _read_by(
 ) -> tuple[TableForm, Iterator[TumbleRecord]]:
     table = choose_columns(layout, engine)
     given = str(overrides.get("unit") or "")
-    units = [*units_written(layout, table.outputs), *units_of_rows(table.columns.get("unit"))]
+    units = [*units_written(layout, table.outputs, table.columns.get("unit"))]
     of_std = list(_units_of_std(layout, table))
     unit = unit_of_outputs(units or of_std, given, layout.source)
     declared = declarations(layout, table.decimal, unit.name, overrides)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
-from accelcal.io.cells import MISSING, Column, numbers
+from accelcal.io.cells import Column, is_missing, numbers
 from accelcal.io.vocabulary import TIME_UNITS
 from accelcal.pace import LATEST
 
@@ -197,7 +197,7 @@ def one_date(column: Column, *, timed: bool) -> str | None:
     found = {str(cell) for cell in column.cells}
     if timed:
         found = {_DAY_AND_CLOCK.sub(r"\1", text) for text in found}
-    return None if len(found) > 1 or next(iter(found)).casefold() in MISSING else found.pop()
+    return None if len(found) > 1 or is_missing(next(iter(found))) else found.pop()
 
 
 def _dates(

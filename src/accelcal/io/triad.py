@@ -10,9 +10,9 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import TableError, located
 from accelcal.head_angles import nominal_angles
-from accelcal.io.cells import MISSING, Column, complete_numbers
-from accelcal.io.declarations import declarations_of, declared_number
-from accelcal.io.output_unit import unit_of_outputs, units_of_rows, units_written
+from accelcal.io.cells import Column, complete_numbers, is_missing
+from accelcal.io.declarations import declarations_of, declared_number, declared_temperature
+from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.places import refuse_radians
 from accelcal.io.readings import refuse_markers, temperatures_of
 from accelcal.io.serial_of_file import serial_of_file
@@ -84,8 +84,7 @@ def read_triad(
         table.layout, table.columns.get("serial"), given.get("serial"), _ONE_FILE_EACH
     )
     channels = [table.columns[axis].without_unit(_is_output_unit) for axis in AXES]
-    rows = units_of_rows(table.columns.get("unit"))
-    written = [*units_written(table.layout, channels), *rows]
+    written = units_written(table.layout, channels, table.columns.get("unit"))
     unit = unit_of_outputs(written, given.get("unit"), table.layout.source, _TWO_UNITS)
     output = np.column_stack([complete_numbers(column) for column in channels])
     refuse_markers(channels, output)
@@ -159,15 +158,13 @@ def _up(table: SmallTable) -> Array | None:
 
 def _temperature(table: SmallTable) -> Array | None:
     """Temperature of each attitude, by a column or the header line."""
-    column, written = table.columns.get("temperature"), table.layout.declared.get("temperature")
+    column = table.columns.get("temperature")
     if column is not None:
         if column.unit and not has_unit("temperature", column.unit):
             raise table.layout.refuse(f"temperature in {column.unit}", "give it in degC")
         return temperatures_of(column)
-    if written is None or written.value.casefold() in MISSING:
-        return None
-    value = declared_number("temperature", written, table.columns["x"].decimal)
-    return np.full(len(table.columns["x"].lines), value)
+    value = declared_temperature(table.layout, table.columns["x"].decimal)
+    return None if value is None else np.full(len(table.columns["x"].lines), value)
 
 
 def _attitude(table: SmallTable) -> tuple[str, ...] | None:
@@ -186,7 +183,7 @@ def _shaft(table: SmallTable) -> tuple[str, ...] | None:
     if column is None:
         return None
     shafts = tuple(str(cell).strip().casefold().lstrip("+") for cell in column.cells)
-    told = np.array([shaft not in MISSING for shaft in shafts])
+    told = np.array([not is_missing(shaft) for shaft in shafts])
     if not told.any():
         return None
     column.check(told, "{} names no shaft", _NAME_SHAFTS)

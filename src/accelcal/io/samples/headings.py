@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.cells import MISSING
 from accelcal.io.columns import places_of
-from accelcal.io.declarations import declared_number
+from accelcal.io.declarations import declared_temperature
 from accelcal.io.header_lines import Declared, declarations_in, declare, header_line
 from accelcal.io.layout import Layout, split_headings, split_line
 from accelcal.io.output_columns import with_channels, with_lone_output
@@ -77,25 +76,9 @@ class SampleHeadings:
         return self.units.get("output")
 
     @property
-    def declared_unit(self) -> str | None:
-        """Unit of the outputs that a header line declares."""
-        written = self.layout.declared.get("unit")
-        return written.value if written else None
-
-    @property
     def source(self) -> str:
         """Name of the file."""
         return self.layout.source
-
-    @property
-    def cells(self) -> tuple[Heading, ...]:
-        """One entry a column; a role None where it is not used."""
-        return self.layout.headings
-
-    @property
-    def separator(self) -> str | None:
-        """Separator of the columns; None for runs of blanks."""
-        return self.layout.separator
 
     @property
     def numeric(self) -> dict[str, int]:
@@ -116,10 +99,7 @@ class SampleHeadings:
     @property
     def temperature(self) -> float | None:
         """Temperature that a header line declares for all samples [degC]."""
-        written = self.layout.declared.get("temperature")
-        if written is None or written.value.removesuffix("degC").strip().casefold() in MISSING:
-            return None
-        return declared_number("temperature", written, ".")
+        return declared_temperature(self.layout, ".")
 
     def refuse_declaration(self, comment: str, line: int) -> None:
         """Refuse a comment between the samples that declares other than the header lines do.

@@ -115,7 +115,8 @@ def output_factor(
         If the units are of different quantities.
     """
     own = headings.output_unit
-    written = [unit for unit in (own, headings.declared_unit) if unit]
+    declared = headings.layout.declared.get("unit")
+    written = [unit for unit in (own, declared and declared.value) if unit]
     notes = list(notes_of_unit(canonical_unit(given), written)) if given else []
     given = given or own
     if given is None or wanted is None:

@@ -23,7 +23,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints
 from accelcal.errors import TableError
-from accelcal.io.cells import MISSING, Column, numbers
+from accelcal.io.cells import Column, is_missing, numbers
 from accelcal.io.engines import decimal_mark, pandas_options
 from accelcal.io.layout import split_line
 from accelcal.io.one_byte import one_byte_encoding
@@ -190,7 +190,7 @@ class SampleReader:
         return whole + feed or self._read(characters)
 
     def _decimal_mark(self, text: str) -> str:
-        separator, numeric = self.headings.separator, self.headings.numeric.values()
+        separator, numeric = self.headings.layout.separator, self.headings.numeric.values()
         start = text[: text.rfind("\n", 0, 10_000)].split("\n")
         rows = [split_line(row, separator) for row in start if not _is_comment(row, separator)]
         cells = [row[i] for row in rows for i in numeric if i < len(row)]
@@ -200,7 +200,8 @@ class SampleReader:
 
     def _by_pandas(self, text: str) -> SampleBlock | None:
         """Read plain rows of numbers at once; None where something else may stand in them."""
-        separator, width = self.headings.separator, len(self.headings.cells)
+        layout = self.headings.layout
+        separator, width = layout.separator, len(layout.headings)
         rows = text.count("\n")
         if separator is None or text.count(separator) != rows * (width - 1) or width == 1:
             return None
@@ -222,10 +223,11 @@ class SampleReader:
         return self._block(values, texts, self._line + np.arange(rows))
 
     def _by_split(self, text: str) -> SampleBlock:
-        blank = ' \t"' + (self.headings.separator or "")
+        separator = self.headings.layout.separator
+        blank = ' \t"' + (separator or "")
         lines, rows = [], []
         for line, row in enumerate(text.split("\n"), self._line):
-            if _is_comment(row, self.headings.separator):
+            if _is_comment(row, separator):
                 self.headings.refuse_declaration(row, line)
             elif row.strip(blank):
                 lines.append(line)
@@ -246,10 +248,11 @@ class SampleReader:
         return SampleBlock(values, texts.get("time"), lines, texts.get("serial"))
 
     def _cells(self, row: str, line: int) -> list[str]:
-        cells, width = split_line(row, self.headings.separator), len(self.headings.cells)
+        layout = self.headings.layout
+        cells, width = split_line(row, layout.separator), len(layout.headings)
         while len(cells) > width and not cells[-1]:
             cells.pop()
-        if len(cells) < width and not any(each.text for each in self.headings.cells[len(cells) :]):
+        if len(cells) < width and not any(each.text for each in layout.headings[len(cells) :]):
             cells += [""] * (width - len(cells))
         if len(cells) != width:
             problem = f"{counted(len(cells), 'field')} under {width} headings"
@@ -258,7 +261,7 @@ class SampleReader:
         return cells
 
     def _column(self, role: str, cells: list[str], lines: Ints) -> Column:
-        heading = self.headings.cells[self.headings.columns[role]].text
+        heading = self.headings.layout.headings[self.headings.columns[role]].text
         kind = role if role in ("temperature", *ACROSS_AXES) else "output"
         unit = self.headings.units.get(kind)
         column = Column(role, heading, unit, cells, lines, self.source, self._decimal)
@@ -314,7 +317,7 @@ def open_samples(
         stream = _unpacked(raw)
         start = _guarded(stream.peek, 1, name)
         refuse_foreign(start, name)
-        if start.startswith(tuple(mark for mark, _ in WORKBOOKS)):
+        if start.startswith(WORKBOOKS):
             yield _of_workbook(_guarded(stream.read, -1, name), name, raw, form, unit)
             return
         of_parquet = start.startswith(PARQUET)
@@ -391,4 +394,4 @@ def _encoding(start: bytes) -> str:
 
 def _is_comment(row: str, separator: str | None) -> bool:
     start = row.lstrip(' \t"')
-    return start.startswith("#") and split_line(start, separator)[0].casefold() not in MISSING
+    return start.startswith("#") and not is_missing(split_line(start, separator)[0])
