@@ -744,6 +744,12 @@ def test_a_unit_that_is_overridden_is_said(header, heading):
     assert read("# unit: milliamp\n" + TEXT, unit="mA").notes == ()
 
 
+@pytest.mark.parametrize("unit", ["M/S^2", "M/S2", "VOLTS", "KHZ"])
+def test_a_unit_in_capitals_where_no_prefix_is_another(unit):
+    text = TEXT.replace("output", f"output [{unit}]", 1)
+    assert read(text).unit in ("m/s^2", "V", "kHz")
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -128,34 +128,30 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """Unit -> other ways of writing it."""
 
-AS_WRITTEN = frozenset({"Grad"})
-"""Spellings of which another case may be another unit: the German degree, and grad for gon."""
+AS_WRITTEN = frozenset({"Grad", "MHz"})
+"""Spellings of which another case may be another unit: the German degree and grad for gon, mHz."""
 
 _CYRILLIC = re.compile("[\u0400-\u04ff]")
-_EXACT = {name: name for name in OUTPUT_UNITS} | {
-    other: name for name, others in OUTPUT_UNITS.items() for other in others
-}
-_FOLDED = {
-    spelling.casefold(): name
-    for spelling, name in reversed(_EXACT.items())
-    if not _CYRILLIC.search(spelling)  # symbols, of which a capital would be mega
-}
-del _FOLDED["mhz"]  # mHz or MHz? only the exact spelling tells
-
 _CAPITALS = {"M": ("begins with mega", "milli"), "N": ("begins with N, no prefix", "nano")}
 """Capital prefixes that mean something else than the small ones, and what the small ones mean."""
-
-_EXACT_OF = {
-    kind: {spelling: name for name in units for spelling in (name, *_SPELLINGS.get(name, ()))}
+_PREFIXES = (*_CAPITALS, "\N{CYRILLIC CAPITAL LETTER EM}", "\N{CYRILLIC CAPITAL LETTER EN}")
+_OUTPUT = "output"
+_EXACT = {
+    _OUTPUT: {way: name for name, others in OUTPUT_UNITS.items() for way in (name, *others)}
+} | {
+    kind: {way: name for name in units for way in (name, *_SPELLINGS.get(name, ()))}
     for kind, units in UNITS.items()
 }
-_FOLDED_OF = {
-    kind: {way.casefold(): way for way in reversed(exact) if way not in AS_WRITTEN}
-    for kind, exact in _EXACT_OF.items()
+"""Kind of quantity -> spelling of a unit -> its name."""
+_FOLDED = {
+    kind: {
+        way.casefold(): way
+        for way in reversed(exact)
+        if way not in AS_WRITTEN and not (kind == _OUTPUT and _CYRILLIC.search(way))
+    }
+    for kind, exact in _EXACT.items()
 }
-
-_CAPITAL_PREFIXES = (*_CAPITALS, "\N{CYRILLIC CAPITAL LETTER EM}", "\N{CYRILLIC CAPITAL LETTER EN}")
-
+"""Kind of quantity -> spelling in small letters -> the spelling; a small Cyrillic ve is a word."""
 _LONGEST = 40
 """Characters of a unit that a message shows."""
 
@@ -186,13 +182,21 @@ def canonical_unit(text: str) -> str:
     'furlong'
     """
     unit = text.strip()
-    found = _EXACT.get(unit) or _FOLDED.get(unit.casefold(), unit)
-    return unit if _is_other_prefix(unit, found) else found
+    return _name_of(unit, _OUTPUT) or unit
 
 
-def _is_other_prefix(unit: str, found: str) -> bool:
-    same_letters = unit.casefold() == found.casefold()
-    return same_letters and unit != found and unit[0] in _CAPITALS
+def _name_of(unit: str, kind: str) -> str | None:
+    """Name of a unit by its spelling, or by that in another case but for that of a prefix."""
+    exact = _EXACT[kind]
+    spelling = unit if unit in exact else _FOLDED[kind].get(unit.casefold())
+    if spelling is None or _has_other_prefix(unit, spelling, exact):
+        return None
+    return exact[spelling]
+
+
+def _has_other_prefix(unit: str, spelling: str, known: Mapping[str, str]) -> bool:
+    """Tell whether the first letter, of another case, is that of another prefix."""
+    return unit[:1] != spelling[:1] and unit[:1] in _PREFIXES and spelling[1:] in known
 
 
 def output_unit(text: str) -> str:
@@ -225,8 +229,8 @@ def output_unit(text: str) -> str:
     if name in OUTPUT_UNITS:
         return name
     shown = text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."
-    small = _FOLDED.get(name.casefold(), "")
-    if _is_other_prefix(name, small):
+    small = _FOLDED[_OUTPUT].get(name.casefold())
+    if small:
         what, meant = _CAPITALS[name[0]]
         raise InputError(f"unit {shown!r} {what}; write {small} if {meant} is meant")
     raise InputError(f"unit {shown!r} is no output unit; it is one of {', '.join(OUTPUT_UNITS)}")
@@ -298,7 +302,7 @@ def spellings(kind: str) -> Mapping[str, str]:
     >>> spellings("ratio")["percent"]
     '%'
     """
-    return MappingProxyType(_EXACT_OF[kind])
+    return MappingProxyType(_EXACT[kind])
 
 
 def size_of(unit: str, *kinds: str) -> float | None:
@@ -323,18 +327,10 @@ def size_of(unit: str, *kinds: str) -> float | None:
     >>> size_of("mA", "angle"), size_of("Mrad", "angle")
     (None, None)
     """
-    text = unit.strip()
     for kind in kinds:
-        exact = _EXACT_OF[kind]
-        spelling = text if text in exact else _FOLDED_OF[kind].get(text.casefold())
-        if spelling is not None and not _has_other_prefix(text, spelling, exact):
-            return UNITS[kind][exact[spelling]]
+        if name := _name_of(unit.strip(), kind):
+            return UNITS[kind][name]
     return None
-
-
-def _has_other_prefix(unit: str, spelling: str, known: Mapping[str, str]) -> bool:
-    """Tell whether the first letter, of another case, is that of another prefix."""
-    return unit[0] != spelling[0] and unit[0] in _CAPITAL_PREFIXES and spelling[1:] in known
 
 
 def scaled(number: str, size: float) -> float:
