@@ -30,7 +30,6 @@ from accelcal.io.layout import Layout, read_layout
 from accelcal.io.lots import lot_of_column
 from accelcal.io.output_columns import with_channels, with_lone_output
 from accelcal.io.output_unit import (
-    Written,
     factor_of_std,
     unit_of_outputs,
     units_of_columns,
@@ -262,8 +261,8 @@ def _read_by(
 ) -> tuple[TableForm, Iterator[TumbleRecord]]:
     table = choose_columns(layout, engine)
     given = str(overrides.get("unit") or "")
-    units = [*units_written(layout, table.outputs, table.columns.get("unit"))]
-    of_std = list(_units_of_std(layout, table))
+    units = list(units_written(layout, table.outputs, table.columns.get("unit")))
+    of_std = list(units_of_columns(layout, filter(None, [table.columns.get("std")])))
     unit = unit_of_outputs(units or of_std, given, layout.source)
     declared = declarations(layout, table.decimal, unit.name, overrides)
     readings = read_readings(table, declared.record["positions"])
@@ -298,10 +297,6 @@ def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
         columns=columns,
         set_aside=table.aside,
     )
-
-
-def _units_of_std(layout: Layout, table: Table) -> Iterator[Written]:
-    return units_of_columns(layout, [table.columns["std"]] if "std" in table.columns else [])
 
 
 def _records(
