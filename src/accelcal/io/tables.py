@@ -268,13 +268,15 @@ def _read_by(
     readings = read_readings(table, declared.record["positions"])
     if (factor := factor_of_std(of_std, units, given, layout.source)) != 1.0:
         readings = readings.with_std_times(factor)
-    turn = notes_of_turn(readings, declared.record["positions"])
-    notes = [*text.notes, *layout.notes, *table.notes, *turn, *notes_of_midnight(readings)]
-    notes += (
+    notes = (
+        *(*text.notes, *layout.notes, *table.notes),
+        *notes_of_turn(readings, declared.record["positions"]),
+        *notes_of_midnight(readings),
         *readings.stroke_notes,
         *notes_of_thousands([own.cells for own in table.outputs], unit.name),
+        *unit.notes,
     )
-    common = {**declared.record, "source": layout.source, "notes": (*notes, *unit.notes)}
+    common = {**declared.record, "source": layout.source, "notes": notes}
     common |= {"sha256": text.sha256, "date": overrides.get("date") or table.date or common["date"]}
     return _form(text, layout, table), _records(layout, readings, declared, common)
 
