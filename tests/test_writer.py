@@ -96,6 +96,12 @@ def test_files(tmp_path):
     assert first[4:8] == bytes(4)  # the time stamp of gzip, RFC 1952
 
 
+@pytest.mark.parametrize("key", ["sensor (k=2; 95 %)", "sample #", "rig [a, b]"])
+def test_a_key_that_reads_back_is_written(key):
+    record = replace(FULL, metadata={key: "x"})
+    assert read_table(io.StringIO(written(record))).metadata == {key: "x"}
+
+
 def test_several_accelerometers():
     records = (replace(FULL, serial="A"), replace(FULL, serial="B", output=FULL.output * 2))
     assert read_tables(io.StringIO(written(records))) == records
@@ -117,6 +123,7 @@ def test_several_accelerometers():
             replace(FULL, time=FULL.time + 1.7e12),
             r"a time of 1.701e\+12 s; give times from the start",
         ),
+        (replace(FULL, metadata={"": "c"}), "does not fit into a header line"),
         (replace(FULL, metadata={"serial": "c"}), "does not fit into a header line"),
         (replace(FULL, serial="a,"), "does not fit into a header line"),
         (replace(FULL, run_labels=("", "b", "c")), "does not fit into a cell"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import fields
 from typing import IO, Any
@@ -15,14 +14,12 @@ from accelcal.arguments.kinds import each_of, path_text
 from accelcal.errors import InputError
 from accelcal.escapes import ESCAPED
 from accelcal.io.csv_text import csv_text
+from accelcal.io.header_lines import header_line
 from accelcal.io.vocabulary import canonical_key
 from accelcal.pace import LATEST
 from accelcal.record import TumbleRecord
 
 __all__ = ["write_table"]
-
-_OPEN_BRACKET = re.compile(r"[(\[][^)\]]*$")
-"""In a key, it would reach over the colon behind the key."""
 
 
 def write_table(
@@ -140,10 +137,10 @@ def _runs_by_appearance(record: TumbleRecord) -> tuple[str, ...]:
 
 
 def _metadata_line(key: str, value: str) -> str:
-    broken = key != key.strip() or set(key) & set(":=,;\t#") or _OPEN_BRACKET.search(key)
-    if key != "delta0" and (canonical_key(key) or broken):
+    line = f"{key}: {value}"
+    if key != "delta0" and (canonical_key(key) or header_line(line)[0] != key or not key):
         raise InputError(f"metadata key {key!r} does not fit into a header line; rename it")
-    return f"# {key}: {value}"
+    return f"# {line}"
 
 
 def _check_line(line: str) -> None:
