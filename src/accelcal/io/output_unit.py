@@ -33,24 +33,9 @@ class Written(NamedTuple):
 _SEVERAL = "units {!r} and {!r} in one table; give all outputs and their std in one unit"
 
 
-class OutputUnit(NamedTuple):
-    """The unit of the outputs.
-
-    Attributes
-    ----------
-    name : str or None
-        The unit, one of `accelcal.units.OUTPUT_UNITS`; None where none is known.
-    notes : tuple of str
-        That the file has another one, where it is so.
-    """
-
-    name: str | None
-    notes: tuple[str, ...] = ()
-
-
 def unit_of_outputs(
     written: Iterable[Written], given: str | None, source: str, several: str = _SEVERAL
-) -> OutputUnit:
+) -> tuple[str | None, tuple[str, ...]]:
     """Tell the one unit of the outputs.
 
     Parameters
@@ -66,8 +51,10 @@ def unit_of_outputs(
 
     Returns
     -------
-    OutputUnit
-        The unit.
+    unit : str or None
+        The unit, one of `accelcal.units.OUTPUT_UNITS`; None where none is known.
+    notes : tuple of str
+        That the file has another one, where it is so.
 
     Raises
     ------
@@ -80,12 +67,12 @@ def unit_of_outputs(
         unit, written = output_unit(given), list(written)
         of_table = [(canonical_unit(own.unit), own.line) for own in written if not own.in_header]
         _require_one(of_table, source, several)
-        return OutputUnit(unit, notes_of_unit(unit, (own.unit for own in written)))
+        return unit, notes_of_unit(unit, (own.unit for own in written))
     found = [
         (located(output_unit, own.unit, source=source, line=own.line), own.line) for own in written
     ]
     _require_one(found, source, several)
-    return OutputUnit(found[0][0] if found else None)
+    return found[0][0] if found else None, ()
 
 
 def _require_one(found: Sequence[tuple[str, int]], source: str, several: str) -> None:

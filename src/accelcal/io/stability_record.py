@@ -149,16 +149,16 @@ def read_stability(
     _require_size(output[kept], columns["output"])
     _require_change(output[kept], columns["output"])
     written = units_written(layout, [columns["output"]], columns.get("unit"))
-    unit = unit_of_outputs(written, given.get("unit"), layout.source, _TWO_UNITS)
+    unit, of_unit = unit_of_outputs(written, given.get("unit"), layout.source, _TWO_UNITS)
     serial, of_serial = serial_of_file(
         layout, columns.get("serial"), given.get("serial"), _ONE_FILE_EACH
     )
     return StabilityRecord(
         launches=tuple(_launches(columns, output[kept])),
-        unit=unit.name,
+        unit=unit,
         serial=serial,
         source=layout.source,
-        notes=(*notes, *unit.notes, *of_serial),
+        notes=(*notes, *of_unit, *of_serial),
     )
 
 

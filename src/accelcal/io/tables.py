@@ -263,8 +263,8 @@ def _read_by(
     given = str(overrides.get("unit") or "")
     units = list(units_written(layout, table.outputs, table.columns.get("unit")))
     of_std = list(units_of_columns(layout, filter(None, [table.columns.get("std")])))
-    unit = unit_of_outputs(units or of_std, given, layout.source)
-    declared = declarations(layout, table.decimal, unit.name, overrides)
+    unit, of_unit = unit_of_outputs(units or of_std, given, layout.source)
+    declared = declarations(layout, table.decimal, unit, overrides)
     readings = read_readings(table, declared.record["positions"])
     if (factor := factor_of_std(of_std, units, given, layout.source)) != 1.0:
         readings = readings.with_std_times(factor)
@@ -273,8 +273,8 @@ def _read_by(
         *notes_of_turn(readings, declared.record["positions"]),
         *notes_of_midnight(readings),
         *readings.stroke_notes,
-        *notes_of_thousands([own.cells for own in table.outputs], unit.name),
-        *unit.notes,
+        *notes_of_thousands([own.cells for own in table.outputs], unit),
+        *of_unit,
     )
     common = {**declared.record, "source": layout.source, "notes": notes}
     common |= {"sha256": text.sha256, "date": overrides.get("date") or table.date or common["date"]}

@@ -85,7 +85,7 @@ def read_triad(
     )
     channels = [table.columns[axis].without_unit(_is_output_unit) for axis in AXES]
     written = units_written(table.layout, channels, table.columns.get("unit"))
-    unit = unit_of_outputs(written, given.get("unit"), table.layout.source, _TWO_UNITS)
+    unit, of_unit = unit_of_outputs(written, given.get("unit"), table.layout.source, _TWO_UNITS)
     output = np.column_stack([complete_numbers(column) for column in channels])
     refuse_markers(channels, output)
     return located(
@@ -96,11 +96,11 @@ def read_triad(
             attitude=_attitude(table),
             shaft=_shaft(table),
             temperature=_temperature(table),
-            unit=unit.name,
+            unit=unit,
             local_gravity=given["local_gravity"] if "local_gravity" in given else _gravity(table),
             serial=serial,
             source=table.layout.source,
-            notes=(*table.layout.notes, *unit.notes, *of_serial),
+            notes=(*table.layout.notes, *of_unit, *of_serial),
         ),
         source=table.layout.source,
     )

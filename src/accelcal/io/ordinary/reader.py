@@ -310,17 +310,17 @@ def _numbers(
         roles = _roles(layout.headings) if layout.separator == "," else None
         if roles is None or not {"runs", *CONSTANTS}.isdisjoint(layout.declared):
             return None
-        unit = unit_of_outputs(_units_written(layout), overrides.get("unit"), "")
-        declared = declarations(layout, ".", unit.name, overrides)
+        unit, notes = unit_of_outputs(_units_written(layout), overrides.get("unit"), "")
+        declared = declarations(layout, ".", unit, overrides)
     except InputError:
         return None
     written = {heading.role: heading.unit for heading in layout.headings}
-    of_output = canonical_unit(written.get("output") or unit.name or "")
+    of_output = canonical_unit(written.get("output") or unit or "")
     if canonical_unit(written.get("std") or of_output) != of_output:
         return None
     factor = TIME_UNITS.get((written.get("time") or "s").casefold(), 1.0)
     rules = Rules(roles, declared.record["positions"], factor)
-    return _Shared(rules, {**declared.record, "notes": unit.notes}, declared.metadata)
+    return _Shared(rules, {**declared.record, "notes": notes}, declared.metadata)
 
 
 def _roles(headings: Sequence[Heading]) -> tuple[str, ...] | None:

@@ -312,7 +312,7 @@ def _units(
     if not given or not (own or of_rows):
         written += [told._replace(line=layout.headings_line) for told in units_written(layout, ())]
     written += [of_rows] if of_rows else []
-    found = unit_of_outputs(written, None, layout.source, _TWO_UNITS).name
+    found, _ = unit_of_outputs(written, None, layout.source, _TWO_UNITS)
     return {**units, "output": found} if found else units
 
 
