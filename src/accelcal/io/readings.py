@@ -113,10 +113,6 @@ class Readings:
         for own, missing in each:
             yield replace(self.select(own), missing=self.missing[missing])
 
-    def with_std_times(self, factor: float) -> Readings:
-        """Give the standard deviations in another unit."""
-        return replace(self, std=None if self.std is None else self.std * factor)
-
     def refuse(self, index: int, problem: str, remedy: str) -> TableError:
         """Make the error of one reading."""
         return TableError(problem, remedy, source=self.source, line=int(self.line[index]))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -266,8 +267,9 @@ def _read_by(
     unit, of_unit = unit_of_outputs(units or of_std, given, layout.source)
     declared = declarations(layout, table.decimal, unit, overrides)
     readings = read_readings(table, declared.record["positions"])
-    if (factor := factor_of_std(of_std, units, given, layout.source)) != 1.0:
-        readings = readings.with_std_times(factor)
+    factor = factor_of_std(of_std, units, given, layout.source)
+    if readings.std is not None and factor != 1.0:
+        readings = replace(readings, std=readings.std * factor)
     notes = (
         *(*text.notes, *layout.notes, *table.notes),
         *notes_of_turn(readings, declared.record["positions"]),
