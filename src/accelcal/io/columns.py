@@ -9,7 +9,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import shown
 from accelcal.io.cells import Column
-from accelcal.io.engines import NUMERIC, Columns
+from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns
 from accelcal.io.layout import Layout
 from accelcal.io.times import has_clock_times, has_times_of_day, one_date
 from accelcal.io.vocabulary import (
@@ -313,7 +313,11 @@ def _constants(layout: Layout, decimal: str, across: str) -> dict[str, Column]:
 
 
 def _is_blank(column: Column) -> bool:
-    return not isinstance(column.cells, np.ndarray) and not any(column.cells)
+    if not isinstance(column.cells, np.ndarray):
+        return not any(column.cells)
+    if np.isnan(column.cells).all():
+        raise BulkEngineGivesUp  # it does not tell an empty cell from one that says nan
+    return False
 
 
 def _aside(layout: Layout, columns: Columns) -> dict[str, str]:

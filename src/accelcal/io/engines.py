@@ -142,8 +142,8 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
         frame = pd.read_csv(io.BytesIO("\n".join(rows).encode()), **options)
     except ValueError as error:
         raise BulkEngineGivesUp from error
-    if len(frame) != len(rows) or frame[numeric].isna().all().any():
-        raise BulkEngineGivesUp  # it does not tell an empty cell from one that says nan
+    if len(frame) != len(rows):
+        raise BulkEngineGivesUp
     lines = np.array(layout.lines, dtype=np.int64)
     cells = {
         i: frame[i].to_numpy() if i in numeric else [cell.strip() for cell in frame[i].tolist()]
