@@ -16,7 +16,7 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.io.signs import with_hyphen
 from accelcal.io.thousands import first_in_groups
-from accelcal.io.vocabulary import ACROSS, UNITS_OF, has_unit, is_unit_of
+from accelcal.io.vocabulary import OUTPUTS, UNITS_OF, has_unit, is_unit_of
 from accelcal.units import canonical_unit
 
 MISSING = frozenset(
@@ -36,7 +36,6 @@ _REMEDIES = {
 
 _WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
 
-_OF_OUTPUTS = ("output", *ACROSS)
 
 _WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
 
@@ -254,7 +253,7 @@ def _floats(column: Column) -> list[float]:
             values.append(_float(cell, column.decimal, other))
         except ValueError:
             raise _not_a_number(column, index) from None
-    place = first_in_groups(cells) if column.role in _OF_OUTPUTS else None
+    place = first_in_groups(cells) if column.role in OUTPUTS else None
     if place is not None:
         problem = f"{{}} is one of numbers without decimals or with three: {column.decimal!r} is no"
         raise column.refuse(

@@ -149,6 +149,12 @@ def places_of(
     return found
 
 
+def notes_of_unused(layout: Layout, used: Collection[str]) -> list[str]:
+    """Name the columns whose roles are not used, if there are such."""
+    names = [own.text for own in layout.headings if own.text and own.role not in used]
+    return [f"columns not used: {shown(', '.join(names))}"] if names else []
+
+
 def _of_one_reading(across: str) -> tuple[str, ...]:
     """What a row cannot hold once for all of its outputs."""
     if not across:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from itertools import zip_longest
 
-from accelcal.io.vocabulary import ACROSS, Heading, canonical_key, is_unit_of, read_heading
+from accelcal.io.vocabulary import ACROSS, OUTPUTS, Heading, canonical_key, is_unit_of, read_heading
 from accelcal.units import is_output_unit
 
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
@@ -46,7 +46,7 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     >>> lone_output([read_heading(text) for text in ("Zeit", "Strom in mA")])[1].unit
     'mA'
     """
-    if any(heading.role in ("output", *ACROSS) for heading in headings):
+    if any(heading.role in OUTPUTS for heading in headings):
         return None
     unknown = [i for i, heading in enumerate(headings) if heading.role is None]
     by_unit = [i for i in unknown if _unit_of(headings[i])]
@@ -125,7 +125,7 @@ def joined(top: Sequence[Heading], own: Sequence[Heading]) -> tuple[Heading, ...
     >>> [cell.text for cell in joined([*map(read_heading, top)], [*map(read_heading, own)])]
     ['T', 'k', 'Pos. 1 [mA]', 'Pos. 2 [mA]']
     """
-    outputs = [cell.role for cell in own if cell.role in ("output", *ACROSS)]
+    outputs = [cell.role for cell in own if cell.role in OUTPUTS]
     if len(outputs) == 1 or not {*outputs} <= {"output"}:
         return tuple(own)
     return tuple(_numbered(*pair) for pair in zip_longest(top, own, fillvalue=_NONE))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from accelcal.arguments.kinds import shown
 from accelcal.io.heading_rows import lone_output
 from accelcal.io.layout import Layout, split_line
-from accelcal.io.vocabulary import ACROSS, Heading
+from accelcal.io.vocabulary import OUTPUTS, Heading
 from accelcal.units import is_output_unit
 
 _BEFORE_UNIT = " _/,[("
@@ -50,7 +50,7 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
     others = {heading.role for heading in headings if heading.of not in names}
     if not names:
         return layout
-    if others & {"output", "serial", *ACROSS}:
+    if others & {"serial", *OUTPUTS}:
         unused = f"serials {given} was not used: other columns hold the outputs or the serials"
         return layout._replace(notes=(*layout.notes, unused)) if given else layout
     for name in names:

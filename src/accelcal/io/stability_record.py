@@ -14,7 +14,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError
 from accelcal.io.cells import Column, labels, numbers
-from accelcal.io.columns import places_of
+from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.declarations import declarations_of
 from accelcal.io.engines import (
     BulkEngineGivesUp,
@@ -140,7 +140,7 @@ def read_stability(
     columns = _columns(layout)
     output = numbers(columns["output"])
     kept = ~np.isnan(output)
-    notes = [*layout.notes, *_unused(layout)]
+    notes = [*layout.notes, *notes_of_unused(layout, _ROLES)]
     if not kept.all():
         missing = columns["output"].lines[~kept]
         notes.append(f"{were(missing, 'missing output')} left out ({lines_named(missing)})")
@@ -192,11 +192,6 @@ def _columns(layout: Layout) -> Roles:
     needed = max(places["time"], places["output"]) + 1
     columns = _split(layout, sorted(places.values()), needed)
     return {name: columns[index] for name, index in places.items()}
-
-
-def _unused(layout: Layout) -> list[str]:
-    names = [own.text for own in layout.headings if own.text and own.role not in _ROLES]
-    return [f"columns not used: {shown(', '.join(names))}"] if names else []
 
 
 def _split(layout: Layout, used: Sequence[int], needed: int) -> Columns:

@@ -155,6 +155,9 @@ ACROSS: Mapping[str, str] = MappingProxyType(
 )
 """Role of the columns of outputs of a wide table -> the column that their headings stand for."""
 
+OUTPUTS = ("output", *ACROSS)
+"""Roles of columns of outputs, be the table long or wide."""
+
 
 class Heading(NamedTuple):
     """Meaning of a column heading.
@@ -224,7 +227,7 @@ def is_unit_of(role: str, unit: str) -> bool:
     >>> is_unit_of("temperature", "K"), is_unit_of("stroke", "mA")
     (True, False)
     """
-    if role in ("output", "std", *ACROSS):
+    if role in ("std", *OUTPUTS):
         return is_output_unit(unit) or is_output_unit(unit.casefold())
     return has_unit(role, unit) or unit.casefold() in _folded_units(_WRONG_UNITS.get(role, ()))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.columns import places_of
+from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.declarations import declared_temperature
 from accelcal.io.header_lines import Declared, declarations_in, declare, header_line
 from accelcal.io.layout import Layout, split_headings, split_line
@@ -220,7 +220,7 @@ def read_sample_headings(
     if "unit" in columns:
         of_rows, row = first_unit(row, place, readline, columns["unit"], separator)
     units = _units(layout, columns, form.outputs, of_rows, unit)
-    notes = (*notes, *layout.notes, *_unused(layout))
+    notes = (*notes, *layout.notes, *notes_of_unused(layout, (*form.roles, "serials")))
     return SampleHeadings(layout, columns, units, place, row, notes, of_rows)
 
 
@@ -256,11 +256,6 @@ def _refuse_triad(layout: Layout) -> None:
     if axes.get("y") == "output" and {"x", "z"} <= set(axes):
         remedy = "name the column of this accelerometer output, or give the calibration of a triad"
         raise layout.refuse("columns x, y and z of a triad", remedy)
-
-
-def _unused(layout: Layout) -> list[str]:
-    names = [own.text for own in layout.headings if own.text and own.role is None]
-    return [f"columns not used: {shown(', '.join(names))}"] if names else []
 
 
 def _channels(layout: Layout) -> dict[str, int]:
