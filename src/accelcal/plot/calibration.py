@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from accelcal.plot import coefficients, residuals, temperature
 from accelcal.plot.pictures import Pictures
+from accelcal.results.calibration import Calibration
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.results.calibration import Calibration
 
 __all__ = ["CalibrationPlot"]
 
 
-@dataclass(frozen=True, slots=True)
-class CalibrationPlot(Pictures):
+class CalibrationPlot(Pictures[Calibration]):
     """Pictures of a calibration.
-
-    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
-    returns the axes; ``ax.figure`` is the figure. `accelcal.plot.style.theme` chooses dark colours.
-
-    Attributes
-    ----------
-    calibration : Calibration
-        The calibration.
 
     Examples
     --------
@@ -36,7 +26,7 @@ class CalibrationPlot(Pictures):
     'residual [µg]'
     """
 
-    calibration: Calibration
+    __slots__ = ()
 
     def residuals(self, ax: Axes | None = None, *, run: str | int | None = None) -> Axes:
         """Draw reading minus model by head angle, forward and back strokes apart.
@@ -59,7 +49,7 @@ class CalibrationPlot(Pictures):
         InputError
             If there is no such run.
         """
-        return residuals.residuals(self.calibration, ax, run=run)
+        return residuals.residuals(self.result, ax, run=run)
 
     def residual_map(self, ax: Axes | None = None) -> Axes:
         """Draw reading minus model as a heat map, head angle by stroke, run beside run.
@@ -74,7 +64,7 @@ class CalibrationPlot(Pictures):
         Axes
             A column for each stroke of each run; hatched where there is no reading.
         """
-        return residuals.residual_map(self.calibration, ax)
+        return residuals.residual_map(self.result, ax)
 
     def tumble(self, ax: Axes | None = None, *, run: str | int | None = None) -> Axes:
         """Draw reading minus model round the turn.
@@ -96,7 +86,7 @@ class CalibrationPlot(Pictures):
         InputError
             If there is no such run, or the axes are not polar.
         """
-        return residuals.tumble(self.calibration, ax, run=run)
+        return residuals.tumble(self.result, ax, run=run)
 
     def temperature(self, axes: Any = None) -> Any:
         """Draw the temperature laws of bias, scale factor and misalignment over their points.
@@ -114,7 +104,7 @@ class CalibrationPlot(Pictures):
             the runs alone, where there are no laws. Of several mountings that of the laws is drawn
             and named; `Calibration.of_mounting` takes another.
         """
-        return temperature.temperature(self.calibration, axes)
+        return temperature.temperature(self.result, axes)
 
     def budget(self, ax: Axes | None = None, *, run: str | int | None = None) -> Axes:
         """Draw where the uncertainty of each coefficient comes from.
@@ -136,7 +126,7 @@ class CalibrationPlot(Pictures):
         InputError
             If there is no such run.
         """
-        return coefficients.budget(self.calibration, ax, run=run)
+        return coefficients.budget(self.result, ax, run=run)
 
     def coefficients(self, axes: Any = None) -> Any:
         """Draw each coefficient run by run.
@@ -151,4 +141,4 @@ class CalibrationPlot(Pictures):
         ndarray of Axes, shape (6,)
             Values with 95 % intervals.
         """
-        return coefficients.coefficients(self.calibration, axes)
+        return coefficients.coefficients(self.result, axes)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -43,17 +42,10 @@ _COLUMNS = 4
 _OTHERS = "other tests"
 
 
-@dataclass(frozen=True, slots=True)
-class DesignPlot(Pictures):
-    """Pictures of tests that are compared, as of `accelcal.design` and `accelcal.optimal_design`.
+class DesignPlot(Pictures[DesignComparison | OptimalDesign]):
+    """Pictures of tests that `accelcal.design` or `accelcal.optimal_design` compared."""
 
-    Attributes
-    ----------
-    found : DesignComparison or OptimalDesign
-        The tests.
-    """
-
-    found: DesignComparison | OptimalDesign
+    __slots__ = ()
 
     @styled
     def hours(self, axes: Any = None) -> Any:
@@ -80,10 +72,11 @@ class DesignPlot(Pictures):
         >>> len(found.plot.hours())
         6
         """
-        comparison = self.found.comparison if isinstance(self.found, OptimalDesign) else self.found
+        found = self.result
+        comparison = found.comparison if isinstance(found, OptimalDesign) else found
         names = [name for name in _MEANINGS if name in comparison.names()]
         looks, labels = _looks(comparison), [_number(design) for design in comparison.designs]
-        if comparison is not self.found:
+        if comparison is not found:
             labels[0] = "best"
         if axes is None:
             axes = _own(len(names), looks, comparison)

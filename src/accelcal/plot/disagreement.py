@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,29 +12,19 @@ from accelcal.plot.discovery import draw_where
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import Readings, draw_by_angle
 from accelcal.plot.style import canvas, canvases, entitled, palette, styled
-from accelcal.results.disagreement import ALPHA
+from accelcal.results.disagreement import ALPHA, Disagreement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from accelcal.record import TumbleRecord
     from accelcal.results.calibration import Calibration
-    from accelcal.results.disagreement import Disagreement
 
 __all__ = ["DisagreementPlot"]
 
 
-@dataclass(frozen=True, slots=True)
-class DisagreementPlot(Pictures):
+class DisagreementPlot(Pictures[Disagreement]):
     """Pictures of a comparison.
-
-    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
-    returns the axes; ``ax.figure`` is the figure. `accelcal.plot.style.theme` chooses dark colours.
-
-    Attributes
-    ----------
-    disagreement : Disagreement
-        The comparison.
 
     Examples
     --------
@@ -46,7 +35,7 @@ class DisagreementPlot(Pictures):
     'share of the disagreement [%]'
     """
 
-    disagreement: Disagreement
+    __slots__ = ()
 
     def where(self, ax: Axes | None = None) -> Axes:
         """Draw which factors of the test have the disagreement.
@@ -61,7 +50,7 @@ class DisagreementPlot(Pictures):
         Axes
             Shares of the sum of squares, with the chance that each is noise.
         """
-        return draw_where(self.disagreement.where, ALPHA, ax)
+        return draw_where(self.result.where, ALPHA, ax)
 
     @styled
     def runs(self, axes: Any = None) -> Any:
@@ -78,9 +67,9 @@ class DisagreementPlot(Pictures):
             Changes of bias, scale factor and misalignment with 95 % intervals.
         """
         panels = canvases(axes, 1, 3, (10.0, 3.4))
-        names = run_labels(self.disagreement.run_names, self.disagreement.runs)
+        names = run_labels(self.result.run_names, self.result.runs)
         for ax, name in zip(panels, ("bias", "scale_factor", "misalignment"), strict=True):
-            draw_runs(ax, [getattr(change, name) for change in self.disagreement.runs], names)
+            draw_runs(ax, [getattr(change, name) for change in self.result.runs], names)
             ax.axhline(0.0, color=palette().ink, lw=0.8)
             ax.set_title(f"Change of {name.replace('_', ' ')}")
         return panels

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -18,12 +17,12 @@ from accelcal.report.discovery import with_doubts
 from accelcal.report.findings import p_value, parts_of_disagreement
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import readable
+from accelcal.results.discovery import Discovery
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from accelcal.record import TumbleRecord
-    from accelcal.results.discovery import Discovery
     from accelcal.results.findings import Change, Share
 
 __all__ = ["DiscoveryPlot"]
@@ -37,17 +36,8 @@ _ONE_OF = 0.9
 """Part of an action's squares that must follow a quantity for it to be drawn along that."""
 
 
-@dataclass(frozen=True, slots=True)
-class DiscoveryPlot(Pictures):
+class DiscoveryPlot(Pictures[Discovery]):
     """Pictures of a discovery.
-
-    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
-    returns the axes; ``ax.figure`` is the figure. `accelcal.plot.style.theme` chooses dark colours.
-
-    Attributes
-    ----------
-    discovery : Discovery
-        The discovery.
 
     Examples
     --------
@@ -57,7 +47,7 @@ class DiscoveryPlot(Pictures):
     'gap, rms [µg]'
     """
 
-    discovery: Discovery
+    __slots__ = ()
 
     @styled
     def gap(self, ax: Axes | None = None) -> Axes:
@@ -73,8 +63,8 @@ class DiscoveryPlot(Pictures):
         Axes
             The dashed line is the noise of a reading.
         """
-        steps, fitted, held_out = zip(*_steps(self.discovery), strict=True)
-        noise = next((s.value for s in self.discovery.noise if s.name == "reading"), None)
+        steps, fitted, held_out = zip(*_steps(self.result), strict=True)
+        noise = next((s.value for s in self.result.noise if s.name == "reading"), None)
         known = [size for size in (*fitted, *held_out, noise) if size is not None]
         factor, unit = readable("g", known)
         ax = canvas(ax, (max(4.6, 2.6 + 1.5 * len(steps)), 3.6))
@@ -105,7 +95,7 @@ class DiscoveryPlot(Pictures):
         Axes
             Shares of the sum of squares, with the chance that each is noise.
         """
-        return draw_where(self.discovery.where, self.discovery.alpha, ax)
+        return draw_where(self.result.where, self.result.alpha, ax)
 
     @styled
     def signature(
@@ -132,7 +122,7 @@ class DiscoveryPlot(Pictures):
         InputError
             If no such effect was found, or the record does not suit the discovery.
         """
-        found = action(self.discovery, record, effect)
+        found = action(self.result, record, effect)
         along = _along(found)
         ax = canvas(ax)
         colours, (factor, unit) = palette(), readable("g", found.residual)
@@ -174,7 +164,7 @@ class DiscoveryPlot(Pictures):
         """
         shown = [
             change
-            for change in self.discovery.coefficients
+            for change in self.result.coefficients
             if None not in (change.before.value, change.after.value)
             and change.before.expanded_uncertainty
         ]

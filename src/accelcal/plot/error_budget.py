@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,12 +12,12 @@ from accelcal.plot.style import SMALL, canvases, palette, styled
 from accelcal.report.error_budget import joint_variance, place
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import readable
+from accelcal.results.error_budget import ErrorBudget
 from accelcal.results.quantity import Document
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.results.error_budget import ErrorBudget
 
 __all__ = ["ErrorBudgetPlot", "shares"]
 
@@ -29,20 +28,10 @@ _LABELLED = 16  # bars; of more, the axis has numbers only
 _HATCHES = ("", "////", "....")
 
 
-@dataclass(frozen=True, slots=True)
-class ErrorBudgetPlot(Pictures):
-    """Pictures of an error budget.
+class ErrorBudgetPlot(Pictures[ErrorBudget]):
+    """Pictures of an error budget."""
 
-    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
-    returns the axes. `accelcal.plot.style.theme` chooses dark colours.
-
-    Attributes
-    ----------
-    budget : ErrorBudget
-        The budget.
-    """
-
-    budget: ErrorBudget
+    __slots__ = ()
 
     @styled
     def stack(self, axes: Any = None) -> Any:
@@ -64,7 +53,7 @@ class ErrorBudgetPlot(Pictures):
         uncertainty U, so that the shares add up to U. The errors of the coefficients are correlated
         and cancel in part, so they have one share together.
         """
-        document = self.budget.to_document()
+        document = self.result.to_document()
         points = document["points"]
         width = max(9.0, min(5.0 + 0.8 * len(points), 16.0))
         own = axes is None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,29 +10,19 @@ from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvas, entitled, palette, styled
 from accelcal.report.numbers import readable
+from accelcal.results.head_calibration import HeadCalibration
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.results.head_calibration import HeadCalibration
 
 __all__ = ["HeadPlot"]
 
 
-@dataclass(frozen=True, slots=True)
-class HeadPlot(Pictures):
-    """Pictures of a head.
+class HeadPlot(Pictures[HeadCalibration]):
+    """Pictures of a head."""
 
-    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
-    returns the axes. `accelcal.plot.style.theme` chooses dark colours.
-
-    Attributes
-    ----------
-    head : HeadCalibration
-        The head.
-    """
-
-    head: HeadCalibration
+    __slots__ = ()
 
     @styled
     def errors(self, ax: Axes | None = None) -> Axes:
@@ -50,7 +39,7 @@ class HeadPlot(Pictures):
             Errors, true minus nominal, by the graduation. A band shows what was declared of a
             position before any reading.
         """
-        head, colours = self.head, palette()
+        head, colours = self.result, palette()
         half = np.array([each.expanded_uncertainty for each in head.quantities()], dtype=float)
         factor, unit = readable("rad", head.errors, half)
         ax = canvas(ax, (6.4, 3.8))

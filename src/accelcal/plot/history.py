@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import date
 from typing import TYPE_CHECKING, Any
 
@@ -13,29 +12,20 @@ from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.report.findings import p_value
 from accelcal.report.numbers import readable
+from accelcal.results.unit_history import History
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.results.unit_history import History, Trend
+    from accelcal.results.unit_history import Trend
 
 __all__ = ["HistoryPlot"]
 
 
-@dataclass(frozen=True, slots=True)
-class HistoryPlot(Pictures):
-    """Pictures of a unit's history.
+class HistoryPlot(Pictures[History]):
+    """Pictures of a unit's history."""
 
-    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
-    returns the axes. `accelcal.plot.style.theme` chooses dark colours.
-
-    Attributes
-    ----------
-    history : History
-        The history.
-    """
-
-    history: History
+    __slots__ = ()
 
     @styled
     def trends(self, axes: Any = None) -> Any:
@@ -52,11 +42,11 @@ class HistoryPlot(Pictures):
             Calibrations with 95 % intervals; thin bars add the scatter beyond what is stated.
         """
         panels = canvases(axes, 2, 1, (7.6, 6.2))
-        for ax, trend in zip(panels, self.history.trends, strict=True):
+        for ax, trend in zip(panels, self.result.trends, strict=True):
             _draw(ax, trend)
         panels[-1].set_xlabel("date")
         if axes is None:
-            panels[0].figure.suptitle(f"History of {self.history.serial or 'a unit'}")
+            panels[0].figure.suptitle(f"History of {self.result.serial or 'a unit'}")
         return panels
 
 

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any, NoReturn
+from dataclasses import dataclass
+from typing import Any, Generic, NoReturn, TypeVar
 
 from accelcal.errors import InputError
 
+R = TypeVar("R")
 
-class Pictures:
-    """Pictures of a result, a method each."""
 
-    __slots__ = ()
+@dataclass(frozen=True, slots=True)
+class Pictures(Generic[R]):
+    """Pictures of a result, a method each.
+
+    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
+    returns the axes; ``ax.figure`` is the figure. `accelcal.plot.style.theme` chooses dark colours.
+
+    Attributes
+    ----------
+    result : object
+        The result.
+    """
+
+    result: R
 
     def __call__(self, *_: Any, **__: Any) -> NoReturn:
         """Say which pictures there are, where one is asked for as pandas has it.

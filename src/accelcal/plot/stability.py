@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,13 +13,13 @@ from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, canvases, palette, styled
 from accelcal.plot.ticks import short_log_ticks
 from accelcal.report.numbers import readable, time_unit
+from accelcal.results.stability import Stability
 from accelcal.stability.noise_terms import TERMS
 from accelcal.stability.record import Launch, StabilityRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.results.stability import Stability
 
 __all__ = ["StabilityPlot", "both"]
 
@@ -28,20 +27,10 @@ _MOST_POINTS = 150
 _MOST_NAMED = 6
 
 
-@dataclass(frozen=True, slots=True)
-class StabilityPlot(Pictures):
-    """Pictures of a stability test.
+class StabilityPlot(Pictures[Stability]):
+    """Pictures of a stability test."""
 
-    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
-    returns the axes; ``ax.figure`` is the figure. `accelcal.plot.style.theme` chooses dark colours.
-
-    Attributes
-    ----------
-    stability : Stability
-        The analysis.
-    """
-
-    stability: Stability
+    __slots__ = ()
 
     @styled
     def allan(self, ax: Axes | None = None) -> Axes:
@@ -57,11 +46,11 @@ class StabilityPlot(Pictures):
         Axes
             Logarithmic axes.
         """
-        ax, found = canvas(ax, (5.6, 4.2)), self.stability.allan
+        ax, found = canvas(ax, (5.6, 4.2)), self.result.allan
         ax.set_title("Overlapping Allan deviation")
         if not found.tau_s:
             return blank(ax, "not determined")
-        factor, unit = readable(self.stability.unit, found.deviation)
+        factor, unit = readable(self.result.unit, found.deviation)
         tau = np.array(found.tau_s)
         low, middle, high = (
             factor * np.array(x) for x in (found.lower, found.deviation, found.upper)
@@ -70,7 +59,7 @@ class StabilityPlot(Pictures):
         name = f"measured, {100 * found.level:.0f} % band"
         ax.fill_between(tau, low, high, color=colours.series[0], alpha=0.2, lw=0)
         ax.loglog(tau, middle, "o-", ms=4, color=colours.series[0], label=name)
-        for number, (symbol, term) in enumerate(self.stability.noise_terms.items(), start=1):
+        for number, (symbol, term) in enumerate(self.result.noise_terms.items(), start=1):
             if term.value is not None:
                 line = factor * term.value * np.sqrt(TERMS[symbol].variance(tau))
                 near = (line > 0.5 * low.min()) & (line < 2.0 * high.max())
@@ -97,7 +86,7 @@ class StabilityPlot(Pictures):
         Axes
             Time since the start of each launch, and bias less the mean of all launches.
         """
-        found, launches = self.stability, self.stability.launches
+        found, launches = self.result, self.result.launches
         resting = _resting(record, len(launches))
         size, name = time_unit(max((launch.duration_s for launch in launches), default=1.0))
         factor, unit = readable(found.unit, [e.fluctuation.value or 0.0 for e in launches])

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +14,7 @@ from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.report.numbers import written
 from accelcal.report.stand_budget import shares, shown_unit
 from accelcal.results.quantity import Document
-
-if TYPE_CHECKING:
-    from accelcal.results.stand_budget import StandBudget
-
+from accelcal.results.stand_budget import StandBudget
 
 _DRAWN = ("K1", "k0", "k2", "k3", "delta", "delta_ip")
 _BARS = 6
@@ -28,20 +24,10 @@ _LEAST = 1e-5
 """Part of the variance from which on a component has a bar."""
 
 
-@dataclass(frozen=True, slots=True)
-class StandBudgetPlot(Pictures):
-    """Pictures of the budget of a stand.
+class StandBudgetPlot(Pictures[StandBudget]):
+    """Pictures of the budget of a stand."""
 
-    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
-    returns the axes. `accelcal.plot.style.theme` chooses dark colours.
-
-    Attributes
-    ----------
-    budget : StandBudget
-        The budget.
-    """
-
-    budget: StandBudget
+    __slots__ = ()
 
     @styled
     def pareto(self, axes: Any = None) -> Any:
@@ -57,7 +43,7 @@ class StandBudgetPlot(Pictures):
         ndarray of Axes
             A Pareto chart for each coefficient.
         """
-        document = self.budget.to_document()
+        document = self.result.to_document()
         places = _places(document)
         if not places:
             raise InputError("no coefficient has an uncertainty; there is nothing to draw")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,31 +13,22 @@ from accelcal.plot.style import blank, canvas, entitled, palette, styled
 from accelcal.plot.ticks import name_ticks
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import readable
+from accelcal.results.stand_discovery import StandDiscovery
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.results.stand_discovery import StandDiscovery, StandEffect
+    from accelcal.results.stand_discovery import StandEffect
 
 __all__ = ["StandPlot"]
 
 _MOST_NAMED = 16
 
 
-@dataclass(frozen=True, slots=True)
-class StandPlot(Pictures):
-    """Pictures of a stand.
+class StandPlot(Pictures[StandDiscovery]):
+    """Pictures of a stand."""
 
-    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
-    returns the axes; ``ax.figure`` is the figure. `accelcal.plot.style.theme` chooses dark colours.
-
-    Attributes
-    ----------
-    stand : StandDiscovery
-        What was discovered.
-    """
-
-    stand: StandDiscovery
+    __slots__ = ()
 
     @styled
     def head(self, ax: Axes | None = None) -> Axes:
@@ -56,7 +46,7 @@ class StandPlot(Pictures):
         """
         ax = canvas(ax)
         ax.set_title("Errors of the head positions")
-        head = self.stand.head
+        head = self.result.head
         if not head:
             return blank(ax, "head uncertainty not declared")
         angles = [position.angle_deg for position in head]
@@ -90,7 +80,7 @@ class StandPlot(Pictures):
         InputError
             If no such effect was found.
         """
-        item = _effect(self.stand, effect)
+        item = _effect(self.result, effect)
         known = {unit: q for unit, q in item.sizes.items() if q.value is not None}
         values = np.array([q.value for q in known.values()], dtype=float)
         half = np.array([q.expanded_uncertainty or 0.0 for q in known.values()])

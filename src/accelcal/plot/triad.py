@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,33 +12,22 @@ from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvas, entitled, palette, styled
 from accelcal.report.numbers import readable
-from accelcal.results.triad import AXES
+from accelcal.results.triad import AXES, TriadCalibration
 from accelcal.triad.record import TriadRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from accelcal.results.triad import TriadCalibration
 
 __all__ = ["TriadPlot"]
 
 _MARKS = "os^"
 
 
-@dataclass(frozen=True, slots=True)
-class TriadPlot(Pictures):
-    """Pictures of a triad.
+class TriadPlot(Pictures[TriadCalibration]):
+    """Pictures of a triad."""
 
-    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
-    returns the axes. `accelcal.plot.style.theme` chooses dark colours.
-
-    Attributes
-    ----------
-    triad : TriadCalibration
-        The calibration.
-    """
-
-    triad: TriadCalibration
+    __slots__ = ()
 
     @styled
     def residuals(self, record: TriadRecord, ax: Axes | None = None) -> Axes:
@@ -83,7 +71,7 @@ class TriadPlot(Pictures):
     def _left(self, record: TriadRecord) -> tuple[Array, list[str]]:
         """Residuals [g], a column each, with its name where there are several."""
         expect(record, TriadRecord)
-        triad = self.triad
+        triad = self.result
         if (record.up is None) != (triad.frame != "block") or len(record.output) < triad.attitudes:
             raise InputError(
                 f"{len(record.output)} rows that are not those of the calibration, which has"
