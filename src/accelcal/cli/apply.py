@@ -21,6 +21,7 @@ from accelcal.cli.options import (
     output_option,
     serial_option,
     temperature_option,
+    text_option,
 )
 
 if TYPE_CHECKING:
@@ -44,9 +45,9 @@ if TYPE_CHECKING:
     help="Unit of the accelerations; g is local g at the place of calibration.",
 )
 @gravity_option("Gravity at the place of calibration [m/s^2].", name="local_gravity")
-@click.option("--unit", "output_unit", metavar="UNIT", help="Unit of the outputs in DATA.")
+@text_option("--unit", "UNIT", "Unit of the outputs in DATA.", name="output_unit")
 @serial_option
-@click.option("--run", metavar="TEXT", help="Use the table of this run only.")
+@text_option("--run", "TEXT", "Use the table of this run only.")
 @mounting_option
 @click.option(
     "--by",
@@ -95,7 +96,7 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
       accelcal apply triad.json imu.csv -o accelerations.csv
       accelcal apply calibration.json flight.csv.gz --in m/s^2 -o accelerations.csv.gz
       accelcal apply calibration.json flight.csv --by levels -o accelerations.csv
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.compensate.assumptions import warn_of
     from accelcal.io.documents.calibrations import TriadFile, read_calibrations_or_triad
     from accelcal.io.samples.forms import ONE_ACCELEROMETER, TRIAD

@@ -18,6 +18,7 @@ from accelcal.cli.options import (
     count_option,
     effects_option,
     output_option,
+    text_option,
 )
 from accelcal.errors import InputError
 from accelcal.plural import counted
@@ -31,10 +32,10 @@ if TYPE_CHECKING:
 @output_option("the rows of all tables", metavar="RESULTS.(csv|csv.gz|parquet)", required=True)
 @count_option("--jobs", "N", "Number of processes [default: all processors].")
 @click.option("--resume", is_flag=True, help="Continue an interrupted batch.")
-@click.option(
+@text_option(
     "--dask",
-    metavar="ADDRESS",
-    help="Work on the Dask cluster of this scheduler; 'local' starts one of --jobs processes.",
+    "ADDRESS",
+    "Work on the Dask cluster of this scheduler; 'local' starts one of --jobs processes.",
 )
 @calibration_options
 @effects_option
@@ -60,7 +61,7 @@ def batch(
       accelcal batch 2024/ -o results.csv --head head.json --model model.json
       accelcal batch archive/ -o results.csv --resume
       accelcal batch s3://bucket/tests -o results.parquet --dask tcp://scheduler:8786
-    """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.archive.batch import write_batch
 
     asked = fit_arguments(options)

@@ -12,7 +12,7 @@ from accelcal.cli.files import JSON, Command, FileToRead
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     acceleration_option,
-    accelerations,
+    accelerations_option,
     degrees_option,
     file_option,
     format_option,
@@ -22,7 +22,8 @@ from accelcal.cli.options import (
     picture_option,
     ratio_option,
     serial_option,
-    temperatures,
+    temperatures_option,
+    valued_option,
 )
 from accelcal.cli.stand_budget import asked_for_stand, budget_of_stand, stand_options
 from accelcal.cli.values import durations
@@ -39,26 +40,23 @@ if TYPE_CHECKING:
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json", required=False)
 @output_option("the budget as JSON", metavar="BUDGET.json", file=JSON)
-@click.option(
+@accelerations_option(
     "--acceleration",
-    type=accelerations,
+    "G,...",
+    "Accelerations a_i along the input axis [local g].",
     default="1",
     show_default=True,
-    metavar="G,...",
-    help="Accelerations a_i along the input axis [local g].",
 )
 @acceleration_option("--a-p", "G", "Along the pendulous axis [local g].", default="0")
 @acceleration_option("--a-o", "G", "Along the output axis [local g].", default="0")
-@click.option(
-    "--temperature", type=temperatures, metavar="DEG,...", help="Temperatures [degC; default: T0]."
-)
-@click.option(
+@temperatures_option("--temperature", "DEG,...", "Temperatures [degC; default: T0].")
+@valued_option(
+    durations,
     "--time",
-    type=durations,
+    "T,...",
+    "Times since the start of the launch, such as 600, 10min or 12h [s].",
     default="0",
     show_default=True,
-    metavar="T,...",
-    help="Times since the start of the launch, such as 600, 10min or 12h [s].",
 )
 @file_option("--stability", "STABILITY.json", "Result of accelcal stability.")
 @acceleration_option("--launch", "G", "Launch-to-launch bias k0L [g].")
@@ -117,7 +115,7 @@ def budget(
       accelcal budget cal.json --acceleration -1,0,1 --hysteresis 3e-4 --plot budget.png
       accelcal budget --stand examples/paper-stand.toml --monte-carlo adaptive --seed 1
       accelcal budget --stand stand.toml cal.json --positions 12 --target K1=20ppm
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.io.documents.calibrations import read_calibrations
 
     of_stand = asked_for_stand(click.get_current_context())

@@ -32,7 +32,7 @@ def check(data: str, form: str, **declared: Any) -> None:
     Examples:
       accelcal check table.csv
       accelcal check table.csv --unit mA --positions 12
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.io.description import describe, summary
     from accelcal.io.tables import survey
     from accelcal.report.lines import visible_lines

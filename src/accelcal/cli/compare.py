@@ -6,13 +6,19 @@ import click
 
 from accelcal.cli.files import Command, FileToRead
 from accelcal.cli.forms import deliver_forms
-from accelcal.cli.options import apparatus_options, data_argument, effects_option, format_option
+from accelcal.cli.options import (
+    apparatus_options,
+    data_argument,
+    effects_option,
+    format_option,
+    text_option,
+)
 
 
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json")
 @data_argument()
-@click.option("--serial", metavar="TEXT", help="Compare this unit only, if a file holds several.")
+@text_option("--serial", "TEXT", "Compare this unit only, if a file holds several.")
 @click.option(
     "--same-head/--other-head",
     "same_head",
@@ -42,7 +48,7 @@ def compare(
     Examples:
       accelcal fit table.csv -o calibration.json
       accelcal compare calibration.json next-year.csv
-    """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.discovery.new_record.compare import compare as simulate_and_compare
     from accelcal.io.documents.calibrations import read_calibrations_or_models
     from accelcal.io.documents.of_serial import records_of_serial

@@ -11,7 +11,7 @@ from accelcal.cli.files import JSON, Command, FileToWrite
 from accelcal.cli.forms import deliver_result
 from accelcal.cli.options import (
     acceleration_option,
-    angles,
+    angles_option,
     degrees_option,
     effects_option,
     format_option,
@@ -23,7 +23,9 @@ from accelcal.cli.options import (
     seconds_option,
     seed_option,
     target_option,
-    temperatures,
+    temperatures_option,
+    text_option,
+    valued_option,
 )
 from accelcal.cli.values import number, words
 from accelcal.errors import InputError
@@ -43,38 +45,29 @@ def whole_numbers(text: str) -> tuple[int, ...]:
 
 @click.command(cls=Command)
 @output_option("the document (JSON)", metavar="DESIGN.json", file=JSON)
-@click.option(
+@valued_option(
+    whole_numbers,
     "--positions",
-    type=whole_numbers,
-    metavar="N,...",
-    help="Equally spaced positions in a turn [default: 4,6,8,12,16,24,36; none with --angles].",
+    "N,...",
+    "Equally spaced positions in a turn [default: 4,6,8,12,16,24,36; none with --angles].",
 )
-@click.option(
-    "--angles",
-    type=angles,
-    multiple=True,
-    metavar="DEG,...",
-    help="Your own head angles of a stroke [deg]; may be repeated.",
+@angles_option(
+    "--angles", "DEG,...", "Your own head angles of a stroke [deg]; may be repeated.", multiple=True
 )
-@click.option(
-    "--strokes", type=whole_numbers, metavar="N,...", help="Strokes in a run [default: 2,6]."
-)
-@click.option(
-    "--cycles", type=whole_numbers, metavar="N,...", help="Strokes in cycles, forward and back."
-)
-@click.option(
+@valued_option(whole_numbers, "--strokes", "N,...", "Strokes in a run [default: 2,6].")
+@valued_option(whole_numbers, "--cycles", "N,...", "Strokes in cycles, forward and back.")
+@temperatures_option(
     "--temperatures",
-    type=temperatures,
+    "DEG,...",
+    "Temperatures in their order [default: -40,20,80 degC]; may be repeated.",
     multiple=True,
-    metavar="DEG,...",
-    help="Temperatures in their order [default: -40,20,80 degC]; may be repeated.",
 )
-@click.option(
+@valued_option(
+    words,
     "--mountings",
-    type=words,
+    "SIDE,...",
+    "Mountings o+, o-, p+ or p- in their order [default: o+]; may be repeated.",
     multiple=True,
-    metavar="SIDE,...",
-    help="Mountings o+, o-, p+ or p- in their order [default: o+]; may be repeated.",
 )
 @seconds_option("--reading-time", "S", "Time of a reading [default: 60 s].")
 @seconds_option("--turn-time", "S", "Time between positions [default: 30 s].")
@@ -93,20 +86,18 @@ def whole_numbers(text: str) -> tuple[int, ...]:
 )
 @hours_option("--hours", "H", "Longest duration; strokes fill it [h].")
 @target_option("NAME=U", "Wanted standard uncertainty, such as K1=5ppm; may be repeated.")
-@click.option(
-    "--optimal",
-    metavar="WHAT",
-    help="Find the best angles within --hours: D, A, or one coefficient such as K1.",
+@text_option(
+    "--optimal", "WHAT", "Find the best angles within --hours: D, A, or one coefficient such as K1."
 )
 @number_option(
     "--spacing", "DEG", "Smallest distance of two positions for --optimal [default: 15 deg]."
 )
 @seed_option("Seed of --optimal [default: 0].")
-@click.option(
+@valued_option(
+    FileToWrite("CSV", ".csv"),
     "--sheet",
-    type=FileToWrite("CSV", ".csv"),
-    metavar="PLAN.csv",
-    help="Write the test plan as a sheet to fill in at the laboratory.",
+    "PLAN.csv",
+    "Write the test plan as a sheet to fill in at the laboratory.",
 )
 @click.option("--no-effects", is_flag=True, help="Do not examine the effects of the catalogue.")
 @effects_option
@@ -127,7 +118,7 @@ def design(
       accelcal design --positions 6,8,12,24 --hours 12 --target K1=9ppm --plot design.png
       accelcal design --positions 8 --strokes 6 --mountings o+ --mountings o+,o-
       accelcal design --optimal D --hours 12 --sheet plan.csv
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     given = _arguments(options)
     for name in ("seed", "spacing"):
         if options[name] is not None and not options["optimal"]:

@@ -24,6 +24,7 @@ from accelcal.cli.options import (
     reference_temperature_option,
     report_option,
     seed_option,
+    text_option,
 )
 from accelcal.errors import AccelcalWarning, InputError
 
@@ -60,7 +61,7 @@ if TYPE_CHECKING:
     help="Add a term for a pattern by head position that no effect explains.",
 )
 @seed_option("Seed of the simulated noise.", default=0, show_default=True)
-@click.option("--serial", metavar="TEXT", help="Search this unit only, if the tables hold several.")
+@text_option("--serial", "TEXT", "Search this unit only, if the tables hold several.")
 @report_option
 @format_option("text", "json")
 def discover(
@@ -92,7 +93,7 @@ def discover(
       accelcal discover unit1.csv unit2.csv unit3.csv
       accelcal discover table.csv --head-uncertainty 1e-5 -o model.json
       accelcal discover table.csv --effects mine.toml
-    """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.discovery.discover import discover as search
     from accelcal.io.documents.of_serial import records_of_serial
     from accelcal.io.tables import read_tables

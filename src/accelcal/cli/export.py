@@ -6,7 +6,12 @@ import click
 
 from accelcal.cli.deliver import deliver
 from accelcal.cli.files import Command, FileToRead, refuse_source
-from accelcal.cli.options import mounting_option, output_option, serial_option
+from accelcal.cli.options import (
+    mounting_option,
+    output_option,
+    serial_option,
+    text_option,
+)
 
 
 @click.command(cls=Command)
@@ -19,7 +24,7 @@ from accelcal.cli.options import mounting_option, output_option, serial_option
     help="Format [default: by the extension of the file].",
 )
 @serial_option
-@click.option("--run", metavar="TEXT", help="Export the table of this run only.")
+@text_option("--run", "TEXT", "Export the table of this run only.")
 @mounting_option
 def export(
     calibration: str,
@@ -41,7 +46,7 @@ def export(
       accelcal export calibration.json -o accelerometer.h
       accelcal export calibration.json --format yaml
       accelcal export triad.json -o triad.h
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.export.write import export_text, form_of
     from accelcal.io.documents.calibrations import read_calibrations_or_triad
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from accelcal.cli.values import EMPTY
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -133,7 +132,9 @@ class Command(click.Command):
         for param in options:
             given = ctx.params.get(param.name or "")
             if given == "" or (isinstance(given, tuple) and "" in given):
-                raise click.BadParameter(EMPTY, ctx, param)
+                raise click.BadParameter(
+                    "it is empty; write it, or leave the option out.", ctx, param
+                )
 
     def _files(self, ctx: click.Context, kind: type) -> Iterator[tuple[click.Parameter, str]]:
         """Parameters and their files."""

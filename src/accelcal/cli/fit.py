@@ -55,7 +55,7 @@ def fit(
       accelcal fit table.csv --head-uncertainty 1e-5 -o calibration.json
       accelcal fit 2024/*.csv --format csv
       accelcal fit table.csv --spec examples/al15.toml
-    """  # noqa: D301  (the \b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.calibrate.fit import fit as calibrate
     from accelcal.io.tables import read_tables
 

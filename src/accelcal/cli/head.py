@@ -54,7 +54,7 @@ def head(
       accelcal head clamped_0_and_90.csv -o head.json
       accelcal head archive/*.csv -o head.json
       accelcal fit other.csv --head head.json
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.estimate.self_calibration import calibrate_head
     from accelcal.io.tables import read_tables
 

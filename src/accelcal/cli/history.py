@@ -16,13 +16,14 @@ from accelcal.cli.options import (
     output_option,
     picture_option,
     temperature_option,
+    text_option,
 )
 
 
 @click.command(cls=Command)
 @click.argument("results", type=FileToRead(), metavar="RESULTS...", nargs=-1, required=True)
 @output_option("the history as JSON", metavar="HISTORY.json", file=JSON)
-@click.option("--serial", metavar="TEXT", help="Unit to follow; not needed if there is only one.")
+@text_option("--serial", "TEXT", "Unit to follow; not needed if there is only one.")
 @mounting_option
 @temperature_option(
     "--temperature", "DEG", "Temperature at which to compare [degC; default: that of most dates]."
@@ -56,7 +57,7 @@ def history(
     Examples:
       accelcal history results.csv --serial AL-15
       accelcal history 2019.json 2021.json 2023.json --plot history.png
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.io.documents.recalibrations import read_entries
     from accelcal.recalibrations.history import history_of
 

@@ -54,7 +54,7 @@ def output_option(
     )
 
 
-def _valued_option(
+def valued_option(
     kind: Any, flag: str, metavar: str, told: str, *, name: str | None = None, **attributes: Any
 ) -> Callable[[Function], Function]:
     """Make an option that has a value.
@@ -83,63 +83,69 @@ def _valued_option(
     return click.option(*names, type=kind, metavar=metavar, help=told, **attributes)
 
 
-number_option = partial(_valued_option, number)
+text_option = partial(valued_option, label)
+"""An option that is a text."""
+
+number_option = partial(valued_option, number)
 """An option that is a number."""
 
-acceleration_option = partial(_valued_option, quantity("g", "acceleration"))
+acceleration_option = partial(valued_option, quantity("g", "acceleration"))
 """An option that is an acceleration [g]."""
 
-angle_option = partial(_valued_option, size(quantity("rad", "angle", "acceleration")))
+angle_option = partial(valued_option, size(quantity("rad", "angle", "acceleration")))
 """An option that is the size of an angle of the head [rad], or acceleration [g] that it makes."""
 
-declared_acceleration_option = partial(_valued_option, size(quantity_of_table("g", "acceleration")))
+declared_acceleration_option = partial(valued_option, size(quantity_of_table("g", "acceleration")))
 """The size of an acceleration [g] that is declared of a table."""
 
 declared_angle_option = partial(
-    _valued_option, size(quantity_of_table("rad", "angle", "acceleration"))
+    valued_option, size(quantity_of_table("rad", "angle", "acceleration"))
 )
 """The size of an angle of the head [rad], or acceleration [g], that is declared of a table."""
 
-ratio_option = partial(_valued_option, size(quantity("1", "ratio")))
+ratio_option = partial(valued_option, size(quantity("1", "ratio")))
 """An option that is the size of a part of one."""
 
-temperature_option = partial(_valued_option, quantity("degC", "temperature"))
+temperature_option = partial(valued_option, quantity("degC", "temperature"))
 """An option that is a temperature [degC]."""
 
-degrees_option = partial(_valued_option, size(quantity("degC", "temperature difference")))
+degrees_option = partial(valued_option, size(quantity("degC", "temperature difference")))
 """An option that is the size of a difference of temperatures [degC]."""
 
-seconds_option = partial(_valued_option, quantity("s", "time"))
+seconds_option = partial(valued_option, quantity("s", "time"))
 """An option that is a time [s]."""
 
-hours_option = partial(_valued_option, quantity("h", "time"))
+hours_option = partial(valued_option, quantity("h", "time"))
 """An option that is a time [h]."""
 
-gravity_option = partial(_valued_option, quantity("m/s^2", "gravity"), "--g", "M_S2")
+gravity_option = partial(valued_option, quantity("m/s^2", "gravity"), "--g", "M_S2")
 """Option ``--g``, by its help."""
 
-file_option = partial(_valued_option, FileToRead())
+file_option = partial(valued_option, FileToRead())
 """An option that names a file to be read."""
 
-accelerations = quantities("g", "acceleration")
-"""Type of an option that lists accelerations [g]."""
+accelerations_option = partial(valued_option, quantities("g", "acceleration"))
+"""An option that lists accelerations [g]."""
 
-angles = quantities("deg", "angle")
-"""Type of an option that lists angles of the head [deg]."""
+angles_option = partial(valued_option, quantities("deg", "angle"))
+"""An option that lists angles of the head [deg]."""
 
-temperatures = quantities("degC", "temperature")
-"""Type of an option that lists temperatures [degC]."""
+temperatures_option = partial(valued_option, quantities("degC", "temperature"))
+"""An option that lists temperatures [degC]."""
 
-count_option = partial(_valued_option, click.IntRange(1))
+count_option = partial(valued_option, click.IntRange(1))
 """An option that counts something."""
 
-seed_option = partial(_valued_option, click.IntRange(0), "--seed", "N")
+seed_option = partial(valued_option, click.IntRange(0), "--seed", "N")
 """Option ``--seed``, by its help."""
+
+delta0_option = partial(valued_option, fixture_angle, "--delta0", "RAD")
+"""Option ``--delta0``, by its help."""
 
 
 def picture_option(what: str) -> Callable[[Function], Function]:
     """Option ``--plot``: the file that a picture is drawn into; it is called ``picture``."""
-    return click.option("--plot", "picture", type=PICTURE, metavar="FILE", help=f"Draw {what}.")
+    return valued_option(PICTURE, "--plot", "FILE", f"Draw {what}.", name="picture")
 
 
 def together(*options: Callable[[Function], Function]) -> Callable[[Function], Function]:
@@ -194,32 +200,21 @@ reference_temperature_option = temperature_option(
 
 local_gravity_option = gravity_option("Local gravity [m/s^2].", name="local_gravity")
 
-fixture_angle_option = click.option(
-    "--delta0",
-    type=fixture_angle,
-    metavar="RAD",
-    help="Fixture angle between head zero and input axis, taken as given [rad].",
+fixture_angle_option = delta0_option(
+    "Fixture angle between head zero and input axis, taken as given [rad]."
 )
 
 specification_option = file_option(
     "--spec", "SPEC.toml", "Judge against this data sheet; the exit code is 1 if a limit fails."
 )
 
-report_option = click.option(
-    "--report",
-    "page",
-    type=REPORT,
-    metavar="FILE.(html|md|pdf)",
-    help="Write a report here as well.",
+report_option = valued_option(
+    REPORT, "--report", "FILE.(html|md|pdf)", "Write a report here as well.", name="page"
 )
 
-serial_option = click.option(
-    "--serial", type=label, metavar="TEXT", help="Serial number, if CAL.json holds several."
-)
+serial_option = text_option("--serial", "TEXT", "Serial number, if CAL.json holds several.")
 
-declared_serial_option = click.option(
-    "--serial", type=label, metavar="TEXT", help="Serial number of the accelerometer."
-)
+declared_serial_option = text_option("--serial", "TEXT", "Serial number of the accelerometer.")
 
 mounting_option = click.option(
     "--mounting",
@@ -236,14 +231,8 @@ def target_option(metavar: str, told: str) -> Callable[[Function], Function]:
             raise click.BadParameter("a coefficient has two targets; give one.")
         return dict(pairs)
 
-    return click.option(
-        "--target",
-        "targets",
-        type=target,
-        multiple=True,
-        metavar=metavar,
-        callback=told_apart,
-        help=told,
+    return valued_option(
+        target, "--target", metavar, told, name="targets", multiple=True, callback=told_apart
     )
 
 
@@ -255,18 +244,12 @@ def plan_options(lead: str = "") -> Callable[[Function], Function]:
 
     return together(
         count_option("--positions", "N", told("positions in a turn [default: 8].")),
-        click.option(
-            "--angles",
-            type=angles,
-            metavar="DEG,...",
-            help=told("head angles instead of positions [deg]."),
-        ),
+        angles_option("--angles", "DEG,...", told("head angles instead of positions [deg].")),
         count_option("--strokes", "N", told("strokes in a run [default: 6].")),
-        click.option(
+        temperatures_option(
             "--temperatures",
-            type=temperatures,
-            metavar="DEG,...",
-            help=told("temperatures in their order [default: 20,80,-40 degC]."),
+            "DEG,...",
+            told("temperatures in their order [default: 20,80,-40 degC]."),
         ),
     )
 
@@ -302,13 +285,13 @@ reading_options = together(
     degrees_option(
         "--temperature-uncertainty", "DEG", "Standard uncertainty of a temperature [degC]."
     ),
-    _valued_option(step_of_output, "--resolution", "U", "Step of the output [output unit]."),
-    click.option("--unit", metavar="UNIT", help="Unit of the output, such as mA."),
+    valued_option(step_of_output, "--resolution", "U", "Step of the output [output unit]."),
+    text_option("--unit", "UNIT", "Unit of the output, such as mA."),
     count_option("--positions", "N", "Positions in a turn."),
-    click.option(
+    text_option(
         "--serials",
-        metavar="TEXT,...",
-        help="Headings of the columns of several accelerometers that are read side by side.",
+        "TEXT,...",
+        "Headings of the columns of several accelerometers that are read side by side.",
     ),
 )
 """What is declared of a test, in place of the header lines of its table."""
@@ -328,10 +311,10 @@ calibration_options = together(
     ),
     reading_options,
     fixture_angle_option,
-    click.option(
+    text_option(
         "--coefficients",
-        metavar="NAME,...",
-        help="Coefficients to estimate, the others are taken as zero; a table that cannot separate"
+        "NAME,...",
+        "Coefficients to estimate, the others are taken as zero; a table that cannot separate"
         " them is refused [default: those of K0,K1,K2,K3,M,M_ip that it separates].",
     ),
     click.option(

@@ -14,6 +14,8 @@ from accelcal.cli.options import (
     file_option,
     output_option,
     specification_option,
+    text_option,
+    valued_option,
 )
 from accelcal.cli.verdicts import exit_where_failed, judged
 from accelcal.errors import InputError
@@ -33,13 +35,13 @@ if TYPE_CHECKING:
     "Readings of a discovery, for the pictures of the effects; may be repeated.",
     multiple=True,
 )
-@click.option("--serial", metavar="TEXT", help="Report this serial number only.")
-@click.option(
+@text_option("--serial", "TEXT", "Report this serial number only.")
+@valued_option(
+    FileToWrite("XML", ".xml"),
     "--dcc",
-    "certificate",
-    type=FileToWrite("XML", ".xml"),
-    metavar="FILE.xml",
-    help="Write a digital calibration certificate here.",
+    "FILE.xml",
+    "Write a digital calibration certificate here.",
+    name="certificate",
 )
 @file_option(
     "--dcc-data",
@@ -69,7 +71,7 @@ def report(
       accelcal report calibration.json -o calibration.pdf --spec examples/al15.toml
       accelcal report model.json -o discovery.html --data table.csv
       accelcal report calibration.json --dcc certificate.xml --dcc-data examples/laboratory.toml
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     if path is None and certificate is None:
         raise InputError("nothing to write; name a page with -o, or a certificate with --dcc")
     if laboratory is not None and certificate is None:

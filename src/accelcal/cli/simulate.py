@@ -12,6 +12,7 @@ from accelcal.cli.options import (
     acceleration_option,
     angle_option,
     degrees_option,
+    delta0_option,
     effects_option,
     file_option,
     gravity_option,
@@ -19,8 +20,10 @@ from accelcal.cli.options import (
     plan_options,
     ratio_option,
     seed_option,
+    text_option,
+    valued_option,
 )
-from accelcal.cli.values import fixture_angle, setting, step_of_output, words
+from accelcal.cli.values import setting, step_of_output, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -38,27 +41,27 @@ def settings(text: str) -> Settings:
 
 @click.command(cls=Command)
 @output_option("the table", metavar="DATA.csv", file=SimulatedTable())
-@click.option(
+@valued_option(
+    settings,
     "--effect",
-    "effects",
-    type=settings,
+    "ID=VALUE[,NAME=VALUE...]",
+    "An effect that the model does not have; may be repeated.",
+    name="effects",
     multiple=True,
-    metavar="ID=VALUE[,NAME=VALUE...]",
-    help="An effect that the model does not have; may be repeated.",
 )
 @effects_option
 @click.option("--list-effects", is_flag=True, help="List the effects with their units, and stop.")
 @seed_option("Seed of the random errors.")
 @plan_options()
-@click.option(
+@valued_option(
+    words,
     "--mounting",
-    "mountings",
-    type=words,
+    "SIDE,...",
+    "Mountings o+, o-, p+ or p-, each at all temperatures [default: o+].",
+    name="mountings",
     multiple=True,
-    metavar="SIDE,...",
-    help="Mountings o+, o-, p+ or p-, each at all temperatures [default: o+].",
 )
-@click.option("--delta0", type=fixture_angle, metavar="RAD", help="Fixture angle [default: 0 rad].")
+@delta0_option("Fixture angle [default: 0 rad].")
 @acceleration_option("--reading-noise", "G", "Noise of a reading [default: 5e-6 g].")
 @angle_option("--head-error", "RAD", "Error of a head position [default: 6.7e-6 rad].")
 @acceleration_option(
@@ -74,20 +77,20 @@ def settings(text: str) -> Settings:
     "DEG",
     "True minus recorded temperature, from run to run [default: 0 degC].",
 )
-@click.option(
+@valued_option(
+    step_of_output,
     "--resolution",
-    type=step_of_output,
-    metavar="MA",
-    help="Step of the output, 0 for none [default: 1e-7 mA].",
+    "MA",
+    "Step of the output, 0 for none [default: 1e-7 mA].",
     default="1e-7",
 )
 @click.option("--times", "timed", is_flag=True, help="Write a column of times.")
 @click.option("--undeclared", is_flag=True, help="Do not declare the uncertainties in the header.")
 @gravity_option("Local gravity to declare [m/s^2].", name="local_gravity")
-@click.option(
+@text_option(
     "--serial",
-    metavar="TEXT",
-    help="Serial number [default: AL-15]; selects the unit if MODEL.json holds several.",
+    "TEXT",
+    "Serial number [default: AL-15]; selects the unit if MODEL.json holds several.",
 )
 @file_option(
     "--model", "MODEL.json", "Simulate the accelerometer, noise and effects of this discovery."
@@ -105,7 +108,7 @@ def simulate(path: str | None, list_effects: bool, **options: Any) -> None:
       accelcal simulate --effect backlash=2e-5 --effect warm-up=1e-4,tau=900 --seed 1
       accelcal simulate --positions 12 --strokes 2 --temperatures 20
       accelcal simulate --effects mine.toml --effect my-id=1e-5
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     if list_effects:
         from accelcal.effects.catalogue import catalogue
 

@@ -18,6 +18,8 @@ from accelcal.cli.options import (
     number_option,
     output_option,
     picture_option,
+    text_option,
+    valued_option,
 )
 from accelcal.cli.values import duration, durations, number
 
@@ -42,35 +44,33 @@ def probability(text: str) -> float | None:
 @output_option("the analysis as JSON", metavar="STABILITY.json", file=JSON)
 @file_option("--calibration", "CAL.json", "Calibration that gives the scale factor.")
 @number_option("--scale-factor", "K1", "Scale factor [output unit per g].")
-@click.option("--unit", metavar="UNIT", help="Unit of the output.")
-@click.option(
+@text_option("--unit", "UNIT", "Unit of the output.")
+@valued_option(
+    probability,
     "--probability",
-    type=probability,
+    "P",
+    "Factor t_P: 3, or Student's factor for a probability such as 0.99 or 0.9973.",
     default="3",
     show_default=True,
-    metavar="P",
-    help="Factor t_P: 3, or Student's factor for a probability such as 0.99 or 0.9973.",
 )
-@click.option(
+@valued_option(
+    duration,
     "--window",
-    type=duration,
+    "T",
+    "Initial window of each launch whose mean gives sigma_L, such as 600 or 10min [s].",
     default="600",
     show_default=True,
-    metavar="T",
-    help="Initial window of each launch whose mean gives sigma_L, such as 600 or 10min [s].",
 )
-@click.option(
+@valued_option(
+    durations,
     "--times",
-    type=durations,
+    "T,...",
+    "Times at which (3) is evaluated, such as 600, 10min or 12h [s].",
     default="600,3600,21600,43200",
     show_default=True,
-    metavar="T,...",
-    help="Times at which (3) is evaluated, such as 600, 10min or 12h [s].",
 )
-@click.option("--average", type=duration, metavar="S", help="First average the samples over S [s].")
-@click.option(
-    "--launch-gap", type=duration, metavar="S", help="A longer pause begins a new launch [s]."
-)
+@valued_option(duration, "--average", "S", "First average the samples over S [s].")
+@valued_option(duration, "--launch-gap", "S", "A longer pause begins a new launch [s].")
 @picture_option("the bias and the Allan deviation (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def stability(
@@ -99,7 +99,7 @@ def stability(
       accelcal stability examples/stability.csv
       accelcal stability monday.csv tuesday.csv --calibration cal.json --plot stability.png
       accelcal stability record.csv --scale-factor 1.3 --probability 0.9973
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.io.stability_record import read_stability_records
     from accelcal.stability.analysis import analyse
     from accelcal.stability.record import averaged, split_at_gaps

@@ -8,8 +8,16 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from accelcal.cli.options import file_option, plan_options, seed_option, target_option, together
-from accelcal.cli.values import fixture_angle, number, words
+from accelcal.cli.options import (
+    delta0_option,
+    file_option,
+    plan_options,
+    seed_option,
+    target_option,
+    together,
+    valued_option,
+)
+from accelcal.cli.values import number, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
@@ -43,24 +51,19 @@ stand_options = together(
     ),
     file_option("--test", "DATA.csv", "With --stand: the test is that of this table."),
     plan_options("With --stand: "),
-    click.option(
+    valued_option(
+        words,
         "--mountings",
-        type=words,
-        metavar="SIDE,...",
-        help="With --stand: mountings o+, o-, p+, p- in their order [default: o+].",
+        "SIDE,...",
+        "With --stand: mountings o+, o-, p+, p- in their order [default: o+].",
     ),
-    click.option(
-        "--delta0",
-        type=fixture_angle,
-        metavar="RAD",
-        help="With --stand: fixture angle [default: 0 rad].",
-    ),
-    click.option(
+    delta0_option("With --stand: fixture angle [default: 0 rad]."),
+    valued_option(
+        _trials,
         "--monte-carlo",
-        type=_trials,
+        "N",
+        "With --stand: Monte Carlo with this number of trials, or `adaptive`.",
         default="0",
-        metavar="N",
-        help="With --stand: Monte Carlo with this number of trials, or `adaptive`.",
     ),
     seed_option("With --stand: seed of the Monte Carlo trials."),
     target_option(

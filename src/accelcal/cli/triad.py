@@ -13,8 +13,8 @@ from accelcal.cli.options import (
     local_gravity_option,
     output_option,
     picture_option,
+    text_option,
 )
-from accelcal.cli.values import label
 
 
 @click.command(cls=Command)
@@ -27,8 +27,8 @@ from accelcal.cli.values import label
     " unknown).",
 )
 @local_gravity_option
-@click.option("--unit", metavar="UNIT", help="Unit of the outputs, such as V.")
-@click.option("--serial", type=label, metavar="NAME", help="Serial number of the triad.")
+@text_option("--unit", "UNIT", "Unit of the outputs, such as V.")
+@text_option("--serial", "NAME", "Serial number of the triad.")
 @picture_option("the residuals by attitude (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def triad(
@@ -52,7 +52,7 @@ def triad(
     Examples:
       accelcal triad examples/triad.csv
       accelcal triad attitudes.csv --g 9.8106 -o triad.json --plot residuals.png
-    """  # noqa: D301  (\b is click's mark of a paragraph that is not filled)
+    """
     from accelcal.io.triad import read_triad
     from accelcal.triad.calibrate import calibrate_triad
 

@@ -14,9 +14,6 @@ from accelcal.units import OUTPUT_UNITS, UNITS, is_output_unit, scaled, size_of
 
 Value = TypeVar("Value")
 
-EMPTY = "it is empty; write it, or leave the option out."
-"""What is said of an option without text, as of an empty variable of a script."""
-
 _WITH_UNIT = re.compile(r"([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s,].*)?")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(\s*[^0-9\s,][^,]*)?")
 _BELOW_ZERO = re.compile(r"-[0.]*[1-9]")
@@ -47,8 +44,6 @@ def words(text: str) -> tuple[str, ...]:
 
 def label(text: str) -> str:
     """Type of an option: a text, without blanks around it."""
-    if not text.strip():
-        raise click.BadParameter(EMPTY)
     return text.strip()
 
 
