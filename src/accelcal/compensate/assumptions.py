@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Sequence
 
-from accelcal.compensate.coefficients import CrossAxis, Law
+from accelcal.compensate.coefficients import CrossAxis, symbol_of
 from accelcal.errors import AccelcalWarning
 from accelcal.model import ERROR_TERMS
 from accelcal.plural import listed
@@ -39,10 +39,7 @@ def lost_symbols(tables: Sequence[TableCalibration], cross_axis: str) -> list[st
     list of str
         Such as ``"k3"`` and ``"delta_ip"``.
     """
-    axis = CrossAxis(cross_axis, Law(0.0), 0.0)
-    special = {"delta": axis.delta_symbol, "delta_ip": axis.coupling_symbol}
-    symbols = (ERROR_TERMS[name] for name in undetermined(tables))
-    return [special.get(symbol, symbol) for symbol in symbols]
+    return [symbol_of(ERROR_TERMS[name], cross_axis) for name in undetermined(tables)]
 
 
 def one_sided(model: TemperatureModel) -> list[str]:

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.compensate.assumptions import warn_of
 from accelcal.compensate.choice import BY, compensation
-from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
+from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, symbol_of
 from accelcal.compensate.levels import LevelCompensation
 from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures, within_temperatures
 from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping
-from accelcal.model import ERROR_UNITS, LAWS
+from accelcal.model import ERROR_UNITS
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Correlated, Rows, rows_of
 from accelcal.results.quantity import Quantity
@@ -167,77 +166,61 @@ def coefficients_at(
             raise InputError(f"{problem}; {CALIBRATE_THERE}")
         warn_of([problem])
     rise = 0.0 if found.T0_degC is None else temperature - found.T0_degC
-    by_laws = calibration.temperature_model is not None and run is None
-    known = by_laws or bool(within)
+    is_known = within or (calibration.temperature_model is not None and run is None)
+    told = _between_levels(found, rise) if by == "levels" else _by_laws(found, rise, is_known)
     units = {**ERROR_UNITS, "K1": calibration.tables[0].coefficients["K1"].unit}
-    if isinstance(found, LevelCompensation):
-        return _between_levels(found, rise, units)
-    parts = {name: _at(found, name, rise) for name in PARAMETERS}
-    told = {
-        name: _quantity(found.covariance, found.over_dof, value, list(row), units[name])
-        if known
-        else Quantity(value, None, units[name])
-        for name, (value, row) in parts.items()
+    quantities = {
+        name: Quantity(None, None, units[name])
+        if symbol_of(name, found.cross.name) in found.undetermined
+        else _quantity(told, place, units[name])
+        for place, name in enumerate(PARAMETERS)
     }
-    names = tuple(name for name in PARAMETERS if told[name].standard_uncertainty is not None)
-    jacobian = np.array([parts[name][1] for name in names]).reshape(
-        -1, len(PARAMETERS) + len(SLOPES)
-    )
-    covariance = np.nan_to_num(np.array(found.covariance))  # NaN is in nothing that has a name
-    return CoefficientsAt(told, names, rows_of(jacobian @ covariance @ jacobian.T))
+    names = [name for name, found in quantities.items() if found.standard_uncertainty is not None]
+    jacobian = told.jacobian[[PARAMETERS.index(name) for name in names]]
+    covariance = np.nan_to_num(told.covariance)  # NaN is in nothing that has a name
+    return CoefficientsAt(quantities, tuple(names), rows_of(jacobian @ covariance @ jacobian.T))
 
 
-def _between_levels(
-    found: LevelCompensation, rise: float, units: Mapping[str, str]
-) -> CoefficientsAt:
+class _Told(NamedTuple):
+    """Values of `PARAMETERS`, and their derivatives by what the two covariances are of."""
+
+    values: Array
+    jacobian: Array
+    covariance: Array
+    over_dof: Array
+
+
+def _between_levels(found: Compensation, rise: float) -> _Told:
     """Coefficients on the straight lines between levels."""
+    assert isinstance(found, LevelCompensation)
     values = found.table.at(np.asarray(rise))
-    covariance, over_dof = found.table.errors_at(rise)
-    told = {}
-    for place, name in enumerate(PARAMETERS):
-        value = None if _symbol(found, name) in found.undetermined else float(values[place])
-        row = list(np.eye(len(PARAMETERS))[place])
-        told[name] = _quantity(covariance, over_dof, value, row, units[name])
-    names = tuple(name for name in PARAMETERS if told[name].standard_uncertainty is not None)
-    own = [PARAMETERS.index(name) for name in names]
-    return CoefficientsAt(told, names, rows_of(covariance[np.ix_(own, own)]))
+    return _Told(values, np.eye(len(PARAMETERS)), *found.table.errors_at(rise))
 
 
-def _symbol(found: Compensation, name: str) -> str:
-    """Symbol of (2) for one of `PARAMETERS`."""
-    cross = found.cross
-    special = {"delta": cross.delta_symbol, "delta_ip": cross.coupling_symbol}
-    return special.get(name, name)
-
-
-def _at(found: Compensation, name: str, rise: float) -> tuple[float | None, Array]:
-    """Value of one of them, and its derivatives by what the covariance is of."""
+def _by_laws(found: Compensation, rise: float, is_known: bool) -> _Told:
+    """Coefficients by the laws or of a table, whose errors are not known at all temperatures."""
     names = (*PARAMETERS, *SLOPES)
-    jacobian = np.zeros(len(names))
-    jacobian[names.index(name)] = 1.0
-    cross = found.cross
-    if _symbol(found, name) in found.undetermined:
-        return None, jacobian
-    if name not in LAWS:
-        return {"k2": found.k2, "k3": found.k3, "delta_ip": cross.delta_ip}[name], jacobian
-    law = {"k0": found.k0, "K1": found.K1, "delta": cross.delta}[name]
-    change = float(law.change(np.asarray(rise)))
-    value = law.at_T0 * (1.0 + change) if name == "K1" else law.at_T0 + change
-    scale = law.at_T0 if name == "K1" else 1.0  # the errors of K1 and its slopes are relative
-    jacobian[names.index(name)] = value if name == "K1" else 1.0
-    jacobian[names.index(f"{name}_slope_above")] = scale * max(rise, 0.0)
-    jacobian[names.index(f"{name}_slope_below")] = scale * min(rise, 0.0)
-    return value, jacobian
+    values = {"k2": found.k2, "k3": found.k3, "delta_ip": found.cross.delta_ip}
+    jacobian = np.eye(len(PARAMETERS), len(names))
+    for name, law in (("k0", found.k0), ("K1", found.K1), ("delta", found.cross.delta)):
+        row, change = jacobian[PARAMETERS.index(name)], float(law.change(np.asarray(rise)))
+        values[name] = law.at_T0 + change
+        scale = 1.0
+        if name == "K1":  # whose errors and slopes are relative
+            values[name] = row[PARAMETERS.index(name)] = law.at_T0 * (1.0 + change)
+            scale = law.at_T0
+        row[names.index(f"{name}_slope_above")] = scale * max(rise, 0.0)
+        row[names.index(f"{name}_slope_below")] = scale * min(rise, 0.0)
+    covariance = np.array(found.covariance) if is_known else np.full((len(names),) * 2, np.nan)
+    in_order = np.array([values[name] for name in PARAMETERS])
+    return _Told(in_order, jacobian, covariance, np.array(found.over_dof))
 
 
-def _quantity(
-    covariance: ArrayLike, over_dof: ArrayLike, value: float | None, row: list[float], unit: str
-) -> Quantity:
+def _quantity(told: _Told, place: int, unit: str) -> Quantity:
     """One of them with its uncertainty, by the covariance of what it is made of."""
-    if value is None:
-        return Quantity(value, None, unit)
-    told = interval_of_parts([propagated(covariance, over_dof, row)])
-    standard, expanded, dof = (float(each) for each in (told.standard, told.expanded, told.dof))
+    value, row = float(told.values[place]), list(told.jacobian[place])
+    found = interval_of_parts([propagated(told.covariance, told.over_dof, row)])
+    standard, expanded, dof = (float(each) for each in (found.standard, found.expanded, found.dof))
     if math.isnan(standard):
         return Quantity(value, None, unit)
     return Quantity(value, standard, unit, expanded, None if math.isinf(dof) else dof)

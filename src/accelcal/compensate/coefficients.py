@@ -24,6 +24,7 @@ __all__ = [
     "Law",
     "OtherAxis",
     "Slope",
+    "symbol_of",
 ]
 
 PARAMETERS = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
@@ -31,6 +32,21 @@ PARAMETERS = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 
 SLOPES = tuple(f"{name}_slope_{side}" for side in ("above", "below") for name in LAWS)
 """Their slopes, behind them in the covariance; those of K1 are relative."""
+
+_OF_AXIS = {"a_p": ("delta_O", "delta_ip"), "a_o": ("delta_P", "delta_io")}
+"""Cross axis -> symbols of its misalignment and cross-coupling in the error model (2)."""
+
+
+def symbol_of(name: str, cross_axis: str) -> str:
+    """Symbol in the error model (2) of one of `PARAMETERS` and `SLOPES`.
+
+    Examples
+    --------
+    >>> symbol_of("delta_slope_above", "a_p"), symbol_of("delta_ip", "a_o"), symbol_of("k0", "a_o")
+    ('delta_O_slope_above', 'delta_io', 'k0')
+    """
+    delta, coupling = _OF_AXIS[cross_axis]
+    return coupling if name == "delta_ip" else name.replace("delta", delta)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,12 +115,12 @@ class CrossAxis:
     @property
     def delta_symbol(self) -> str:
         """Symbol of the misalignment in the error model (2)."""
-        return {"a_p": "delta_O", "a_o": "delta_P"}[self.name]
+        return symbol_of("delta", self.name)
 
     @property
     def coupling_symbol(self) -> str:
         """Symbol of the cross-coupling in the error model (2)."""
-        return {"a_p": "delta_ip", "a_o": "delta_io"}[self.name]
+        return symbol_of("delta_ip", self.name)
 
 
 class KnownErrors:
@@ -232,11 +248,7 @@ class Compensation(KnownErrors):
     @property
     def symbols(self) -> tuple[str, ...]:
         """Symbols of the parameters and slopes in the order of the covariance."""
-        special = {"delta_ip": self.cross.coupling_symbol}
-        return tuple(
-            special.get(name) or name.replace("delta", self.cross.delta_symbol)
-            for name in (*PARAMETERS, *SLOPES)
-        )
+        return tuple(symbol_of(name, self.cross.name) for name in (*PARAMETERS, *SLOPES))
 
     @property
     def axes(self) -> tuple[CrossAxis, ...]:

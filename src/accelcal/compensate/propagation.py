@@ -26,14 +26,10 @@ def propagated(covariance: ArrayLike, over_dof: ArrayLike, rows: Sequence[Array 
     D is the covariance with each source over its degrees of freedom; one without rows has none that
     end. NaN in C is NaN in what depends on it, and nowhere else.
     """
-    jacobian, told = np.stack(rows, axis=-1), np.asarray(covariance, dtype=np.float64)
-    unknown = np.isnan(told)
-    variance = _squares(jacobian, np.where(unknown, 0.0, told))
+    jacobian = np.stack(rows, axis=-1)
+    variance = variance_of(jacobian, np.asarray(covariance, dtype=np.float64))
     of_sources = np.asarray(over_dof, dtype=np.float64)
     dof = ratio(variance, _squares(jacobian, of_sources)) if of_sources.any() else math.inf
-    if unknown.any():
-        used = (jacobian != 0.0).astype(float)
-        variance = np.where(_squares(used, unknown) > 0.0, np.nan, variance)
     return Part(variance, dof)
 
 
