@@ -300,7 +300,7 @@ def _settings(
     coefficients: Sequence[str] = COEFFICIENTS,
     **options: Any,
 ) -> Settings:
-    check_options(function, options, (*Options._fields, "overrides", "specification"))
+    check_options(function, options, BatchOptions.__annotations__)
     asked = Options(coefficients=several(coefficients), **options)
     settings = Settings(asked, overrides=declared_by_caller(overrides), specification=specification)
     settings.try_out()
