@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -77,7 +77,7 @@ class Table(_Part):
         Headings of the columns.
     rows : sequence of sequence of str
         Cells; the first of each row is its heading.
-    numeric : frozenset of int
+    numeric : collection of int
         Columns of numbers, which stand at the right.
     tones : mapping of str to Tone
         Cells with such a text are marked.
@@ -88,7 +88,7 @@ class Table(_Part):
     caption: str
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
-    numeric: frozenset[int] = frozenset()
+    numeric: Collection[int] = ()
     tones: dict[str, Tone] = field(default_factory=dict)
     folded: bool = False
 

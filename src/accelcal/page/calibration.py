@@ -274,9 +274,7 @@ def _of_table(table: TableCalibration, local_gravity: float | None) -> Iterator[
     plain = (r._replace(standard=_plain(r.standard)) for r in found)
     rows = [(r.name, r.symbol, *r[3:]) for r in plain]
     count = f"{table.readings} readings, {degrees_of_freedom(table.dof)}"
-    yield Table(
-        f"{sentence(place(table))} ({count})", _HEADINGS, _set(rows), frozenset({2, 3, 5, 6})
-    )
+    yield Table(f"{sentence(place(table))} ({count})", _HEADINGS, _set(rows), (2, 3, 5, 6))
     said = [f"{r.symbol} stands for {r.meaning}" for r in found if r.meaning]
     said += [line.strip() for line in scale_factor_elsewhere(table, local_gravity)]
     said += strong_correlations(table)
@@ -295,7 +293,7 @@ def _correlations(table: TableCalibration) -> Table:
     names = table.covariance_names
     told = [[_correlation(value) for value in row] for row in table.correlation.tolist()]
     rows = [(name, *row) for name, row in zip(names, told, strict=True)]
-    numeric = frozenset(range(1, len(names) + 1))
+    numeric = range(1, len(names) + 1)
     caption = f"Correlation of the coefficients, {place(table)}"
     return Table(caption, _set([("", *names)])[0], _set(rows), numeric, folded=True)
 
@@ -313,7 +311,7 @@ def _temperature(calibration: Calibration, name: str) -> Section | None:
     for whose, found in temperature_laws(calibration):
         caption = f"Bilinear laws{whose} about T0 = {calibration.T0_degC:g} degC"
         rows = [(row[0].strip(), *row[1:]) for row in found]
-        told.append(Table(typeset(caption), _LAW_HEADINGS, _set(_sided(rows)), frozenset({2, 3})))
+        told.append(Table(typeset(caption), _LAW_HEADINGS, _set(_sided(rows)), (2, 3)))
     blocks: list[Block] = [Gallery([*_temperature_pictures(calibration, name), told[0]]), *told[1:]]
     if model.warnings:
         blocks.append(Bullets([typeset(sentence) for sentence in model.warnings]))
@@ -354,9 +352,7 @@ def _fixture_angles(calibration: Calibration) -> Section | None:
     for found in calibration.fixture_angle:
         told = reversed_mountings(found)
         caption = f"Mountings {told}, the misalignment free of the fixture angle"
-        blocks.append(
-            Table(caption, _LAW_HEADINGS, _set(fixture_angle_rows(found)), frozenset({2, 3}))
-        )
+        blocks.append(Table(caption, _LAW_HEADINGS, _set(fixture_angle_rows(found)), (2, 3)))
     return Section("Fixture angle", blocks) if blocks else None
 
 
@@ -371,7 +367,7 @@ def _effects(calibration: Calibration) -> Section | None:
         return None
     headings = ("effect", "size in this record (95 %)", "gap before [µg]", "gap after [µg]")
     caption = "Effects taken out of the readings before the fit"
-    return Section("Effects taken out", [Table(caption, headings, rows, frozenset({2, 3}))])
+    return Section("Effects taken out", [Table(caption, headings, rows, (2, 3))])
 
 
 def _set(rows: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:

@@ -113,7 +113,7 @@ def _where(found: Discovery, name: str) -> Section | None:
     heading, *rows = factor_rows(found.where)
     shown = [(factor.replace("*", " × "), share, typeset(p)) for factor, share, p in rows]
     caption = "Shares of the sum of squares, in the measure of the noise"
-    shares = Table(caption, heading, shown, frozenset({1}))
+    shares = Table(caption, heading, shown, (1,))
     blocks: list[Block] = []
     if found.effects or found.unexplained:
         words = (
@@ -190,7 +190,7 @@ def _gap(found: Discovery, name: str) -> Section:
     rows.append(("χ² per degree of freedom", significant(chi2[0]), significant(chi2[1])))
     headings = ("gap", "before", "after") if after else ("gap", "value")
     shown = [row[: len(headings)] for row in rows]
-    table = Table("Rms and χ² of reading minus model", headings, shown, frozenset({1, 2}))
+    table = Table("Rms and χ² of reading minus model", headings, shown, (1, 2))
     title = "The gap, before and after" if after else "The gap"
     blocks: list[Block] = [table]
     if after:
@@ -216,7 +216,7 @@ def _changes(found: Discovery, name: str) -> Section | None:
     )
     rows = [tuple(map(typeset, change_row(item))) for item in found.coefficients]
     headings = ("coefficient", "before", "after", "change", "unit")
-    table = Table("Coefficients over K₁", headings, rows, frozenset({1, 2, 3}))
+    table = Table("Coefficients over K₁", headings, rows, (1, 2, 3))
     drawn = picture(f"{name}changes", found.plot.changes, words, (3.8, 3.4))
     return Section("What it changes in the coefficients", [Gallery([drawn, table])])
 
@@ -234,7 +234,7 @@ def _open(found: Discovery) -> Section:
         sizes = [(_named(d.id), *_scaled(d.value, d.unit)) for d in found.smallest_detectable]
         caption = "Smallest size that would be found nine times in ten"
         headings = ("effect", "size", "unit")
-        blocks.append(Table(caption, headings, sizes, frozenset({1}), folded=True))
+        blocks.append(Table(caption, headings, sizes, (1,), folded=True))
     if not blocks:
         blocks.append(Paragraph("Nothing of the catalogue is hidden from this test."))
     return Section("What these readings cannot tell", blocks)

@@ -56,7 +56,7 @@ def verdict(calibration: Calibration) -> Section | None:
     headings = ("limit", "outcome", "symbol", "value", "U (95 %)", "allowed", "remark")
     source = f" ({found.source})" if found.source else ""
     blocks: list[Block] = [
-        Table(f"Limits of {found.specification}", headings, rows, frozenset({3, 4}), _OUTCOMES),
+        Table(f"Limits of {found.specification}", headings, rows, (3, 4), _OUTCOMES),
         *(Paragraph(f"Note: {typeset(note)}.") for note in found.notes),
         Paragraph(f"Decision rule: {typeset(found.rule_statement)}"),
         Paragraph(f"Data sheet: {found.specification}{source}."),
@@ -132,7 +132,7 @@ def _residual_tables(table: TableCalibration) -> Iterator[Table]:
             (f"{angle:g}°", *(_cell(own.get(k)) for k in some)) for angle, own in found.items()
         ]
         named = f"{caption}, stroke {some[0]} to stroke {some[-1]}" if len(rows) > 1 else caption
-        yield Table(named, headings, cells, frozenset(range(len(headings))), folded=True)
+        yield Table(named, headings, cells, range(len(headings)), folded=True)
 
 
 def _cell(value: float | None) -> str:
@@ -164,7 +164,7 @@ def _shares(table: TableCalibration) -> Table:
         rows.append((typeset(name), *(f"{100.0 * share:.0f} %" for share in shares)))
     caption = f"Shares of the variance, {place(table)}"
     headings = ("coefficient", *(_NAMES.get(source, source) for source in sources))
-    return Table(caption, headings, rows, frozenset(range(1, len(headings))), folded=True)
+    return Table(caption, headings, rows, range(1, len(headings)), folded=True)
 
 
 def checks(calibration: Calibration) -> Section:

@@ -84,7 +84,7 @@ def _head(found: StandDiscovery, name: str) -> Section | None:
     rows = [(f"{angle:g}°", *map(typeset, shown)) for angle, *shown in head_rows(found)]
     headings = ("head angle", "error [µrad]", "U (95 %)")
     caption = "True minus nominal, of what does not look like coefficients"
-    table = Table(caption, headings, rows, frozenset({1, 2}))
+    table = Table(caption, headings, rows, (1, 2))
     return Section("The head", [Gallery([picture(f"{name}head", found.plot.head, words), table])])
 
 
@@ -94,9 +94,7 @@ def _gains(found: StandDiscovery) -> Section | None:
     rows = [tuple(map(typeset, row)) for row in gain_rows(found)]
     headings = ("coefficient", "stand from own readings", "from all", "smaller by", "unit")
     caption = "Standard uncertainty of each unit's coefficients, median"
-    return Section(
-        "What the joint estimate gains", [Table(caption, headings, rows, frozenset({1, 2, 3}))]
-    )
+    return Section("What the joint estimate gains", [Table(caption, headings, rows, (1, 2, 3))])
 
 
 def _notes(found: StandDiscovery) -> Section | None:
