@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
-from accelcal.compensate.coefficients import CrossAxis, symbol_of
+from accelcal.compensate.coefficients import CrossAxis
 from accelcal.errors import AccelcalWarning
-from accelcal.model import ERROR_TERMS
 from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureModel
-from accelcal.results.usable import undetermined
 
 _SHIFTS = {"launch": "bias", "launch_sf": "scale factor"}
 """Error source -> what it shifts from launch to launch."""
@@ -22,24 +20,6 @@ def warn_of(sentences: Iterable[str]) -> None:
     """Warn of each, at the line that calls the function that calls this."""
     for sentence in sentences:
         warnings.warn(sentence, AccelcalWarning, stacklevel=3)
-
-
-def lost_symbols(tables: Sequence[TableCalibration], cross_axis: str) -> list[str]:
-    """List the symbols of (2) that no table determines.
-
-    Parameters
-    ----------
-    tables : sequence of TableCalibration
-        Tables of one mounting.
-    cross_axis : str
-        ``"a_p"`` or ``"a_o"``, which they turned.
-
-    Returns
-    -------
-    list of str
-        Such as ``"k3"`` and ``"delta_ip"``.
-    """
-    return [symbol_of(ERROR_TERMS[name], cross_axis) for name in undetermined(tables)]
 
 
 def one_sided(model: TemperatureModel) -> list[str]:

@@ -9,15 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.compensate.assumptions import (
-    lost_symbols,
-    same_at_all_temperatures,
-    without_covariance,
-)
+from accelcal.compensate.assumptions import same_at_all_temperatures, without_covariance
 from accelcal.compensate.coefficients import PARAMETERS, Compensation
 from accelcal.compensate.covariance import by_quotients, errors_of_table
 from accelcal.compensate.levels import Errors, LevelCompensation, LevelTable
-from accelcal.compensate.of_table import by_table, cross_name, values_of, with_other
+from accelcal.compensate.of_table import by_table, lost_symbols, values_of, with_other
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL, same_levels
 from accelcal.model import LAWS
@@ -98,34 +94,23 @@ def level_compensation(
         else:
             ends = _reach(calibration, other_table)
             low, high = max(low, ends[0]), min(high, ends[1])
-    return LevelCompensation(
-        **{item.name: getattr(found, item.name) for item in fields(Compensation)}
-        | _told(calibration, groups, (low, high), [*said, *_between(table)]),
-        table=table,
-        other_table=other_table,
-    )
-
-
-def _told(
-    calibration: Calibration,
-    groups: Sequence[Sequence[TableCalibration]],
-    reach: tuple[float, float],
-    said: Sequence[str],
-) -> dict[str, Any]:
-    """Fields of what all levels tell together."""
-    low, high = reach
     if low >= high:
         raise InputError(
             "by='levels': the two mountings have no range of temperatures together; choose one"
             " by mounting"
         )
-    near = nearest_table(groups[0], calibration.T0_degC)
-    return {
+    own = {item.name: getattr(found, item.name) for item in fields(Compensation)} | {
         "T0_degC": _reference(calibration),
-        "temperatures": reach,
-        "undetermined": tuple(s for g in groups for s in lost_symbols(g, cross_name(g[0]))),
-        "assumptions": (*not_determined(groups), *said, *without_covariance(near)),
+        "temperatures": (low, high),
+        "undetermined": lost_symbols(groups),
+        "assumptions": (
+            *not_determined(groups),
+            *said,
+            *_between(table),
+            *without_covariance(near),
+        ),
     }
+    return LevelCompensation(**own, table=table, other_table=other_table)
 
 
 def _reference(calibration: Calibration) -> float:

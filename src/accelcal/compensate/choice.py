@@ -9,7 +9,6 @@ from dataclasses import replace
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.options import check_choice
 from accelcal.compensate.assumptions import (
-    lost_symbols,
     one_sided,
     same_at_all_temperatures,
     unknown_launch,
@@ -28,7 +27,7 @@ from accelcal.compensate.covariance import (
     errors_of_laws,
     standard_uncertainty,
 )
-from accelcal.compensate.of_table import by_table, cross_name, of_test, with_other
+from accelcal.compensate.of_table import by_table, cross_name, lost_symbols, of_test, with_other
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.effects.without_sources import without_sources
@@ -171,10 +170,11 @@ def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -
     found = by_table(calibration, main)
     for table in others:
         found = with_other(found, by_table(calibration, table))
-    said = (*unknown_level(main.temperature_degC), *not_determined([[table] for table in tables]))
+    groups = [[table] for table in tables]
+    said = (*unknown_level(main.temperature_degC), *not_determined(groups))
     return replace(
         found,
-        undetermined=tuple(s for t in tables for s in lost_symbols([t], cross_name(t))),
+        undetermined=lost_symbols(groups),
         assumptions=(*said, *without_covariance(main)),
     )
 
@@ -204,7 +204,7 @@ def _from_laws(
     return replace(
         found,
         temperatures=(min(levels), max(levels)),
-        undetermined=tuple(s for g in groups for s in lost_symbols(g, cross_name(g[0]))),
+        undetermined=lost_symbols(groups),
         assumptions=(
             *one_sided(model),
             *not_determined(groups),

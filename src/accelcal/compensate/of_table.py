@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,13 +15,16 @@ from accelcal.compensate.coefficients import (
     CrossAxis,
     Law,
     OtherAxis,
+    symbol_of,
 )
 from accelcal.compensate.covariance import errors_of_table
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
+from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
 from accelcal.results.table import TableCalibration
+from accelcal.results.usable import undetermined
 
 _CROSS_AXES = {"o": "a_p", "p": "a_o"}
 """Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""
@@ -108,6 +112,26 @@ def with_other(found: Compensation, other: Compensation) -> Compensation:
 def cross_name(table: TableCalibration) -> str:
     """Tell the cross axis that a table turned, ``"a_p"`` or ``"a_o"``."""
     return _CROSS_AXES[table.mounting[:1]]
+
+
+def lost_symbols(groups: Sequence[Sequence[TableCalibration]]) -> tuple[str, ...]:
+    """List the symbols of (2) that no table determines.
+
+    Parameters
+    ----------
+    groups : sequence of sequence of TableCalibration
+        Tables of one cross axis each.
+
+    Returns
+    -------
+    tuple of str
+        Such as ``"k3"`` and ``"delta_ip"``.
+    """
+    return tuple(
+        symbol_of(ERROR_TERMS[name], cross_name(tables[0]))
+        for tables in groups
+        for name in undetermined(tables)
+    )
 
 
 def values_of(calibration: Calibration, table: TableCalibration) -> dict[str, float]:
