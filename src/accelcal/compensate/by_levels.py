@@ -31,16 +31,17 @@ _ROUNDING = 1e-9
 
 
 class _Run(NamedTuple):
-    """One table: its temperature, its coefficients, and their errors."""
+    """One table: its temperature, its coefficients, and their errors as `Errors` has them.
+
+    `common` and `own`, shape (2, 6, 6), are those of a level; `heat`, shape (6,), is what the
+    standard uncertainty of the temperature does to the coefficients.
+    """
 
     temperature: float
     values: Array
     common: Array
-    common_over_dof: Array
     own: Array
-    own_over_dof: Array
     heat: Array
-    """What the standard uncertainty of its temperature does to the coefficients."""
 
 
 def level_compensation(
@@ -168,14 +169,9 @@ def _level_table(
     slopes = _slopes(rise, values)
     model = calibration.temperature_model
     loop = (model.hysteresis.value if model and model.hysteresis else 0.0) or 0.0
-    spread = [_spread(group, slope, loop) for group, slope in zip(groups, slopes, strict=True)]
-    common = np.array([level.common for level in levels]) + np.array(spread)
-    return LevelTable(
-        rise,
-        values,
-        Errors(common, np.array([level.common_over_dof for level in levels])),
-        Errors(*(np.array([getattr(x, n) for x in levels]) for n in ("own", "own_over_dof"))),
-    )
+    common, own = (np.array([getattr(x, name) for x in levels]) for name in ("common", "own"))
+    common[:, 0] += [_spread(runs, slope, loop) for runs, slope in zip(groups, slopes, strict=True)]
+    return LevelTable(rise, values, Errors(*common.swapaxes(0, 1)), Errors(*own.swapaxes(0, 1)))
 
 
 def _refuse_different(tables: Sequence[TableCalibration]) -> None:
@@ -205,15 +201,13 @@ def _run(
     values = values_of(calibration, table)
     unit = np.ones(_SIZE)
     unit[PARAMETERS.index("K1")] = values["K1"]
-    whole, told = (np.array(rows)[:_SIZE, :_SIZE] for rows in errors_of_table(calibration, table))
-    own, own_told = _of_launches(calibration, table)
-    heat = _of_temperature(calibration, table)
-    if not _is_part(own + np.outer(heat, heat), whole):
+    whole = np.array(errors_of_table(calibration, table))[:, :_SIZE, :_SIZE]
+    own, heat = _of_launches(calibration, table), _of_temperature(calibration, table)
+    if not _is_part(own[0] + np.outer(heat, heat), whole[0]):
         heat = np.zeros_like(heat)
-    if not _is_part(own, whole):
-        own, own_told = np.zeros_like(own), np.zeros_like(own)
-    own = own + np.outer(heat, heat)
-    own_told = own_told + np.outer(heat, heat) / _freedom(calibration, "temperature")
+    if not _is_part(own[0], whole[0]):
+        own = np.zeros_like(own)
+    own = own + _with_freedom(np.outer(heat, heat), _freedom(calibration, "temperature"))
     moved, wider = _free_of_the_angle(calibration, table, tables)
     unit_of_errors = unit.copy()
     unit_of_errors[_DELTA] *= wider
@@ -223,11 +217,14 @@ def _run(
         table.temperature_degC or 0.0,
         np.array([values[name] for name in PARAMETERS]),
         (whole - own) * both,
-        (told - own_told) * both,
         own * both,
-        own_told * both,
         heat * unit_of_errors,
     )
+
+
+def _with_freedom(covariance: Array, freedom: float) -> Array:
+    """A covariance, and it over its degrees of freedom."""
+    return np.stack([covariance, covariance / freedom])
 
 
 def _is_part(own: Array, whole: Array) -> bool:
@@ -273,17 +270,17 @@ def _slope(law: TemperatureLaw, rise: float) -> float:
     return float(np.mean(known)) if known else 0.0
 
 
-def _of_launches(calibration: Calibration, table: TableCalibration) -> tuple[Array, Array]:
-    """Covariance of `PARAMETERS` by shifts from launch to launch, which are new in each run."""
+def _of_launches(calibration: Calibration, table: TableCalibration) -> Array:
+    """Errors of `PARAMETERS` by shifts from launch to launch, which are new in each run."""
+    found = np.zeros((2, _SIZE, _SIZE))
     if not table.covariance_names:
-        return np.zeros((_SIZE, _SIZE)), np.zeros((_SIZE, _SIZE))
+        return found
     jacobian = by_quotients(calibration, table)
-    own, told = np.zeros((_SIZE, _SIZE)), np.zeros((_SIZE, _SIZE))
     for source in _LAUNCHES:
         size = [table.budget.get(n, {}).get(source, 0.0) for n in table.covariance_names]
         part = (jacobian * np.square(size)) @ jacobian.T
-        own, told = own + part, told + part / _freedom(calibration, source)
-    return own, told
+        found += _with_freedom(part, _freedom(calibration, source))
+    return found
 
 
 def _scaled(matrix: Array, covariance: Array) -> Array:
@@ -322,7 +319,7 @@ def _nearest(found: FixtureAngle, table: TableCalibration) -> float | None:
 
 def _weights(runs: Sequence[_Run]) -> Array:
     """Weights of the runs of a level, by their variances on the average of the coefficients."""
-    variances = np.array([np.diagonal(run.common + run.own) for run in runs])
+    variances = np.array([np.diagonal((run.common + run.own)[0]) for run in runs])
     mean = variances.mean(axis=0)
     known = np.isfinite(mean) & (mean > 0.0)
     if not known.any():
@@ -338,9 +335,7 @@ def _mean(runs: Sequence[_Run]) -> _Run:
     def total(name: str, power: int) -> Any:
         return sum(w**power * getattr(r, name) for w, r in zip(weights, runs, strict=True))
 
-    once, twice = ("temperature", "values", "common", "common_over_dof"), ("own", "own_over_dof")
-    parts = [total(name, 1) for name in once] + [total(name, 2) for name in twice]
-    return _Run(*parts, *[total("heat", 1)])
+    return _Run(**{name: total(name, 2 if name == "own" else 1) for name in _Run._fields})
 
 
 def _slopes(rise: Array, values: Array) -> Array:
@@ -368,7 +363,7 @@ def _spread(runs: Sequence[_Run], slope: Array, loop: float) -> Array:
 
 def _beyond(expected: Array, spread: Array, mean: _Run) -> Array:
     """Covariance by which a scatter is more than expected, in the directions in which it is."""
-    sigma = np.sqrt(np.diagonal(mean.common + mean.own))
+    sigma = np.sqrt(np.diagonal((mean.common + mean.own)[0]))
     unit = np.where(sigma > 0.0, sigma, 1.0)
     sizes, directions = np.linalg.eigh((spread - expected) / np.outer(unit, unit))
     more = (directions * np.maximum(sizes, 0.0)) @ directions.T

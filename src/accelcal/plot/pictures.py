@@ -7,6 +7,8 @@ from typing import Any, Generic, NoReturn, TypeVar
 
 from accelcal.errors import InputError
 
+__all__ = ["Pictures"]
+
 R = TypeVar("R")
 
 
