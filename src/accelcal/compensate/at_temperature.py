@@ -166,7 +166,7 @@ def coefficients_at(
             raise InputError(f"{problem}; {CALIBRATE_THERE}")
         warn_of([problem])
     rise = 0.0 if found.T0_degC is None else temperature - found.T0_degC
-    is_known = within or (calibration.temperature_model is not None and run is None)
+    is_known = bool(within) or (calibration.temperature_model is not None and run is None)
     told = _between_levels(found, rise) if by == "levels" else _by_laws(found, rise, is_known)
     units = {**ERROR_UNITS, "K1": calibration.tables[0].coefficients["K1"].unit}
     quantities = {
