@@ -21,7 +21,13 @@ from accelcal.report.calibration_rows import (
     without_uncertainty,
 )
 from accelcal.report.lines import aligned, hanging, sections, unit_of
-from accelcal.report.numbers import in_small_unit, matching_digits, significant, sized
+from accelcal.report.numbers import (
+    in_millionths,
+    in_small_unit,
+    matching_digits,
+    significant,
+    sized,
+)
 from accelcal.results.table import TableCalibration
 from accelcal.units import MICRO
 
@@ -150,14 +156,13 @@ def fixture_angle_rows(found: FixtureAngle) -> list[LawRow]:
         rows.append((f"misalignment{where}", "delta", *in_microradians(quantity)))
     symbol = "delta_ip" if found.axis == "o" else "delta_io"
     for where, quantity in zip(places, found.couplings, strict=False):
-        size = in_microradians(quantity)[:2]
-        rows.append((f"cross-coupling{where}", symbol, *size, "ug/g^2"))
+        rows.append((f"cross-coupling{where}", symbol, *in_millionths(quantity), "ug/g^2"))
     return rows
 
 
 def in_microradians(quantity: Quantity) -> tuple[str, str, str]:
     """Tell an angle: value, half width of the 95 % interval, unit."""
-    return (*matching_digits(quantity.value or 0.0, quantity.expanded_uncertainty, MICRO), "urad")
+    return (*in_millionths(quantity), "urad")
 
 
 def _effects(calibration: Calibration) -> Iterator[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from accelcal.report.findings import chance, factor_rows, noise_line
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
-from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.numbers import in_millionths, significant
 from accelcal.results.disagreement import ALPHA, Disagreement
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
@@ -70,7 +70,4 @@ def run_rows(found: Disagreement) -> list[tuple[str, ...]]:
 
 
 def _micro(quantity: Quantity) -> str:
-    if quantity.value is None:
-        return "not told"
-    expanded = quantity.expanded_uncertainty or 0.0
-    return " +- ".join(matching_digits(quantity.value, expanded, MICRO))
+    return "not told" if quantity.value is None else " +- ".join(in_millionths(quantity))

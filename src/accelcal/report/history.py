@@ -8,7 +8,7 @@ from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.report.findings import p_value
 from accelcal.report.lines import aligned, hanging, visible_lines
-from accelcal.report.numbers import SMALL_UNITS, matching_digits, significant
+from accelcal.report.numbers import SMALL_UNITS, in_millionths, matching_digits, significant
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Trend
 from accelcal.units import MICRO
@@ -69,8 +69,7 @@ def _points(trend: Trend) -> Iterator[str]:
 
 
 def _interval(quantity: Quantity) -> str:
-    shown = matching_digits(quantity.value or 0.0, quantity.expanded_uncertainty, MICRO)
-    return " +- ".join(shown)
+    return " +- ".join(in_millionths(quantity))
 
 
 def _significance(quantity: Quantity) -> str:

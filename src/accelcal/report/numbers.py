@@ -76,6 +76,17 @@ def matching_digits(
     return f"{rounded:.{shown}f}", f"{round(uncertainty, decimals):.{shown}f}"
 
 
+def in_millionths(quantity: Quantity) -> tuple[str, str]:
+    """Write value and half width of the 95 % interval in the millionth of their unit.
+
+    Examples
+    --------
+    >>> in_millionths(Quantity(1.1521e-3, 2.8e-6, "rad", 5.6e-6))
+    ('1152.1', '5.6')
+    """
+    return matching_digits(quantity.value or 0.0, quantity.expanded_uncertainty, MICRO)
+
+
 def significant(value: float, digits: int = 3) -> str:
     """Write a number with a few significant digits, without an exponent where it is short.
 

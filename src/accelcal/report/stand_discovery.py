@@ -9,10 +9,9 @@ from accelcal.plural import listed
 from accelcal.report.discovery import NOT_SURE
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import aligned, notes, sections, sentence, wrapped
-from accelcal.report.numbers import in_small_unit, matching_digits, significant, told
+from accelcal.report.numbers import in_millionths, in_small_unit, significant, told
 from accelcal.results.findings import Change
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
-from accelcal.units import MICRO
 
 WHOSE = {
     "stand": "of the stand, with one value in all units",
@@ -92,9 +91,7 @@ def _positions(found: StandDiscovery) -> Iterator[str]:
 def head_rows(found: StandDiscovery) -> Iterator[tuple[float, str, str]]:
     """Tell the error of each head position: angle [deg], value and half width [urad]."""
     for position in found.head:
-        error = position.error
-        shown = matching_digits(error.value or 0.0, error.expanded_uncertainty or 0.0, MICRO)
-        yield position.angle_deg, *shown
+        yield position.angle_deg, *in_millionths(position.error)
 
 
 def _gains(found: StandDiscovery) -> Iterator[str]:
