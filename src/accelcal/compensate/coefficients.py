@@ -16,6 +16,7 @@ from accelcal.model import LAWS
 from accelcal.results.covariance import Rows
 
 __all__ = [
+    "OF_ONE_AXIS",
     "PARAMETERS",
     "SLOPES",
     "Compensation",
@@ -32,6 +33,9 @@ PARAMETERS = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 
 SLOPES = tuple(f"{name}_slope_{side}" for side in ("above", "below") for name in LAWS)
 """Their slopes, behind them in the covariance; those of K1 are relative."""
+
+OF_ONE_AXIS = ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")
+"""Those of one cross axis, in the order of its covariance."""
 
 _OF_AXIS = {"a_p": ("delta_O", "delta_ip"), "a_o": ("delta_P", "delta_io")}
 """Cross axis -> symbols of its misalignment and cross-coupling in the error model (2)."""
@@ -147,13 +151,18 @@ class OtherAxis(KnownErrors, CrossAxis):
     Attributes
     ----------
     covariance : tuple of tuple of float
-        Covariance of delta and delta_ip and of the slopes of delta above and below.
+        Covariance of `OF_ONE_AXIS`.
     over_dof : tuple of tuple of float
         The same with each source of error over its degrees of freedom; empty where none end.
     """
 
     covariance: Rows
     over_dof: Rows = ()
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Symbols of what the covariance is of."""
+        return tuple(symbol_of(name, self.name) for name in OF_ONE_AXIS)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from accelcal.compensate.coefficients import (
+    OF_ONE_AXIS,
     PARAMETERS,
     SLOPES,
     Compensation,
@@ -98,7 +99,7 @@ def with_other(found: Compensation, other: Compensation) -> Compensation:
         Of both.
     """
     names = (*PARAMETERS, *SLOPES)
-    own = [names.index(n) for n in ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")]
+    own = [names.index(name) for name in OF_ONE_AXIS]
     axis = OtherAxis(
         other.cross.name,
         other.cross.delta,

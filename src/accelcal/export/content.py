@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -161,14 +160,7 @@ def covariance_rows(found: Compensation) -> list[tuple[str, list[float]]]:
 
 def coefficients(found: Compensation) -> list[dict[str, Any]]:
     """List the coefficients, a dictionary each: symbol, value, uncertainties, unit, meaning."""
-    units = law_units(found.output_unit)
-    at_T0 = np.sqrt(np.diagonal(found.covariance))[: len(PARAMETERS)]
-    sigma = dict(zip(found.symbols, at_T0, strict=False))
-    sigma["K1"] *= abs(found.K1.at_T0)
-    if found.other is not None:
-        spread = np.sqrt(np.diagonal(found.other.covariance))
-        sigma |= {found.other.delta_symbol: spread[0], found.other.coupling_symbol: spread[1]}
-    freedom = _freedom(found)
+    units, known = law_units(found.output_unit), _known_errors(found)
     rows = [
         *_law_rows("k0", found.k0, units["k0"], "bias"),
         *_law_rows("K1", found.K1, units["K1"], "scale factor"),
@@ -183,22 +175,24 @@ def coefficients(found: Compensation) -> list[dict[str, Any]]:
     for row in rows:
         if row["symbol"] in found.undetermined:
             row["value"] = None
-        elif row["symbol"] in sigma:
-            row["standard_uncertainty"] = finite_or_none(float(sigma[row["symbol"]]))
+        elif "slope" not in row["symbol"]:
+            row["standard_uncertainty"] = finite_or_none(known[row["symbol"]][0])
         if row["standard_uncertainty"] is not None:
-            factor = student_quantile(LEVEL, freedom.get(row["symbol"], math.inf))
+            factor = student_quantile(LEVEL, known[row["symbol"]][1])
             row["expanded_uncertainty"] = factor * row["standard_uncertainty"]
     return rows
 
 
-def _freedom(found: Compensation) -> dict[str, float]:
-    """Degrees of freedom by symbol, of both cross axes."""
-    freedom = dict(zip(found.symbols, found.dof.tolist(), strict=True))
-    if found.other is None:
-        return freedom
-    delta = found.other.delta_symbol
-    names = (delta, found.other.coupling_symbol, f"{delta}_slope_above", f"{delta}_slope_below")
-    return freedom | dict(zip(names, found.other.dof.tolist(), strict=True))
+def _known_errors(found: Compensation) -> dict[str, tuple[float, float]]:
+    """Standard uncertainty and degrees of freedom by symbol, of both cross axes."""
+    known: dict[str, tuple[float, float]] = {}
+    for part in (found, found.other):
+        if part is not None:
+            sigma = np.sqrt(np.diagonal(part.covariance))
+            each = zip(sigma.tolist(), part.dof.tolist(), strict=True)
+            known |= zip(part.symbols, each, strict=True)
+    sigma_K1, dof = known["K1"]
+    return known | {"K1": (sigma_K1 * abs(found.K1.at_T0), dof)}
 
 
 def _law_rows(symbol: str, law: Law, units: tuple[str, str], meaning: str) -> list[dict[str, Any]]:
