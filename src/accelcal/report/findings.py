@@ -1,13 +1,14 @@
-"""Parts that reports of discoveries and of comparisons share."""
+"""Parts that reports of findings share: noise, factors, chances, and what checks found."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.plural import degrees_of_freedom
+from accelcal.report.lines import hanging
 from accelcal.report.numbers import in_small_unit, significant
 from accelcal.results.findings import Share
-from accelcal.results.quantity import ErrorSource
+from accelcal.results.quantity import ErrorSource, Gate
 
 _SHOWN_P = 0.05
 _NAMES = {"launch_sf": "launch scale factor"}
@@ -46,6 +47,13 @@ def parts_of_disagreement(where: Sequence[Share]) -> list[tuple[str, float, floa
         ("other factors, no more than noise", rest, None),
         ("repeatability", repeatability, None),
     ]
+
+
+def gate_lines(gates: Iterable[Gate]) -> Iterator[str]:
+    """Tell what each check found."""
+    for gate in gates:
+        verdict = "WARNING" if gate.verdict == "warn" else gate.verdict
+        yield from hanging(f"- {verdict}: {gate.name}: {gate.finding}")
 
 
 def chance(p: float) -> str:

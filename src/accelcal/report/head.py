@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from accelcal.report.lines import aligned, hanging, visible_lines, wrapped
+from accelcal.report.findings import gate_lines
+from accelcal.report.lines import aligned, visible_lines, wrapped
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.head_calibration import HeadCalibration
 from accelcal.results.quantity import Quantity
@@ -21,7 +22,7 @@ def head_text(found: HeadCalibration) -> str:
         lines += ["", *_harmonics(found)]
     if found.units:
         lines += ["", *_units(found)]
-    return visible_lines([*lines, *_gates(found)])
+    return visible_lines([*lines, *gate_lines(found.gates)])
 
 
 def _head(found: HeadCalibration) -> Iterator[str]:
@@ -56,12 +57,6 @@ def _units(found: HeadCalibration) -> Iterator[str]:
         for name, change in unit.coefficients.items():
             rows.append((unit.name, name, *_micro(change.before), *_micro(change.after)))
     yield from aligned(rows, right={2, 3, 4, 5}, indent="  ")
-
-
-def _gates(found: HeadCalibration) -> Iterator[str]:
-    for gate in found.gates:
-        verdict = "WARNING" if gate.verdict == "warn" else gate.verdict
-        yield from hanging(f"- {verdict}: {gate.name}: {gate.finding}")
 
 
 def _micro(quantity: Quantity) -> tuple[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from accelcal.plural import degrees_of_freedom
+from accelcal.report.findings import gate_lines
 from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Quantity
@@ -69,7 +70,6 @@ def _rows(name: str, quantities: Mapping[str, Quantity]) -> list[tuple[str, ...]
 
 
 def _gates(found: TriadCalibration) -> Iterator[str]:
-    sentences = [f"{g.verdict}: {g.name}: {g.finding}" for g in found.gates] + list(found.notes)
-    for sentence in sentences:
-        text = sentence.replace("warn: ", "WARNING: ", 1)
-        yield from hanging(f"- {text}")
+    yield from gate_lines(found.gates)
+    for note in found.notes:
+        yield from hanging(f"- {note}")
