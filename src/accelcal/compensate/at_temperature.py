@@ -19,7 +19,7 @@ from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures, within_temperatures
 from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping
-from accelcal.model import ERROR_UNITS
+from accelcal.model import ERROR_UNITS, LAWS
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Correlated, Rows, rows_of
 from accelcal.results.quantity import Quantity
@@ -167,13 +167,14 @@ def coefficients_at(
         warn_of([problem])
     rise = 0.0 if found.T0_degC is None else temperature - found.T0_degC
     is_known = bool(within) or (calibration.temperature_model is not None and run is None)
+    values = np.array(found.parameters(np.asarray(rise))[0], dtype=np.float64)
     told = _between_levels(found, rise) if by == "levels" else _by_laws(found, rise, is_known)
     units = {**ERROR_UNITS, "K1": calibration.tables[0].coefficients["K1"].unit}
     quantities = {
         name: Quantity(None, None, units[name])
         if symbol_of(name, found.cross.name) in found.undetermined
-        else _quantity(told, place, units[name])
-        for place, name in enumerate(PARAMETERS)
+        else _quantity(value, row, told, units[name])
+        for name, value, row in zip(PARAMETERS, values.tolist(), told.jacobian, strict=True)
     }
     names = [name for name, found in quantities.items() if found.standard_uncertainty is not None]
     jacobian = told.jacobian[[PARAMETERS.index(name) for name in names]]
@@ -181,46 +182,39 @@ def coefficients_at(
     return CoefficientsAt(quantities, tuple(names), rows_of(jacobian @ covariance @ jacobian.T))
 
 
-class _Told(NamedTuple):
-    """Values of `PARAMETERS`, and their derivatives by what the two covariances are of."""
+class _Errors(NamedTuple):
+    """Derivatives of `PARAMETERS` by what two covariances are of, and these."""
 
-    values: Array
     jacobian: Array
     covariance: Array
     over_dof: Array
 
 
-def _between_levels(found: Compensation, rise: float) -> _Told:
-    """Coefficients on the straight lines between levels."""
+def _between_levels(found: Compensation, rise: float) -> _Errors:
+    """Errors on the straight lines between levels."""
     assert isinstance(found, LevelCompensation)
-    values = found.table.at(np.asarray(rise))
-    return _Told(values, np.eye(len(PARAMETERS)), *found.table.errors_at(rise))
+    return _Errors(np.eye(len(PARAMETERS)), *found.table.errors_at(rise))
 
 
-def _by_laws(found: Compensation, rise: float, is_known: bool) -> _Told:
-    """Coefficients by the laws or of a table, whose errors are not known at all temperatures."""
+def _by_laws(found: Compensation, rise: float, is_known: bool) -> _Errors:
+    """Errors by the laws or of a table, which are not known at all temperatures."""
     names = (*PARAMETERS, *SLOPES)
-    values = {"k2": found.k2, "k3": found.k3, "delta_ip": found.cross.delta_ip}
     jacobian = np.eye(len(PARAMETERS), len(names))
-    for name, law in (("k0", found.k0), ("K1", found.K1), ("delta", found.cross.delta)):
-        row, change = jacobian[PARAMETERS.index(name)], float(law.change(np.asarray(rise)))
-        values[name] = law.at_T0 + change
-        scale = 1.0
+    for name in LAWS:
+        row, scale = jacobian[PARAMETERS.index(name)], 1.0
         if name == "K1":  # whose errors and slopes are relative
-            values[name] = row[PARAMETERS.index(name)] = law.at_T0 * (1.0 + change)
-            scale = law.at_T0
+            scale = found.K1.at_T0
+            row[PARAMETERS.index(name)] = scale * (1.0 + float(found.K1.change(np.asarray(rise))))
         row[names.index(f"{name}_slope_above")] = scale * max(rise, 0.0)
         row[names.index(f"{name}_slope_below")] = scale * min(rise, 0.0)
     covariance = np.array(found.covariance) if is_known else np.full((len(names),) * 2, np.nan)
-    in_order = np.array([values[name] for name in PARAMETERS])
-    return _Told(in_order, jacobian, covariance, np.array(found.over_dof))
+    return _Errors(jacobian, covariance, np.array(found.over_dof))
 
 
-def _quantity(told: _Told, place: int, unit: str) -> Quantity:
+def _quantity(value: float, row: Array, errors: _Errors, unit: str) -> Quantity:
     """One of them with its uncertainty, by the covariance of what it is made of."""
-    value, row = float(told.values[place]), list(told.jacobian[place])
-    found = interval_of_parts([propagated(told.covariance, told.over_dof, row)])
-    standard, expanded, dof = (float(each) for each in (found.standard, found.expanded, found.dof))
+    told = interval_of_parts([propagated(errors.covariance, errors.over_dof, list(row))])
+    standard, expanded, dof = (float(each) for each in (told.standard, told.expanded, told.dof))
     if math.isnan(standard):
         return Quantity(value, None, unit)
     return Quantity(value, standard, unit, expanded, None if math.isinf(dof) else dof)

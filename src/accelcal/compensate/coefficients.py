@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -264,15 +265,23 @@ class Compensation(KnownErrors):
         """The cross axes that were calibrated."""
         return (self.cross,) if self.other is None else (self.cross, self.other)
 
+    def parameters(self, rise: Array) -> list[tuple[Any, ...]]:
+        """`PARAMETERS` at T - T0, with those of each cross axis in its turn."""
+        k0 = self.k0.at_T0 + self.k0.change(rise)
+        K1 = self.K1.at_T0 * (1.0 + self.K1.change(rise))
+        return [
+            (k0, K1, self.k2, self.k3, axis.delta.at_T0 + axis.delta.change(rise), axis.delta_ip)
+            for axis in self.axes
+        ]
+
     def samples(self, rise: Array, cross: Sequence[Array]) -> Samples:
         """Coefficients of samples at T - T0, with accelerations along the cross axes."""
-        tilt, linear = np.zeros(()), np.ones(())
-        for axis, along in zip(self.axes, cross, strict=True):
-            tilt = tilt + (axis.delta.at_T0 + axis.delta.change(rise)) * along
-            linear = linear + axis.delta_ip * within_reach(along)
-        bias = self.k0.at_T0 + self.k0.change(rise)
-        scale = self.K1.at_T0 * (1.0 + self.K1.change(rise))
-        return Samples(rise, cross, bias, tilt, linear, self.k2, self.k3, scale)
+        tilt, linear, parameters = np.zeros(()), np.ones(()), self.parameters(rise)
+        for (*_, delta, delta_ip), along in zip(parameters, cross, strict=True):
+            tilt = tilt + delta * along
+            linear = linear + delta_ip * _within_reach(along)
+        k0, K1, k2, k3, *_ = parameters[0]
+        return Samples(rise, cross, k0, tilt, linear, k2, k3, K1)
 
     def error(self, samples: Samples, a_i: Array, bracket: Array) -> Part:
         """Variance of the bracket of the model from the coefficients [g^2]."""
@@ -299,6 +308,6 @@ class Compensation(KnownErrors):
         return np.asarray(self.k0.local_slope(rise) + scale * bracket + tilt + of_effects)
 
 
-def within_reach(along: Array) -> Array:
+def _within_reach(along: Array) -> Array:
     """Accelerations along a cross axis, NaN beyond what any solution is looked for [g]."""
     return np.where(np.abs(along) <= FARTHEST, along, np.nan)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.compensate.coefficients import PARAMETERS, Compensation, within_reach
+from accelcal.compensate.coefficients import PARAMETERS, Compensation
 from accelcal.compensate.propagation import Part, linear_sum, ratio, variance_of
 from accelcal.effects.static import Samples
 from accelcal.estimate.launch import SAME_LEVEL
@@ -259,16 +259,9 @@ class LevelCompensation(Compensation):
         """One for each cross axis."""
         return (self.table,) if self.other_table is None else (self.table, self.other_table)
 
-    def samples(self, rise: Array, cross: Sequence[Array]) -> Samples:
-        """Coefficients of samples at T - T0, with accelerations along the cross axes."""
-        main = self.table.at(rise)
-        tilt, linear = np.zeros(()), np.ones(())
-        for table, along in zip(self._tables, cross, strict=True):
-            at = main if table is self.table else table.at(rise)
-            tilt = tilt + at[..., _DELTA] * along
-            linear = linear + at[..., _DELTA_IP] * within_reach(along)
-        k0, K1, k2, k3 = (main[..., i] for i in range(_DELTA))
-        return Samples(rise, cross, k0, tilt, linear, k2, k3, K1)
+    def parameters(self, rise: Array) -> list[tuple[Any, ...]]:
+        """`PARAMETERS` at T - T0, with those of each cross axis in its turn."""
+        return [tuple(np.moveaxis(table.at(rise), -1, 0)) for table in self._tables]
 
     def error(self, samples: Samples, a_i: Array, bracket: Array) -> Part:
         """Variance of the bracket of the model from the coefficients [g^2]."""
