@@ -182,6 +182,7 @@ def test_the_schema_of_another_file_is_told_before_its_keys(run, folder):
         ("check", "table.csv", "--unit", ""),
         ("design", "--optimal", ""),
         ("discover", "table.csv", "--effects", ""),
+        ("compare", "cal.json", "table.csv", "--serial", "  "),
     ],
 )
 def test_an_empty_option_is_named(run, command):
@@ -189,6 +190,12 @@ def test_an_empty_option_is_named(run, command):
     code, out, err = run(*command)
     assert (code, out) == (2, "")
     assert f"'{command[-2]}': it is empty; write it, or leave the option out" in said(err)
+
+
+def test_blanks_around_a_text_do_not_count(run):
+    assert run("compare", "cal.json", "table.csv", "--serial", " AL-15 ")[0] == 0
+    code, out, _ = run("check", "table.csv", "--unit", " mA ")
+    assert (code, out) == run("check", "table.csv", "--unit", "mA")[:2]
 
 
 def test_an_empty_name_is_shown(run):
