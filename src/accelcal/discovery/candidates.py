@@ -111,7 +111,8 @@ def visible(
     instances: Sequence[Instance], space: Space, c: Conditions
 ) -> tuple[list[Instance], Array, Array]:
     """Those of some instances that can be seen, with their unit vectors, (n, k), and lengths."""
-    whitened = space.whiten(np.stack([column_of(item, c) for item in instances], axis=1))
+    columns = [column_of(item, c)[:, None] for item in instances]
+    whitened = space.whiten(np.hstack([space.nothing(), *columns]))
     shown = space.left_of(whitened)
     length = lengths(shown)
     places = np.flatnonzero(length > VISIBLE * lengths(whitened))

@@ -12,7 +12,7 @@ from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.covariance import Covariance, whitener_of
 from accelcal.discovery.declared_noise import relative_noise
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, column_of, own_columns
 from accelcal.discovery.noise import (
     FEWEST_REPLICATES,
     ReadingNoise,
@@ -70,6 +70,12 @@ class Comparison(NamedTuple):
         c = self.model.conditions
         seen = [self.space.see(column_of(item, c)) for item in instances]
         return np.stack([each / float(np.sqrt(each @ each)) for each in seen], axis=1)
+
+    def span(self, instances: Sequence[Instance]) -> Array:
+        """Orthonormal basis of what effects do in the space, whatever their amplitudes, (n, h)."""
+        c = self.model.conditions
+        columns = [self.space.see(own_columns(item, c)) for item in instances]
+        return orthonormal(np.hstack([self.space.nothing(), *columns]))
 
 
 def compared(

@@ -14,7 +14,7 @@ import numpy as np
 
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.instance import Instance
+from accelcal.discovery.instance import Instance, replaced
 from accelcal.discovery.silence import DEAD_ZONE, silent_in
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.unnamed.wandering import POSSIBLE
@@ -88,8 +88,7 @@ def undecided(
             entry = entries.get(name)
             if DEAD_ZONE not in (name, item.effect.id) or not entry or len(entry.parameters) != 1:
                 continue
-            rival = Instance(entry, (1.0,), {})
-            others = [*instances[:place], rival, *instances[place + 1 :]]
+            others = replaced(instances, place, Instance(entry, (1.0,), {}))
             apart = _unlike(comparison, instances, others)
             if apart and _as_likely(comparison, instances, others, place):
                 yield Undecided(item.effect.id, name, apart)

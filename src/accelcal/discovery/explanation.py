@@ -174,14 +174,34 @@ def _refined(family: Family, place: int, others: Array) -> Instance:
 def _among_all(family: Family, place: int, others: Array) -> Instance:
     """Try the values of a discrete parameter that the first search left out around an instance."""
     start, comparison = family.candidates.instances[place], family.comparison
-    c = comparison.model.conditions
-    near = left_out_around(start, c)
-    if not near:
-        return start
-    shown, units, _ = visible(near, comparison.space, c)
-    left = without(units, others)
-    squares = (left.T @ comparison.seen) ** 2 / np.maximum(lengths(left), NEW) ** 2
-    return shown[first_largest(squares)]
+    near = left_out_around(start, comparison.model.conditions)
+    found = _clearest(comparison, near, others)
+    return found[0] if found else start
+
+
+def clearest(
+    comparison: Comparison, tried: Sequence[Instance], beside: Array
+) -> tuple[Instance, float] | None:
+    """Find that of some instances which the readings show clearest beside some directions.
+
+    With it comes its size in standard deviations of the noise. There is none where all are hidden.
+    """
+    found = _clearest(comparison, tried, beside)
+    near = left_out_around(found[0], comparison.model.conditions) if found else ()
+    return _clearest(comparison, near, beside) or found
+
+
+def _clearest(
+    comparison: Comparison, tried: Sequence[Instance], beside: Array
+) -> tuple[Instance, float] | None:
+    shown, units, _ = visible(tried, comparison.space, comparison.model.conditions)
+    left = without(units, beside)
+    length = lengths(left)
+    sizes = np.abs(comparison.seen @ left) * (length > NEW) / np.maximum(length, NEW)
+    if not sizes.any():
+        return None
+    best = first_largest(sizes**2)
+    return shown[best], float(sizes[best])
 
 
 def _simpler(family: Family, place: int, others: Array) -> Instance | None:
@@ -198,6 +218,11 @@ def _simpler(family: Family, place: int, others: Array) -> Instance | None:
             if not is_needed(comparison, start, beside):
                 return other
     return None
+
+
+def explain_as_well(comparison: Comparison, others: Sequence[Instance], item: Instance) -> bool:
+    """Whether an effect is not needed beside others, one of which is in its place."""
+    return not is_needed(comparison, item, comparison.span(others))
 
 
 def is_needed(comparison: Comparison, item: Instance, beside: Array) -> bool:

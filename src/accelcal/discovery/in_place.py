@@ -10,19 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import VISIBLE, instances_of, left_out_around
+from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone_or_cube import in_fit
 from accelcal.discovery.exact_law import is_possible
-from accelcal.discovery.explanation import is_needed
-from accelcal.discovery.instance import Instance, column_of, own_columns
-from accelcal.discovery.other_laws import directions
+from accelcal.discovery.explanation import clearest, explain_as_well
+from accelcal.discovery.instance import Instance, own_columns, replaced
 from accelcal.discovery.otherwise import name_of, otherwise, said_of_others
 from accelcal.discovery.own_shape import moved
-from accelcal.discovery.spans import lengths, without
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
@@ -136,7 +132,7 @@ def _rivals(
     for place, item in enumerate(fitted):
         for name, effect in _named_in_place(model, item.effect.id):
             others = _with(comparison, fitted, place, effect)
-            if others and not is_needed(comparison, item, directions(comparison, others)):
+            if others and explain_as_well(comparison, others, item):
                 yield _Rival(name, others, is_counted_in_use(item.effect, effect))
 
 
@@ -144,28 +140,12 @@ def _with(
     comparison: Comparison, fitted: Sequence[Instance], place: int, effect: Effect
 ) -> tuple[Instance, ...]:
     """Effects with another one in the place of one, where it fits best; none if it is hidden."""
-    c, before, after = comparison.model.conditions, fitted[:place], fitted[place + 1 :]
-    beside = directions(comparison, [*before, *after])
-    best = _best(comparison, list(instances_of(effect, c)), beside)
+    tried = list(instances_of(effect, comparison.model.conditions))
+    best = clearest(comparison, tried, comparison.span(replaced(fitted, place)))
     if best is None:
         return ()
-    if near := left_out_around(best, c):
-        best = _best(comparison, near, beside) or best
-    found = [*before, best, *after]
+    found = replaced(fitted, place, best[0])
     for parameter in effect.shapes:
         if not parameter.discrete:
-            found[place] = moved(comparison, found, place, parameter)
-    return tuple(found)
-
-
-def _best(comparison: Comparison, tried: Sequence[Instance], beside: Array) -> Instance | None:
-    """That of some instances which fits best beside some directions; None if all are hidden."""
-    space, c = comparison.space, comparison.model.conditions
-    whole = space.whiten(np.stack([column_of(item, c) for item in tried], axis=1))
-    own = without(space.left_of(whole), beside)
-    length = lengths(own)
-    seen = np.abs(comparison.seen @ own) / np.where(
-        length > VISIBLE * lengths(whole), length, np.inf
-    )
-    best = int(seen.argmax())
-    return tried[best] if seen[best] else None
+            found = replaced(found, place, moved(comparison, found, place, parameter))
+    return found

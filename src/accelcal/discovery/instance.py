@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -46,6 +46,11 @@ class Instance(NamedTuple):
         """Amplitudes that the mixture has."""
         own = zip(self.effect.amplitudes, self.mixture, strict=True)
         return tuple(parameter for parameter, part in own if part)
+
+
+def replaced(instances: Sequence[Instance], place: int, *others: Instance) -> tuple[Instance, ...]:
+    """Effects with others in the place of one, or without it."""
+    return (*instances[:place], *others, *instances[place + 1 :])
 
 
 def amplitude_columns(instance: Instance, c: Conditions) -> Array:

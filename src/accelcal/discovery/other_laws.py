@@ -10,15 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from accelcal.arrays import Array
 from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.explanation import is_needed
-from accelcal.discovery.instance import Instance, instance_of, own_columns
+from accelcal.discovery.explanation import explain_as_well
+from accelcal.discovery.instance import Instance, instance_of, replaced
 from accelcal.discovery.parameters import parameters_of
-from accelcal.discovery.spans import orthonormal
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance, Effect
 
@@ -53,8 +49,7 @@ def other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterato
         effect, values = fitted.effect, fitted.values
         own = (p for p in effect.amplitudes if values[p.name])
         what = ", ".join(f"{p.name} = {values[p.name]:.3g} {p.unit}" for p in own)
-        within = (*others[:place], instance_of(fitted), *others[place + 1 :])
-        yield Alternative(effect, what, within)
+        yield Alternative(effect, what, replaced(others, place, instance_of(fitted)))
 
 
 def other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
@@ -78,16 +73,9 @@ def _instead(
     """Sets with another in place of one that is not needed beside it, and where in the set."""
     for place, item in enumerate(instances):
         for other in others_of(item, comparison.model.conditions):
-            others = (*instances[:place], other, *instances[place + 1 :])
-            if not is_needed(comparison, item, directions(comparison, others)):
+            others = replaced(instances, place, other)
+            if explain_as_well(comparison, others, item):
                 yield place, others
-
-
-def directions(comparison: Comparison, instances: Sequence[Instance]) -> Array:
-    """Orthonormal basis of what some effects do, whatever the sizes of their amplitudes."""
-    space, c = comparison.space, comparison.model.conditions
-    columns = [space.see(own_columns(item, c)) for item in instances]
-    return orthonormal(np.hstack([space.nothing(), *columns]))
 
 
 def _fitted(comparison: Comparison, instances: Sequence[Instance], place: int) -> Disturbance:

@@ -12,11 +12,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import left_out_around
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.explanation import is_needed
-from accelcal.discovery.instance import Instance, column_of, instance_of
-from accelcal.discovery.other_laws import directions, places_of, where_is
+from accelcal.discovery.explanation import clearest, explain_as_well
+from accelcal.discovery.instance import Instance, instance_of, replaced
+from accelcal.discovery.other_laws import places_of, where_is
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.discovery.tied import settled
 from accelcal.discovery.untold import fitted_sizes, slopes_of
@@ -37,33 +36,21 @@ def in_own_shape(comparison: Comparison, fitted: Sequence[Instance]) -> list[Ins
         found[place] = moved(comparison, found, place, parameter)
     for place, item in enumerate(found):
         if other := _elsewhere(comparison, found, place):
-            there = [*found[:place], other, *found[place + 1 :]]
-            if not is_needed(comparison, item, directions(comparison, there)):
-                found = there
+            there = replaced(found, place, other)
+            if explain_as_well(comparison, there, item):
+                found = list(there)
     return settled(comparison, found)
 
 
 def _elsewhere(comparison: Comparison, fitted: Sequence[Instance], place: int) -> Instance | None:
     """Find the place where the readings show an effect as well, beside all that are fitted."""
-    c = comparison.model.conditions
-    others = list(places_of(fitted[place], c))
-    if not others:
+    others = list(places_of(fitted[place], comparison.model.conditions))
+    found = clearest(comparison, others, comparison.span(fitted))
+    if found is None:
         return None
-    beside = directions(comparison, fitted)
-    left = without(comparison.seen, beside)
+    item, size = found
     limit = student_quantile(1.0 - (1.0 - _SURE) / len(others), comparison.space.dof)
-
-    def best(tried: Sequence[Instance]) -> tuple[float, Instance]:
-        whole = np.stack([column_of(item, c) for item in tried], axis=1)
-        own = without(comparison.space.see(whole), beside)
-        sizes = np.abs(left @ own)
-        beyond = sizes - limit * lengths(own)
-        return float(beyond.max()), tried[int(np.argmax(beyond))]
-
-    beyond, found = best(others)
-    if beyond > 0.0 and (near := left_out_around(found, c)):
-        _, found = best(near)
-    return found if beyond > 0.0 else None
+    return item if size > limit else None
 
 
 def said_of_places(
@@ -123,8 +110,7 @@ def moved(
     name, start = parameter.name, instances[place]
 
     def loss(value: float) -> float:
-        trial = [*instances[:place], start.at(name, value), *instances[place + 1 :]]
-        sizes = fitted_sizes(comparison, trial)
+        sizes = fitted_sizes(comparison, replaced(instances, place, start.at(name, value)))
         return -squares_in(orthonormal(sizes.linear[:, sizes.shown]), comparison.seen)
 
     grid = _grid(comparison, parameter, start.shape[name])

@@ -15,7 +15,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance
+from accelcal.discovery.instance import Instance, replaced
 from accelcal.discovery.solution import covariance_root, solution
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.untold import Untold, is_tied, not_shown
@@ -166,6 +166,5 @@ def _searched(comparison: Comparison, one: Untold) -> list[float]:
     return [value for value in values.tolist() if abs(value) >= near]
 
 
-def _at(instances: Sequence[Instance], one: Untold, value: float) -> list[Instance]:
-    moved = instances[one.place].at(one.parameter.name, value)
-    return [*instances[: one.place], moved, *instances[one.place + 1 :]]
+def _at(instances: Sequence[Instance], one: Untold, value: float) -> tuple[Instance, ...]:
+    return replaced(instances, one.place, instances[one.place].at(one.parameter.name, value))

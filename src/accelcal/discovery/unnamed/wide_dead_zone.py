@@ -16,7 +16,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.instance import Instance, own_columns
+from accelcal.discovery.instance import Instance, own_columns, replaced
 from accelcal.discovery.silence import ALONG, DEAD_ZONE, across_the_axis, silent_in
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.unnamed.any_pattern import of_position
@@ -81,7 +81,7 @@ def silenced(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[
     bound = float(left @ left) - 2.0 * float(np.log(POSSIBLE))
     static = of_position(comparison, comparison.directions(*instances))
     for place in np.flatnonzero(static).tolist():
-        tilt, rest = _fitted(comparison, [*instances[:place], *instances[place + 1 :]], np.inf)
+        tilt, rest = _fitted(comparison, replaced(instances, place), np.inf)
         if float(rest @ rest) < bound:
             yield instances[place].effect.id, float(tilt.max())
 
