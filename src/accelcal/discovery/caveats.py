@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from itertools import compress
+from itertools import compress, groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from accelcal.discovery.dead_zone_or_cube import said_of_rivals
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
-from accelcal.discovery.other_laws import Alternative, other_laws, other_places
+from accelcal.discovery.other_laws import Alternatives
 from accelcal.discovery.otherwise import Otherwise, said_of_others
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.tied import said_of_tied
@@ -87,63 +87,63 @@ def caveats(
     family: Family,
     found: Sequence[Explanation],
     walks: Sequence[Wandering],
-    left: Unexplained | None = None,
-    others: Sequence[Otherwise] = (),
+    left: Unexplained | None,
+    alternatives: Alternatives,
+    others: Sequence[Otherwise],
 ) -> Iterator[Caveat]:
     """Tell what a reader must know.
 
     Of the explanations that pass, the best comes first. Walks could stand in place of its effects,
-    or of the nearest ones where none passes. Something may be left beside them. With others the
-    coefficients are others too.
+    or of the nearest ones where none passes. Something may be left beside them. Alternatives
+    explain the readings as well; with others the coefficients are others too.
     """
     comparison = family.comparison
     yield from map(Caveat, said_of_positions(comparison.record))
     yield from map(Caveat, said_of_temperatures(comparison.record))
-    best = found[0].instances if found else ()
-    laws, places = list(other_laws(comparison, best)), list(other_places(comparison, best))
-    yield from map(Caveat, said_of_untold(comparison, best))
-    yield from map(Caveat, said_of_tied(comparison, best))
-    yield from map(Caveat, _by_another_law(laws))
-    yield from map(Caveat, _at_other_places(places))
-    yield from map(Caveat, said_of_others(others))
-    yield from _put_together(family, found)
-    yield from _of_any_pattern(family, found)
-    silence = list(said_of_silence(comparison, found))
-    yield from (Caveat(*said) for said in silence or said_of_rivals(comparison, found))
-    yield from _of_the_first_readings(comparison, best)
-    yield from map(Caveat, _of_the_start(best))
-    yield from _of_few_readings(comparison, best)
-    yield from _of_steps(comparison, best, left)
-    yield from _of_the_wrong_sense(comparison, best)
-    yield from _of_the_chamber(comparison, found)
+    if found:
+        best = found[0].instances
+        yield from map(Caveat, said_of_untold(comparison, best))
+        yield from map(Caveat, said_of_tied(comparison, best))
+        yield from map(Caveat, _by_another_law(alternatives))
+        yield from map(Caveat, _at_other_places(alternatives))
+        yield from map(Caveat, said_of_others(others))
+        yield from _put_together(family, found[0])
+        yield from _of_any_pattern(family, found[0])
+        silence = list(said_of_silence(comparison, found[0]))
+        yield from (Caveat(*said) for said in silence or said_of_rivals(comparison, found))
+        yield from _of_the_first_readings(comparison, best)
+        yield from map(Caveat, _of_the_start(best))
+        yield from _of_few_readings(comparison, best)
+        yield from _of_steps(comparison, best, left)
+        yield from _of_the_wrong_sense(comparison, best)
+        yield from _of_the_chamber(comparison, best)
     yield from _wandering(walks, named=bool(found))
-    yield from _undeclared(comparison, best)
+    yield from _undeclared(comparison, found[0].instances if found else ())
 
 
-def _by_another_law(laws: Sequence[Alternative]) -> Iterator[str]:
+def _by_another_law(alternatives: Alternatives) -> Iterator[str]:
     """Effects of which the readings do not tell by which law they go."""
-    for law in laws:
+    for law in alternatives.laws:
         yield f"{law.name} explains these readings as well; to tell: {law.effect.to_tell_apart}"
 
 
-def _at_other_places(places: Sequence[Alternative]) -> Iterator[str]:
+def _at_other_places(alternatives: Alternatives) -> Iterator[str]:
     """Effects of which the readings do not tell where they are."""
-    for effect in dict.fromkeys(other.effect.id for other in places):
-        where = [other.what for other in places if other.effect.id == effect]
-        yield f"{effect} with {' or '.join(where)} explains these readings as well"
+    for effect, places in groupby(alternatives.places, lambda other: other.effect.id):
+        where = " or ".join(other.what for other in places)
+        yield f"{effect} with {where} explains these readings as well"
 
 
-def _put_together(family: Family, found: Sequence[Explanation]) -> Iterator[Caveat]:
+def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:
     """Effects at one of several places, all of which two effects could make where few show."""
     space, c = family.space, family.comparison.model.conditions
-    static = of_position(family.comparison, found[0].directions).tolist() if found else ()
-    for item in compress(found[0].instances if found else (), static):
+    for item in compress(best.instances, of_position(family.comparison, best.directions)):
         if not any(shape.discrete for shape in item.effect.shapes):
             continue
         places = [column_of(other, c) for other in instances_of(item.effect, c)]
         vectors, sizes, _ = np.linalg.svd(space.see(np.stack(places, axis=1)), full_matrices=False)
         patterns = vectors[:, sizes > _FAINT * sizes[0]]
-        named = ((patterns.T @ found[0].directions) ** 2).sum(axis=0) > _ALIKE
+        named = ((patterns.T @ best.directions) ** 2).sum(axis=0) > _ALIKE
         if named.sum() < patterns.shape[1] <= _FEW_PATTERNS:
             yield Caveat(
                 f"{item.effect.id} is not sure: of what depends on the position alone these"
@@ -154,10 +154,10 @@ def _put_together(family: Family, found: Sequence[Explanation]) -> Iterator[Cave
             )
 
 
-def _of_any_pattern(family: Family, found: Sequence[Explanation]) -> Iterator[Caveat]:
+def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
     """Effects of the position alone, where patterns that nobody listed would look like them."""
-    told = any_patterns(family, found[0]) if found else ()
-    often = sorted((each for each in told if each.chance > _OFTEN), key=lambda each: -each.chance)
+    told = (each for each in any_patterns(family, best) if each.chance > _OFTEN)
+    often = sorted(told, key=lambda each: -each.chance)
     doubted: set[str] = set()
     for each in often:
         if set(each.ids) <= doubted:
@@ -284,9 +284,9 @@ def _of_the_wrong_sense(comparison: Comparison, instances: Sequence[Instance]) -
             )
 
 
-def _of_the_chamber(comparison: Comparison, found: Sequence[Explanation]) -> Iterator[Caveat]:
+def _of_the_chamber(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
     """Slow effects that a drift of the chamber would look like, where no slopes are known."""
-    slow = [item.effect.id for item in found[0].instances if item.effect.bend] if found else []
+    slow = [item.effect.id for item in instances if item.effect.bend]
     if slow and not comparison.model.conditions.per_degree.any():
         yield Caveat(
             "one level tells no slopes with the temperature: a drift of the chamber could as well"

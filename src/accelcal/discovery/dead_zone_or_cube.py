@@ -40,8 +40,6 @@ def said_of_rivals(
     comparison: Comparison, found: Sequence[Explanation]
 ) -> Iterator[tuple[str, list[str]]]:
     """Say of which coefficients nothing tells whether a dead zone acts on them, with the effect."""
-    if not found:
-        return
     best = found[0]
     rivals = {item.effect.id: in_place_of(found, best, item.effect.id) for item in best.instances}
     for one in undecided(comparison, best.instances, rivals):

@@ -22,6 +22,7 @@ from accelcal.discovery.look import Look, Question, look_through
 from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.noise_caveats import noise_caveats
 from accelcal.discovery.one_clamping import refuse_several_clampings
+from accelcal.discovery.other_laws import Alternatives, alternatives
 from accelcal.discovery.otherwise import (
     Otherwise,
     otherwise,
@@ -192,8 +193,10 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    others = _others(look)
-    said = [*_caveats(look, named, unexplained, loud, others), *_of_mountings(found, named)]
+    best = look.findings.named[0].instances if look.findings.named else ()
+    also = alternatives(comparison, best)
+    others = tuple(otherwise(comparison, best, also, rivals_of(look.findings.named)))
+    said = [*_caveats(look, named, unexplained, loud, also, others), *_of_mountings(found, named)]
     as_given = _as_given(comparison, record, found, question)
     told = Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
@@ -225,12 +228,6 @@ def _discovery(
         stand_name=name_in(record.metadata, STAND),
     )
     return _without_bounds(with_others_counted(told, others), look)
-
-
-def _others(look: Look) -> tuple[Otherwise, ...]:
-    found = look.findings.named
-    best = found[0].instances if found else ()
-    return tuple(otherwise(look.comparison, best, rivals_of(found)))
 
 
 def _without_bounds(told: Discovery, look: Look) -> Discovery:
@@ -270,10 +267,11 @@ def _caveats(
     named: Explanation | None,
     left: Unexplained | None,
     loud: LoudRun | None,
+    also: Alternatives,
     others: Sequence[Otherwise],
 ) -> Iterator[Caveat]:
     found = look.findings.named
-    said = [*_in_the_main(look), *caveats(look.family, found, look.walks, left, others)]
+    said = [*_in_the_main(look), *caveats(look.family, found, look.walks, left, also, others)]
     instances = named.instances if named else ()
     said += noise_caveats(look.comparison, instances, loud)
     yield from said

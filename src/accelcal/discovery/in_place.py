@@ -17,6 +17,7 @@ from accelcal.discovery.dead_zone_or_cube import in_fit
 from accelcal.discovery.exact_law import is_possible
 from accelcal.discovery.explanation import clearest, explain_as_well
 from accelcal.discovery.instance import Instance, own_columns, replaced
+from accelcal.discovery.other_laws import alternatives
 from accelcal.discovery.otherwise import name_of, otherwise, said_of_others
 from accelcal.discovery.own_shape import moved
 from accelcal.discovery.untold import fitted_sizes
@@ -85,7 +86,8 @@ def in_place(
     """
     c, rivals = comparison.model.conditions, list(_rivals(comparison, fitted, model))
     in_use = {rival.name for rival in rivals if rival.in_use}
-    for other in otherwise(comparison, fitted, [rival[:2] for rival in rivals]):
+    own = alternatives(comparison, fitted)
+    for other in otherwise(comparison, fitted, own, [rival[:2] for rival in rivals]):
         sizes = fitted_sizes(comparison, other.instances).of_each
         sized = list(zip(other.instances, sizes, strict=True))
         hanging = {in_fit(new.coefficient) for _, new in other.pairs}

@@ -42,8 +42,26 @@ class Alternative(NamedTuple):
         return f"{self.effect.id} with {self.what}"
 
 
-def other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
-    """Find other laws of some effects, which explain the readings as well."""
+class Alternatives(NamedTuple):
+    """What explains the readings as well as some effects, with one of them otherwise.
+
+    Attributes
+    ----------
+    places, laws : tuple of Alternative
+        Those at another place, and those by another law.
+    """
+
+    places: tuple[Alternative, ...]
+    laws: tuple[Alternative, ...]
+
+
+def alternatives(comparison: Comparison, instances: Sequence[Instance]) -> Alternatives:
+    """Find other places and other laws of some effects, which explain the readings as well."""
+    places, laws = (each(comparison, instances) for each in (_other_places, _other_laws))
+    return Alternatives(tuple(places), tuple(laws))
+
+
+def _other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
     for place, others in _instead(comparison, instances, _laws):
         fitted = _fitted(comparison, others, place)
         effect, values = fitted.effect, fitted.values
@@ -52,8 +70,7 @@ def other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterato
         yield Alternative(effect, what, replaced(others, place, instance_of(fitted)))
 
 
-def other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
-    """Find other places of some effects, which explain the readings as well."""
+def _other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
     for place, others in _instead(comparison, instances, places_of):
         yield Alternative(others[place].effect, where_is(others[place]), others)
 

@@ -13,7 +13,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone_or_cube import APART, apart
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.other_laws import other_laws, other_places
+from accelcal.discovery.other_laws import Alternatives
 from accelcal.discovery.solution import changes, solution
 from accelcal.results.discovery import IF_IT_IS, Discovery
 from accelcal.results.findings import Change
@@ -55,18 +55,19 @@ class Otherwise(NamedTuple):
 def otherwise(
     comparison: Comparison,
     best: Sequence[Instance],
+    alternatives: Alternatives,
     rivals: Iterable[tuple[str, tuple[Instance, ...]]],
 ) -> Iterator[Otherwise]:
-    """Find what explains the readings as well as some effects, with other coefficients.
+    """Find which of what explains the readings as well as some effects has other coefficients.
 
-    These are the effects at other places or by other laws, and rivals that are given by name.
+    Alternatives are the effects at other places or by other laws; rivals are given by name.
     """
     if not best:
         return
     bare = solution(comparison)
     named = changes(comparison, bare, solution(comparison, best))
-    own = (*other_places(comparison, best), *other_laws(comparison, best))
-    for name, instances in (*((other.name, other.instances) for other in own), *rivals):
+    own = ((other.name, other.instances) for each in alternatives for other in each)
+    for name, instances in (*own, *rivals):
         within = changes(comparison, bare, solution(comparison, instances))
         both = zip(named, within, strict=True)
         if pairs := tuple((old, new) for old, new in both if apart(old, new) > APART):

@@ -234,7 +234,7 @@ def _own(
             continue
         best = explanations[0]
         others = frozenset().union(*(item.ids for item in explanations)) - best.ids
-        silence = tuple(said_of_silence(looks[number].family.comparison, explanations))
+        silence = tuple(said_of_silence(looks[number].family.comparison, best))
         found[number] = Own(best.instances, tuple(sorted(others)), best.p_values, complete, silence)
     return found
 

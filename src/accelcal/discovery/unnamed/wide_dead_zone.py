@@ -56,18 +56,16 @@ _TOLD = (
 )
 
 
-def said_of_silence(
-    comparison: Comparison, found: Sequence[Explanation]
-) -> Iterator[tuple[str, list[str]]]:
+def said_of_silence(comparison: Comparison, named: Explanation) -> Iterator[tuple[str, list[str]]]:
     """Say where a dead zone of any width explains the readings in place of what is named.
 
     It is said of effects of the position alone, with their ids: one of them is in doubt, and of a
     dead zone the size.
     """
-    if found and silent_in(comparison.model.conditions).any():
+    if silent_in(comparison.model.conditions).any():
         yield f"{DEAD_ZONE}: {_TOLD}", []
         return
-    for name, tilt in silenced(comparison, found[0].instances) if found else ():
+    for name, tilt in silenced(comparison, named.instances):
         yield f"{name}: {_SILENT.format(tilt * MICRO)}", [name]
 
 
@@ -114,7 +112,7 @@ def silent_first(
     Of effects that look alike, a dead zone is what makes readings silent; what else is as sure at
     the false-alarm rate alpha, such as a_p^3, takes the misalignment for twice as much.
     """
-    if not found or silent_in(comparison.model.conditions).any():
+    if silent_in(comparison.model.conditions).any():
         return tuple(found)
     best = found[0]
     sure = [one for one in found if DEAD_ZONE in one.ids - best.ids and max(one.p_values) < alpha]
