@@ -42,13 +42,13 @@ def test_a_lag_of_milliradians_leaves_nothing_and_has_its_size(hidden, seed, siz
 def test_small_effects_leave_the_readings_as_they_are():
     known = effect("backlash").of(2e-5)
     comparison = compared(accelcal.simulate(plan=PLAN, seed=1, effects=[known]), 20.0)
-    assert straightened(comparison, [instance_of(known)], 0.0) is None
+    assert straightened(comparison, [instance_of(known)]) is None
 
 
 def test_readings_that_do_not_settle_stay_as_they_are():
     known = effect("dead-zone").of(2e-3)  # wider than the misalignment
     comparison = compared(accelcal.simulate(plan=PLAN, seed=1, effects=[known]), 20.0)
-    assert straightened(comparison, [instance_of(known)], 0.0) is None
+    assert straightened(comparison, [instance_of(known)]) is None
 
 
 def test_without_what_is_beyond_them_small_laws_hold_to_the_last_digit():
@@ -60,7 +60,7 @@ def test_without_what_is_beyond_them_small_laws_hold_to_the_last_digit():
     noisy = accelcal.simulate(plan=plan, noise=QUIET, seed=1, effects=known)
     noise = compared(noisy, 20.0, 0.01).noise
     comparison = compared(record, 20.0, 0.01, noise=noise)
-    straight = straightened(comparison, list(map(instance_of, known)), 0.01)
+    straight = straightened(comparison, list(map(instance_of, known)))
     assert straight is not None
     again = compared(straight, 20.0, 0.01, noise=noise)
     directions = again.directions(*map(instance_of, known))

@@ -56,6 +56,8 @@ class BaseModel:
         Coefficient that each of the p + q columns belongs to.
     conditions : Conditions
         Of the readings, as the fitted model has them.
+    T0, delta0 : float
+        Reference temperature [degC] and fixture angle [rad].
     """
 
     nominal: float
@@ -64,6 +66,8 @@ class BaseModel:
     inside: Array
     names: tuple[str, ...]
     conditions: Conditions
+    T0: float
+    delta0: float
 
     def split(self, parameters: Array) -> tuple[Array, Array]:
         """Both brackets at the parameters, each of shape (n,)."""
@@ -80,6 +84,11 @@ class BaseModel:
         """Reading minus model [g], shape (n,)."""
         gain, inside = self.split(parameters)
         return self.reading - gain * inside
+
+    @property
+    def tilting(self) -> Mask:
+        """Which parameters are those of the misalignment, shape (p + q,)."""
+        return np.array([name.startswith("M") and "_i" not in name for name in self.names])
 
     def extended(self, columns: Array, names: tuple[str, ...]) -> BaseModel:
         """Add columns [g] to the second bracket."""
@@ -120,6 +129,8 @@ def base_model(
         inside=inside,
         names=names,
         conditions=ideal,
+        T0=reference_temperature,
+        delta0=delta0,
     )
     # what readings beside silent ones lack is no part of the scale factor
     lacking = None if silent is None else np.sign(ideal.input)
@@ -141,13 +152,13 @@ def _silenced(c: Conditions, silent: Mask) -> Conditions:
     )
 
 
-def turned(model: BaseModel, record: TumbleRecord, angle: Array, delta0: float) -> BaseModel:
+def turned(model: BaseModel, record: TumbleRecord, angle: Array) -> BaseModel:
     """The model of the same readings where the head has turned by so much more [rad].
 
     Its conditions have the accelerations of an accelerometer without misalignment.
     """
     degrees = record.angle + np.degrees(angle)
-    sensed = accelerations(degrees, delta0, record.mounting)
+    sensed = accelerations(degrees, model.delta0, record.mounting)
     c = replace(
         model.conditions,
         angle=degrees,
@@ -299,9 +310,8 @@ def _axial(model: BaseModel, parameters: Array, record: TumbleRecord) -> Array:
 
 def tilt(model: BaseModel, parameters: Array) -> Array:
     """Part of the cross-axis acceleration that lies along the true input axis [g]."""
-    own = np.array([name.startswith("M") and "_i" not in name for name in model.names])
-    inside = own[model.gain.shape[1] :]
-    return np.asarray(model.inside[:, inside] @ parameters[own])
+    own = model.tilting
+    return np.asarray(model.inside[:, own[model.gain.shape[1] :]] @ parameters[own])
 
 
 def _per_degree(model: BaseModel, parameters: Array, above: Mask) -> Array:

@@ -180,7 +180,7 @@ def _without(
     is_open = may_be_wider(comparison, fitted)
     hanging = tuple(map(in_fit, left_undecided(comparison, fitted, model.effects)))
     if not silent_in(comparison.model.conditions).any():
-        straight = straightened(comparison, fitted, delta0)
+        straight = straightened(comparison, fitted)
         if straight is not None:
             record, comparison = straight, compared(straight, reference, delta0, instances)
     held = [found for found, is_shown in zip(rest, shown, strict=True) if not is_shown]
@@ -194,7 +194,7 @@ def _without(
     others = tuple(in_place(comparison, of_size, columns @ sizes, model, hanging))
     explanations = [of_size, *(other.instances for other in others)]
     paused, said = in_pauses(comparison, explanations, disturbances(held))
-    lacking, open_too = unheard(comparison, fitted, reference, delta0)
+    lacking, open_too = unheard(comparison, fitted)
     nominal = comparison.model.nominal
     output = record.output - nominal * (columns @ sizes + taken - lacking)
     acting = nominal * np.hstack([columns @ factor, open_held, left_open, open_too, paused])

@@ -19,7 +19,7 @@ from accelcal.discovery.silence import DEAD_ZONE, silent_in
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.unnamed.wandering import POSSIBLE
 from accelcal.discovery.unnamed.wide_dead_zone import unbounded
-from accelcal.discovery.untold import fitted_sizes
+from accelcal.discovery.untold import fitted_sizes, squares_left
 from accelcal.effects.catalogue import catalogue
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, FoundEffect
@@ -96,11 +96,10 @@ def _as_likely(
     comparison: Comparison, some: Sequence[Instance], others: Sequence[Instance], place: int
 ) -> bool:
     """Whether others, of which one is in the place of another, explain the readings as well."""
-    sizes = [fitted_sizes(comparison, own) for own in (some, others)]
-    left = [comparison.seen - size.linear @ size.whole for size in sizes]
+    worse = squares_left(comparison, others) - squares_left(comparison, some)
     (lowest,) = (parameter.minimum for parameter in others[place].amplitudes)
-    worse = float(left[1] @ left[1] - left[0] @ left[0])
-    return worse < -2.0 * float(np.log(POSSIBLE)) and sizes[1].of_each[place][0] > lowest
+    size = fitted_sizes(comparison, others).of_each[place][0]
+    return worse < -2.0 * float(np.log(POSSIBLE)) and bool(size > lowest)
 
 
 def _unlike(

@@ -30,14 +30,11 @@ _STEP, _BEND = 1e-3, 0.1
 """Part by which sizes are changed, and part of what their columns then tell that must be so."""
 
 
-def straightened(
-    comparison: Comparison, instances: Sequence[Instance], delta0: float
-) -> TumbleRecord | None:
+def straightened(comparison: Comparison, instances: Sequence[Instance]) -> TumbleRecord | None:
     """Take out of the readings what effects do beyond the law of small ones.
 
     There is nothing to take out where that is too little to notice, and where the readings do not
-    tell the sizes by the columns of small ones, as of a dead zone in which some are silent. The
-    fixture angle is in rad.
+    tell the sizes by the columns of small ones, as of a dead zone in which some are silent.
     """
     if not instances:
         return None
@@ -47,7 +44,7 @@ def straightened(
         now = less(comparison, beyond)
         sizes = fitted_sizes(now, instances).of_each
         parameters = solution(now, instances).parameters[: len(model.names)]
-        found, straight = _beyond(comparison, _times(1.0, instances, sizes), parameters, delta0)
+        found, straight = _beyond(comparison, _times(1.0, instances, sizes), parameters)
         before, moved = moved, float(np.linalg.norm(space.whiten(found - beyond)))
         if not moved < 0.5 * before:
             return None
@@ -55,7 +52,7 @@ def straightened(
     if np.linalg.norm(space.whiten(beyond)) < _SEEN:
         return None
     larger = _times(1.0 + _STEP, instances, sizes)
-    further, longer = _beyond(comparison, larger, parameters, delta0)
+    further, longer = _beyond(comparison, larger, parameters)
     bend, step = space.see(further - beyond), space.see(longer - straight)
     if bend @ bend > _BEND**2 * (step @ step):
         return None
@@ -84,7 +81,6 @@ def _beyond(
     comparison: Comparison,
     sized: Sequence[tuple[Instance, Array]],
     parameters: Array,
-    delta0: float,
 ) -> tuple[Array, Array]:
     """What effects of some sizes do beyond their columns, and by their columns [g].
 
@@ -100,7 +96,7 @@ def _beyond(
     for item, size in acting:
         straight += own_columns(item, model.conditions) @ size
     effects = [_of_size(item, size) for item, size in acting]
-    moved = turned(model, comparison.record, total("angle", effects, model.conditions), delta0)
+    moved = turned(model, comparison.record, total("angle", effects, model.conditions))
     gain, inside = moved.split(parameters)
     axial = moved.conditions.input + tilt(moved, parameters)
     now = replace(moved.conditions, axial=axial, indicated=inside, gain=gain)

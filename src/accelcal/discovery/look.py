@@ -86,7 +86,7 @@ def _by_exact_laws(first: Look, question: Question) -> Look:
     look = first
     for _ in range(_EXACT if first.findings.named else 0):
         known = look.findings.named[0]
-        straight = straightened(first.comparison, known.instances, question.delta0)
+        straight = straightened(first.comparison, known.instances)
         if straight is None:
             return look
         asked = question._replace(like=look.family)
@@ -138,8 +138,7 @@ def _of_any_width(look: Look, question: Question) -> Look:
     """
     comparison = look.comparison
     zone = next((entry for entry in question.effects if entry.id == DEAD_ZONE), None)
-    asked = (question.reference, question.delta0)
-    silent = None if zone is None else likeliest_silence(comparison, zone, *asked)
+    silent = None if zone is None else likeliest_silence(comparison, zone)
     if silent is None:
         return look
     again = _in_silence(comparison.record, question, silent)

@@ -10,8 +10,8 @@ from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import lengths
-from accelcal.discovery.tied import quantities, tied
-from accelcal.discovery.untold import Sizes, Untold, fitted_sizes, not_shown, slopes_of, untold
+from accelcal.discovery.tied import quantities
+from accelcal.discovery.untold import Sizes, Untold, fitted_sizes, not_shown, slopes_of
 from accelcal.effects.parameter import Parameter
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.results.quantity import Quantity
@@ -32,10 +32,11 @@ def parameters_of(
     readings do not tell are held, and without `ranges` they add no uncertainty to the others. What
     coefficients tell is estimated from them.
     """
-    held = {(one.place, one.parameter.name): one for one in not_shown(comparison, instances)}
+    open_ones = not_shown(comparison, instances)
+    held = {(one.place, one.parameter.name): one for one in open_ones}
     sizes = fitted_sizes(comparison, instances)
     of_sizes, of_shapes = _standard_uncertainties(comparison, instances, sizes, held)
-    for one in untold(comparison, instances) if ranges else ():
+    for one in (one for one in open_ones if ranges and not one.tied):
         below, above = (fitted_sizes(comparison, end).whole for end in one.ends(instances))
         of_sizes = np.hypot(of_sizes, (above - below) / 2.0)
     told, dof = iter(of_sizes.tolist()), comparison.space.dof
@@ -50,7 +51,7 @@ def parameters_of(
             u = of_shapes.get((place, p.name))
             own[p.name] = _held(open_one) if open_one else _quantity(p, item.shape[p.name], u, dof)
         found.append(own)
-    for one in tied(comparison, instances):
+    for one in (one for one in open_ones if one.tied):
         found[one.place] |= quantities(comparison, instances, one)
     return tuple(found)
 

@@ -12,12 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.base import base_model, tilt
+from accelcal.discovery.base import BaseModel, base_model, tilt
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.instance import Instance, instance_of
 from accelcal.discovery.noise import ReadingNoise
-from accelcal.discovery.solution import solution
-from accelcal.discovery.spans import lengths
+from accelcal.discovery.solution import by_reading, solution
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.effects.effect import Disturbance
@@ -91,16 +90,19 @@ def silent_readings(
         if left @ left > max(_LEFT * float(beside.seen @ beside.seen), _NOISE * left.size):
             return None
         width = float(sizes.of_each[place][0])
-    silent = across & (np.abs(_axial(beside, instances, reference, delta0)) < width)
+    silent = across & (np.abs(_axial(beside, instances)) < width)
     # a width that shows where nothing is silent at some levels alone
     return silent if silent.any() and (is_shown or (across & ~silent).any()) else None
 
 
-def _axial(
-    comparison: Comparison, instances: Sequence[Instance], reference: float, delta0: float
-) -> Array:
+def _heard(comparison: Comparison) -> BaseModel:
+    """The base model of the record if no reading were silent."""
+    return base_model(comparison.record, comparison.model.T0, comparison.model.delta0)
+
+
+def _axial(comparison: Comparison, instances: Sequence[Instance]) -> Array:
     """Acceleration along the true input axis, silent readings included [g], shape (n,)."""
-    whole = base_model(comparison.record, reference, delta0)
+    whole = _heard(comparison)
     found = solution(comparison, instances).parameters[: len(whole.names)]
     return whole.conditions.input + tilt(whole, found)
 
@@ -129,9 +131,7 @@ def silent_by(
     )
 
 
-def unheard(
-    comparison: Comparison, instances: Sequence[Instance], reference: float, delta0: float
-) -> tuple[Array, Array]:
+def unheard(comparison: Comparison, instances: Sequence[Instance]) -> tuple[Array, Array]:
     """Find what silent readings would indicate beside their bias, as all others tell it.
 
     Returns
@@ -145,13 +145,10 @@ def unheard(
     silent = silent_in(model.conditions).astype(np.float64)
     if not silent.any():
         return silent, np.empty((silent.size, 0))
-    whole, fit = base_model(comparison.record, reference, delta0), solution(comparison, instances)
+    whole, fit = _heard(comparison), solution(comparison, instances)
     parameters = fit.parameters[: len(model.names)]
     lacking = np.multiply(*whole.split(parameters)) - np.multiply(*model.split(parameters))
     slopes = silent[:, None] * (whole.jacobian(parameters) - model.jacobian(parameters))
     own = np.flatnonzero(slopes.any(axis=0))
-    jacobian = comparison.space.whiten(fit.model.jacobian(fit.parameters))
-    norms = lengths(jacobian)
-    norms[norms == 0.0] = np.inf
-    inverse = (np.linalg.pinv(jacobian / norms, rcond=1e-9) / norms[:, None])[own]
-    return silent * lacking, slopes[:, own] @ covariance_root(inverse @ inverse.T)
+    by_readings = by_reading(comparison, fit)[own]
+    return silent * lacking, slopes[:, own] @ covariance_root(by_readings @ by_readings.T)

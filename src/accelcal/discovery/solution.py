@@ -89,7 +89,7 @@ def changes(comparison: Comparison, before: Solution, after: Solution) -> tuple[
     return tuple(Change(name, one[name], two[name]) for name in one if name in two)
 
 
-def covariance_root(comparison: Comparison, fit: Solution) -> Array:
+def by_reading(comparison: Comparison, fit: Solution) -> Array:
     """Change of each parameter with each reading in units of its noise, shape (p, n)."""
     jacobian = comparison.space.whiten(fit.model.jacobian(fit.parameters))
     norms = _norms(jacobian)

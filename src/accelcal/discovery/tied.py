@@ -15,10 +15,10 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance, replaced
-from accelcal.discovery.solution import covariance_root, solution
+from accelcal.discovery.instance import Instance
+from accelcal.discovery.solution import by_reading, solution
 from accelcal.discovery.spans import lengths
-from accelcal.discovery.untold import Untold, is_tied, not_shown
+from accelcal.discovery.untold import Untold, not_shown
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.quantity import Quantity
 
@@ -64,16 +64,15 @@ class _Tied(NamedTuple):
         weights[:, names.index(item.effect.id)] = item.mixture[0]
         for name, weight in item.effect.tie.items():
             weights[1, names.index(name)] -= weight
-        varied = weights @ covariance_root(comparison, fit)
+        varied = weights @ by_reading(comparison, fit)
         return cls(weights @ fit.parameters, varied, fit.chi2)
 
 
 def tied(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
     """Find the nonlinear parameters that nothing but coefficients of the model tell."""
-    if not any(is_tied(comparison, item) for item in instances):
+    if not any(item.effect.tie for item in instances):
         return []
-    found = not_shown(comparison, instances)
-    return [one for one in found if is_tied(comparison, instances[one.place])]
+    return [one for one in not_shown(comparison, instances) if one.tied]
 
 
 def settled(comparison: Comparison, instances: Sequence[Instance]) -> list[Instance]:
@@ -125,8 +124,7 @@ def quantities(
         }
     step = _NEAR * one.spread
     above, below = (
-        _Tied.of(comparison, _at(instances, one, one.value + by), one).values
-        for by in (step, -step)
+        _Tied.of(comparison, one.at(instances, one.value + by), one).values for by in (step, -step)
     )
     of_amplitude, of_excess = (above - below) / (2.0 * step)
     varied = np.array([[1.0, -of_amplitude / of_excess], [0.0, 1.0 / of_excess]]) @ tie.varied
@@ -142,7 +140,7 @@ def _settled(comparison: Comparison, instances: Sequence[Instance], one: Untold)
     from scipy.optimize import brentq  # type: ignore[import-untyped]
 
     def tie(value: float) -> _Tied:
-        return _Tied.of(comparison, _at(instances, one, value), one)
+        return _Tied.of(comparison, one.at(instances, value), one)
 
     def excess(value: float) -> float:
         return float(tie(value).values[1])
@@ -164,7 +162,3 @@ def _searched(comparison: Comparison, one: Untold) -> list[float]:
     grid = search(comparison.model.conditions).tolist() if search else []
     values = np.unique([*grid, one.value, -near, near])
     return [value for value in values.tolist() if abs(value) >= near]
-
-
-def _at(instances: Sequence[Instance], one: Untold, value: float) -> tuple[Instance, ...]:
-    return replaced(instances, one.place, instances[one.place].at(one.parameter.name, value))

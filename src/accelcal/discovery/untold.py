@@ -16,7 +16,7 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance, own_columns
+from accelcal.discovery.instance import Instance, own_columns, replaced
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.parameter import Parameter
@@ -29,22 +29,20 @@ class Sizes(NamedTuple):
 
     Attributes
     ----------
+    whole : ndarray, shape (m,)
+        The amplitudes of all effects; zero where nothing is told.
     of_each : list of ndarray
-        The amplitudes of each effect; zero where nothing is told.
+        Those of each effect.
     linear : ndarray, shape (n, m)
         Columns of all of them in the space.
     shown : ndarray of bool, shape (m,)
         Which have a value.
     """
 
+    whole: Array
     of_each: list[Array]
     linear: Array
     shown: Mask
-
-    @property
-    def whole(self) -> Array:
-        """Amplitudes of all effects, shape (m,)."""
-        return np.concatenate(self.of_each)
 
 
 class Untold(NamedTuple):
@@ -58,6 +56,9 @@ class Untold(NamedTuple):
         The parameter.
     value, lowest, highest : float
         Where it stays, and between what values it lies.
+    tied : bool
+        Whether coefficients of the model that are estimated make up the amplitude of its effect,
+        and so tell it, see `accelcal.discovery.tied`.
     """
 
     place: int
@@ -65,36 +66,45 @@ class Untold(NamedTuple):
     value: float
     lowest: float
     highest: float
+    tied: bool
 
     @property
     def spread(self) -> float:
         """Its standard uncertainty."""
         return (self.highest - self.lowest) / float(np.sqrt(12.0))
 
-    def ends(self, instances: Sequence[Instance]) -> tuple[list[Instance], list[Instance]]:
+    def ends(self, instances: Sequence[Instance]) -> tuple[tuple[Instance, ...], ...]:
         """Effects with the parameter a standard uncertainty below and above its value."""
         below, above = (
-            [
-                item.at(self.parameter.name, float(np.clip(at, self.lowest, self.highest)))
-                if place == self.place
-                else item
-                for place, item in enumerate(instances)
-            ]
-            for at in (self.value - self.spread, self.value + self.spread)
+            self.at(instances, float(np.clip(value, self.lowest, self.highest)))
+            for value in (self.value - self.spread, self.value + self.spread)
         )
         return below, above
+
+    def at(self, instances: Sequence[Instance], value: float) -> tuple[Instance, ...]:
+        """Effects with another value of the parameter."""
+        moved = instances[self.place].at(self.parameter.name, value)
+        return replaced(instances, self.place, moved)
 
 
 def fitted_sizes(comparison: Comparison, instances: Sequence[Instance]) -> Sizes:
     """Fit the amplitudes of some effects; one that the base model takes up has no value."""
     c, space = comparison.model.conditions, comparison.space
-    whole = space.whiten(np.hstack([own_columns(item, c) for item in instances]))
+    columns = [own_columns(item, c) for item in instances]
+    whole = space.whiten(np.hstack([space.nothing(), *columns]))
     linear = space.left_of(whole)
     shown = lengths(linear) > VISIBLE * lengths(whole)
     sizes = np.zeros(shown.size)
     sizes[shown] = np.linalg.lstsq(linear[:, shown], comparison.seen, rcond=None)[0]
-    ends = np.cumsum([len(item.amplitudes) for item in instances])[:-1]
-    return Sizes(np.split(sizes, ends), linear, shown)
+    ends = np.cumsum([own.shape[1] for own in columns], dtype=np.intp)
+    return Sizes(sizes, np.split(sizes, ends)[:-1], linear, shown)
+
+
+def squares_left(comparison: Comparison, instances: Sequence[Instance]) -> float:
+    """Sum of squares that some effects leave of the readings in the space."""
+    sizes = fitted_sizes(comparison, instances)
+    left = comparison.seen - sizes.linear @ sizes.whole
+    return float(left @ left)
 
 
 def slopes_of(comparison: Comparison, instances: Sequence[Instance], sizes: Sizes) -> list[Array]:
@@ -108,14 +118,7 @@ def slopes_of(comparison: Comparison, instances: Sequence[Instance], sizes: Size
 
 def untold(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
     """Find the nonlinear parameters of some effects that nothing tells."""
-    found = not_shown(comparison, instances)
-    return [one for one in found if not is_tied(comparison, instances[one.place])]
-
-
-def is_tied(comparison: Comparison, item: Instance) -> bool:
-    """Whether coefficients of the model that are estimated make up the amplitude of an effect."""
-    tie = item.effect.tie
-    return bool(tie) and tie.keys() <= set(comparison.model.names)
+    return [one for one in not_shown(comparison, instances) if not one.tied]
 
 
 def not_shown(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
@@ -148,13 +151,15 @@ def said_of_untold(comparison: Comparison, instances: Sequence[Instance]) -> Ite
 
 
 def _possible(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Untold]:
+    names = set(comparison.model.names)
     for place, item in enumerate(instances):
+        tied = bool(item.effect.tie) and item.effect.tie.keys() <= names
         for parameter in _smooth(item):
             value = item.shape[parameter.name]
             values = [value]
             if parameter.search is not None:
                 values += parameter.search(comparison.model.conditions).tolist()
-            yield Untold(place, parameter, value, min(values), max(values))
+            yield Untold(place, parameter, value, min(values), max(values), tied)
 
 
 def _smooth(item: Instance) -> list[Parameter]:

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.discovery.base import tilt
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.explanation import Explanation
@@ -21,7 +22,7 @@ from accelcal.discovery.silence import ALONG, DEAD_ZONE, across_the_axis, silent
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.unnamed.any_pattern import of_position
 from accelcal.discovery.unnamed.wandering import POSSIBLE
-from accelcal.discovery.untold import fitted_sizes
+from accelcal.discovery.untold import squares_left
 from accelcal.effects.effect import Effect
 from accelcal.numerics.sorting import distinct
 from accelcal.results.discovery import Discovery
@@ -65,8 +66,8 @@ def said_of_silence(comparison: Comparison, named: Explanation) -> Iterator[tupl
     if silent_in(comparison.model.conditions).any():
         yield f"{DEAD_ZONE}: {_TOLD}", []
         return
-    for name, tilt in silenced(comparison, named.instances):
-        yield f"{name}: {_SILENT.format(tilt * MICRO)}", [name]
+    for name, widest in silenced(comparison, named.instances):
+        yield f"{name}: {_SILENT.format(widest * MICRO)}", [name]
 
 
 def silenced(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[tuple[str, float]]:
@@ -74,14 +75,12 @@ def silenced(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[
 
     Beside the id of each, the acceleration that is silent in it at least [g].
     """
-    sizes = fitted_sizes(comparison, instances)
-    left = comparison.seen - sizes.linear @ sizes.whole
-    bound = float(left @ left) - 2.0 * float(np.log(POSSIBLE))
+    bound = squares_left(comparison, instances) - 2.0 * float(np.log(POSSIBLE))
     static = of_position(comparison, comparison.directions(*instances))
     for place in np.flatnonzero(static).tolist():
-        tilt, rest = _fitted(comparison, replaced(instances, place), np.inf)
+        tilted, rest = _fitted(comparison, replaced(instances, place))
         if float(rest @ rest) < bound:
-            yield instances[place].effect.id, float(tilt.max())
+            yield instances[place].effect.id, float(tilted.max())
 
 
 def may_be_wider(comparison: Comparison, instances: Sequence[Instance]) -> bool:
@@ -160,9 +159,7 @@ def unbounded(quantity: Quantity) -> Quantity:
     return Quantity(quantity.value, None, quantity.unit)
 
 
-def likeliest_silence(
-    comparison: Comparison, zone: Effect, reference: float, delta0: float
-) -> Mask | None:
+def likeliest_silence(comparison: Comparison, zone: Effect) -> Mask | None:
     """Find the readings that a dead zone silences likeliest, in the runs of least misalignment.
 
     Parameters
@@ -171,8 +168,6 @@ def likeliest_silence(
         The n readings.
     zone : Effect
         The dead zone.
-    reference, delta0 : float
-        T0 [degC] and fixture angle [rad].
 
     Returns
     -------
@@ -180,23 +175,23 @@ def likeliest_silence(
         None where any such silence leaves more than there is without one. One at all levels is
         preferred, as one at some of them has the width that it has there besides.
     """
-    c, item = comparison.model.conditions, Instance(zone, (1.0,), {})
+    model, item = comparison.model, Instance(zone, (1.0,), {})
+    c = model.conditions
     across = across_the_axis(c)
     if across is None:
         return None
     runs = dummies(c.run)[across]
-    tilt = runs.T @ _fitted(comparison, [], np.inf)[0][across] / np.maximum(runs.sum(axis=0), 1.0)
+    tilted = runs.T @ _fitted(comparison, [])[0][across] / np.maximum(runs.sum(axis=0), 1.0)
     margin = 2.0 * float(np.log(POSSIBLE))
     likeliest, least = None, float(comparison.seen @ comparison.seen) + margin
-    for level in distinct(tilt[tilt > 0.0].round(9)).tolist()[::-1]:
-        silent = across & (dummies(c.run) @ (tilt < level + _ALIKE) > 0.0)
+    for level in distinct(tilted[tilted > 0.0].round(9)).tolist()[::-1]:
+        silent = across & (dummies(c.run) @ (tilted < level + _ALIKE) > 0.0)
         beside = compared(
-            comparison.record, reference, delta0, noise=comparison.noise, silent=silent
+            comparison.record, model.T0, model.delta0, noise=comparison.noise, silent=silent
         )
-        sizes = fitted_sizes(beside, [item])
-        left = beside.seen - sizes.linear @ sizes.whole
-        if left @ left < least:
-            likeliest, least = silent, float(left @ left) + margin
+        left = squares_left(beside, [item])
+        if left < least:
+            likeliest, least = silent, left + margin
     return likeliest
 
 
@@ -207,33 +202,25 @@ def silence_beside(
 
     The p-value is the chance that noise disagrees as much with the model.
     """
-    sizes = fitted_sizes(comparison, instances) if instances else None
-    left = comparison.seen - (sizes.linear @ sizes.whole if sizes else 0.0)
-    tilt, rest = _fitted(comparison, instances, np.inf)
-    share = float(left @ left - rest @ rest) / float(comparison.seen @ comparison.seen)
-    return Unexplained(_SILENT.format(float(tilt.max()) * MICRO), max(share, 0.0), p_value)
+    seen, left = comparison.seen, squares_left(comparison, instances)
+    tilted, rest = _fitted(comparison, instances)
+    share = (left - float(rest @ rest)) / float(seen @ seen)
+    return Unexplained(_SILENT.format(float(tilted.max()) * MICRO), max(share, 0.0), p_value)
 
 
-def _fitted(
-    comparison: Comparison, others: Sequence[Instance], threshold: float
-) -> tuple[Array, Array]:
+def _fitted(comparison: Comparison, others: Sequence[Instance]) -> tuple[Array, Array]:
     """Tilt of the positions across the input axis [g], and coordinates of what is left.
 
     Steps of Gauss and Newton from a misalignment of which silent readings tell nothing.
     """
     model, c = comparison.model, comparison.model.conditions
     columns = np.hstack([np.zeros((len(c.input), 1)), *(own_columns(item, c) for item in others)])
-    own = np.array([name.startswith("M") and "_i" not in name for name in model.names])
-    across, tilting = np.abs(c.input) < ALONG, model.inside[:, own[model.gain.shape[1] :]]
+    silent = np.abs(c.input) < ALONG
     parameters, sizes = comparison.parameters, np.zeros(columns.shape[1])
-    silent = across
     for _ in range(_STEPS):
-        axial = c.input + tilting @ parameters[own]
-        silent = across & (np.abs(axial) < threshold) if np.isfinite(threshold) else across
-        width = threshold if np.isfinite(threshold) else 0.0
-        lost = np.where(silent, axial, np.sign(axial) * width)
+        lost = np.where(silent, c.input + tilt(model, parameters), 0.0)
         jacobian = model.jacobian(parameters)
-        jacobian[np.ix_(silent, own)] = 0.0
+        jacobian[np.ix_(silent, model.tilting)] = 0.0
         residual = model.residual(parameters) + c.gain * lost - columns @ sizes
         whole = comparison.space.whiten(np.hstack([jacobian, columns]))
         left = comparison.space.whiten(residual)
@@ -242,5 +229,5 @@ def _fitted(
         left = left - whole @ step
         parameters = parameters + step[: parameters.size]
         sizes = sizes + step[parameters.size :]
-    tilt = np.abs(tilting @ parameters[own])
-    return np.where(across, tilt, 0.0), comparison.space.left_of(left)
+    tilted = np.abs(tilt(model, parameters))
+    return np.where(silent, tilted, 0.0), comparison.space.left_of(left)
