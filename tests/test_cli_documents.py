@@ -312,6 +312,16 @@ def test_a_discovery_in_place_of_a_calibration_is_told_its_use(command, begins, 
     assert err.rstrip().endswith("use it by accelcal fit --model, and give what this writes")
 
 
+def test_discover_fits_no_calibration_where_nobody_reads_it(folder, capsys, monkeypatch):
+    accelcal.write_table(accelcal.simulate(seed=1), "first.csv")
+    asked = []
+    monkeypatch.setattr("accelcal.calibrate.fit.fit", lambda *_, **__: asked.append(1))
+    assert run(["discover", "first.csv"], capsys)[0] == 0
+    assert asked == []
+    assert run(["discover", "first.csv", "-o", "model.json"], capsys)[0] == 0
+    assert asked == [1]
+
+
 def test_compare_takes_the_model_that_discover_writes(folder, capsys):
     """It was refused, and a fit with the model was needed first."""
     hidden = [accelcal.effect("hysteresis").of(5e-5)]

@@ -107,9 +107,9 @@ def discover(
     with click.progressbar(
         records, label="searching", file=sys.stderr, hidden=not sys.stderr.isatty()
     ) as shown:
-        found = [
-            _extended(search(record, empirical=empirical, **asked), record) for record in shown
-        ]
+        found = [search(record, empirical=empirical, **asked) for record in shown]
+    if path is not None or form == "json":  # the text and the page have no use for it
+        found = list(map(_extended, found, records))
     stand, why_not = _stand(records, asked) if len(records) > 1 else (None, "")
     if page is not None:
         from accelcal.page.write import write_report
