@@ -19,7 +19,7 @@ from itertools import compress
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.spans import lengths
+from accelcal.discovery.spans import scaled
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
@@ -249,9 +249,8 @@ def solve(model: BaseModel, whiten: Callable[[Array], Array] | None = None) -> A
         jacobian, residual = model.jacobian(parameters), model.residual(parameters)
         if whiten is not None:
             jacobian, residual = whiten(jacobian), whiten(residual)
-        norms = lengths(jacobian)
-        norms[norms == 0.0] = 1.0
-        step = np.linalg.lstsq(jacobian / norms, residual, rcond=_RANK)[0] / norms
+        units, norms = scaled(jacobian)
+        step = np.linalg.lstsq(units, residual, rcond=_RANK)[0] / norms
         parameters = parameters + step
         if np.abs(step).max() < 1e-13:
             break

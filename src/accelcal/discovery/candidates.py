@@ -68,6 +68,10 @@ class Candidates(NamedTuple):
         """Places of the instances of an effect."""
         return slice(*np.searchsorted(self.owner, [effect, effect + 1]).tolist())
 
+    def like(self, place: int) -> slice:
+        """Places of the instances of the effect that one of them is of."""
+        return self.of(int(self.owner[place]))
+
 
 def searched_among(effects: Iterable[Effect] | None = None) -> tuple[Effect, ...]:
     """Effects that add to the readings in proportion to their size, by default the catalogue's."""
@@ -111,8 +115,7 @@ def visible(
     instances: Sequence[Instance], space: Space, c: Conditions
 ) -> tuple[list[Instance], Array, Array]:
     """Those of some instances that can be seen, with their unit vectors, (n, k), and lengths."""
-    columns = [column_of(item, c)[:, None] for item in instances]
-    whitened = space.whiten(np.hstack([space.nothing(), *columns]))
+    whitened = space.whiten(np.stack([column_of(item, c) for item in instances], axis=1))
     shown = space.left_of(whitened)
     length = lengths(shown)
     places = np.flatnonzero(length > VISIBLE * lengths(whitened))

@@ -36,7 +36,7 @@ from accelcal.discovery.instance import (
 from accelcal.discovery.own_shape import in_own_shape, said_of_denied, said_of_places
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.silence import silent_by, silent_in, unheard
-from accelcal.discovery.spans import lengths, orthonormal, without
+from accelcal.discovery.spans import lengths, orthonormal, scaled, without
 from accelcal.discovery.unknown_temperatures import (
     said_of_temperatures,
     with_temperatures_of_runs,
@@ -378,15 +378,13 @@ def _columns(
         for parameter in item.effect.amplitudes
     ]
     uncertain = np.array(told)
-    seen = comparison.space.see(columns[:, uncertain > 0.0])
-    norms = lengths(seen)
-    norms[norms == 0.0] = 1.0  # of a size that acts on no reading
-    inverse = np.linalg.pinv((seen / norms).T @ (seen / norms))
+    units, _ = scaled(comparison.space.see(columns[:, uncertain > 0.0]))
+    inverse = np.linalg.pinv(units.T @ units)
     scale = np.sqrt(np.diagonal(inverse))
     scale[scale == 0.0] = 1.0
     correlation = inverse / np.outer(scale, scale)
     np.fill_diagonal(correlation, 1.0)
-    factor = np.zeros((sizes.size, seen.shape[1]))
+    factor = np.zeros((sizes.size, units.shape[1]))
     factor[uncertain > 0.0] = uncertain[uncertain > 0.0, None] * covariance_root(correlation)
     return columns, sizes, factor
 

@@ -7,7 +7,6 @@ no more than that it is one of the two, nothing bounds what is another coefficie
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,10 +17,8 @@ from accelcal.discovery.instance import Instance, replaced
 from accelcal.discovery.silence import DEAD_ZONE, silent_in
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.unnamed.wandering import POSSIBLE
-from accelcal.discovery.unnamed.wide_dead_zone import unbounded
 from accelcal.discovery.untold import fitted_sizes, squares_left
 from accelcal.effects.catalogue import catalogue
-from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, FoundEffect
 
 APART = 2.0
@@ -136,19 +133,3 @@ def left_undecided(
 def in_fit(name: str) -> str:
     """Name of a coefficient in a calibration, which has one misalignment in each mounting."""
     return "M" if name.partition(" ")[0] in ("M", "M_O", "M_P") else name
-
-
-def with_undecided(
-    found: Discovery, comparison: Comparison, instances: Sequence[Instance]
-) -> Discovery:
-    """Take the uncertainty from coefficients that hang on whether an effect is a dead zone."""
-    return without_bound(found, left_undecided(comparison, instances, found.effects))
-
-
-def without_bound(found: Discovery, names: Sequence[str]) -> Discovery:
-    """Take the uncertainty from some coefficients."""
-    told = (
-        replace(each, after=unbounded(each.after)) if each.coefficient in names else each
-        for each in found.coefficients
-    )
-    return replace(found, coefficients=tuple(told))

@@ -13,7 +13,7 @@ from accelcal.arguments.options import check_flag
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.caveats import Caveat, caveats, of_partners
 from accelcal.discovery.comparison import Comparison, compared
-from accelcal.discovery.dead_zone_or_cube import in_fit, in_place_of, with_undecided, without_bound
+from accelcal.discovery.dead_zone_or_cube import in_fit, in_place_of, left_undecided
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.faults.finder import faults
 from accelcal.discovery.gaps import gap_of, gaps_with
@@ -40,7 +40,13 @@ from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.unknown_temperatures import with_temperatures_of_runs
 from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
 from accelcal.discovery.unnamed.unexplained import loudest, what_is_left
-from accelcal.discovery.unnamed.wide_dead_zone import SILENCED, with_open_width
+from accelcal.discovery.unnamed.wide_dead_zone import (
+    OPEN,
+    SILENCED,
+    may_be_wider,
+    of_open_width,
+    without_bound,
+)
 from accelcal.discovery.where import by_factor, shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
@@ -193,9 +199,9 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    best = look.findings.named[0].instances if look.findings.named else ()
+    best = findings.instances
     also = alternatives(comparison, best)
-    others = tuple(otherwise(comparison, best, also, rivals_of(look.findings.named)))
+    others = tuple(otherwise(comparison, best, also, rivals_of(findings.named)))
     said = [*_caveats(look, named, unexplained, loud, also, others), *_of_mountings(found, named)]
     as_given = _as_given(comparison, record, found, question)
     told = Discovery(
@@ -232,14 +238,16 @@ def _discovery(
 
 def _without_bounds(told: Discovery, look: Look) -> Discovery:
     """Take the uncertainties from what hangs on a dead zone of which nothing tells how wide."""
-    if look.silence is not None:
-        names = [change.coefficient for change in told.coefficients]
-        told = without_bound(told, [name for name in names if in_fit(name) in SILENCED])
-    if not look.findings.named:
-        return told
-    instances = look.findings.named[0].instances
-    wide = with_open_width(told, look.comparison, instances)
-    return with_undecided(told, look.comparison, instances) if wide is told else wide
+    instances, effects = look.findings.instances, told.effects
+    names = [change.coefficient for change in told.coefficients]
+    open_ones = [name for name in names if look.silence and in_fit(name) in SILENCED]
+    if may_be_wider(look.comparison, instances):
+        open_ones += OPEN
+        effects = tuple(map(of_open_width, effects))
+    else:
+        open_ones += left_undecided(look.comparison, instances, effects)
+    coefficients = without_bound(told.coefficients, open_ones)
+    return replace(told, coefficients=coefficients, effects=effects)
 
 
 def _named_and_left(

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import left_out_around, visible
+from accelcal.discovery.candidates import VISIBLE, left_out_around, visible
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
-from accelcal.discovery.instance import Instance, own_columns
+from accelcal.discovery.instance import Instance, column_of, own_columns
 from accelcal.discovery.spans import (
     first_largest,
     length_without,
@@ -174,9 +174,14 @@ def _refined(family: Family, place: int, others: Array) -> Instance:
 def _among_all(family: Family, place: int, others: Array) -> Instance:
     """Try the values of a discrete parameter that the first search left out around an instance."""
     start, comparison = family.candidates.instances[place], family.comparison
-    near = left_out_around(start, comparison.model.conditions)
-    found = _clearest(comparison, near, others)
-    return found[0] if found else start
+    c = comparison.model.conditions
+    near = left_out_around(start, c)
+    if not near:
+        return start
+    shown, units, _ = visible(near, comparison.space, c)
+    left = without(units, others)
+    squares = (left.T @ comparison.seen) ** 2 / np.maximum(lengths(left), NEW) ** 2
+    return shown[first_largest(squares)]
 
 
 def clearest(
@@ -187,21 +192,23 @@ def clearest(
     With it comes its size in standard deviations of the noise. There is none where all are hidden.
     """
     found = _clearest(comparison, tried, beside)
-    near = left_out_around(found[0], comparison.model.conditions) if found else ()
+    near = left_out_around(found[0], comparison.model.conditions) if found else []
     return _clearest(comparison, near, beside) or found
 
 
 def _clearest(
     comparison: Comparison, tried: Sequence[Instance], beside: Array
 ) -> tuple[Instance, float] | None:
-    shown, units, _ = visible(tried, comparison.space, comparison.model.conditions)
-    left = without(units, beside)
-    length = lengths(left)
-    sizes = np.abs(comparison.seen @ left) * (length > NEW) / np.maximum(length, NEW)
-    if not sizes.any():
+    if not tried:
         return None
-    best = first_largest(sizes**2)
-    return shown[best], float(sizes[best])
+    space, c = comparison.space, comparison.model.conditions
+    whole = space.whiten(np.stack([column_of(item, c) for item in tried], axis=1))
+    left = without(space.left_of(whole), beside)
+    length = lengths(left)
+    length[length <= VISIBLE * lengths(whole)] = np.inf
+    sizes = np.abs(comparison.seen @ left) / length
+    best = int(sizes.argmax())
+    return (tried[best], float(sizes[best])) if sizes[best] else None
 
 
 def _simpler(family: Family, place: int, others: Array) -> Instance | None:
@@ -212,7 +219,7 @@ def _simpler(family: Family, place: int, others: Array) -> Instance | None:
     found, comparison = family.candidates, family.comparison
     start = found.instances[place]
     fewer = len(start.amplitudes) - 1
-    for other in found.instances[found.of(int(found.owner[place]))]:
+    for other in found.instances[found.like(place)]:
         if len(other.amplitudes) <= fewer and other.shape == start.shape:
             beside = orthonormal(np.hstack([others, comparison.directions(other)]))
             if not is_needed(comparison, start, beside):
@@ -256,7 +263,7 @@ def _without_trace(family: Family, place: int, name: str, others: Array) -> floa
     It is the default, as the middle of a loop for the state at the first level, or the median.
     """
     found = family.candidates
-    own = found.of(int(found.owner[place]))
+    own = found.like(place)
     values = np.array([item.shape[name] for item in found.instances[own]])
     units = without(found.directions[:, own], others)
     size = lengths(units)
@@ -272,8 +279,7 @@ def _without_trace(family: Family, place: int, name: str, others: Array) -> floa
 def _neighbours(family: Family, place: int, name: str) -> tuple[float, float]:
     """Values of a parameter on the grid next to that of an instance."""
     found = family.candidates
-    own = np.flatnonzero(found.owner == found.owner[place])
-    values = np.array([found.instances[i].shape[name] for i in own])
+    values = np.array([item.shape[name] for item in found.instances[found.like(place)]])
     here = found.instances[place].shape[name]
     return (
         float(values[values < here].max(initial=-np.inf if values.min() < here else here)),

@@ -12,7 +12,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.covariance import whitener_of
 from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.solution import Solution, solution
-from accelcal.discovery.spans import lengths
+from accelcal.discovery.spans import scaled
 from accelcal.numerics.grouping import grouped
 from accelcal.results.findings import Gap
 
@@ -47,8 +47,7 @@ def held_out_rms(
         np.column_stack([jacobian, *(column_of(item, c) for item in effects)]) for effects in sets
     ]
     residual = comparison.model.residual(comparison.parameters)
-    models = [own / np.where(lengths(own) > 0.0, lengths(own), 1.0) for own in models]
-    models = [np.column_stack([own, residual]) for own in models]
+    models = [np.column_stack([scaled(own)[0], residual]) for own in models]
     squares, readings = np.zeros(len(sets)), 0
     for out in _folds(comparison, np.random.default_rng(seed)):
         others = whitener_of(comparison.spread.among(~out))

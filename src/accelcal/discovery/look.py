@@ -161,7 +161,7 @@ def _searched(record: TumbleRecord, question: Question) -> Look:
     look = _look(_compared(record, question), question)
     if not look.findings.explanations and look.comparison.noise.rho > 0.0:
         look = _without_memory(record, question) or look
-    found = _best(look.findings)
+    found = look.findings.best
     if found is None or not _leaves_noise(look, found):
         return look
     known = _compared(record, question, found.instances)
@@ -176,7 +176,7 @@ def _without_memory(record: TumbleRecord, question: Question) -> Look | None:
     with a memory has made two tries of it by then.
     """
     look = _look(_compared(record, question, memory=False), question)
-    found = _best(look.findings)
+    found = look.findings.best
     if found is None or not _leaves_noise(look, found):
         return None
     beside = _compared(record, question, found.instances)
@@ -192,7 +192,7 @@ def _beyond_disturbances(look: Look, question: Question) -> Look:
 
     Effects that explain nearly all beside a shift, or beside what nothing explains, keep theirs.
     """
-    findings, best = look.findings, _best(look.findings)
+    findings, best = look.findings, look.findings.best
     if best is None:
         return look
     walks = tuple(wandering(look.comparison, best.instances))
@@ -256,10 +256,6 @@ def _leaves_noise(look: Look, found: Explanation) -> bool:
     """Whether enough replicates tell of the noise beside some effects, whatever these take up."""
     taken = sum(len(item.amplitudes) for item in found.instances)
     return look.comparison.noise.dof - taken >= FEWEST_REPLICATES
-
-
-def _best(findings: Findings) -> Explanation | None:
-    return findings.explanations[0] if findings.explanations else findings.nearest
 
 
 def _same_noise(one: Comparison, other: Comparison) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.spans import lengths
+from accelcal.discovery.spans import scaled
 from accelcal.discovery.tied import quantities
 from accelcal.discovery.untold import Sizes, Untold, fitted_sizes, not_shown, slopes_of
 from accelcal.effects.parameter import Parameter
@@ -97,7 +97,6 @@ def _quantity(parameter: Parameter, value: float, uncertainty: float | None, dof
 
 def standard_uncertainties(derivatives: Array) -> Array:
     """Standard uncertainties of the unknowns of a least-squares fit with noise of variance 1."""
-    norms = lengths(derivatives)
-    norms[norms == 0.0] = np.inf
-    inverse = np.linalg.pinv(derivatives / norms)
+    units, norms = scaled(derivatives)
+    inverse = np.linalg.pinv(units)
     return np.asarray(np.sqrt((inverse**2).sum(axis=1)) / norms)

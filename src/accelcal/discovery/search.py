@@ -8,6 +8,7 @@ import numpy as np
 
 from accelcal.discovery.explanation import Explanation, best_instances, explanation
 from accelcal.discovery.family import Family, Judgement, chance, judge
+from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.discovery.unnamed.wide_dead_zone import silent_first
 from accelcal.effects.time import APPROACH, USUAL
@@ -51,6 +52,16 @@ class Findings(NamedTuple):
     def named(self) -> tuple[Explanation, ...]:
         """Explanations of which the first has a name: those that leave nothing, or the main one."""
         return self.explanations or ((self.main,) if self.main else ())
+
+    @property
+    def instances(self) -> tuple[Instance, ...]:
+        """Effects that have a name."""
+        return self.named[0].instances if self.named else ()
+
+    @property
+    def best(self) -> Explanation | None:
+        """The best explanation, or what comes nearest."""
+        return self.explanations[0] if self.explanations else self.nearest
 
     @property
     def chance_without_name(self) -> float:

@@ -12,6 +12,13 @@ def lengths(columns: Array) -> Array:
     return np.asarray(np.sqrt((columns**2).sum(axis=0)))
 
 
+def scaled(columns: Array) -> tuple[Array, Array]:
+    """Columns of length 1, and the lengths that they had; one of zeros stays, and has length 1."""
+    norms = lengths(columns)
+    norms[norms == 0.0] = 1.0
+    return columns / norms, norms
+
+
 def orthonormal(columns: Array) -> Array:
     """Orthonormal basis of the span of some columns, of whatever rank."""
     norms = lengths(columns)

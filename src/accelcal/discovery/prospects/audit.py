@@ -11,7 +11,7 @@ from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import column_of
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
-from accelcal.discovery.spans import lengths, orthonormal, without
+from accelcal.discovery.spans import lengths, orthonormal, scaled, without
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 from accelcal.numerics.probability import f_quantile
@@ -86,8 +86,8 @@ def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[st
     ('K1', 'K3')
     """
     c = model.conditions
-    base = _unit(model.jacobian(parameters))
-    columns = _unit(np.stack([column_of(item, c) for item in instances_of(effect, c)], axis=1))
+    base, _ = scaled(model.jacobian(parameters))
+    columns, _ = scaled(np.stack([column_of(item, c) for item in instances_of(effect, c)], axis=1))
     span = orthonormal(base)
     places, wanted = span.T @ base, span.T @ columns
     kept = sorted(set(model.names))
@@ -101,11 +101,6 @@ def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[st
             break
         kept.remove(least)
     return tuple(kept)
-
-
-def _unit(columns: Array) -> Array:
-    length = lengths(columns)
-    return np.asarray(columns / np.where(length > 0.0, length, 1.0))
 
 
 def _left(taken: Array, columns: Array) -> float:
@@ -129,10 +124,10 @@ def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Detectable
     found, dof = family.candidates, family.space.dof
     sizes = []
     for number, (effect, tries) in enumerate(zip(found.effects, family.tries, strict=True)):
-        own = np.flatnonzero(found.owner == number)
-        units = np.array([found.instances[i].amplitudes[0].unit for i in own])
-        alike = own[units == units[0]]  # sizes of other units are not compared
+        own = found.of(number)
+        units = np.array([item.amplitudes[0].unit for item in found.instances[own]])
+        length = found.length[own][units == units[0]]  # sizes of other units are not compared
         limit = f_quantile(alpha / (tries * family.tests), 1.0, dof)
-        needed = float(np.sqrt(ncfdtrinc(1, dof, 1.0 - POWER, limit))) / found.length[alike]
+        needed = float(np.sqrt(ncfdtrinc(1, dof, 1.0 - POWER, limit))) / length
         sizes.append(Detectable(effect.id, median(needed), str(units[0])))
     return tuple(sizes)

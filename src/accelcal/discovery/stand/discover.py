@@ -36,9 +36,9 @@ from accelcal.discovery.stand.ownership import (
 from accelcal.discovery.unknown_temperatures import with_temperatures_of_runs
 from accelcal.discovery.unnamed.wide_dead_zone import (
     OPEN,
-    of_open_coefficient,
     said_of_silence,
     unbounded,
+    without_bound,
 )
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
@@ -261,7 +261,7 @@ def _told(stand: _Stand, common: Discovery, state: _State) -> StandDiscovery:
         ),
         head=head_of(units, shared, head),
         coefficients={
-            name: tuple(map(of_open_coefficient, changes)) if name in wide else changes
+            name: without_bound(changes, OPEN if name in wide else ())
             for name, changes in zip(names, told, strict=False)
         },
         common=common,

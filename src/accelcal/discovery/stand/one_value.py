@@ -9,7 +9,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.instance import Instance, column_of
-from accelcal.discovery.spans import lengths
+from accelcal.discovery.spans import scaled
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
 from accelcal.numerics.probability import f_survival
 
@@ -89,10 +89,8 @@ def _fit(unit: Unit, instance: Instance, beside: Sequence[Instance]) -> tuple[Ar
     others = [item for item in (*beside, *unit.own) if item.effect.id != instance.effect.id]
     own = amplitudes([instance])
     columns = [space.see(column_of(item, c)) for item in (*own, *amplitudes(others))]
-    shown = np.stack(columns, axis=1)
-    scale = lengths(shown)
-    scale = np.where(scale > 0.0, scale, 1.0)
-    inverse = np.linalg.pinv(shown / scale) / scale[:, None]
+    units, norms = scaled(np.stack(columns, axis=1))
+    inverse = np.linalg.pinv(units) / norms[:, None]
     kept = inverse[: len(own)]
     return kept @ unit.comparison.seen, kept @ kept.T
 

@@ -37,7 +37,7 @@ def what_is_left(
     loud.
     """
     found, comparison = findings.explanations, family.comparison
-    beside = findings.named[0].instances if findings.named else ()
+    beside = findings.instances
     if not found and findings.chance_without_name < alpha:
         told = None if findings.main else drift_anew(family, alpha)
         left: Unexplained | None = told or instead or _pattern(family, findings)

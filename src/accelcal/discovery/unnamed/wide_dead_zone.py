@@ -7,7 +7,7 @@ With steps of 45 deg it looks like a_p^3, whatever its width: K1 and K3 take up 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,13 +19,12 @@ from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.instance import Instance, own_columns, replaced
 from accelcal.discovery.silence import ALONG, DEAD_ZONE, across_the_axis, silent_in
-from accelcal.discovery.spans import lengths
+from accelcal.discovery.spans import scaled
 from accelcal.discovery.unnamed.any_pattern import of_position
 from accelcal.discovery.unnamed.wandering import POSSIBLE
 from accelcal.discovery.untold import squares_left
 from accelcal.effects.effect import Effect
 from accelcal.numerics.sorting import distinct
-from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, FoundEffect, Unexplained
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
@@ -120,26 +119,6 @@ def silent_first(
     return (*first[:1], *(one for one in found if one not in first[:1]))
 
 
-def with_open_width(
-    found: Discovery, comparison: Comparison, instances: Sequence[Instance]
-) -> Discovery:
-    """Take the uncertainty from K1 and K3, where they take up whatever a dead zone is wider.
-
-    So from its width, where it is named; nothing bounds that.
-    """
-    if not may_be_wider(comparison, instances):
-        return found
-    coefficients = tuple(map(of_open_coefficient, found.coefficients))
-    return replace(
-        found, coefficients=coefficients, effects=tuple(map(of_open_width, found.effects))
-    )
-
-
-def of_open_coefficient(change: Change) -> Change:
-    """Take the uncertainty from K1 and K3 beside a dead zone whose width nothing bounds."""
-    return replace(change, after=unbounded(change.after)) if change.coefficient in OPEN else change
-
-
 def of_open_width(effect: FoundEffect) -> FoundEffect:
     """Take the uncertainty from the width of a dead zone that nothing bounds."""
     if effect.id != DEAD_ZONE:
@@ -151,6 +130,14 @@ def has_open_width(effect: FoundEffect) -> bool:
     """Tell whether an effect is a dead zone whose width nothing bounds."""
     return effect.id == DEAD_ZONE and any(
         q.value and q.standard_uncertainty is None for q in effect.parameters.values()
+    )
+
+
+def without_bound(changes: Sequence[Change], names: Collection[str]) -> tuple[Change, ...]:
+    """Take the uncertainty from some coefficients."""
+    return tuple(
+        replace(each, after=unbounded(each.after)) if each.coefficient in names else each
+        for each in changes
     )
 
 
@@ -224,8 +211,8 @@ def _fitted(comparison: Comparison, others: Sequence[Instance]) -> tuple[Array, 
         residual = model.residual(parameters) + c.gain * lost - columns @ sizes
         whole = comparison.space.whiten(np.hstack([jacobian, columns]))
         left = comparison.space.whiten(residual)
-        norms = np.where(lengths(whole) > 0.0, lengths(whole), 1.0)
-        step = np.linalg.lstsq(whole / norms, left, rcond=_RANK)[0] / norms
+        units, norms = scaled(whole)
+        step = np.linalg.lstsq(units, left, rcond=_RANK)[0] / norms
         left = left - whole @ step
         parameters = parameters + step[: parameters.size]
         sizes = sizes + step[parameters.size :]
