@@ -13,7 +13,7 @@
    of the test the disagreement is, `gaps` how well the readings are predicted that were not fitted.
 6. `unnamed` tells what stands in no catalogue, as what comes and goes or wanders.
 7. `prospects` tells what the test cannot show, what looks alike in it and what to measure next,
-   `caveats` what else a reader must know, as of `other_laws`.
+   `caveats` what else a reader must know, `otherwise` what else explains the readings.
 
 `new_record` holds a new record against a calibration. `stand` searches several units of one stand
 at once. `correction` takes found effects out of readings, and `twin` makes them ready to be

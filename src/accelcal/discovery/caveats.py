@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from itertools import compress, groupby
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.discovery.as_searched import said_of_temperatures
 from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
@@ -15,11 +16,14 @@ from accelcal.discovery.dead_zone_or_cube import said_of_rivals
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
-from accelcal.discovery.other_laws import Alternatives
-from accelcal.discovery.otherwise import Otherwise, said_of_others
+from accelcal.discovery.otherwise import (
+    Alternatives,
+    Otherwise,
+    said_of_alternatives,
+    said_of_others,
+)
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.tied import said_of_tied
-from accelcal.discovery.unknown_temperatures import said_of_temperatures
 from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
 from accelcal.discovery.unnamed.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
@@ -104,8 +108,7 @@ def caveats(
         best = found[0].instances
         yield from map(Caveat, said_of_untold(comparison, best))
         yield from map(Caveat, said_of_tied(comparison, best))
-        yield from map(Caveat, _by_another_law(alternatives))
-        yield from map(Caveat, _at_other_places(alternatives))
+        yield from map(Caveat, said_of_alternatives(alternatives))
         yield from map(Caveat, said_of_others(others))
         yield from _put_together(family, found[0])
         yield from _of_any_pattern(family, found[0])
@@ -119,19 +122,6 @@ def caveats(
         yield from _of_the_chamber(comparison, best)
     yield from _wandering(walks, named=bool(found))
     yield from _undeclared(comparison, found[0].instances if found else ())
-
-
-def _by_another_law(alternatives: Alternatives) -> Iterator[str]:
-    """Effects of which the readings do not tell by which law they go."""
-    for law in alternatives.laws:
-        yield f"{law.name} explains these readings as well; to tell: {law.effect.to_tell_apart}"
-
-
-def _at_other_places(alternatives: Alternatives) -> Iterator[str]:
-    """Effects of which the readings do not tell where they are."""
-    for effect, places in groupby(alternatives.places, lambda other: other.effect.id):
-        where = " or ".join(other.what for other in places)
-        yield f"{effect} with {where} explains these readings as well"
 
 
 def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:

@@ -17,6 +17,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.discovery.as_searched import (
+    said_of_temperatures,
+    with_temperatures_of_runs,
+)
 from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.carrying_over import LeftIn, Meeting, with_a_place
 from accelcal.discovery.comparison import Comparison, compared
@@ -37,10 +41,6 @@ from accelcal.discovery.own_shape import in_own_shape, said_of_denied, said_of_p
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.silence import silent_by, silent_in, unheard
 from accelcal.discovery.spans import lengths, orthonormal, scaled, without
-from accelcal.discovery.unknown_temperatures import (
-    said_of_temperatures,
-    with_temperatures_of_runs,
-)
 from accelcal.discovery.unnamed.wide_dead_zone import (
     OPEN,
     SILENCED,

@@ -10,6 +10,7 @@ import numpy as np
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
+from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.caveats import Caveat, caveats, of_partners
 from accelcal.discovery.comparison import Comparison, compared
@@ -21,10 +22,10 @@ from accelcal.discovery.instance import Instance
 from accelcal.discovery.look import Look, Question, look_through
 from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.noise_caveats import noise_caveats
-from accelcal.discovery.one_clamping import refuse_several_clampings
-from accelcal.discovery.other_laws import Alternatives, alternatives
 from accelcal.discovery.otherwise import (
+    Alternatives,
     Otherwise,
+    alternatives,
     otherwise,
     rivals_of,
     with_others_counted,
@@ -37,7 +38,6 @@ from accelcal.discovery.run_noise import LoudRun
 from accelcal.discovery.same_head import HEAD, STAND, name_in
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, solution
-from accelcal.discovery.unknown_temperatures import with_temperatures_of_runs
 from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
 from accelcal.discovery.unnamed.unexplained import loudest, what_is_left
 from accelcal.discovery.unnamed.wide_dead_zone import (
@@ -50,7 +50,6 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
 from accelcal.discovery.where import by_factor, shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
-from accelcal.estimate.at_positions import at_positions
 from accelcal.logs import tell
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.plural import listed
@@ -127,8 +126,7 @@ def discover(
     expect(record, TumbleRecord)
     check_search(alpha, max_effects, seed)
     check_flag(empirical=empirical)
-    refuse_several_clampings(record)
-    record = with_temperatures_of_runs(record)
+    record = as_searched(record, delta0)
     t0 = reference_temperature_of(record, reference_temperature)
     question = Question(
         reference=0.0 if t0 is None else t0,
@@ -139,7 +137,7 @@ def discover(
         seed=int(seed),
         empirical=empirical,
     )
-    return answered(at_positions(record, delta0), question)
+    return answered(record, question)
 
 
 def answered(record: TumbleRecord, question: Question) -> Discovery:

@@ -17,8 +17,7 @@ from accelcal.discovery.dead_zone_or_cube import in_fit
 from accelcal.discovery.exact_law import is_possible
 from accelcal.discovery.explanation import clearest, explain_as_well
 from accelcal.discovery.instance import Instance, own_columns, replaced
-from accelcal.discovery.other_laws import alternatives
-from accelcal.discovery.otherwise import name_of, otherwise, said_of_others
+from accelcal.discovery.otherwise import alternatives, name_of, otherwise, said_of_others
 from accelcal.discovery.own_shape import moved
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.catalogue import catalogue

@@ -15,7 +15,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import clearest, explain_as_well
 from accelcal.discovery.instance import Instance, instance_of, replaced
-from accelcal.discovery.other_laws import places_of, where_is
+from accelcal.discovery.otherwise import places_of, where_is
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.discovery.tied import settled
 from accelcal.discovery.untold import fitted_sizes, slopes_of

@@ -9,7 +9,7 @@ import numpy as np
 from accelcal.arguments.kinds import expect
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.ranges import outside_temperatures, within_temperatures
-from accelcal.discovery.one_clamping import refuse_several_clampings
+from accelcal.discovery.as_searched import refuse_several_clampings
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
 from accelcal.record import TumbleRecord

@@ -10,12 +10,12 @@ import numpy as np
 
 from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Mask
+from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.discover import answered, check_search
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.look import Question
-from accelcal.discovery.one_clamping import refuse_several_clampings
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings
 from accelcal.discovery.stand.joint_fit import coefficients, without_head
 from accelcal.discovery.stand.mean_unit import (
@@ -33,7 +33,6 @@ from accelcal.discovery.stand.ownership import (
     instances_in,
     own_effects,
 )
-from accelcal.discovery.unknown_temperatures import with_temperatures_of_runs
 from accelcal.discovery.unnamed.wide_dead_zone import (
     OPEN,
     said_of_silence,
@@ -42,7 +41,6 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
 )
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
-from accelcal.estimate.at_positions import at_positions
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.plural import listed
 from accelcal.record import TumbleRecord, refuse_twice
@@ -141,9 +139,7 @@ def discover_stand(
     """
     records = list(each_of(records, TumbleRecord))
     check_search(alpha, max_effects, seed)
-    for record in records:
-        refuse_several_clampings(record)
-    records = [at_positions(with_temperatures_of_runs(own), delta0) for own in records]
+    records = [as_searched(record, delta0) for record in records]
     check_one_plan(records)
     refuse_twice(records)
     question = Question(

@@ -1,4 +1,4 @@
-"""Readings whose temperature nobody wrote down: what a search may take for it."""
+"""A record as a search takes it: in one clamping, with temperatures, at its positions."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.errors import InputError
+from accelcal.estimate.at_positions import at_positions
+from accelcal.head_angles import head_positions
 from accelcal.numerics.sorting import distinct
-from accelcal.plural import counted
+from accelcal.plural import counted, listed
 from accelcal.record import TumbleRecord
 
 _OF_THE_RUN = (
@@ -16,6 +18,33 @@ _OF_THE_RUN = (
     "without temperature count as at the mean of their run",
 )
 _AT_ONE = "no temperature is known: all runs count as at one, and those at others would disagree"
+
+
+def as_searched(record: TumbleRecord, delta0: float | None) -> TumbleRecord:
+    """Bring a record to what a search takes, with the fixture angle [rad] if another is meant.
+
+    Raises
+    ------
+    InputError
+        If it is of several clampings, or a run has no temperature and others have.
+    """
+    refuse_several_clampings(record)
+    return at_positions(with_temperatures_of_runs(record), delta0)
+
+
+def refuse_several_clampings(record: TumbleRecord) -> None:
+    """Refuse a record whose fixture was clamped at more than one angle.
+
+    The errors of the head and the misalignment are the same in all runs of a search; from one
+    clamping to the next both are others, and would look like a missing effect.
+    """
+    met = [] if record.clamping is None else distinct(head_positions(record.clamping)).tolist()
+    if len(met) > 1:
+        raise InputError(
+            f"{record.source}: clampings at {listed(f'{angle:g}' for angle in met)} deg; head"
+            " errors and misalignment differ from one to the next, so give the runs of one clamping"
+            " in a file of their own (fit and head take all of them)"
+        )
 
 
 def with_temperatures_of_runs(record: TumbleRecord) -> TumbleRecord:
