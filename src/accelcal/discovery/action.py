@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.options import check_text
 from accelcal.arrays import Array
-from accelcal.discovery.base import solve
-from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.comparison import compared
 from accelcal.discovery.instance import contribution, instance_of
 from accelcal.discovery.silence import silent_by
 from accelcal.effects.conditions import Conditions
@@ -74,13 +73,9 @@ def action(discovery: Discovery, record: TumbleRecord, effect: str | None = None
     t0, delta0 = discovery.T0_degC, discovery.delta0_rad
     silent = silent_by(record, t0, delta0, given)
     with_all = compared(record, t0, delta0, tuple(map(instance_of, given)), silent=silent)
-    added = [contribution(item, with_all.model.conditions) for item in given]
-    left = _left(with_all, np.sum(added, axis=0))
-    without = _left(with_all, np.sum(added, axis=0) - added[place])
-    return Action(discovery.effects[place].name, with_all.model.conditions, without, without - left)
-
-
-def _left(comparison: Comparison, taken: Array) -> Array:
-    """What the base model leaves of the readings when something was taken from them [g]."""
-    model = replace(comparison.model, reading=comparison.model.reading - taken)
-    return model.residual(solve(model, comparison.space.whiten))
+    c = with_all.model.conditions
+    added = [contribution(item, c) for item in given]
+    whole = np.sum(added, axis=0)
+    left, without = (with_all.less(taken) for taken in (whole, whole - added[place]))
+    residual = without.residual
+    return Action(discovery.effects[place].name, c, residual, residual - left.residual)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -64,6 +65,18 @@ class Comparison(NamedTuple):
     def step(self) -> float:
         """Declared step of the readings [g]."""
         return _step(self.record, self.model)
+
+    @property
+    def residual(self) -> Array:
+        """Reading minus base model [g], shape (n,)."""
+        return self.model.residual(self.parameters)
+
+    def less(self, taken: Array) -> Comparison:
+        """The comparison of readings less something [g], in the space that it has."""
+        model = replace(self.model, reading=self.model.reading - taken)
+        parameters = solve(model, self.space.whiten)
+        seen = self.space.see(model.residual(parameters))
+        return self._replace(model=model, parameters=parameters, seen=seen)
 
     def directions(self, *instances: Instance) -> Array:
         """Unit vectors of effects in the space, shape (n, h)."""

@@ -25,7 +25,7 @@ from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.carrying_over import LeftIn, Meeting, with_a_place
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone_or_cube import in_fit, left_undecided
-from accelcal.discovery.exact_law import less, straightened
+from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.gaps import gaps_with
 from accelcal.discovery.in_place import InPlace, in_place, said_in_place
 from accelcal.discovery.instance import (
@@ -185,7 +185,7 @@ def _without(
             record, comparison = straight, compared(straight, reference, delta0, instances)
     held = [found for found, is_shown in zip(rest, shown, strict=True) if not is_shown]
     whole, (taken, open_held) = comparison, _held(comparison, fitted, held)
-    comparison = less(comparison, taken) if held else comparison
+    comparison = comparison.less(taken) if held else comparison
     effects = _with_sizes(comparison, rest, fitted, shown)
     own = list(compress(effects, shown))
     columns, sizes, factor = _columns(comparison, own, _by_noise(comparison, fitted, own))

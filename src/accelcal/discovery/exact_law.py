@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.base import over_scale_factor, solve, tilt, turned
+from accelcal.discovery.base import over_scale_factor, tilt, turned
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, own_columns
 from accelcal.discovery.solution import solution
@@ -41,7 +41,7 @@ def straightened(comparison: Comparison, instances: Sequence[Instance]) -> Tumbl
     record, model, space = comparison.record, comparison.model, comparison.space
     beyond, moved = np.zeros(model.reading.size), np.inf
     while moved > _SEEN:
-        now = less(comparison, beyond)
+        now = comparison.less(beyond)
         sizes = fitted_sizes(now, instances).of_each
         parameters = solution(now, instances).parameters[: len(model.names)]
         found, straight = _beyond(comparison, _times(1.0, instances, sizes), parameters)
@@ -66,15 +66,6 @@ def _times(
     factor: float, instances: Sequence[Instance], sizes: Sequence[Array]
 ) -> list[tuple[Instance, Array]]:
     return [(item, factor * size) for item, size in zip(instances, sizes, strict=True)]
-
-
-def less(comparison: Comparison, taken: Array) -> Comparison:
-    """The comparison of readings less something [g], in the space that it has."""
-    space = comparison.space
-    model = replace(comparison.model, reading=comparison.model.reading - taken)
-    parameters = solve(model, space.whiten)
-    seen = space.see(model.residual(parameters))
-    return comparison._replace(model=model, parameters=parameters, seen=seen)
 
 
 def _beyond(

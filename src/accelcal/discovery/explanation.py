@@ -141,12 +141,8 @@ def _is_bent(comparison: Comparison, item: Instance, taken: Array) -> bool:
         item.effect.bend(comparison.model.conditions).reshape(len(comparison.record), -1)
     )
     bends = without(columns, taken)
-    own = orthonormal(bends[:, lengths(bends) > NEW * lengths(columns)])
-    if not own.size:
-        return False
-    left = without(comparison.seen, taken)
-    ratio = squares_in(own, left) / own.shape[1] / space.variance(left)
-    return float(chance(np.array(ratio), space.dof, own.shape[1])) < BENT
+    new = lengths(bends) > NEW * lengths(columns)
+    return chance_beside(comparison, bends[:, new], taken) < BENT
 
 
 def _refined(family: Family, place: int, others: Array) -> Instance:
@@ -234,16 +230,24 @@ def explain_as_well(comparison: Comparison, others: Sequence[Instance], item: In
 
 def is_needed(comparison: Comparison, item: Instance, beside: Array) -> bool:
     """Whether noise alone would hardly leave as much of an effect beside some directions."""
+    own = comparison.space.see(own_columns(item, comparison.model.conditions))
+    return chance_beside(comparison, own, beside) < BENT
+
+
+def chance_beside(comparison: Comparison, columns: Array, beside: Array) -> float:
+    """Chance that noise alone makes as much of some columns beside an orthonormal basis.
+
+    It is 1 where nothing of them is new. Both are in the space, shape (n, k) and (n, h).
+    """
     space, seen = comparison.space, comparison.seen
-    own = space.see(own_columns(item, comparison.model.conditions))
-    within = orthonormal(np.hstack([beside, own]))
+    within = orthonormal(np.hstack([beside, columns]))
     degrees = within.shape[1] - beside.shape[1]
-    if not degrees:
-        return False
+    if degrees < 1:
+        return 1.0
     left = without(seen, within)
     squares = float((without(seen, beside) ** 2).sum() - (left**2).sum())
     ratio = squares / degrees / space.variance(left)
-    return float(chance(np.array(ratio), space.dof, degrees)) < BENT
+    return float(chance(np.array(ratio), space.dof, degrees))
 
 
 def _in_phase(comparison: Comparison, start: Instance, others: Array) -> Instance:

@@ -46,7 +46,7 @@ def held_out_rms(
     models = [
         np.column_stack([jacobian, *(column_of(item, c) for item in effects)]) for effects in sets
     ]
-    residual = comparison.model.residual(comparison.parameters)
+    residual = comparison.residual
     models = [np.column_stack([scaled(own)[0], residual]) for own in models]
     squares, readings = np.zeros(len(sets)), 0
     for out in _folds(comparison, np.random.default_rng(seed)):

@@ -135,7 +135,7 @@ def tried(
     left = np.asarray(np.linalg.qr(own, mode="complete")[0][:, own.shape[1] :])
     covariances = _covariances(comparison, rhos)
     noises = tuple(_noise(each, left, [kind for kind, _ in kinds]) for each in covariances)
-    error = left.T @ comparison.model.residual(comparison.parameters)
+    error = left.T @ comparison.residual
     gains, alone = _gains(noises, error[:, None])
     root = left.T @ np.linalg.cholesky(covariances[int(alone[0])])
     tails, rng = min(comparison.noise.tails, _TAILS), np.random.default_rng(seed)

@@ -12,9 +12,9 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.columns import dummies
-from accelcal.discovery.explanation import CONTRADICTION
-from accelcal.discovery.family import Family, agrees, chance
-from accelcal.discovery.spans import orthonormal, squares_in, without
+from accelcal.discovery.explanation import CONTRADICTION, chance_beside
+from accelcal.discovery.family import Family, agrees
+from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.results.findings import Unexplained
 from accelcal.units import HOUR, MICRO
 
@@ -48,20 +48,14 @@ def drift_anew(family: Family, alpha: float) -> Unexplained | None:
 
 def _chance(family: Family, columns: Sequence[Array], alpha: float) -> float | None:
     """Largest chance of noise of one beside the others; None where they do not explain all."""
-    space, seen = family.space, family.comparison.seen
+    space = family.space
     shown = [space.see(each) for each in columns]
-    whole = orthonormal(np.hstack(shown))
-    if not agrees(family, whole, CONTRADICTION * alpha):
+    if not agrees(family, orthonormal(np.hstack(shown)), CONTRADICTION * alpha):
         return None
-    variance, largest = space.variance(without(seen, whole)), 0.0
-    for place in range(len(shown)):
+    largest = 0.0
+    for place, own in enumerate(shown):
         others = orthonormal(np.hstack([space.nothing(), *shown[:place], *shown[place + 1 :]]))
-        degrees = whole.shape[1] - others.shape[1]
-        if degrees < 1:
-            return None
-        squares = squares_in(whole, seen) - squares_in(others, seen)
-        ratio = np.array(squares / degrees / variance)
-        largest = max(largest, float(chance(ratio, space.dof, degrees)) * family.tests)
+        largest = max(largest, chance_beside(family.comparison, own, others) * family.tests)
     return largest if largest < alpha else None
 
 

@@ -53,7 +53,7 @@ def loudest(comparison: Comparison, instances: tuple[Instance, ...]) -> LoudRun 
     c, record = comparison.model.conditions, comparison.record
     columns = [column_of(item, c)[:, None] for item in instances]
     within = np.hstack([saturated(c, record.mounting), *columns])
-    residual = comparison.model.residual(comparison.parameters)
+    residual = comparison.residual
     return loud_run(c, residual, within, relative_noise(record), comparison.step)
 
 
