@@ -10,7 +10,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Array, Mask, Places
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.space import Space
 from accelcal.discovery.spans import lengths
 from accelcal.effects.catalogue import catalogue
@@ -115,7 +115,7 @@ def visible(
     instances: Sequence[Instance], space: Space, c: Conditions
 ) -> tuple[list[Instance], Array, Array]:
     """Those of some instances that can be seen, with their unit vectors, (n, k), and lengths."""
-    whitened = space.whiten(np.stack([column_of(item, c) for item in instances], axis=1))
+    whitened = space.whiten(columns_of(instances, c))
     shown = space.left_of(whitened)
     length = lengths(shown)
     places = np.flatnonzero(length > VISIBLE * lengths(whitened))

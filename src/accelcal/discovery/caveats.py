@@ -15,7 +15,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone_or_cube import said_of_rivals
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, column_of, columns_of
 from accelcal.discovery.otherwise import (
     Alternatives,
     Otherwise,
@@ -130,8 +130,8 @@ def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:
     for item in compress(best.instances, of_position(family.comparison, best.directions)):
         if not any(shape.discrete for shape in item.effect.shapes):
             continue
-        places = [column_of(other, c) for other in instances_of(item.effect, c)]
-        vectors, sizes, _ = np.linalg.svd(space.see(np.stack(places, axis=1)), full_matrices=False)
+        places = columns_of(instances_of(item.effect, c), c)
+        vectors, sizes, _ = np.linalg.svd(space.see(places), full_matrices=False)
         patterns = vectors[:, sizes > _FAINT * sizes[0]]
         named = ((patterns.T @ best.directions) ** 2).sum(axis=0) > _ALIKE
         if named.sum() < patterns.shape[1] <= _FEW_PATTERNS:

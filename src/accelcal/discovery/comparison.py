@@ -13,7 +13,7 @@ from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.covariance import Covariance, whitener_of
 from accelcal.discovery.declared_noise import relative_noise
-from accelcal.discovery.instance import Instance, column_of, own_columns
+from accelcal.discovery.instance import Instance, column_of, columns_of, own_columns
 from accelcal.discovery.noise import (
     FEWEST_REPLICATES,
     ReadingNoise,
@@ -135,7 +135,7 @@ def compared(
     model = base_model(record, reference_temperature, delta0, silent)
     repeating = saturated(model.conditions, record.mounting)
     if noise is None:
-        within = _beside(repeating, [column_of(item, model.conditions) for item in known])
+        within = _beside(repeating, columns_of(known, model.conditions))
         first = model.residual(solve(model))
         step, by_std = _step(record, model), relative_noise(record)
         relative = with_noise_of_runs(model.conditions, first, within, by_std, step)
@@ -151,9 +151,9 @@ def compared(
     return Comparison(record, model, parameters, noise, space, seen, spread, possible)
 
 
-def _beside(repeating: Array, columns: Sequence[Array]) -> Array:
+def _beside(repeating: Array, columns: Array) -> Array:
     """What is no noise: all that repeats and, where they leave enough of it, known effects."""
-    within = np.column_stack([repeating, *columns])
+    within = np.hstack([repeating, columns])
     enough = len(within) - orthonormal(within).shape[1] >= FEWEST_REPLICATES
     return within if enough else repeating
 

@@ -30,11 +30,11 @@ from accelcal.discovery.gaps import gaps_with
 from accelcal.discovery.in_place import InPlace, in_place, said_in_place
 from accelcal.discovery.instance import (
     Instance,
+    all_own_columns,
     amplitude_columns,
     column_of,
     contribution,
     instance_of,
-    own_columns,
     sizes_of,
 )
 from accelcal.discovery.own_shape import in_own_shape, said_of_denied, said_of_places
@@ -292,7 +292,7 @@ def _beside(comparison: Comparison, fitted: Sequence[Instance], changes: Array) 
     if not fitted or not changes.size:
         return changes
     sizes, c = fitted_sizes(comparison, fitted), comparison.model.conditions
-    columns = np.hstack([own_columns(item, c) for item in fitted])[:, sizes.shown]
+    columns = all_own_columns(fitted, c)[:, sizes.shown]
     seen = comparison.space.see(changes)
     return changes - columns @ np.linalg.lstsq(sizes.linear[:, sizes.shown], seen, rcond=None)[0]
 
@@ -352,7 +352,7 @@ def _left_open(comparison: Comparison, fitted: Sequence[Instance]) -> Array:
     found = [np.empty((len(comparison.record), 0))]
     for one in untold(comparison, fitted):
         below, above = (
-            np.hstack([own_columns(item, c) for item in end]) @ fitted_sizes(comparison, end).whole
+            all_own_columns(end, c) @ fitted_sizes(comparison, end).whole
             for end in one.ends(fitted)
         )
         found.append((above - below)[:, None] / 2.0)

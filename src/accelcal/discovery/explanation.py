@@ -11,7 +11,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.candidates import VISIBLE, left_out_around, visible
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
-from accelcal.discovery.instance import Instance, column_of, own_columns
+from accelcal.discovery.instance import Instance, columns_of, own_columns
 from accelcal.discovery.spans import (
     first_largest,
     length_without,
@@ -198,7 +198,7 @@ def _clearest(
     if not tried:
         return None
     space, c = comparison.space, comparison.model.conditions
-    whole = space.whiten(np.stack([column_of(item, c) for item in tried], axis=1))
+    whole = space.whiten(columns_of(tried, c))
     left = without(space.left_of(whole), beside)
     length = lengths(left)
     length[length <= VISIBLE * lengths(whole)] = np.inf

@@ -10,7 +10,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.discovery.columns import cells, cycle
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.covariance import whitener_of
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.solution import Solution, solution
 from accelcal.discovery.spans import scaled
 from accelcal.numerics.grouping import grouped
@@ -43,9 +43,7 @@ def held_out_rms(
     """
     c = comparison.model.conditions
     jacobian = comparison.model.jacobian(comparison.parameters)
-    models = [
-        np.column_stack([jacobian, *(column_of(item, c) for item in effects)]) for effects in sets
-    ]
+    models = [np.hstack([jacobian, columns_of(effects, c)]) for effects in sets]
     residual = comparison.residual
     models = [np.column_stack([scaled(own)[0], residual]) for own in models]
     squares, readings = np.zeros(len(sets)), 0

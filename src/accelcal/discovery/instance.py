@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -71,6 +71,18 @@ def own_columns(instance: Instance, c: Conditions) -> Array:
 def column_of(instance: Instance, c: Conditions) -> Array:
     """Change of the readings for an instance of size 1 [g], shape (n,)."""
     return np.asarray(amplitude_columns(instance, c) @ np.array(instance.mixture))
+
+
+def columns_of(instances: Iterable[Instance], c: Conditions) -> Array:
+    """Changes of the readings for instances of size 1 [g], shape (n, h)."""
+    return np.column_stack(
+        [np.empty((c.angle.size, 0)), *(column_of(item, c) for item in instances)]
+    )
+
+
+def all_own_columns(instances: Iterable[Instance], c: Conditions) -> Array:
+    """Those of `own_columns` of several effects side by side, shape (n, m)."""
+    return np.hstack([np.empty((c.angle.size, 0)), *(own_columns(item, c) for item in instances)])
 
 
 def instance_of(known: Disturbance) -> Instance:

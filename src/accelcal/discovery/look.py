@@ -14,7 +14,7 @@ from accelcal.discovery.gaps import gap_of
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.noise import FEWEST_REPLICATES
 from accelcal.discovery.search import Findings, in_the_main, search
-from accelcal.discovery.silence import DEAD_ZONE, silent_readings
+from accelcal.discovery.silence import DEAD_ZONE, silent_readings, zone_among
 from accelcal.discovery.solution import solution
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
@@ -101,16 +101,16 @@ def _by_exact_laws(first: Look, question: Question) -> Look:
 
 def _beside_silence(look: Look, question: Question) -> Look | None:
     """Search with the readings silent that a dead zone would silence, if it is found so."""
-    zone = next((entry for entry in question.effects if entry.id == DEAD_ZONE), None)
+    zone = zone_among(question.effects)
     findings, comparison = look.findings, look.comparison
     named = next(iter(findings.explanations), None)
     if zone is None or findings.before.p_value >= question.alpha:
         return None
     if named is not None and DEAD_ZONE not in named.ids:
         return None
-    record, only = comparison.record, [Instance(zone, (1.0,), {})]
+    record = comparison.record
     silent = silent_readings(
-        record, question.reference, question.delta0, only, noise=comparison.noise
+        record, question.reference, question.delta0, [zone], noise=comparison.noise
     )
     if silent is None:
         return None
@@ -137,7 +137,7 @@ def _of_any_width(look: Look, question: Question) -> Look:
     Where K1 and K3 take up its width, it is told as silence; else it has its name.
     """
     comparison = look.comparison
-    zone = next((entry for entry in question.effects if entry.id == DEAD_ZONE), None)
+    zone = zone_among(question.effects)
     silent = None if zone is None else likeliest_silence(comparison, zone)
     if silent is None:
         return look

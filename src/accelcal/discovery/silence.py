@@ -7,7 +7,7 @@ up, they tell that as well.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from accelcal.discovery.noise import ReadingNoise
 from accelcal.discovery.solution import by_reading, solution
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.conditions import Conditions, conditions_of
-from accelcal.effects.effect import Disturbance
+from accelcal.effects.effect import Disturbance, Effect
 from accelcal.numerics.covariance_root import covariance_root
 from accelcal.record import TumbleRecord
 
@@ -33,6 +33,11 @@ _LEFT = 0.1
 
 _NOISE = 2.0
 """Sum of squares of a reading that it may leave in any case, over that of noise."""
+
+
+def zone_among(effects: Iterable[Effect]) -> Instance | None:
+    """The dead zone among some effects, if it is there."""
+    return next((Instance(own, (1.0,), {}) for own in effects if own.id == DEAD_ZONE), None)
 
 
 def across_the_axis(c: Conditions) -> Mask | None:

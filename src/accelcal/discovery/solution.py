@@ -10,10 +10,9 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, solve
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.untold import untold
-from accelcal.effects.conditions import Conditions
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
@@ -64,20 +63,14 @@ class Solution(NamedTuple):
 def solution(comparison: Comparison, instances: Sequence[Instance] = ()) -> Solution:
     """Fit the base model with some effects by generalised least squares."""
     c = comparison.model.conditions
-    columns = [_inside(item, c) for item in instances]
-    model = comparison.model
-    if columns:
-        model = model.extended(np.stack(columns, axis=1), tuple(i.effect.id for i in instances))
+    # an effect stands in the second bracket, which the gain multiplies
+    inside = columns_of(instances, c) / c.gain[:, None]
+    model = comparison.model.extended(inside, tuple(item.effect.id for item in instances))
     parameters = solve(model, comparison.space.whiten)
     residual = model.residual(parameters)
     chi2 = float((comparison.space.whiten(residual) ** 2).sum())
     dof = comparison.space.size - len(instances)
     return Solution(model, parameters, residual, chi2, dof, tuple(instances))
-
-
-def _inside(instance: Instance, c: Conditions) -> Array:
-    """Column of an effect in the second bracket, which the gain multiplies."""
-    return column_of(instance, c) / c.gain
 
 
 def changes(comparison: Comparison, before: Solution, after: Solution) -> tuple[Change, ...]:

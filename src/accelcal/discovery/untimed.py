@@ -12,10 +12,10 @@ from accelcal.arrays import Array, Places
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import (
     Instance,
+    all_own_columns,
     amplitude_columns,
     contribution,
     instance_of,
-    own_columns,
 )
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.conditions import Conditions
@@ -101,7 +101,5 @@ def _taken(
     c = replace(c, time=c.time + later)
     then = comparison._replace(model=replace(comparison.model, conditions=c))
     whole = sum((contribution(item, c) for item in held), start=np.zeros(c.angle.size))
-    if effects:
-        columns = np.hstack([own_columns(item, c) for item in effects])
-        whole += columns @ fitted_sizes(then, effects).whole
+    whole += all_own_columns(effects, c) @ fitted_sizes(then, effects).whole
     return whole

@@ -16,7 +16,7 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance, own_columns, replaced
+from accelcal.discovery.instance import Instance, all_own_columns, own_columns, replaced
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.parameter import Parameter
@@ -90,13 +90,12 @@ class Untold(NamedTuple):
 def fitted_sizes(comparison: Comparison, instances: Sequence[Instance]) -> Sizes:
     """Fit the amplitudes of some effects; one that the base model takes up has no value."""
     c, space = comparison.model.conditions, comparison.space
-    columns = [own_columns(item, c) for item in instances]
-    whole = space.whiten(np.hstack([space.nothing(), *columns]))
+    whole = space.whiten(all_own_columns(instances, c))
     linear = space.left_of(whole)
     shown = lengths(linear) > VISIBLE * lengths(whole)
     sizes = np.zeros(shown.size)
     sizes[shown] = np.linalg.lstsq(linear[:, shown], comparison.seen, rcond=None)[0]
-    ends = np.cumsum([own.shape[1] for own in columns], dtype=np.intp)
+    ends = np.cumsum([len(item.amplitudes) for item in instances], dtype=np.intp)
     return Sizes(sizes, np.split(sizes, ends)[:-1], linear, shown)
 
 

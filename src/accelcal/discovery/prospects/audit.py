@@ -9,7 +9,7 @@ from accelcal.discovery.base import BaseModel
 from accelcal.discovery.candidates import Candidates, instances_of
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.family import Family
-from accelcal.discovery.instance import column_of
+from accelcal.discovery.instance import columns_of
 from accelcal.discovery.noise import FEWEST_REPLICATES, ReadingNoise
 from accelcal.discovery.spans import lengths, orthonormal, scaled, without
 from accelcal.effects.effect import Effect
@@ -87,7 +87,7 @@ def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[st
     """
     c = model.conditions
     base, _ = scaled(model.jacobian(parameters))
-    columns, _ = scaled(np.stack([column_of(item, c) for item in instances_of(effect, c)], axis=1))
+    columns, _ = scaled(columns_of(instances_of(effect, c), c))
     span = orthonormal(base)
     places, wanted = span.T @ base, span.T @ columns
     kept = sorted(set(model.names))

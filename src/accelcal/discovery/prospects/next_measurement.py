@@ -15,7 +15,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance, amplitude_columns, column_of
+from accelcal.discovery.instance import Instance, amplitude_columns, column_of, columns_of
 from accelcal.discovery.prospects.further_readings import Block
 from accelcal.discovery.prospects.outlook import Outlook
 from accelcal.effects.conditions import Conditions
@@ -80,7 +80,7 @@ def proposals(
         return ()
     names = _names(best), ", ".join(_names(rival) for rival in rivals)
     c, space = comparison.model.conditions, comparison.space
-    columns = space.see(np.stack([column_of(item, c) for item in best], axis=1))
+    columns = space.see(columns_of(best, c))
     sizes = np.asarray(np.linalg.lstsq(columns, comparison.seen, rcond=None)[0])
     found = [_proposal(outlook, best, sizes, rivals, names) for outlook in foreseen]
     return tuple(sorted(found, key=_cost))

@@ -22,7 +22,7 @@ from accelcal.discovery.base import solve
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.covariance import whitener_of
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, column_of, columns_of
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.space import space_of
 from accelcal.discovery.spans import orthonormal, without
@@ -56,8 +56,8 @@ class Knowledge(NamedTuple):
 def shared_columns(unit: Unit, shared: Sequence[Instance], head: float) -> Array:
     """Change of the readings with the sizes and, if its uncertainty is above 0, with the head."""
     c = unit.comparison.model.conditions
-    columns = [column_of(item, c)[:, None] for item in amplitudes(shared)]
-    return np.hstack([np.empty((c.angle.size, 0)), *columns, *([unit.head] if head else [])])
+    columns = columns_of(amplitudes(shared), c)
+    return np.hstack([columns, unit.head]) if head else columns
 
 
 def _own_part(unit: Unit) -> Array:

@@ -7,7 +7,8 @@ correlation that suits it best.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.columns import coefficient_columns, dummies, saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.spans import first_largest, lengths, orthonormal, squares_in, without
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
 from accelcal.discovery.where import structure
@@ -123,9 +124,9 @@ def shift_in_place_of_one(
 def _all_that_repeats(comparison: Comparison, instances: Sequence[Instance]) -> Array:
     """Columns beside which pure error is left, which model and effects leave too, (n, k)."""
     c = comparison.model.conditions
-    columns = [column_of(item, c)[:, None] for item in instances]
     saturation = saturated(c, comparison.record.mounting)
-    return np.hstack([saturation, comparison.model.jacobian(comparison.parameters), *columns])
+    jacobian = comparison.model.jacobian(comparison.parameters)
+    return np.hstack([saturation, jacobian, columns_of(instances, c)])
 
 
 def _described(kind: Kind, which: int, see: Array, white: Array) -> tuple[str, Array]:
@@ -164,26 +165,15 @@ def _shifts(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -
 
     A shift of the bias takes four of them, one of the others a head that turns by a quarter.
     """
-    columns = coefficient_columns(c)
-    acting = {what: c.gain * columns[what] for what in coefficients}
-    found = [
-        (what, own)
-        for own in _stretches(c)
-        for what, column in acting.items()
-        if what == "bias" or np.ptp(column[own]) > 1.0
-    ]
 
-    def told(place: int, _: float, change: Array) -> str:
-        what, own = found[place]
+    def told(own: Ints, by: str) -> str:
         first, last = (f"{c.angle[i]:g} deg of stroke {c.stroke[i]}" for i in own[[0, -1]])
-        clearest = own[np.argmax(np.abs(acting[what][own]))]
-        size = change[clearest] / acting[what][clearest] * MICRO
         return (
-            f"the {what} is shifted for a time, by {size:+.3g} {SMALL_UNITS[what]} in {own.size}"
-            f" readings of run {labels[c.run[own[0]]]}, from {first} to {last}"
+            f"is shifted for a time, by {by} in {own.size} readings of run"
+            f" {labels[c.run[own[0]]]}, from {first} to {last}"
         )
 
-    return Kind(1, _acting([(own, acting[what][own]) for what, own in found], c), (np.inf,), told)
+    return _changed(c, coefficients, [(own, told) for own in _stretches(c)])
 
 
 def _steps(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -> Kind:
@@ -191,26 +181,39 @@ def _steps(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) ->
 
     A step of the bias is in the catalogue.
     """
+
+    def told(until: str, own: Ints, by: str) -> str:
+        return (
+            f"steps by {by} at {c.angle[own[0]]:g} deg of stroke {c.stroke[own[0]]} in run"
+            f" {labels[c.run[own[0]]]}, to the end of the {until}"
+        )
+
+    return _changed(c, coefficients, [(own, partial(told, until)) for own, until in _ends(c)])
+
+
+def _changed(
+    c: Conditions,
+    coefficients: Sequence[str],
+    readings: Sequence[tuple[Ints, Callable[[Ints, str], str]]],
+) -> Kind:
+    """Coefficients that are others in some readings, and how each is told, by how much it is."""
     columns = coefficient_columns(c)
     acting = {what: c.gain * columns[what] for what in coefficients}
     found = [
-        (what, own, until)
-        for own, until in _ends(c)
+        (what, own, told)
+        for own, told in readings
         for what, column in acting.items()
-        if np.ptp(column[own]) > 1.0
+        if what == "bias" or np.ptp(column[own]) > 1.0
     ]
 
-    def told(place: int, _: float, change: Array) -> str:
-        what, own, until = found[place]
+    def said(place: int, _: float, change: Array) -> str:
+        what, own, told = found[place]
         clearest = own[np.argmax(np.abs(acting[what][own]))]
         size = change[clearest] / acting[what][clearest] * MICRO
-        return (
-            f"the {what} steps by {size:+.3g} {SMALL_UNITS[what]} at {c.angle[own[0]]:g} deg of"
-            f" stroke {c.stroke[own[0]]} in run {labels[c.run[own[0]]]}, to the end of the {until}"
-        )
+        return f"the {what} {told(own, f'{size:+.3g} {SMALL_UNITS[what]}')}"
 
     rows = [(own, acting[what][own]) for what, own, _ in found]
-    return Kind(1, _acting(rows, c), (np.inf,), told)
+    return Kind(1, _acting(rows, c), (np.inf,), said)
 
 
 def _ends(c: Conditions) -> Iterator[tuple[Ints, str]]:

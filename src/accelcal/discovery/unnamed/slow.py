@@ -14,7 +14,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.columns import coefficient_columns, repeated
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
 from accelcal.discovery.unnamed.wandering import half_waves
@@ -70,11 +70,10 @@ def slow(
 def _taken(comparison: Comparison, instances: Sequence[Instance]) -> Array | None:
     """Columns of what is the same in all strokes, and of some effects; None beside too many."""
     c, model = comparison.model.conditions, comparison.model
-    columns = [column_of(item, c)[:, None] for item in instances]
     repeats = repeated(c, comparison.record.mounting)
     if comparison.space.size - repeats.shape[1] > MOST:
         return None
-    return np.hstack([repeats, model.jacobian(comparison.parameters), *columns])
+    return np.hstack([repeats, model.jacobian(comparison.parameters), columns_of(instances, c)])
 
 
 def _kinds(comparison: Comparison) -> dict[str, tuple[Kind, float]]:

@@ -11,7 +11,7 @@ from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.factors import Block
 from accelcal.discovery.family import Family, judge
-from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.run_noise import TOO_LOUD, LoudRun, loud_run
 from accelcal.discovery.search import Findings
 from accelcal.discovery.spans import orthonormal, squares_in
@@ -51,8 +51,7 @@ def what_is_left(
 def loudest(comparison: Comparison, instances: tuple[Instance, ...]) -> LoudRun | None:
     """Find the run that scatters most beside the others, whatever some effects do."""
     c, record = comparison.model.conditions, comparison.record
-    columns = [column_of(item, c)[:, None] for item in instances]
-    within = np.hstack([saturated(c, record.mounting), *columns])
+    within = np.hstack([saturated(c, record.mounting), columns_of(instances, c)])
     residual = comparison.residual
     return loud_run(c, residual, within, relative_noise(record), comparison.step)
 

@@ -17,13 +17,12 @@ from accelcal.discovery.base import tilt
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.instance import Instance, own_columns, replaced
+from accelcal.discovery.instance import Instance, all_own_columns, replaced
 from accelcal.discovery.silence import ALONG, DEAD_ZONE, across_the_axis, silent_in
 from accelcal.discovery.spans import scaled
 from accelcal.discovery.unnamed.any_pattern import of_position
 from accelcal.discovery.unnamed.wandering import POSSIBLE
 from accelcal.discovery.untold import squares_left
-from accelcal.effects.effect import Effect
 from accelcal.numerics.sorting import distinct
 from accelcal.results.findings import Change, FoundEffect, Unexplained
 from accelcal.results.quantity import Quantity
@@ -146,14 +145,14 @@ def unbounded(quantity: Quantity) -> Quantity:
     return Quantity(quantity.value, None, quantity.unit)
 
 
-def likeliest_silence(comparison: Comparison, zone: Effect) -> Mask | None:
+def likeliest_silence(comparison: Comparison, zone: Instance) -> Mask | None:
     """Find the readings that a dead zone silences likeliest, in the runs of least misalignment.
 
     Parameters
     ----------
     comparison : Comparison
         The n readings.
-    zone : Effect
+    zone : Instance
         The dead zone.
 
     Returns
@@ -162,8 +161,7 @@ def likeliest_silence(comparison: Comparison, zone: Effect) -> Mask | None:
         None where any such silence leaves more than there is without one. One at all levels is
         preferred, as one at some of them has the width that it has there besides.
     """
-    model, item = comparison.model, Instance(zone, (1.0,), {})
-    c = model.conditions
+    model, c = comparison.model, comparison.model.conditions
     across = across_the_axis(c)
     if across is None:
         return None
@@ -176,7 +174,7 @@ def likeliest_silence(comparison: Comparison, zone: Effect) -> Mask | None:
         beside = compared(
             comparison.record, model.T0, model.delta0, noise=comparison.noise, silent=silent
         )
-        left = squares_left(beside, [item])
+        left = squares_left(beside, [zone])
         if left < least:
             likeliest, least = silent, left + margin
     return likeliest
@@ -201,7 +199,7 @@ def _fitted(comparison: Comparison, others: Sequence[Instance]) -> tuple[Array, 
     Steps of Gauss and Newton from a misalignment of which silent readings tell nothing.
     """
     model, c = comparison.model, comparison.model.conditions
-    columns = np.hstack([np.zeros((len(c.input), 1)), *(own_columns(item, c) for item in others)])
+    columns = all_own_columns(others, c)
     silent = np.abs(c.input) < ALONG
     parameters, sizes = comparison.parameters, np.zeros(columns.shape[1])
     for _ in range(_STEPS):
