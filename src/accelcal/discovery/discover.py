@@ -197,14 +197,12 @@ def _discovery(
     strongest = _strongest_first(named) if named else ()
     sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
     steps = gaps_with(comparison, sets, question.seed)
-    best = findings.instances
-    also = alternatives(comparison, best)
-    others = tuple(otherwise(comparison, best, also, rivals_of(findings.named)))
+    also = alternatives(comparison, findings.instances)
+    others = list(otherwise(comparison, findings.instances, also, rivals_of(findings.named)))
     said = [*_caveats(look, named, unexplained, loud, also, others), *_of_mountings(found, named)]
-    as_given = _as_given(comparison, record, found, question)
     told = Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
-        before=as_given or steps[0],
+        before=_as_given(comparison, record, found, question) or steps[0],
         after=gap_of(within, steps[-1].heldout_rms),
         where=by_factor(shares(comparison.seen, family.blocks, findings.before.blocks.tolist())),
         effects=tuple(_effects(look, named, strongest, steps)) if named else (),
