@@ -26,7 +26,7 @@ from accelcal.discovery.carrying_over import LeftIn, Meeting, with_a_place
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone_or_cube import in_fit, left_undecided
 from accelcal.discovery.exact_law import straightened
-from accelcal.discovery.gaps import gaps_with
+from accelcal.discovery.gaps import gaps_along
 from accelcal.discovery.in_place import InPlace, in_place, said_in_place
 from accelcal.discovery.instance import (
     Instance,
@@ -244,7 +244,7 @@ def _with_sizes(
 def _with_gaps(
     comparison: Comparison, instances: Sequence[Instance], effects: Sequence[FoundEffect]
 ) -> tuple[FoundEffect, ...]:
-    steps = gaps_with(comparison, [instances[:k] for k in range(len(instances) + 1)])
+    steps = gaps_along(comparison, instances)
     return tuple(
         replace(found, **before.until(after))
         for found, before, after in zip(effects, steps, steps[1:], strict=False)

@@ -17,7 +17,7 @@ from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.dead_zone_or_cube import in_fit, in_place_of, left_undecided
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.gaps import gap_of, gaps_with
+from accelcal.discovery.gaps import gap_of, gaps_along
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.look import Look, Question, look_through
 from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
@@ -195,8 +195,7 @@ def _discovery(
     bare = solution(comparison)
     within = solution(comparison, named.instances) if named else bare
     strongest = _strongest_first(named) if named else ()
-    sets = [[item for item, _ in strongest[:k]] for k in range(len(strongest) + 1)]
-    steps = gaps_with(comparison, sets, question.seed)
+    steps = gaps_along(comparison, [item for item, _ in strongest], question.seed)
     also = alternatives(comparison, findings.instances)
     others = list(otherwise(comparison, findings.instances, also, rivals_of(findings.named)))
     said = [*_caveats(look, named, unexplained, loud, also, others), *_of_mountings(found, named)]
@@ -335,7 +334,7 @@ def _as_given(
         return None
     noise = noise_of_all(comparison.noise, found)
     given = compared(record, question.reference, question.delta0, noise=noise)
-    return gaps_with(given, [()], question.seed)[0]
+    return gaps_along(given, (), question.seed)[0]
 
 
 def noise_of_all(noise: ReadingNoise, found: Sequence[Fault]) -> ReadingNoise:

@@ -24,10 +24,9 @@ def gap_of(fit: Solution, held_out: float | None) -> Gap:
     return Gap(float(np.sqrt(np.mean(fit.residual**2))), held_out, fit.chi2 / fit.dof)
 
 
-def gaps_with(
-    comparison: Comparison, sets: Sequence[Sequence[Instance]], seed: int = 0
-) -> list[Gap]:
-    """Gap with each of several sets of effects in the model, see `held_out_rms`."""
+def gaps_along(comparison: Comparison, instances: Sequence[Instance], seed: int = 0) -> list[Gap]:
+    """Gap without effects, with the first one, the first two, to all, see `held_out_rms`."""
+    sets = [instances[:k] for k in range(len(instances) + 1)]
     held = held_out_rms(comparison, sets, seed)
     return [gap_of(solution(comparison, own), out) for own, out in zip(sets, held, strict=True)]
 

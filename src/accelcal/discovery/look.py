@@ -69,7 +69,7 @@ def look_through(record: TumbleRecord, question: Question) -> Look:
 
     Where nothing explains all, a dead zone is looked for that silences readings.
     """
-    first = _beyond_disturbances(_searched(record, question), question)
+    first = _judged(record, question)
     if (beside := _beside_silence(first, question)) is not None:
         return beside
     look = _by_exact_laws(first, question)
@@ -90,7 +90,7 @@ def _by_exact_laws(first: Look, question: Question) -> Look:
         if straight is None:
             return look
         asked = question._replace(like=look.family)
-        again = _beyond_disturbances(_searched(straight, asked), question)
+        again = _judged(straight, asked)
         if not again.findings.named or not known.ids & again.findings.named[0].ids:
             return look
         look = again
@@ -121,7 +121,7 @@ def _beside_silence(look: Look, question: Question) -> Look | None:
 def _in_silence(record: TumbleRecord, question: Question, silent: Mask) -> Look:
     """Search with readings silent, for which a dead zone is likelier than what looks like it."""
     inside = question._replace(silent=silent)
-    again = _beyond_disturbances(_searched(record, inside), inside)
+    again = _judged(record, inside)
     first = sorted(again.findings.explanations, key=lambda one: DEAD_ZONE not in one.ids)
     return again._replace(findings=again.findings._replace(explanations=tuple(first)))
 
@@ -187,11 +187,12 @@ def _without_memory(record: TumbleRecord, question: Question) -> Look | None:
     return known if sure else None
 
 
-def _beyond_disturbances(look: Look, question: Question) -> Look:
-    """Give no name where what wanders is as likely, or a shift for a time likelier.
+def _judged(record: TumbleRecord, question: Question) -> Look:
+    """Search, and give no name where what wanders is as likely, or a shift for a time likelier.
 
     Effects that explain nearly all beside a shift, or beside what nothing explains, keep theirs.
     """
+    look = _searched(record, question)
     findings, best = look.findings, look.findings.best
     if best is None:
         return look
