@@ -20,7 +20,6 @@ from accelcal.discovery.otherwise import (
     Alternatives,
     Otherwise,
     said_of_alternatives,
-    said_of_others,
 )
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.tied import said_of_tied
@@ -109,7 +108,7 @@ def caveats(
         yield from map(Caveat, said_of_untold(comparison, best))
         yield from map(Caveat, said_of_tied(comparison, best))
         yield from map(Caveat, said_of_alternatives(alternatives))
-        yield from map(Caveat, said_of_others(others))
+        yield from (Caveat(other.said) for other in others)
         yield from _put_together(family, found[0])
         yield from _of_any_pattern(family, found[0])
         silence = list(said_of_silence(comparison, found[0]))

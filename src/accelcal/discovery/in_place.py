@@ -17,7 +17,7 @@ from accelcal.discovery.dead_zone_or_cube import in_fit
 from accelcal.discovery.exact_law import is_possible
 from accelcal.discovery.explanation import clearest, explain_as_well
 from accelcal.discovery.instance import Instance, own_columns, replaced
-from accelcal.discovery.otherwise import alternatives, name_of, otherwise, said_of_others
+from accelcal.discovery.otherwise import alternatives, name_of, otherwise
 from accelcal.discovery.own_shape import moved
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.catalogue import catalogue
@@ -33,7 +33,7 @@ class InPlace(NamedTuple):
     Attributes
     ----------
     said : str
-        The coefficients if they are; empty where these are told in no sentence.
+        The coefficients if they are.
     adds : ndarray, shape (n,)
         What they add to the readings more than those that are taken out [output unit].
     in_use : bool
@@ -92,9 +92,8 @@ def in_place(
         hanging = {in_fit(new.coefficient) for _, new in other.pairs}
         if all(map(is_possible, *zip(*sized, strict=True))) and not hanging <= set(unbounded):
             adds = sum(own_columns(item, c) @ size for item, size in sized) - taken
-            said = next(said_of_others([other]), "")
             adds *= comparison.model.nominal
-            yield InPlace(said, adds, other.name in in_use, other.instances)
+            yield InPlace(other.said, adds, other.name in in_use, other.instances)
 
 
 def said_in_place(
@@ -102,8 +101,7 @@ def said_in_place(
 ) -> Iterator[str]:
     """Tell the coefficients for what else the effects may be, and what the search was not for."""
     for other in others:
-        if other.said:
-            yield f"U counts what else the effects may be; {other.said}"
+        yield f"U counts what else the effects may be; {other.said}"
     for note in _not_judged(model, fitted):
         possible = "what else the discovery found possible; by its own readings,"
         yield f"{NOT_COUNTED} {possible} {note}"

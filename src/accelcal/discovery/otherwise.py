@@ -175,6 +175,12 @@ class Otherwise(NamedTuple):
     instances: tuple[Instance, ...]
     pairs: tuple[tuple[Change, Change], ...]
 
+    @property
+    def said(self) -> str:
+        """What the coefficients are if that is the truth."""
+        told = ", ".join(_value(old, new) for old, new in self.pairs)
+        return f"{IF_IT_IS}{self.name} in truth: {told}"
+
 
 def otherwise(
     comparison: Comparison,
@@ -207,13 +213,6 @@ def rivals_of(found: Sequence[Explanation]) -> Iterator[tuple[str, tuple[Instanc
 def name_of(ids: Iterable[str]) -> str:
     """Name effects together."""
     return " + ".join(sorted(ids))
-
-
-def said_of_others(others: Sequence[Otherwise]) -> Iterator[str]:
-    """Tell the coefficients where another explanation is the true one."""
-    for other in others:
-        told = ", ".join(_value(old, new) for old, new in other.pairs)
-        yield f"{IF_IT_IS}{other.name} in truth: {told}"
 
 
 def _value(best: Change, change: Change) -> str:
