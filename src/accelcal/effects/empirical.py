@@ -18,22 +18,10 @@ from accelcal.results.findings import EMPIRICAL
 _AT = "at {:g} deg"
 
 
-def _one(c: Conditions) -> Array:
-    return np.ones(c.angle.size)
-
-
-def _sense(c: Conditions) -> Array:
-    return c.rotation
-
-
-def _rise(c: Conditions) -> Array:
-    return c.excess
-
-
 FACTORS: Mapping[str, tuple[Callable[[Conditions], Array], str, str]] = {
-    "position": (_one, "g", "the same in all strokes and runs"),
-    "stroke*position": (_sense, "g", "opposite on forward and back strokes"),
-    "temperature*position": (_rise, "g/degC", "in proportion to T - T0"),
+    "position": (lambda c: np.ones(c.angle.size), "g", "the same in all strokes and runs"),
+    "stroke*position": (lambda c: c.rotation, "g", "opposite on forward and back strokes"),
+    "temperature*position": (lambda c: c.excess, "g/degC", "in proportion to T - T0"),
 }
 """Factors whose pattern can be carried over to another record: what multiplies it, and its unit."""
 
