@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from dense_covariance import matrix_of
 from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import f
 
 import accelcal
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import compared
+from accelcal.discovery.explanation import chance_beside
 from accelcal.discovery.gaps import _folds, held_out_rms
 from accelcal.discovery.instance import column_of, instance_of
 from accelcal.discovery.noise import _RHOS, _autocorrelation, memory, reading_noise
@@ -44,6 +46,23 @@ def test_readings_left_out_are_predicted_as_by_a_fit_without_them(rho, ids):
     expected = np.sqrt(np.mean(np.concatenate(missed) ** 2))
     assert len(missed) == 2
     assert held_out_rms(look, [effects])[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_chance_of_columns_beside_others_is_that_of_the_larger_of_two_fits():
+    """The noise is that beside both, as a bend that is not noise would hide itself in it."""
+    look = compared(accelcal.simulate(seed=1), 20.0)
+    draws = look.space.left_of(np.random.default_rng(4).normal(size=(look.seen.size, 3)))
+    strong = 5.0 * look.seen / np.linalg.norm(look.seen)
+    for columns in (draws[:, 1:], np.column_stack([draws[:, 1], strong])):
+        fits = (draws[:, :1], np.column_stack([draws[:, 0], columns]))
+        left = [look.seen - own @ np.linalg.pinv(own) @ look.seen for own in fits]
+        repeats = look.space.systematic
+        pure = left[1] - repeats @ (repeats.T @ left[1])
+        gained = float(left[0] @ left[0] - left[1] @ left[1]) / 2.0
+        expected = f.sf(gained / (pure @ pure / look.space.dof), 2, look.space.dof)
+        beside = orthonormal(draws[:, :1])
+        assert chance_beside(look, columns, beside) == pytest.approx(max(expected, 1e-300))
+    assert chance_beside(look, draws[:, :1], orthonormal(draws)) == 1.0
 
 
 @pytest.mark.parametrize("rho", [-0.4, 0.0, 0.7])
