@@ -122,6 +122,32 @@ def test_intervals_hold_the_truth():
     assert 0.92 <= np.mean(heads) <= 0.98
 
 
+@pytest.mark.parametrize(
+    "coarser",
+    [
+        lambda output, _: output.round(3),
+        lambda output, rng: output + 1e-4 * rng.standard_normal(output.size),
+    ],
+    ids=["coarse step", "noise"],
+)
+def test_a_coarse_run_leaves_the_head_to_the_fine_ones(coarser):
+    """All runs had one noise, without the step: errors of 200 urad at u of 8 urad."""
+    heads = []
+    for seed in range(20):
+        graduation, _, (record,) = measured(seed, clampings=(0.0, 90.0, 180.0, 270.0))
+        last = record.run == record.run.max()
+        output = record.output.copy()
+        output[last] = coarser(output[last], np.random.default_rng(seed))
+        found = accelcal.calibrate_head([dataclasses.replace(record, output=output)])
+        off = np.array(found.errors) - (graduation - graduation.mean())
+        assert np.abs(off).max() < 1e-5
+        heads += [
+            abs(q.value - e) <= q.expanded_uncertainty
+            for q, e in zip(found.quantities(), graduation, strict=True)
+        ]
+    assert np.mean(heads) >= 0.9
+
+
 def test_two_clampings_shrink_the_uncertainty_of_k2():
     _, _, (record,) = measured(4)
     (both,) = accelcal.calibrate_head([record]).units

@@ -20,11 +20,13 @@ from accelcal.arguments.kinds import each_of
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
+from accelcal.estimate.declared_scatter import moderated
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE, ReadingNoise, noise_of_stack
 from accelcal.estimate.noise_beside_head import Told, noise_beside_head, together
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.model import COEFFICIENTS
+from accelcal.numerics.decimal_steps import decimal_steps
 from accelcal.numerics.probability import (
     LEVEL,
     NORMAL_FACTOR,
@@ -37,11 +39,7 @@ from accelcal.record import TumbleRecord, naming, refuse_twice
 from accelcal.reference import fixture_angle
 from accelcal.results.covariance import rows_of
 from accelcal.results.findings import Change
-from accelcal.results.head_calibration import (
-    HeadCalibration,
-    HeadHarmonic,
-    UnitOnHead,
-)
+from accelcal.results.head_calibration import HeadCalibration, HeadHarmonic, UnitOnHead
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.version import SOFTWARE
 
@@ -225,7 +223,7 @@ def _unit(record: TumbleRecord, tables: Sequence[PreparedTable], positions: Arra
     nuisance = np.vstack([np.pad(b, ((0, 0), (0, len(names) - b.shape[1]))) for b in rows])
     z, head = np.concatenate(outputs), np.vstack(heads)
     common = float(np.mean(sizes))
-    if abs(common) < LEAST_NOISE:
+    if min(map(abs, sizes)) < LEAST_NOISE:
         with naming(record):
             raise InputError(ALIKE)
     return _Unit(record, tuple(names), nuisance, head, z, dof, pure, residuals, common)
@@ -253,11 +251,10 @@ def _noise(
 ) -> tuple[list[float], float, float, bool]:
     """Reading noise of each table, its degrees of freedom, and those of replicates among them.
 
-    At last, whether residuals told it, errors of the head included. One noise where replicates of
-    single tables tell it; what all tables told counts once.
+    At last, whether residuals told it, errors of the head included. Noises of tables that differ by
+    no more than chance are one; what all tables told counts once.
     """
-    stacks = noise_of_stack(tables, [table.record.output[None] for table in tables])
-    found = [ReadingNoise(*(part.item() for part in noise)) for noise in stacks]
+    found = _rounded_noises(record, tables)
     factors, dofs = [n.factor for n in found], [n.dof for n in found]
     if not min(factors) > 0.0:
         with naming(record):
@@ -266,9 +263,18 @@ def _noise(
     own = sum(n.dof for n in found if n.source == "replicates")
     of_all = max((n.dof for n in found if n.source == "replicates of all tables"), default=0.0)
     if sources == {"replicates"} or (sources == {"declared"} and all(map(math.isfinite, dofs))):
-        square = sum(d * f * f for d, f in zip(dofs, factors, strict=True)) / sum(dofs)
-        return [math.sqrt(square)] * len(found), sum(dofs), own, False
+        squares, doubt = moderated(np.square(factors), np.array(dofs))
+        dof = 1.0 / (0.5 * float(doubt.max()) + 1.0 / sum(dofs))
+        return np.sqrt(squares).tolist(), dof, own, False
     return factors, min(dofs), max(own, of_all), sources == {"residuals"}
+
+
+def _rounded_noises(record: TumbleRecord, tables: Sequence[PreparedTable]) -> list[ReadingNoise]:
+    """Noise of each table with what rounding leaves in all readings at a position."""
+    outputs, step = [table.record.output[None] for table in tables], record.apparatus.resolution
+    each = zip(noise_of_stack(tables, outputs), tables, outputs, strict=True)
+    whole = [n.with_rounding(t, decimal_steps(y) if step is None else step) for n, t, y in each]
+    return [ReadingNoise(*(part.item() for part in noise)) for noise in whole]
 
 
 def _places(names: list[str], table: PreparedTable, number: int) -> list[int]:
