@@ -434,3 +434,21 @@ def test_a_step_that_is_not_there_is_zero_and_moves_nowhere():
         found = accelcal.fit(accelcal.simulate(seed=seed), model=model)
         assert abs(found.effects[0].parameters["step"].value) < 1e-5
         assert not said_of(found, "bias-step: these readings")
+
+
+@pytest.mark.parametrize(("seed", "tau"), [(0, 2500.0), (1, 2500.0), (1, 900.0)])
+def test_u_of_k0_counts_that_the_time_constant_is_uncertain(seed, tau):
+    """By least squares of all at once, written down anew; it was half of that."""
+    noise = accelcal.NoiseComponents(head=0.0, launch=0.0, launch_sf=0.0)
+    hidden = accelcal.effect("warm-up").of(1e-4, tau=tau)
+    plan = TumblePlan(temperatures=(20.0,))
+    record = accelcal.simulate(effects=[hidden], noise=noise, plan=plan, seed=seed)
+    model = accelcal.discover(record)
+    found = model.effects[0].parameters
+    th, t = np.deg2rad(record.angle), 60.0 * np.arange(len(record))
+    c, s, decay = np.cos(th), np.sin(th), np.exp(-t / found["tau"].value)
+    slope = found["amplitude"].value * t / found["tau"].value ** 2 * decay
+    columns = np.stack([c**0, c, c**2, c**3, s, s * c, decay, slope], axis=1)
+    u = model.noise[0].value * np.linalg.norm(np.linalg.pinv(columns, rcond=1e-13)[0])
+    k0 = accelcal.fit(record, model=model).tables[0].error_model["k0"]
+    assert k0.standard_uncertainty == pytest.approx(u, rel=0.05)

@@ -49,7 +49,7 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
     of_open_width,
 )
 from accelcal.discovery.untimed import in_pauses
-from accelcal.discovery.untold import fitted_sizes, untold
+from accelcal.discovery.untold import fitted_sizes, not_shown, slopes, smooth, untold
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance_root import covariance_root
 from accelcal.record import TumbleRecord
@@ -188,16 +188,16 @@ def _without(
     comparison = comparison.less(taken) if held else comparison
     effects = _with_sizes(comparison, rest, fitted, shown)
     own = list(compress(effects, shown))
-    columns, sizes, factor = _columns(comparison, own, _by_noise(comparison, fitted, own))
+    added, uncertain = _taken(comparison, own, _by_noise(comparison, fitted, own))
     of_size = _of_size(fitted, own)
     left_open = _left_open(comparison, of_size)
-    others = tuple(in_place(comparison, of_size, columns @ sizes, model, hanging))
+    others = tuple(in_place(comparison, of_size, added, model, hanging))
     explanations = [of_size, *(other.instances for other in others)]
     paused, said = in_pauses(comparison, explanations, disturbances(held))
     lacking, open_too = unheard(comparison, fitted)
     nominal = comparison.model.nominal
-    output = record.output - nominal * (columns @ sizes + taken - lacking)
-    acting = nominal * np.hstack([columns @ factor, open_held, left_open, open_too, paused])
+    output = record.output - nominal * (added + taken - lacking)
+    acting = nominal * np.hstack([uncertain, open_held, left_open, open_too, paused])
     if gaps:
         effects = _with_gaps(whole, instances, effects)
     if is_open:
@@ -334,15 +334,13 @@ def _by_noise(
 ) -> list[Mapping[str, Quantity]]:
     """Parameters of fitted effects with what noise makes uncertain in them, see `_left_open`."""
     of_size = _of_size(fitted, own)
-    if not untold(comparison, of_size):
+    held = not_shown(comparison, of_size)
+    if not held:
         return [found.parameters for found in own]
-    told = dict(
-        zip(
-            [item.effect.id for item in of_size],
-            parameters_of(comparison, of_size, ranges=False),
-            strict=True,
-        )
-    )
+    each = parameters_of(comparison, of_size, ranges=False)
+    for one in held:
+        del each[one.place][one.parameter.name]
+    told = dict(zip([item.effect.id for item in of_size], each, strict=True))
     return [told.get(found.id, found.parameters) for found in own]
 
 
@@ -359,34 +357,38 @@ def _left_open(comparison: Comparison, fitted: Sequence[Instance]) -> Array:
     return np.hstack(found)
 
 
-def _columns(
+def _taken(
     comparison: Comparison,
     effects: Sequence[FoundEffect],
     by_noise: Sequence[Mapping[str, Quantity]],
-) -> tuple[Array, Array, Array]:
-    """Columns of all amplitudes [g], their sizes, and a factor of the covariance of the sizes."""
-    c = comparison.model.conditions
-    known = disturbances(effects)
-    if not known:
-        nothing = np.empty((len(comparison.record), 0))
-        return nothing, np.empty(0), np.empty((0, 0))
-    columns = np.hstack([amplitude_columns(instance_of(item), c) for item in known])
-    sizes = np.concatenate([sizes_of(item) for item in known])
-    told = [
-        _uncertainty(parameters.get(parameter.name))
-        for parameters, item in zip(by_noise, known, strict=True)
-        for parameter in item.effect.amplitudes
-    ]
+) -> tuple[Array, Array]:
+    """What effects add to the readings [g], and its changes by what noise makes uncertain in them.
+
+    The parameters that enter nonlinearly are uncertain together with the amplitudes.
+    """
+    c, known = comparison.model.conditions, disturbances(effects)
+    added = sum((contribution(item, c) for item in known), start=np.zeros(c.angle.size))
+    columns, told = [np.empty((c.angle.size, 0))], []
+    for item, parameters in zip(known, by_noise, strict=True):
+        instance, sizes = instance_of(item), sizes_of(item)
+        by_shape = slopes(instance, sizes[np.flatnonzero(instance.mixture)], c)
+        columns += [amplitude_columns(instance, c), by_shape]
+        own = (*item.effect.amplitudes, *smooth(item.effect))
+        told += [_uncertainty(parameters.get(p.name)) for p in own]
     uncertain = np.array(told)
-    units, _ = scaled(comparison.space.see(columns[:, uncertain > 0.0]))
+    changing = np.hstack(columns)[:, uncertain > 0.0]
+    return added, changing * uncertain[uncertain > 0.0] @ _correlation_root(comparison, changing)
+
+
+def _correlation_root(comparison: Comparison, changing: Array) -> Array:
+    """Root of the correlation of what is fitted with some columns [g]."""
+    units, _ = scaled(comparison.space.see(changing))
     inverse = np.linalg.pinv(units.T @ units)
     scale = np.sqrt(np.diagonal(inverse))
     scale[scale == 0.0] = 1.0
     correlation = inverse / np.outer(scale, scale)
     np.fill_diagonal(correlation, 1.0)
-    factor = np.zeros((sizes.size, units.shape[1]))
-    factor[uncertain > 0.0] = uncertain[uncertain > 0.0, None] * covariance_root(correlation)
-    return columns, sizes, factor
+    return covariance_root(correlation)
 
 
 def _uncertainty(quantity: Quantity | None) -> float:

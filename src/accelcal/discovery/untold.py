@@ -19,6 +19,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, all_own_columns, own_columns, replaced
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
 
 _STEP = 1e-4
@@ -110,7 +111,7 @@ def slopes_of(comparison: Comparison, instances: Sequence[Instance], sizes: Size
     """Derivatives in the space by the smooth nonlinear parameters of each effect, (n, k)."""
     c, space = comparison.model.conditions, comparison.space
     return [
-        space.see(_slopes(item, size, c)) if _smooth(item) else space.nothing()
+        space.see(slopes(item, size, c))
         for item, size in zip(instances, sizes.of_each, strict=True)
     ]
 
@@ -122,7 +123,7 @@ def untold(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold
 
 def not_shown(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
     """Find the nonlinear parameters of some effects that the readings alone do not tell."""
-    if not any(_smooth(item) for item in instances):
+    if not any(smooth(item.effect) for item in instances):
         return []
     sizes = fitted_sizes(comparison, instances)
     slopes = np.hstack(slopes_of(comparison, instances, sizes))
@@ -153,7 +154,7 @@ def _possible(comparison: Comparison, instances: Sequence[Instance]) -> Iterator
     names = set(comparison.model.names)
     for place, item in enumerate(instances):
         tied = bool(item.effect.tie) and item.effect.tie.keys() <= names
-        for parameter in _smooth(item):
+        for parameter in smooth(item.effect):
             value = item.shape[parameter.name]
             values = [value]
             if parameter.search is not None:
@@ -161,14 +162,15 @@ def _possible(comparison: Comparison, instances: Sequence[Instance]) -> Iterator
             yield Untold(place, parameter, value, min(values), max(values), tied)
 
 
-def _smooth(item: Instance) -> list[Parameter]:
-    return [parameter for parameter in item.effect.shapes if not parameter.discrete]
+def smooth(effect: Effect) -> list[Parameter]:
+    """Parameters of an effect that enter nonlinearly and are no places."""
+    return [parameter for parameter in effect.shapes if not parameter.discrete]
 
 
-def _slopes(instance: Instance, size: Array, c: Conditions) -> Array:
-    """Derivatives of the effect by its smooth nonlinear parameters [g per unit], (n, k)."""
-    found = []
-    for parameter in _smooth(instance):
+def slopes(instance: Instance, size: Array, c: Conditions) -> Array:
+    """Derivatives of an effect of some size by its smooth parameters [g per unit], (n, k)."""
+    found = [np.empty((c.angle.size, 0))]
+    for parameter in smooth(instance.effect):
         value = instance.shape[parameter.name]
         step = _STEP * max(abs(value), 1e-3)
         above, below = (
