@@ -1232,3 +1232,13 @@ def test_a_change_that_rounding_makes_is_none():
     assert changes["K1"] == ["0", "ppm"]
     assert changes["K0"][2:] == ["0", "ug"]
     assert changes["M"][-1] == "urad"
+
+
+@pytest.mark.parametrize("seed", [6, 11])
+def test_effects_that_cancel_come_behind_those_that_do_not(seed):
+    """A chamber that drifts by 0.5 degC/h against ten times the true drift of the scale factor."""
+    hidden = [effect("scale-factor-drift").of(2e-5), effect("bias-drift").of(2e-5)]
+    found = accelcal.discover(accelcal.simulate(effects=hidden, seed=seed))
+    assert set(ids(found)) != {"scale-factor-drift", "chamber-drift"}
+    rate = next(item for item in found.effects if item.id != "bias-drift").parameters["rate"]
+    assert abs(rate.value) < (5e-5 if rate.unit == "1/h" else 0.1)

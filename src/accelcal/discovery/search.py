@@ -23,6 +23,9 @@ _NEARLY_ALL, _CLEARLY = 0.98, 5.0
 """Part of the squares that effects take up which explain a disagreement in the main, and how many
 times what they leave any other set must leave."""
 
+_TAKEN_BACK = 0.1
+"""Squares of effects together, as a share of those of each, below which they cancel."""
+
 _UNNAMED = 0.5
 """Part of the false-alarm rate of a disagreement that has no name."""
 
@@ -35,8 +38,9 @@ class Findings(NamedTuple):
     before : Judgement
         The family on the base model alone.
     explanations : tuple of Explanation
-        Smallest sets of effects that leave nothing, best first, then those with a bent law or less
-        sure; empty where nothing disagrees or nothing in the catalogue explains it.
+        Smallest sets of effects that leave nothing, best first, those behind in which effects
+        cancel, then those with a bent law or less sure; empty where nothing disagrees or nothing
+        in the catalogue explains it.
     nearest : Explanation or None
         Where nothing explains it, or noise as well, the effects that come nearest.
     main : Explanation or None
@@ -81,7 +85,8 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
         tried = _larger(family, beam, alpha)
         needed = [e for e in tried if max(e.p_values) < alpha]
         # a bent law, or one a little less sure, is no name but a doubt about what is named
-        passing = sorted((e for e in tried if e.passes), key=lambda e: not _is_sure(e, alpha))
+        passing = [e for e in tried if e.passes]
+        passing.sort(key=lambda e: (not _is_sure(e, alpha), _cancels(family, e)))
         if passing and _is_sure(passing[0], alpha):
             more = _beside_another_start(family, passing[0], alpha)
             found = silent_first(family.comparison, (*more, *passing), alpha)
@@ -138,6 +143,12 @@ def _nearness(found: Explanation) -> tuple[bool, float]:
 
 def _is_sure(found: Explanation, alpha: float) -> bool:
     return not found.bent and max(found.p_values) < alpha
+
+
+def _cancels(family: Family, found: Explanation) -> bool:
+    """Whether effects mostly take back what the others of the set do, as large ones seldom will."""
+    sizes = np.linalg.lstsq(found.directions, family.comparison.seen, rcond=None)[0]
+    return bool(found.squares < _TAKEN_BACK * (sizes @ sizes))
 
 
 def _indices(family: Family, found: Explanation) -> frozenset[int]:
