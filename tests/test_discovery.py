@@ -1242,3 +1242,27 @@ def test_effects_that_cancel_come_behind_those_that_do_not(seed):
     assert set(ids(found)) != {"scale-factor-drift", "chamber-drift"}
     rate = next(item for item in found.effects if item.id != "bias-drift").parameters["rate"]
     assert abs(rate.value) < (5e-5 if rate.unit == "1/h" else 0.1)
+
+
+def test_other_places_of_an_error_stand_in_the_document():
+    hidden = effect("position-error").of(1.5e-4, at=45.0)
+    found = accelcal.discover(accelcal.simulate(effects=[hidden], seed=0))
+    (place,) = found.effects
+    others = [other["at"] for other in place.elsewhere]
+    assert 45.0 in others  # the true one
+    assert place.parameters["at"].value not in others
+    document = json.loads(found.to_json())
+    assert [other["at"] for other in document["effects"][0]["elsewhere"]] == others
+    assert Discovery.from_json(found.to_json()) == found
+    del document["effects"][0]["elsewhere"]  # as of an older document
+    assert Discovery.from_json(json.dumps(document)).effects[0].elsewhere == ()
+
+
+@pytest.mark.parametrize("positions", [8, 12])
+def test_no_position_is_off_by_milliradians_where_its_angle_hardly_acts(positions):
+    """The output at 0 deg was taken for a head off by 70 mrad, as delta0 alone makes that act."""
+    record = accelcal.simulate(plan=TumblePlan(delta0=0.002, positions=positions), seed=0)
+    output = record.output + 2e-4 * (record.angle % 360.0 == 0.0)
+    found = accelcal.discover(replace(record, output=output), delta0=0.002)
+    for item in found.effects:
+        assert item.id != "position-error" or abs(item.parameters["error"].value) < 1e-3

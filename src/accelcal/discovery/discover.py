@@ -23,6 +23,7 @@ from accelcal.discovery.look import Look, Question, look_through
 from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
 from accelcal.discovery.noise_caveats import noise_caveats
 from accelcal.discovery.otherwise import (
+    Alternative,
     Alternatives,
     Otherwise,
     alternatives,
@@ -204,7 +205,7 @@ def _discovery(
         before=_as_given(comparison, record, found, question) or steps[0],
         after=gap_of(within, steps[-1].heldout_rms),
         where=by_factor(shares(comparison.seen, family.blocks, findings.before.blocks.tolist())),
-        effects=tuple(_effects(look, named, strongest, steps)) if named else (),
+        effects=tuple(_effects(look, named, strongest, steps, also.places)) if named else (),
         unexplained=unexplained,
         undetectable=undetectable(comparison, family.candidates),
         smallest_detectable=smallest_detectable(family, question.alpha),
@@ -357,6 +358,7 @@ def _effects(
     named: Explanation,
     strongest: Sequence[tuple[Instance, float]],
     steps: Sequence[Gap],
+    places: Sequence[Alternative],
 ) -> Iterator[FoundEffect]:
     """Effects of the best explanation, each on top of those before it."""
     told = parameters_of(look.comparison, [item for item, _ in strongest])
@@ -372,4 +374,5 @@ def _effects(
             **before.until(after),
             indistinguishable=others,
             to_tell_apart=item.effect.to_tell_apart if others else "",
+            elsewhere=tuple(other.place for other in places if other.effect is item.effect),
         )

@@ -62,6 +62,12 @@ class Alternative(NamedTuple):
     instances: tuple[Instance, ...]
 
     @property
+    def place(self) -> dict[str, float]:
+        """Where the one is: its discrete parameters."""
+        (item,) = (item for item in self.instances if item.effect is self.effect)
+        return {p.name: item.shape[p.name] for p in self.effect.shapes if p.discrete}
+
+    @property
     def name(self) -> str:
         """The one, with what is otherwise."""
         return f"{self.effect.id} with {self.what}"

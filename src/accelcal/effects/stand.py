@@ -11,6 +11,9 @@ from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError
 from accelcal.head_angles import angular_distance, head_positions
 
+_LEAST = 0.05
+"""Part of the largest change by the angle from which on a position shows its error."""
+
 
 def _position_error(c: Conditions, error: float, at: float) -> Array:
     here = angular_distance(c.angle, at) < SAME_ANGLE
@@ -23,6 +26,12 @@ def _position_error(c: Conditions, error: float, at: float) -> Array:
 def _positions(c: Conditions) -> Array:
     """Distinct head angles in a turn [deg]."""
     return np.unique(head_positions(c.angle))
+
+
+def _where_it_acts(c: Conditions) -> Array:
+    """Those at which a small error acts; next to 0 and 180 deg only a large one would [deg]."""
+    acts = np.abs(c.per_radian)
+    return np.unique(head_positions(c.angle[acts > _LEAST * acts.max()]))
 
 
 EFFECTS = (
@@ -82,7 +91,7 @@ EFFECTS = (
                 "nominal head angle of the position",
                 default=45.0,
                 linear=False,
-                search=_positions,
+                search=_where_it_acts,
                 discrete=True,
             ),
         ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.results.fields import StoredPart
@@ -98,7 +98,12 @@ class FoundEffect(StoredPart):
         Ids of effects that explain these readings too.
     to_tell_apart : str
         Measurement that would tell them apart; empty where there are none.
+    elsewhere : tuple of mapping of str to float
+        Other places at which the effect explains these readings too, as the head angle ``at`` of
+        a position.
     """
+
+    _MISSING: ClassVar[Mapping[str, Any]] = {"elsewhere": ()}
 
     id: str
     name: str
@@ -110,6 +115,7 @@ class FoundEffect(StoredPart):
     heldout_after: float | None
     indistinguishable: tuple[str, ...]
     to_tell_apart: str
+    elsewhere: tuple[Mapping[str, float], ...] = ()
 
     def __repr__(self) -> str:
         sizes = ", ".join(f"{name} {quantity}" for name, quantity in self.parameters.items())
