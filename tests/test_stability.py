@@ -459,6 +459,20 @@ def test_a_drift_of_temperature_is_told():
     assert "0.7 degC" in gates["temperature"].finding
 
 
+def test_launches_at_different_temperatures_are_told():
+    """sigma_L was 130 ug in place of 5, without a word, of six launches at 16 to 25 degC."""
+
+    def temperature_gates(degrees):
+        each = zip(launches(len(degrees)), degrees, strict=True)
+        held = [Launch(a.label, a.time, a.output, np.full(a.time.size, at)) for a, at in each]
+        gates = analyse(StabilityRecord(tuple(held))).gates
+        return [gate.finding for gate in gates if gate.name == "temperature"]
+
+    told = "the launches begin at 16.0 to 25.0 degC; sigma_L may be temperature"
+    assert temperature_gates([20.0, 25.0, np.nan, 16.0]) == [told]
+    assert temperature_gates([20.0, 20.9, np.nan, 20.5]) == []
+
+
 def test_results_are_in_g_with_a_scale_factor_only():
     test = record(3, drift=0.02)
     plain, scaled = analyse(test), analyse(test, scale_factor=2.0)

@@ -13,6 +13,7 @@ from accelcal.arguments.kinds import expect, several
 from accelcal.arguments.numbers import check_number, check_number_or_none
 from accelcal.arrays import Numbers
 from accelcal.errors import InputError
+from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.plural import counted, degrees_of_freedom
 from accelcal.results.quantity import Gate
@@ -129,7 +130,7 @@ def analyse(
         launches=shown,
         allan=allan,
         noise_terms=noise_terms(allan, unit),
-        gates=tuple(_gates(resting, means, components)),
+        gates=(*_gates(resting, means, components), *_levels_gate(resting, window)),
         warnings=(*record.notes, *sampling, *said),
         unit=unit,
         output_unit=record.unit,
@@ -325,6 +326,20 @@ def _temperature_gate(launches: list[Launch]) -> Iterator[Gate]:
                 f"{np.ptp(degrees):.2g} degC; drift and fluctuation may be temperature"
             )
             yield Gate("temperature", "warn", finding)
+
+
+def _levels_gate(launches: list[Launch], window: float) -> Iterator[Gate]:
+    """Warn where the initial windows of the launches are of different temperatures."""
+    windows = [
+        launch.temperature[launch.time - launch.time[0] < window]
+        for launch in launches
+        if launch.temperature is not None
+    ]
+    levels = [float(np.nanmean(each)) for each in windows if np.isfinite(each).any()]
+    low, high = min(levels, default=0.0), max(levels, default=0.0)
+    if high - low > SAME_LEVEL:
+        finding = f"the launches begin at {low:.1f} to {high:.1f} degC; sigma_L may be temperature"
+        yield Gate("temperature", "warn", finding)
 
 
 def _warnings(
