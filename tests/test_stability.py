@@ -594,6 +594,15 @@ def test_a_result_is_read_back(launches, factor, tmp_path):
     assert Stability.from_json(tmp_path / "stability.json") == result
 
 
+def test_a_result_with_flicker_noise_and_random_walk_is_read_back():
+    """Their exponents -1 and -2 were refused: no budget took the file of such a record."""
+    steps = np.random.default_rng(1).normal(size=3000)
+    launch = Launch("1", np.arange(3000.0), np.cumsum(steps))
+    result = analyse(StabilityRecord((launch,)))
+    assert min(result.allan.alpha) == -2
+    assert Stability.from_json(result.to_json()) == result
+
+
 def test_what_is_no_range_of_temperatures_is_refused():
     document = analyse(record(1)).to_document()
     document["launches"][0]["temperature_degC"] = [20.0]

@@ -221,6 +221,14 @@ def freedom(value: Any) -> float:
     return math.inf if found is None else found
 
 
+def integer(value: Any) -> int:
+    """Take a whole number, which may be negative."""
+    found = number(value)
+    if found % 1.0:
+        raise _wrong(value, "a whole number")
+    return int(found)
+
+
 def whole(value: Any) -> int:
     """Take a whole number from zero."""
     found = number(value)

@@ -14,6 +14,7 @@ from accelcal.results.checked import (
     Kind,
     checked,
     freedom_or_none,
+    integer,
     list_of,
     mapping_of,
     number,
@@ -178,6 +179,8 @@ class AllanDeviation(ReadByFields, TabularResult):
     level : float
         Probability of the interval.
     """
+
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"alpha": list_of(integer)}
 
     tau_s: tuple[float, ...] = ()
     deviation: tuple[float, ...] = ()
