@@ -20,7 +20,7 @@ from accelcal.error_budget.random_part import RandomBound, RandomPart, random_pa
 from accelcal.errors import DocumentError, InputError
 from accelcal.geometry import Acceleration
 from accelcal.plot.style import picture
-from accelcal.results.quantity import Quantity
+from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.stability import DRIFTS_DIFFER, AllanDeviation, Estimate, Stability
 from accelcal.results.temperature import TemperatureModel
 from accelcal.simulation import NoiseComponents, TumblePlan
@@ -304,6 +304,22 @@ def test_a_stability_result_that_was_saved_serves_as_itself(al15):
     assert random_part(al15, in_g).launch.origin == "stability test"
     with pytest.raises(DocumentError, match="is in V in place of g"):
         random_part(al15, accelcal.analyse(record, window=10.0))
+
+
+def test_what_a_stability_test_warns_of_is_in_the_budget(al15):
+    """The budget took the launches of a test that warns, and of another unit, without a word."""
+    warm = Gate("temperature", "warn", "the launches begin at 16.0 to 25.0 degC")
+    fine = Gate("independent launches", "pass", "p = 0.4")
+    test = replace(stability_test(COMPONENTS), gates=(warm, warm, fine), serial="B-2")
+    said = budget(al15, 1.0, random=random_part(al15, test)).warnings
+    assert (
+        sum("checks of the stability test warn, temperature: clear" in text for text in said) == 1
+    )
+    assert f"the stability test is of serial B-2, the calibration of {al15.serial}" in said
+    test = replace(test, gates=(fine,), serial=al15.serial)
+    assert not any(
+        "stability" in s for s in budget(al15, 1.0, random=random_part(al15, test)).warnings
+    )
 
 
 def measured_launches(sigma, launches):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
-from accelcal.arguments.options import check_written
+from accelcal.arguments.options import check_texts, check_written
 from accelcal.errors import DocumentError, InputError
 from accelcal.results.calibration import Calibration
 from accelcal.results.stability import DRIFTS_DIFFER, Estimate, Stability
@@ -96,6 +97,8 @@ class RandomPart:
         Threshold p [g].
     scale_factor : RandomBound
         Relative instability of the scale factor, k1 [1].
+    warnings : tuple of str
+        What a stability test that was used warns of.
 
     Examples
     --------
@@ -112,10 +115,13 @@ class RandomPart:
     hysteresis: RandomBound = RandomBound()
     threshold: RandomBound = RandomBound(divisor=_RECTANGULAR)
     scale_factor: RandomBound = RandomBound()
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        check_texts(warnings=self.warnings)
         for item in fields(self):
-            expect(getattr(self, item.name), RandomBound)
+            if item.name != "warnings":
+                expect(getattr(self, item.name), RandomBound)
 
 
 def random_part(
@@ -188,7 +194,22 @@ def random_part(
     }
     measured = {} if stability is None else _from_stability(stability)
     found = {name: bound for name, bound in given.items() if bound is not None}
-    return RandomPart(**(_from_calibration(calibration, factor) | measured | found))
+    said = () if stability is None else tuple(_doubts(stability, calibration))
+    bounds = _from_calibration(calibration, factor) | measured | found
+    return RandomPart(**bounds, warnings=said)
+
+
+def _doubts(stability: Stability, calibration: Calibration) -> Iterator[str]:
+    """Say what a stability test warns of, to who does not see its report."""
+    names = dict.fromkeys(gate.name for gate in stability.gates if gate.verdict == "warn")
+    if names:
+        yield (
+            f"checks of the stability test warn, {', '.join(names)}: clear that up before its"
+            " numbers are used, its report tells more"
+        )
+    tested, calibrated = stability.serial, calibration.serial
+    if tested and calibrated and tested != calibrated:
+        yield f"the stability test is of serial {tested}, the calibration of {calibrated}"
 
 
 def _given(bound: float | None, divisor: float) -> RandomBound | None:

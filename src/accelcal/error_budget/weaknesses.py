@@ -73,6 +73,7 @@ def weaknesses(
     missing = [name for key, name in _RANDOM_NAMES.items() if not getattr(random, key).origin]
     if missing:
         yield f"these random errors are not declared, and taken as 0: {', '.join(missing)}"
+    yield from random.warnings
     yield from _drift(random)
     yield from not_determined([[table] for table in nearest_tables(calibration).values()])
     yield from _one_of_several(calibration)
