@@ -191,6 +191,25 @@ def test_the_declaration_is_needed_and_one(sizes, message):
         accelcal.calibrate_head(declared)
 
 
+def test_tables_of_different_heads_are_not_joined():
+    """Their errors were averaged to those of a head that there is not."""
+    _, _, (one, other) = measured(6, units=2)
+
+    def found(first, second):
+        both = ({"date": "2024-05-31"} | first, second)
+        named = [
+            dataclasses.replace(r, metadata=m) for r, m in zip((one, other), both, strict=True)
+        ]
+        return accelcal.calibrate_head(named).errors
+
+    for key in ("head", "stand", "Head"):
+        with pytest.raises(accelcal.InputError, match=r"of another head than .*; give the tables"):
+            found({key: "Alpha"}, {key: "Beta"})
+        assert found({key: "Alpha"}, {key: " alpha"}) == found({}, {key: "Beta"})
+    moved = {"head": "Alpha", "stand": "2"}
+    assert found({"head": "Alpha", "stand": "1"}, moved) == found({}, {})
+
+
 def test_what_is_left_is_held_against_the_replicates():
     """Chance from the whole covariance of the readings, by a design written down anew."""
     from scipy.stats import f as fisher

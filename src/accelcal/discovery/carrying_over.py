@@ -17,11 +17,11 @@ from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel
 from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.instance import Instance, column_of, contribution, instance_of
-from accelcal.discovery.same_head import HEAD, STAND, names_of, same_head
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.effects.effect import Disturbance
 from accelcal.effects.found import disturbances
 from accelcal.errors import InputError
+from accelcal.estimate.same_head import HEAD, STAND, names_of, same_head
 from accelcal.record import TumbleRecord
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect

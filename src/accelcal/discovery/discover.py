@@ -36,7 +36,6 @@ from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.run_noise import LoudRun
-from accelcal.discovery.same_head import HEAD, STAND, name_in
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
@@ -51,6 +50,7 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
 from accelcal.discovery.where import by_factor, shares
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
+from accelcal.estimate.same_head import HEAD, STAND, name_in
 from accelcal.logs import tell
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.plural import listed

@@ -24,6 +24,7 @@ from accelcal.estimate.declared_scatter import moderated
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE, ReadingNoise, noise_of_stack
 from accelcal.estimate.noise_beside_head import Told, noise_beside_head, together
+from accelcal.estimate.same_head import refuse_other_heads
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.decimal_steps import decimal_steps
@@ -134,7 +135,8 @@ def calibrate_head(
     Raises
     ------
     InputError
-        If no uncertainty is declared, or several are, or nothing tells the noise of a record.
+        If no uncertainty is declared, or several are, if records name different heads, or nothing
+        tells the noise of a record.
 
     Notes
     -----
@@ -151,6 +153,7 @@ def calibrate_head(
     """
     records = each_of(records, TumbleRecord)
     refuse_twice(records)
+    refuse_other_heads(records)
     declared = _declared(records)
     records = [at_positions(record, delta0) for record in records]
     tables = [_tables(record, delta0) for record in records]

@@ -8,7 +8,7 @@ from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.simulated import Simulated
-from accelcal.discovery.same_head import names_of, same_head
+from accelcal.estimate.same_head import names_of, same_head
 from accelcal.head_angles import head_positions
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord

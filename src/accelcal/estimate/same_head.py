@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+from accelcal.errors import InputError
+from accelcal.record import TumbleRecord
 
 HEAD, STAND = "head", "stand"
 """Lines that name what stood under the readings, the one that tells most first."""
@@ -40,3 +44,20 @@ def same_head(one: Mapping[str, str | None], other: Mapping[str, str | None]) ->
 def names_of(metadata: Mapping[str, str]) -> dict[str, str | None]:
     """Names of head and stand in the lines above the readings."""
     return {key: name_in(metadata, key) for key in (HEAD, STAND)}
+
+
+def refuse_other_heads(records: Sequence[TumbleRecord]) -> None:
+    """Refuse records of several heads, as the lines above their readings name them.
+
+    Raises
+    ------
+    InputError
+        If two name different heads, or else different stands.
+    """
+    named = [(names_of(record.metadata), record.source) for record in records]
+    for (one, first), (other, second) in combinations(named, 2):
+        if same_head(one, other) is False:
+            raise InputError(
+                f"{second}: of another head than {first}, by the lines above the readings; give"
+                " the tables of one head"
+            )
