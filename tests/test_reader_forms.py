@@ -692,6 +692,60 @@ def test_header_lines():
     }
 
 
+FORM = "Position;Stroke 1;Stroke 2\n1;1,301;1,302\n3;0,004;0,004\n5;-1,293;-1,294\n"
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        "Serial;A-7;;Date;31.05.2024",
+        "Serial:;A-7;;Date:;31.05.2024",
+        "Serial: A-7;;Date: 31.05.2024;",
+        "Tumble test;Date:;31.05.2024;Serien-Nr.;;A-7",
+    ],
+)
+def test_cells_beside_each_other_above_a_table_declare_one_by_one(row):
+    """The whole row was the serial number, without a word."""
+    record = read(f"{row}\nTemperature;20;\n{FORM}")
+    assert (record.serial, record.date) == ("A-7", "31.05.2024")
+
+
+def test_what_a_row_above_a_table_does_not_declare_is_told():
+    record = read(f"Serial;A-7;;Operator;N. N.\nTemperature;20;\n{FORM}")
+    assert (record.serial, record.metadata) == ("A-7", {})
+    assert record.notes == ("text above the headings was set aside (line 1)",)
+
+
+def test_a_key_of_a_form_that_was_not_filled_in_declares_nothing():
+    record = read(f"Serial:;;Date:;31.05.2024\nTemperature:;20;\n{FORM}")
+    assert (record.serial, record.date) == (None, "31.05.2024")
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        *("Temperature:;20,5", "Temperature;20,5;°C", "Temperature, °C;20,5", "T=20,5 °C"),
+        *("Temperature in °C:;20,5", "Temperature / °C;20,5;Resolution;1;uA"),
+    ],
+)
+def test_units_of_cells_above_a_table(row):
+    record = read(f"{row}\nUnit;mA;Gravity;9,81;m/s^2\n{FORM}")
+    assert record.temperature[0] == 20.5
+    assert (record.unit, record.apparatus.local_gravity) == ("mA", 9.81)
+    assert record.apparatus.resolution == (0.001 if "Resolution" in row else None)
+
+
+def test_a_list_in_cells_above_a_table():
+    text = "serials,A7,B2\nT,J,k,A7,B2\n20,1,1,1.35,1.31\n20,3,1,0.1,0.2\n20,5,1,-1.35,-1.31\n"
+    assert [record.serial for record in read_tables(io.StringIO(text))] == ["A7", "B2"]
+
+
+def test_units_behind_in():
+    head = "Temperatur in °C;Winkel in Grad;Hub;output in mA;sd in uA;n;Zeit in min"
+    record = read(f"{head}\n20;0;1;1,3;2;10;0\n20;180;1;-1,3;2;10;1\n")
+    assert (record.unit, record.std.tolist(), record.time.tolist()) == ("mA", [2e-3] * 2, [0, 60])
+
+
 def test_header_lines_as_excel_saves_them():
     header = '"# comment: first, second",,,\n# unit: mA,,,\nserial,A7,,\nTumble test,,,\n'
     record = read(header + TEXT)
@@ -1539,7 +1593,7 @@ def test_rows_of_strokes_have_no_time_of_their_own():
 
 def test_a_date_above_the_headings_makes_no_headings():
     record = read("Datum;31.05.2024;Position;Labor 5\nT;J;Y1;Y2\n20;1;1.3;1.31\n20;5;-1.3;-1.31\n")
-    assert record.date == "31.05.2024;Position;Labor 5"
+    assert record.date == "31.05.2024"
 
 
 def test_several_dates_without_clock_times_are_set_aside():

@@ -19,6 +19,7 @@ from accelcal.io.header_lines import (
 )
 from accelcal.io.heading_rows import are_headings, dated_once, joined, numbers_alone, over_time
 from accelcal.io.one_byte import ONE_BYTE
+from accelcal.io.rows_above import declared_in_row
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import KEYS, Heading, read_heading
 from accelcal.io.wording import lines_named, were
@@ -26,7 +27,6 @@ from accelcal.io.wording import lines_named, were
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
-_QUOTED = re.compile(r'"((?:[^"]|"")*)"')
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 
 _LABVIEW_CHANNELS = "***End_of_Header***"
@@ -109,7 +109,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
     headings = _below_numbers(lines, _find_headings(lines, source.name, remedy))
     above = [item for item in _filled(lines[: headings.below]) if item[0] not in headings.lines]
-    declared, aside = _declarations(above, source.name)
+    declared, aside = _declarations(above, source.name, headings.separator)
     rows, numbers, comments = _rows(lines, headings, source)
     if comments:
         aside.append(f"{were(comments, 'comment line')} set aside ({lines_named(comments)})")
@@ -250,14 +250,16 @@ def _split_headings(line: str, separator: str | None) -> list[str]:
     return cells
 
 
-def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, Declared], list[str]]:
+def _declarations(
+    above: list[tuple[int, str]], name: str, separator: str | None
+) -> tuple[dict[str, Declared], list[str]]:
     declared: dict[str, Declared] = {}
     aside: list[int] = []
     of_channels = False
     for number, line in above:
         of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
         bare = of_channels and uncommented(line) is None
-        for key, value in [("", "")] if bare else _keys_and_values(line):
+        for key, value in [("", "")] if bare else _keys_and_values(line, separator):
             if not key:
                 aside.append(number)
             elif key == "comment":
@@ -265,31 +267,28 @@ def _declarations(above: list[tuple[int, str]], name: str) -> tuple[dict[str, De
                 declared[key] = Declared(before + value, number, name)
             elif key != "sep":
                 declare(declared, key, Declared(value, number, name))
-    notes = [f"text above the headings was set aside ({lines_named(aside)})"] if aside else []
+    told = lines_named([*dict.fromkeys(aside)])
+    notes = [f"text above the headings was set aside ({told})"] if aside else []
     return declared, [*notes, *notes_of_keys(declared)]
 
 
-def _keys_and_values(line: str) -> list[tuple[str, str]]:
+def _keys_and_values(line: str, separator: str | None) -> list[tuple[str, str]]:
     """Keys and values of a line above the headings; an empty key where it says nothing."""
     bare = uncommented(line)
-    text = (
-        _QUOTED.sub(lambda cell: cell[1].replace('""', '"'), line.strip(" \t,;"))
-        if bare is None
-        else bare
-    )
-    return [_key_and_value(part, commented=bare is not None) for part in declarations_in(text)]
+    if bare is None:
+        is_sep = line.casefold().startswith("sep=")
+        return [("sep", "")] if is_sep else declared_in_row(line, separator)
+    return [_key_and_value(part) for part in declarations_in(bare)]
 
 
-def _key_and_value(text: str, *, commented: bool) -> tuple[str, str]:
+def _key_and_value(text: str) -> tuple[str, str]:
     key, value = header_line(text)
-    if key in KEYS or (key and commented) or key == "sep":
+    if key:
         return key, value
     key, value = header_line(text, form=IN_CELLS)
     if key in KEYS:
         return key, value
-    if commented and text:
-        return "comment", text
-    return "sep" if commented else "", ""
+    return ("comment", text) if text else ("sep", "")
 
 
 def _rows(

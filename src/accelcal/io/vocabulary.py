@@ -32,7 +32,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
-            *("numéro_de_série", "заводской_номер"),
+            *("seriennr", "serien_nr", "numéro_de_série", "заводской_номер", "зав_№"),
         ),
         "mounting": ("mounting",),
         "clamping": ("clamping",),
@@ -126,7 +126,7 @@ _WRONG_UNITS = {
 _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")
-_SUFFIX = re.compile(r"(.+?)\s*[/,]\s*(.+)|(.+)[_ ]([^_ ]+)")
+_SUFFIX = re.compile(r"(.+?)(?:\s*[/,]\s*|\s(?:in|en|в)\s)(.+)|(.+)[_ ]([^_ ]+)")
 _STROKES = (
     re.compile(
         r"(?:y|k|stroke|output|reading|hub|durchlauf|durchgang|passage|ход|проход)?[_=]?"
