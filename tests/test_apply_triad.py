@@ -134,6 +134,27 @@ def test_a_frame_of_outputs_keeps_its_index():
     assert set(table.attrs["units"].values()) == {"g"}
 
 
+@pytest.mark.parametrize("form", ["{}", "acc_{}", "a{} [mA]", "{}_mA", "UP_{}"])
+def test_columns_of_a_frame_count_by_their_names(form):
+    """Those in the order z, y, x were taken for x, y, z, without a word."""
+    up = directions(np.random.default_rng(4), 9)
+    named = pd.DataFrame(outputs(up), columns=[form.format(axis) for axis in AXES])
+    other = named.iloc[:, [2, 0, 1]].assign(temperature=20.0)
+    triad = accelcal.calibrate_triad(outputs(up), up)
+    assert applied(triad, other).value == pytest.approx(applied(triad, named.to_numpy()).value)
+    assert triad.accelerations(other) == pytest.approx(triad.accelerations(named.to_numpy()))
+    assert accelcal.calibrate_triad(other, up) == triad
+    assert accelcal.TriadRecord(other, up) == accelcal.TriadRecord(named.to_numpy(), up)
+
+
+def test_columns_without_axes_count_in_their_order_and_half_named_ones_are_refused():
+    triad, given = calibrated(), outputs(np.eye(3))
+    plain = applied(triad, given).value
+    assert applied(triad, pd.DataFrame(given, columns=list("abc"))).value == pytest.approx(plain)
+    with pytest.raises(InputError, match="columns 'x, b, z'; give one for each of x, y and z"):
+        applied(triad, pd.DataFrame(given, columns=["x", "b", "z"]))
+
+
 def test_what_is_of_one_accelerometer_is_refused():
     triad, output = calibrated(), outputs(np.eye(3))
     for name, value in {"temperature": 20.0, "a_p": 0.0, "run": "1"}.items():

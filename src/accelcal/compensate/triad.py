@@ -109,7 +109,8 @@ def apply_triad(
     triad : TriadCalibration
         The calibration.
     output : array_like, shape (..., 3)
-        Outputs of the channels x, y, z [output unit of the calibration].
+        Outputs of the channels x, y, z [output unit of the calibration]; columns of a DataFrame
+        that are named so count by their names.
     temperature : array_like, optional
         Temperatures of the samples, or one for all, which tell where the calibration is good; one
         that is missing leaves the sample without acceleration [degC].
@@ -145,7 +146,7 @@ def apply_triad(
     [1.0, 0.5]
     """
     check_number(0.0, output_uncertainty=output_uncertainty)
-    value = triad.accelerations(number_array(output, "output"))
+    value = triad.accelerations(output)
     warmth = _temperatures(triad, temperature, value.shape[:-1])
     if warmth is not None:
         value = np.where(np.isnan(warmth)[..., None], np.nan, value)

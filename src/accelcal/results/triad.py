@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from accelcal.arguments.kinds import shown
 from accelcal.arguments.numbers import number_array
 from accelcal.arrays import Array
 from accelcal.errors import InputError
@@ -24,7 +26,7 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.triad import TriadPlot
 
-__all__ = ["AXES", "FRAMES", "NAMES", "SCHEMA", "TriadCalibration"]
+__all__ = ["AXES", "FRAMES", "NAMES", "SCHEMA", "TriadCalibration", "by_axis"]
 
 SCHEMA = "accelcal/triad/1"
 
@@ -42,6 +44,52 @@ FRAMES: Mapping[str, str] = MappingProxyType(
     }
 )
 """Each frame in words."""
+
+_AXIS = re.compile(
+    r"(?:(?:output|out|mean|acc|accel|acceleration|a|y|up)[_ ]?)?([xyz])(?:[_ ([].*)?"
+)
+"""Name of a column of an axis, in small letters."""
+
+
+def by_axis(value: ArrayLike, name: str) -> Array:
+    """Take numbers for the axes x, y, z along the last axis.
+
+    Parameters
+    ----------
+    value : array_like
+        What was given. Columns of a DataFrame that are named by the axes, as x or acc_x, count by
+        their names, whatever their order; if no name has an axis, they are x, y, z in their order.
+    name : str
+        Its name, for the message.
+
+    Returns
+    -------
+    ndarray of float
+        The numbers.
+
+    Raises
+    ------
+    InputError
+        If they are no numbers, or some names have an axis, but not each axis once.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> by_axis(pd.DataFrame({"z": [3.0], "x": [1.0], "y": [2.0]}), "output").tolist()
+    [[1.0, 2.0, 3.0]]
+    """
+    columns: Any = getattr(value, "columns", ())
+    told = [_AXIS.fullmatch(str(column).casefold()) for column in columns]
+    if not any(told):
+        return number_array(value, name)
+    axes = [found[1] if found else "" for found in told]
+    if any(axes.count(axis) != 1 for axis in AXES):
+        given = shown(", ".join(map(str, columns)))
+        problem = f"{name} is a DataFrame with the columns {given}"
+        raise InputError(
+            f"{problem}; give one for each of x, y and z, such as frame[['x', 'y', 'z']]"
+        )
+    return number_array(np.asarray(value)[:, [axes.index(axis) for axis in AXES]], name)
 
 
 def _parameters(value: Any) -> Mapping[str, Quantity]:
@@ -158,7 +206,8 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         Parameters
         ----------
         output : array_like, shape (..., 3)
-            Outputs of the channels x, y, z [output unit].
+            Outputs of the channels x, y, z [output unit]; those of a DataFrame as `by_axis`
+            takes them.
 
         Returns
         -------
@@ -174,7 +223,7 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         --------
         accelcal.apply : Gives their uncertainty too.
         """
-        values = number_array(output, "output")
+        values = by_axis(output, "output")
         if values.shape[-1:] != (3,):
             raise InputError(f"outputs of shape {values.shape}; the last axis holds x, y, z")
         inverse = np.linalg.inv(self.sensitivity)

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arguments.kinds import expect
-from accelcal.arguments.numbers import number_array
 from accelcal.arguments.options import check_choice
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.quantity import Quantity
-from accelcal.results.triad import AXES, NAMES, TriadCalibration
+from accelcal.results.triad import AXES, NAMES, TriadCalibration, by_axis
 from accelcal.triad.gates import gates_of
 from accelcal.triad.known import from_known_attitudes
 from accelcal.triad.record import TriadRecord, one_an_attitude
@@ -38,7 +37,8 @@ def calibrate_triad(
     Parameters
     ----------
     output : array_like, shape (n, 3), or TriadRecord
-        Mean outputs of the channels x, y, z in each attitude [output unit].
+        Mean outputs of the channels x, y, z in each attitude [output unit]; columns of a DataFrame
+        that are named so count by their names.
     up : array_like, shape (n, 3), optional
         Acceleration along the axes of the block, which points up [local g]. Without it the only
         truth is that its length is 1. For a block clamped anew in between give a record that names
@@ -85,11 +85,11 @@ def calibrate_triad(
             raise InputError("directions beside a record; put them into the record")
         return _calibrated(output, frame)
     try:
-        readings = number_array(output, "output")
+        readings = by_axis(output, "output")
     except InputError:
         expect(output, TriadRecord)
         raise
-    return _calibrated(TriadRecord(readings, None if up is None else number_array(up, "up")), frame)
+    return _calibrated(TriadRecord(readings, None if up is None else by_axis(up, "up")), frame)
 
 
 def _calibrated(given: TriadRecord, chosen: str | None) -> TriadCalibration:

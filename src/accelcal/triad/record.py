@@ -18,7 +18,7 @@ from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.head_angles import SAME_POSITION
 from accelcal.results.mapping import freeze
-from accelcal.results.triad import AXES
+from accelcal.results.triad import AXES, by_axis
 
 __all__ = ["SPREAD", "TriadRecord", "one_an_attitude", "up_of_turn"]
 
@@ -262,7 +262,7 @@ def _temperatures(values: ArrayLike, size: int) -> Array:
 
 
 def _rows(values: ArrayLike, name: str) -> Array:
-    rows = number_array(values, name).copy()
+    rows = by_axis(values, name).copy()
     if rows.ndim != 2 or rows.shape[1] != 3 or not rows.size:
         raise InputError(f"{name} has shape {rows.shape}; give a row of three for each attitude")
     if not (np.isfinite(rows) & (np.abs(rows) < _LARGEST)).all():
