@@ -12,6 +12,7 @@ import pytest
 import accelcal
 from accelcal.cli.main import main
 from accelcal.effects.catalogue import effect
+from accelcal.errors import DocumentError, InputError
 from accelcal.io.readings import Readings
 
 HIDDEN = {"A1": effect("backlash").of(2e-5), "B2": effect("hysteresis").of(3e-5)}
@@ -97,6 +98,18 @@ def test_simulate_makes_the_twin_of_the_serial(run):
 def test_a_discovery_is_read_by_its_serial(folder):
     found = accelcal.read_discovery(str(folder / "model.json"), serial="B2")
     assert [entry.id for entry in found.effects] == ["hysteresis"]
+
+
+def test_a_calibration_is_read_by_its_serial(folder, run):
+    assert run("fit", "both.csv", "-o", "both.json")[0] == 0
+    path = folder / "both.json"
+    assert accelcal.read_calibration(path, serial="B2").serial == "B2"
+    with pytest.raises(InputError, match="it holds serials A1, B2; choose one by its serial"):
+        accelcal.read_calibration(path)
+    with pytest.raises(
+        DocumentError, match=r"read one by accelcal.read_calibration\(file, serial\)"
+    ):
+        accelcal.Calibration.from_json(path)
 
 
 def test_discover_searches_one_unit_of_a_table(run):

@@ -41,6 +41,7 @@ from .geometry import Acceleration as Acceleration
 from .geometry import accelerations as accelerations
 from .head_angles import position_angles as position_angles
 from .io.arrays import read_arrays as read_arrays
+from .io.documents.calibrations import read_calibration as read_calibration
 from .io.documents.discoveries import read_discovery as read_discovery
 from .io.head import read_head as read_head
 from .io.stability_record import read_stability as read_stability

@@ -242,6 +242,12 @@ def all_from_json(kind: type[Result], text: str) -> tuple[Result, ...]:
     return read_as(partial(parts_of, kind), document, kind._WRITER)
 
 
+_READERS = {
+    "calibrations": "accelcal.read_calibration(file, serial)",
+    "discoveries": "accelcal.read_discovery(file, serial)",
+}
+
+
 def _refuse_several(key: str, document: Mapping[str, Any]) -> None:
     """Refuse a document of several where one is wanted."""
     listed = document.get(key)
@@ -249,7 +255,11 @@ def _refuse_several(key: str, document: Mapping[str, Any]) -> None:
         named = [part.get("serial") for part in listed if isinstance(part, Mapping)]
         serials = ", ".join(str(serial) for serial in named if serial is not None)
         rule = f"{len(listed)} in a list{serials and f', of {serials},'} in place of one"
-        raise DamageError(rule, key, remedy="save one item of the list as a file of its own")
+        reader = _READERS.get(key)
+        other = "save one item of the list as a file of its own"
+        raise DamageError(
+            rule, key, remedy=f"read one by {reader}, or {other}" if reader else other
+        )
 
 
 class TabularResult(ABC):

@@ -8,13 +8,15 @@ from typing import Any, NamedTuple
 from accelcal.compensate.triad import refuse_for_triad
 from accelcal.errors import DocumentError
 from accelcal.io.documents.of_serial import one_of_serial
-from accelcal.io.text import read_document
+from accelcal.io.text import Source, read_document
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import read_as
 from accelcal.results.discovery import Discovery
 from accelcal.results.json_text import parse_json
 from accelcal.results.result import StoredResult, all_from_json, parts_of
 from accelcal.results.triad import TriadCalibration
+
+__all__ = ["read_calibration"]
 
 
 class TriadFile(NamedTuple):
@@ -81,13 +83,49 @@ class CalibrationFile(NamedTuple):
         return chosen if mounting is None else chosen.of_mounting(mounting)
 
 
-def read_calibrations(source: str) -> CalibrationFile:
+def read_calibration(source: Source, serial: str | None = None) -> Calibration:
+    """Read the file of a calibration.
+
+    Parameters
+    ----------
+    source : path, "-" or file object
+        A JSON file; ``"-"`` reads standard input.
+    serial : str, optional
+        Serial number, where the file holds several calibrations.
+
+    Returns
+    -------
+    Calibration
+        The calibration.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read.
+    DocumentError
+        If it is no file of a calibration; one of a triad is read by
+        `accelcal.TriadCalibration.from_json`.
+    InputError
+        If it holds several, and not one of this serial number.
+
+    Examples
+    --------
+    >>> import io
+    >>> import accelcal
+    >>> found = accelcal.fit(accelcal.simulate(seed=1))
+    >>> accelcal.read_calibration(io.StringIO(found.to_json())) == found
+    True
+    """
+    return read_calibrations(source).choose(serial)
+
+
+def read_calibrations(source: Source) -> CalibrationFile:
     """Read a file of calibrations.
 
     Parameters
     ----------
-    source : str
-        Path of a JSON file; ``"-"`` reads standard input.
+    source : path, "-" or file object
+        A JSON file; ``"-"`` reads standard input.
 
     Returns
     -------
