@@ -147,6 +147,13 @@ def test_columns_of_a_frame_count_by_their_names(form):
     assert accelcal.TriadRecord(other, up) == accelcal.TriadRecord(named.to_numpy(), up)
 
 
+def test_the_columns_x_y_z_count_where_others_have_axes_too():
+    up = directions(np.random.default_rng(4), 9)
+    record = accelcal.TriadRecord(outputs(up), up)
+    triad = accelcal.calibrate_triad(record)
+    assert applied(triad, record.to_frame()).value == pytest.approx(up, abs=1e-9)
+
+
 def test_columns_without_axes_count_in_their_order_and_half_named_ones_are_refused():
     triad, given = calibrated(), outputs(np.eye(3))
     plain = applied(triad, given).value

@@ -571,6 +571,18 @@ def test_settings_are_checked(setting, message):
         analyse(record(1), **setting)
 
 
+def test_the_frame_of_a_record_has_all_samples():
+    first = Launch("a", [0.0, 1.0, 2.0], [1.0, 2.0, 3.0], temperature=[20.0, 21.0, 22.0])
+    given = StabilityRecord((first, Launch("b", [0.0, 2.0, 4.0], [5.0, 6.0, 7.0])), unit="mA")
+    frame = given.to_frame()
+    assert frame.columns.tolist() == ["launch", "time", "output", "temperature"]
+    assert frame.attrs["units"] == {"time": "s", "output": "mA", "temperature": "degC"}
+    assert frame["temperature"].isna().tolist() == [False] * 3 + [True] * 3
+    again = dict(iter(frame.groupby("launch")))
+    assert Launch("b", again["b"]["time"], again["b"]["output"]) == given.launches[1]
+    assert "2 launches, 6 samples" in given._repr_html_()
+
+
 def test_the_document_and_the_frame_hold_the_result():
     result = analyse(record(5, drift=0.02))
     document = json.loads(result.to_json())

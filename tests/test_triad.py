@@ -622,6 +622,19 @@ def test_json_comes_back(tmp_path, capsys):
     assert "per m/s^2" in str(found)
 
 
+def test_the_frame_of_a_record_has_all_attitudes():
+    record = read_triad(EXAMPLE)
+    frame = record.to_frame()
+    assert frame.columns.tolist() == ["x", "y", "z", "up_x", "up_y", "up_z", "attitude", "shaft"]
+    assert frame[["up_x", "up_y", "up_z"]].to_numpy() == pytest.approx(record.up)
+    assert frame.attrs["units"] == dict.fromkeys("xyz", "mA") | dict.fromkeys(
+        frame.columns[3:6], "g"
+    )
+    assert f"{len(frame)} attitudes, known" in record._repr_html_()
+    unknown = accelcal.TriadRecord(record.output, temperature=np.full(len(frame), 20.0))
+    assert unknown.to_frame().columns.tolist() == ["x", "y", "z", "temperature"]
+
+
 def test_csv_of_the_command(capsys):
     rows = list(csv.DictReader(io.StringIO(run(capsys, "triad", EXAMPLE, "--format", "csv")[1])))
     assert [row["quantity"] for row in rows][:4] == ["b_x", "b_y", "b_z", "S_xx"]

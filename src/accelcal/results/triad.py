@@ -79,10 +79,11 @@ def by_axis(value: ArrayLike, name: str) -> Array:
     [[1.0, 2.0, 3.0]]
     """
     columns: Any = getattr(value, "columns", ())
-    told = [_AXIS.fullmatch(str(column).casefold()) for column in columns]
-    if not any(told):
+    axes = [str(column).casefold() for column in columns]
+    if not {*AXES} <= {*axes}:
+        axes = [found[1] if (found := _AXIS.fullmatch(column)) else "" for column in axes]
+    if not any(axes):
         return number_array(value, name)
-    axes = [found[1] if found else "" for found in told]
     if any(axes.count(axis) != 1 for axis in AXES):
         given = shown(", ".join(map(str, columns)))
         problem = f"{name} is a DataFrame with the columns {given}"

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from datetime import UTC, datetime, timedelta
+from html import escape
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Launch", "StabilityRecord", "averaged", "split_at_gaps"]
 
@@ -223,6 +227,42 @@ class StabilityRecord(EqualByContents):
         samples = sum(launch.output.size for launch in self.launches)
         count = f"{counted(len(self.launches), 'launch')}, {counted(samples, 'sample')}"
         return visible(f"<StabilityRecord {self.source}: {count}>")
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(repr(self)[1:-1])}</p>{self.to_frame().to_html(max_rows=20)}"
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate the samples, a line each.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The label of the launch, the time since its first sample and the output; temperature
+            and input where a launch has them. ``frame.attrs["units"]`` maps columns to units.
+
+        Examples
+        --------
+        >>> import accelcal
+        >>> launch = accelcal.Launch("1", [0.0, 1.0, 2.0], [0.1, 0.2, 0.1])
+        >>> frame = accelcal.StabilityRecord((launch,), unit="mA").to_frame()
+        >>> frame["output"].tolist(), frame.attrs["units"]
+        ([0.1, 0.2, 0.1], {'time': 's', 'output': 'mA'})
+        """
+        import pandas as pd
+
+        units = {"time": "s", "output": self.unit, "temperature": "degC", "input": "g"}
+        parts = [
+            pd.DataFrame(
+                {"launch": launch.label}
+                | {name: v for name in units if (v := getattr(launch, name)) is not None}
+            )
+            for launch in self.launches
+        ]
+        frame = pd.concat(parts, ignore_index=True)
+        frame.attrs["units"] = {
+            name: unit for name, unit in units.items() if unit and name in frame
+        }
+        return frame
 
 
 def split_at_gaps(record: StabilityRecord, gap: float) -> StabilityRecord:

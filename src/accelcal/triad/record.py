@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from html import escape
 from itertools import chain, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +21,9 @@ from accelcal.errors import InputError
 from accelcal.head_angles import SAME_POSITION
 from accelcal.results.mapping import freeze
 from accelcal.results.triad import AXES, by_axis
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["SPREAD", "TriadRecord", "one_an_attitude", "up_of_turn"]
 
@@ -118,6 +123,41 @@ class TriadRecord(EqualByContents):
     def __repr__(self) -> str:
         known = "not known" if self.up is None else "known"
         return f"<TriadRecord {self.source!r}: {len(self.output)} attitudes, {known}>"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(repr(self)[1:-1])}</p>{self.to_frame().to_html(max_rows=20)}"
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate the attitudes, a line each.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The outputs ``x``, ``y``, ``z``; the directions ``up_x``, ``up_y``, ``up_z``, and
+            attitude, shaft and temperature, where they are known. ``frame.attrs["units"]`` maps
+            columns to units.
+
+        Examples
+        --------
+        >>> import accelcal
+        >>> record = accelcal.TriadRecord([[0.1, 0.0, 1.0], [0.1, 1.0, 0.0]], unit="mA")
+        >>> record.to_frame()["z"].tolist(), record.to_frame().attrs["units"]["z"]
+        ([1.0, 0.0], 'mA')
+        """
+        import pandas as pd
+
+        columns = dict(zip(AXES, self.output.T, strict=True))
+        units = {**dict.fromkeys(AXES, self.unit), "temperature": "degC"}
+        if self.up is not None:
+            directions = [f"up_{axis}" for axis in AXES]
+            columns |= dict(zip(directions, self.up.T, strict=True))
+            units |= dict.fromkeys(directions, "g")
+        told = {name: getattr(self, name) for name in ("attitude", "shaft", "temperature")}
+        frame = pd.DataFrame(columns | {name: v for name, v in told.items() if v is not None})
+        frame.attrs["units"] = {
+            name: unit for name, unit in units.items() if unit and name in frame
+        }
+        return frame
 
 
 def one_an_attitude(record: TriadRecord) -> TriadRecord:
