@@ -324,3 +324,16 @@ def test_a_frame_may_have_the_index_of_its_outputs():
         with pytest.raises(InputError, match=r"index is .*; it has a label for each of the 2 tab"):
             found.to_frame(other)
     assert frame.loc["a", "K1"] == found.coefficients[1, found.names.index("K1")]
+
+
+def test_columns_that_are_the_angles_in_another_order_are_refused():
+    """The readings of one angle were taken for those of another, without a word."""
+    angles = turn(8, 1)[:-1]
+    truth = (AL15 * np.ones((2, 1))) @ rows(angles).T
+    outputs = pd.DataFrame(truth, columns=angles)
+    turned = outputs[outputs.columns[::-1]]
+    with pytest.raises(InputError, match=r"the angles in another order; give angle=frame\.columns"):
+        estimate_tables(turned, angles)
+    found = estimate_tables(turned, turned.columns)
+    assert_allclose(found.coefficients, estimate_tables(outputs, angles).coefficients, atol=1e-12)
+    assert repr(found) == "<TableEstimates: 2 tables, K0, K1, K2, K3, M and M_ip>"

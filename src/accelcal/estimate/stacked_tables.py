@@ -20,6 +20,7 @@ from accelcal.estimate.solver import LeastSquares, Solution
 from accelcal.geometry import accelerations
 from accelcal.head_angles import head_positions
 from accelcal.model import COEFFICIENTS, design_matrix
+from accelcal.plural import counted, listed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -75,6 +76,9 @@ class TableEstimates(NamedTuple):
 
     def __ne__(self, other: object) -> bool:
         return not self == other
+
+    def __repr__(self) -> str:
+        return f"<TableEstimates: {counted(len(self.dof), 'table')}, {listed(self.names)}>"
 
     def to_frame(self, index: Any = None) -> pd.DataFrame:
         """Return a DataFrame of a row a table: ``K0``, ``u(K0)`` ... ``residual_rms``, ``dof``.
@@ -148,7 +152,8 @@ def estimate_tables(
     Raises
     ------
     InputError
-        If a shape does not fit, a reading is infinite or of a size far from any unit, or a `std`
+        If a shape does not fit, the columns of a DataFrame are the angles in another order, a
+        reading is infinite or of a size far from any unit, or a `std`
         is not above zero.
     DesignError
         If the angles do not determine K1; if `robust` and no position has three readings.
@@ -271,6 +276,11 @@ def _checked(output: ArrayLike, angle: ArrayLike) -> tuple[Array, Array]:
         raise InputError(
             f"output of shape {y.shape} with angle of shape {degrees.shape}; the output has a row"
             " a table and a column for each angle"
+        )
+    named = list(getattr(output, "columns", ()))
+    if named != degrees.tolist() and set(named) == set(degrees.tolist()):
+        raise InputError(
+            "the columns of output are the angles in another order; give angle=frame.columns"
         )
     return y, degrees
 
