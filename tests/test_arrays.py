@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 import accelcal
+from accelcal.errors import TableError
 
 
 def simulated(**plan):
@@ -302,3 +303,15 @@ def test_what_a_frame_declares_may_be_given_again():
 def test_declarations_of_another_kind_are_refused(given):
     with pytest.raises(accelcal.InputError, match=next(iter(given))):
         accelcal.read_table("examples/al15.csv", overrides=given)
+
+
+def test_the_remedy_for_a_frame_of_several_accelerometers_works():
+    """It named read_tables, which takes no frame."""
+    parts = [accelcal.simulate(seed=seed).to_frame().assign(serial=f"A{seed}") for seed in (1, 2)]
+    frame = pd.concat(parts, ignore_index=True)
+    with pytest.raises(
+        TableError, match=r"give one at a time, as each of frame.groupby\('serial'\)"
+    ):
+        accelcal.read_arrays(frame)
+    records = [accelcal.read_arrays(part) for _, part in frame.groupby("serial")]
+    assert [record.serial for record in records] == ["A1", "A2"]

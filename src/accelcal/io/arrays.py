@@ -16,7 +16,7 @@ from accelcal.arguments.numbers import refuse_other_order
 from accelcal.errors import InputError, TableError
 from accelcal.io.csv_text import cell_text, csv_text
 from accelcal.io.declarations import declared_by_caller
-from accelcal.io.tables import read_table
+from accelcal.io.tables import ONE_AT_A_TIME, read_table
 from accelcal.io.vocabulary import LABELS, read_heading, split_unit
 from accelcal.record import TumbleRecord
 
@@ -90,6 +90,7 @@ def read_arrays(
 def _of_arrays(error: TableError) -> TableError:
     """Word a remedy for columns, which have no header lines."""
     remedy = _LINE.sub(r"one value for all readings, {'\1': \2}", error.remedy)
+    remedy = remedy.replace(ONE_AT_A_TIME, "give one at a time, as each of frame.groupby('serial')")
     return TableError(error.problem, remedy, source=_NAME, line=error.line)
 
 

@@ -57,6 +57,8 @@ from accelcal.serials import notes_of_alike
 
 __all__ = ["TableForm", "read_table", "read_tables", "survey", "survey_text"]
 
+ONE_AT_A_TIME = "read them by read_tables, or give one accelerometer at a time"
+
 _NEEDED = ("output", "angle", "temperature", "stroke", "mounting", "position")
 _OPTIONAL = ("clamping", "std", "count", "line")
 
@@ -166,8 +168,7 @@ def read_table(source: Source, *, overrides: Mapping[str, object] | None = None)
     records = read_tables(source, overrides=overrides)
     if len(records) > 1:
         names = shown(", ".join(str(record.serial) for record in records))
-        remedy = "read them by read_tables, or give one accelerometer at a time"
-        raise TableError(f"serials {names} in one table", remedy, source=records[0].source)
+        raise TableError(f"serials {names} in one table", ONE_AT_A_TIME, source=records[0].source)
     return records[0]
 
 
