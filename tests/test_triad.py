@@ -950,3 +950,11 @@ def test_temperatures_that_cannot_be_used(text, message):
         read_triad(io.StringIO(text))
     with pytest.raises(accelcal.InputError, match="temperature has shape"):
         accelcal.TriadRecord(np.eye(3), temperature=[20.0])
+
+
+@pytest.mark.parametrize("form", ["{}_mA", "{} [mA]", "{}, mA", "{} / mA", "{} in mA"])
+def test_units_behind_the_channels(form):
+    heads = ";".join(form.format(axis) for axis in "xyz")
+    rows = "0,1;0,0;1,0\n0,1;1,0;0,0\n"
+    record = read_triad(io.StringIO(f"{heads}\n{rows}"))
+    assert (record.unit, record.output[0].tolist()) == ("mA", [0.1, 0.0, 1.0])

@@ -26,7 +26,10 @@ from accelcal.units import is_output_unit
 
 __all__ = ["read_triad", "triad_heading"]
 
-_OUTPUT = re.compile(r"(?:(?:output|out|mean|acc|accel|a|y)_?)?([xyz])(?:_(.+))?", re.IGNORECASE)
+_OUTPUT = re.compile(
+    r"(?:(?:output|out|mean|acc|accel|a|y)_?)?([xyz])(?:(?:_|\s*[,/]\s*|\s(?:in|en|в)\s)(.+))?",
+    re.IGNORECASE,
+)
 _UP = re.compile(r"up_?([xyz])(?:_g)?", re.IGNORECASE)
 _REMEDY = (
     "name the columns x, y, z and, where attitudes are known, up_x, up_y, up_z or shaft, angle"
