@@ -289,6 +289,7 @@ SAME = {
     "wide, stroke 1": wide_table(strokes=("Stroke 1", "Stroke 2")),
     "wide, semicolon and decimal comma": wide_table(";", ","),
     "unicode minus": TEXT.replace("-", "\u2212"),
+    "en dash as a minus": TEXT.replace("-", "\u2013"),
     "spaces above": "\n\n" + TEXT,
     "end of file mark": TEXT + "\x1a",
     "headings with a comma": TEXT.replace("temperature", '"temperature, degC"', 1),
@@ -726,6 +727,7 @@ def test_a_key_of_a_form_that_was_not_filled_in_declares_nothing():
     [
         *("Temperature:;20,5", "Temperature;20,5;°C", "Temperature, °C;20,5", "T=20,5 °C"),
         *("Temperature in °C:;20,5", "Temperature / °C;20,5;Resolution;1;uA"),
+        "Serial;A-7;;Temperature;20,5 °C",  # it passed for the headings
     ],
 )
 def test_units_of_cells_above_a_table(row):

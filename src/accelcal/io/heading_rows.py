@@ -78,7 +78,8 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
         return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing
     if len(numbered) == 1 and not numbered[0].text[0].isalpha():
-        roles.difference_update(ACROSS)  # "temperature; 20" is no row of headings
+        # "temperature; 20" is no row of headings, nor is "serial; A-7; temperature; 20 °C"
+        roles.difference_update(ACROSS, {ACROSS[str(numbered[0].role)]} - {"stroke"})
     roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}
     return len(roles) >= 2 and bool(roles & _CORE)
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 
 def with_hyphen(text: str) -> str:
-    """Write the minus sign as programs do, where a text has that of typesetting.
+    """Write the minus sign as programs do, where a text has that of typesetting, or a dash.
 
     Examples
     --------
-    >>> with_hyphen("\N{MINUS SIGN}40")
-    '-40'
+    >>> with_hyphen("\N{MINUS SIGN}40"), with_hyphen("\N{EN DASH}40")
+    ('-40', '-40')
     """
-    return text.replace("\N{MINUS SIGN}", "-")
+    return text.replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
 
 
 def mounting_written(name: str) -> str:
