@@ -766,6 +766,14 @@ def test_several_declarations_in_a_line(header):
     assert (record.serial, record.unit, record.metadata, record.notes) == ("A7", "mA", {}, ())
 
 
+@pytest.mark.parametrize("mark", [";", ",", "\t"])
+def test_a_declaration_beside_one_with_another_key_ends_there(mark):
+    """The serial was 'A7; operator: X', without a word."""
+    record = read(f"# serial: A7{mark} operator: X\n# date: 31.05.2024 14:30; 15:10\n{TEXT}")
+    assert (record.serial, record.metadata) == ("A7", {"operator": "X"})
+    assert record.date == "31.05.2024 14:30; 15:10"
+
+
 def test_a_value_with_such_signs_stays_whole():
     header = "# note: warm; unit: by eye\n# serial: A;B\n# operator: N. N., on duty\n"
     record = read(header + TEXT)

@@ -91,14 +91,14 @@ def declarations_in(text: str) -> list[str]:
 
     Examples
     --------
-    >>> declarations_in("serial=X1; unit=mA"), declarations_in("note: warm; unit: by eye")
-    (['serial=X1', 'unit=mA'], ['note: warm; unit: by eye'])
+    >>> declarations_in("serial=X1; made: 1980"), declarations_in("note: warm; unit: by eye")
+    (['serial=X1', 'made: 1980'], ['note: warm; unit: by eye'])
     """
     for mark in ";\t,":
         parts = [part.strip() for part in text.split(mark)] if mark in text else []
         pairs = [header_line(part) for part in parts]
-        known = [key in KEYS for key, _ in pairs]
-        if all(map(all, pairs)) and any(known[1:]) and known[0]:
+        told = all(map(all, pairs)) and all(part[0].isalpha() for part in parts)
+        if pairs and told and pairs[0][0] in KEYS:
             return parts
     return [text]
 
