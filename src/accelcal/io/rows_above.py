@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections import deque
 
@@ -53,6 +52,8 @@ def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
+    import csv
+
     text = line.strip(" ,;\t")
     mark = separator if separator and separator in text else None
     if mark is None and _PAIR.fullmatch(text):  # of which a comma may be a decimal mark
