@@ -52,11 +52,12 @@ def test_chance_and_intervals_of_short_records_are_what_they_claim_to_be():
     assert np.mean(held, axis=0).min() > 0.90
 
 
-def test_shifts_between_launches_that_nobody_declares_are_told():
+def test_errors_that_nobody_declares_are_told():
+    """0.1 degC that was not declared made 136 of 150 sound records disagree; no note told of it."""
     calibration, record = (accelcal.fit(simulate(seed=1, declare=False)), simulate(seed=2))
     unknown = replace(record, apparatus=accelcal.Apparatus(head_uncertainty=6.7e-6))
     told = accelcal.compare(calibration, unknown).notes
-    for name in ("launch_uncertainty", "launch_sf_uncertainty"):
+    for name in ("launch_uncertainty", "launch_sf_uncertainty", "temperature_uncertainty"):
         assert sum(note.startswith(f"{name} is not declared") for note in told) == 1
     assert not any("is not declared" in n for n in accelcal.compare(calibration, record).notes)
 

@@ -108,6 +108,11 @@ def notes(
         )
     if declared.head_uncertainty is None:
         yield "head_uncertainty is not declared: errors of the head count as a disagreement"
+    if declared.temperature_uncertainty is None:
+        yield (
+            "temperature_uncertainty is not declared: an error of the temperature counts as a"
+            " disagreement, above all of the scale factor"
+        )
     if any(table.shares for table in calibration.tables):
         yield (
             "the effects in the calibration count as they are named: if they are others that its"
