@@ -312,7 +312,8 @@ def test_a_discovery_in_place_of_a_calibration_is_told_its_use(command, begins, 
     assert err.rstrip().endswith("use it by accelcal fit --model, and give what this writes")
 
 
-def test_discover_fits_no_calibration_where_nobody_reads_it(folder, capsys, monkeypatch):
+@pytest.mark.usefixtures("folder")
+def test_discover_fits_no_calibration_where_nobody_reads_it(capsys, monkeypatch):
     accelcal.write_table(accelcal.simulate(seed=1), "first.csv")
     asked = []
     monkeypatch.setattr("accelcal.calibrate.fit.fit", lambda *_, **__: asked.append(1))
