@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import VISIBLE, left_out_around, visible
+from accelcal.discovery.candidates import left_out_around, visible
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.family import NEW, SMALLEST, Family, agrees, chance
-from accelcal.discovery.instance import Instance, columns_of, own_columns
+from accelcal.discovery.instance import Instance, own_columns
 from accelcal.discovery.spans import (
     first_largest,
     length_without,
@@ -178,33 +178,6 @@ def _among_all(family: Family, place: int, others: Array) -> Instance:
     left = without(units, others)
     squares = (left.T @ comparison.seen) ** 2 / np.maximum(lengths(left), NEW) ** 2
     return shown[first_largest(squares)]
-
-
-def clearest(
-    comparison: Comparison, tried: Sequence[Instance], beside: Array
-) -> tuple[Instance, float] | None:
-    """Find that of some instances which the readings show clearest beside some directions.
-
-    With it comes its size in standard deviations of the noise. There is none where all are hidden.
-    """
-    found = _clearest(comparison, tried, beside)
-    near = left_out_around(found[0], comparison.model.conditions) if found else []
-    return _clearest(comparison, near, beside) or found
-
-
-def _clearest(
-    comparison: Comparison, tried: Sequence[Instance], beside: Array
-) -> tuple[Instance, float] | None:
-    if not tried:
-        return None
-    space, c = comparison.space, comparison.model.conditions
-    whole = space.whiten(columns_of(tried, c))
-    left = without(space.left_of(whole), beside)
-    length = lengths(left)
-    length[length <= VISIBLE * lengths(whole)] = np.inf
-    sizes = np.abs(comparison.seen @ left) / length
-    best = int(sizes.argmax())
-    return (tried[best], float(sizes[best])) if sizes[best] else None
 
 
 def _simpler(family: Family, place: int, others: Array) -> Instance | None:

@@ -10,15 +10,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import instances_of
+from accelcal.discovery.candidates import VISIBLE, instances_of, left_out_around
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone_or_cube import in_fit
 from accelcal.discovery.exact_law import is_possible
-from accelcal.discovery.explanation import clearest, explain_as_well
-from accelcal.discovery.instance import Instance, own_columns, replaced
+from accelcal.discovery.explanation import explain_as_well
+from accelcal.discovery.instance import Instance, columns_of, own_columns, replaced
 from accelcal.discovery.otherwise import alternatives, name_of, otherwise
 from accelcal.discovery.own_shape import moved
+from accelcal.discovery.spans import lengths, without
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
@@ -139,12 +142,25 @@ def _with(
     comparison: Comparison, fitted: Sequence[Instance], place: int, effect: Effect
 ) -> tuple[Instance, ...]:
     """Effects with another one in the place of one, where it fits best; none if it is hidden."""
-    tried = list(instances_of(effect, comparison.model.conditions))
-    best = clearest(comparison, tried, comparison.span(replaced(fitted, place)))
+    c, beside = comparison.model.conditions, comparison.span(replaced(fitted, place))
+    best = _best(comparison, list(instances_of(effect, c)), beside)
     if best is None:
         return ()
-    found = replaced(fitted, place, best[0])
+    if near := left_out_around(best, c):
+        best = _best(comparison, near, beside) or best
+    found = replaced(fitted, place, best)
     for parameter in effect.shapes:
         if not parameter.discrete:
             found = replaced(found, place, moved(comparison, found, place, parameter))
     return found
+
+
+def _best(comparison: Comparison, tried: Sequence[Instance], beside: Array) -> Instance | None:
+    """That of some instances which fits best beside some directions; None if all are hidden."""
+    space = comparison.space
+    whole = space.whiten(columns_of(tried, comparison.model.conditions))
+    own = without(space.left_of(whole), beside)
+    length = np.where(lengths(own) > VISIBLE * lengths(whole), lengths(own), np.inf)
+    seen = np.abs(comparison.seen @ own) / length
+    best = int(seen.argmax())
+    return tried[best] if seen[best] else None

@@ -12,9 +12,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.discovery.candidates import left_out_around
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.explanation import clearest, explain_as_well
-from accelcal.discovery.instance import Instance, instance_of, replaced
+from accelcal.discovery.explanation import explain_as_well
+from accelcal.discovery.instance import Instance, columns_of, instance_of, replaced
 from accelcal.discovery.otherwise import places_of, where_is
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.discovery.tied import settled
@@ -44,13 +45,23 @@ def in_own_shape(comparison: Comparison, fitted: Sequence[Instance]) -> list[Ins
 
 def _elsewhere(comparison: Comparison, fitted: Sequence[Instance], place: int) -> Instance | None:
     """Find the place where the readings show an effect as well, beside all that are fitted."""
-    others = list(places_of(fitted[place], comparison.model.conditions))
-    found = clearest(comparison, others, comparison.span(fitted))
-    if found is None:
+    c = comparison.model.conditions
+    others = list(places_of(fitted[place], c))
+    if not others:
         return None
-    item, size = found
+    beside = comparison.span(fitted)
+    left = without(comparison.seen, beside)
     limit = student_quantile(1.0 - (1.0 - _SURE) / len(others), comparison.space.dof)
-    return item if size > limit else None
+
+    def best(tried: Sequence[Instance]) -> tuple[float, Instance]:
+        own = without(comparison.space.see(columns_of(tried, c)), beside)
+        beyond = np.abs(left @ own) - limit * lengths(own)
+        return float(beyond.max()), tried[int(np.argmax(beyond))]
+
+    beyond, found = best(others)
+    if beyond > 0.0 and (near := left_out_around(found, c)):
+        _, found = best(near)
+    return found if beyond > 0.0 else None
 
 
 def said_of_places(
