@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from real_data import real_file
 
@@ -958,3 +959,17 @@ def test_units_behind_the_channels(form):
     rows = "0,1;0,0;1,0\n0,1;1,0;0,0\n"
     record = read_triad(io.StringIO(f"{heads}\n{rows}"))
     assert (record.unit, record.output[0].tolist()) == ("mA", [0.1, 0.0, 1.0])
+
+
+def test_frames_of_different_indices_are_refused():
+    """Their rows were matched by their places, where groupby had sorted one of them."""
+    up = pd.DataFrame(np.vstack([np.eye(3), -np.eye(3)]), columns=list("xyz"), index=list("fbadce"))
+    output = 0.01 + 2.0 * up
+    assert accelcal.TriadRecord(output, up) == accelcal.TriadRecord(
+        output.to_numpy(), up.to_numpy()
+    )
+    for make in (accelcal.TriadRecord, accelcal.calibrate_triad):
+        with pytest.raises(
+            accelcal.InputError, match="output and up are Series of different indices"
+        ):
+            make(output.sort_index(), up)

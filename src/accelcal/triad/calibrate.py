@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arguments.kinds import expect
+from accelcal.arguments.numbers import refuse_other_order
 from accelcal.arguments.options import check_choice
 from accelcal.arrays import Array
 from accelcal.errors import InputError
@@ -58,7 +59,8 @@ def calibrate_triad(
     ------
     InputError
         If the arrays have other shapes, `up` comes with a record, or, with known attitudes, a frame
-        is given, an output never changes or two outputs are one.
+        is given, an output never changes or two outputs are one, or frames of pandas have different
+        indices.
     DesignError
         If the attitudes are too few or too alike; the message names what they leave open.
 
@@ -89,6 +91,7 @@ def calibrate_triad(
     except InputError:
         expect(output, TriadRecord)
         raise
+    refuse_other_order({"output": output, "up": up})
     return _calibrated(TriadRecord(readings, None if up is None else by_axis(up, "up")), frame)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.apparatus import Apparatus
-from accelcal.arguments.numbers import number_array
+from accelcal.arguments.numbers import number_array, refuse_other_order
 from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arrays import Array, Ints
 from accelcal.equality import EqualByContents
@@ -72,8 +72,8 @@ class TriadRecord(EqualByContents):
     ------
     InputError
         If the arrays have other shapes, hold a value that is not finite, a direction is not of
-        length 1, temperatures are more than `SPREAD` apart, or the gravity is not that of a place
-        on Earth.
+        length 1, temperatures are more than `SPREAD` apart, the gravity is not that of a place on
+        Earth, or frames of pandas have different indices.
 
     Examples
     --------
@@ -101,6 +101,8 @@ class TriadRecord(EqualByContents):
         check_texts(notes=self.notes)
         self._check_names("attitude")
         self._check_names("shaft")
+        given = {name: getattr(self, name) for name in ("output", "up", "temperature")}
+        refuse_other_order(given)
         for name in ("output", "up"):
             if name == "output" or self.up is not None:
                 object.__setattr__(self, name, _rows(getattr(self, name), name))
