@@ -1725,3 +1725,17 @@ def test_readings_below_one_heading_number_nothing():
 def test_one_heading_over_outputs_in_another_unit_of_temperature():
     with pytest.raises(TableError, match="is in °F; give it in degC"):
         read("T;J;Y [mA];\n°F;;1;2\n68;1;1,1;1,2\n68;2;1,2;1,3\n")
+
+
+def test_minutes_behind_the_decimal_mark_of_an_angle_are_told():
+    """Only the lack of fit warned: the angles were 0.2 deg off."""
+    degrees = np.arange(0.0, 382.5, 22.5)
+    rows = [(a, 1.35 * np.cos(np.radians(a))) for a in degrees]
+    text = "T,angle,k,Y\n" + "".join(f"20,{a // 1:g}.{a % 1 * 60:02g},1,{y:.6f}\n" for a, y in rows)
+    note = (
+        "angles such as 22.3 deg divide the turn evenly as 22°30': write them so if 30 are minutes"
+    )
+    assert note in read(text).notes
+    decimal = "T,angle,k,Y\n" + "".join(f"20,{a:g},1,{y:.6f}\n" for a, y in rows)
+    for right in (decimal, text.replace(".30,", "°30',")):
+        assert not any("minutes" in told for told in read(right).notes)

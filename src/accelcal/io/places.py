@@ -10,6 +10,7 @@ from accelcal.arrays import Array, Ints
 from accelcal.errors import TableError
 from accelcal.head_angles import angular_distance
 from accelcal.io.cells import Column, numbers, whole_numbers
+from accelcal.numerics.sorting import distinct
 
 MAXIMUM_ANGLE = 36000.0
 """Above it an angle is taken for a mistake: a hundred turns of the head [deg]."""
@@ -92,6 +93,39 @@ def refuse_radians(column: Column, angle: Array) -> None:
         problem = f"angles of at most {np.abs(known).max():g} look like radians"
         remedy, line = "write head angles in degrees", int(column.lines[broken[0]])
         raise TableError(problem, remedy, source=column.source, line=line)
+
+
+def notes_of_minutes(angle: Array) -> list[str]:
+    """Say where angles look like degrees with minutes behind the decimal mark.
+
+    Parameters
+    ----------
+    angle : ndarray of float, shape (n,)
+        Head angles, as they were read [deg].
+
+    Returns
+    -------
+    list of str
+        A sentence, where with minutes, and not with decimals, they divide the turn evenly.
+
+    Examples
+    --------
+    >>> protocol = [0.0, 22.3, 45.0, 67.3, 90.0, 112.3, 135.0, 157.3, 180.0, 202.3, 225.0, 247.3]
+    >>> for note in notes_of_minutes(np.array([*protocol, 270.0, 292.3, 315.0, 337.3, 360.0])):
+    ...     print(note)
+    angles such as 22.3 deg divide the turn evenly as 22°30': write them so if 30 are minutes
+    """
+    if not (angle % 1.0).any():
+        return []
+    place = distinct(np.round(angle % 360.0, 9))
+    minutes = np.round(place % 1.0 * 100.0, 6)
+    even = np.arange(place.size) * 360.0 / place.size
+    if (minutes % 1.0).any() or not np.allclose(place // 1.0 + minutes / 60.0, even):
+        return []
+    first = int(np.flatnonzero(minutes)[0])
+    written = f"{place[first] // 1.0:g}°{minutes[first]:02.0f}'"
+    meant = f"write them so if {minutes[first]:02.0f} are minutes"
+    return [f"angles such as {place[first]:g} deg divide the turn evenly as {written}: {meant}"]
 
 
 def _position(column: Column | None, positions: int) -> Ints | None:

@@ -36,6 +36,7 @@ from accelcal.io.output_unit import (
     units_of_columns,
     units_written,
 )
+from accelcal.io.places import notes_of_minutes
 from accelcal.io.readings import (
     Readings,
     notes_of_clock,
@@ -274,6 +275,7 @@ def _read_by(
     notes = (
         *(*text.notes, *layout.notes, *table.notes),
         *notes_of_turn(readings, declared.record["positions"]),
+        *notes_of_minutes(readings.angle),
         *notes_of_midnight(readings),
         *readings.stroke_notes,
         *notes_of_thousands([own.cells for own in table.outputs], unit),
