@@ -833,3 +833,13 @@ def test_what_temperature_laws_lack_is_told():
     assert told.endswith("and the temperature of each run")
     with pytest.raises(InputError, match=r"or take that of accelcal.twin\(discovery\)"):
         accelcal.simulate(accelcal.twin(accelcal.discover(record)))
+
+
+def test_the_residuals_of_a_table_are_a_frame():
+    record = accelcal.simulate(seed=1)
+    table = accelcal.fit(record).tables[0]
+    frame = table.residuals.to_frame()
+    assert frame.groupby("stroke")["value"].size().tolist() == [9] * 6
+    assert frame["value"].tolist() == list(table.residuals.value)
+    assert frame.attrs["units"] == {"angle_deg": "deg", "value": "g"}
+    assert "<table" in table.residuals._repr_html_()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NoReturn
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arguments.options import check_written
@@ -12,6 +12,9 @@ from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.results.checked import DamageError, Kind, freedom_or_none, mapping_of, size_or_none
 from accelcal.results.fields import StoredPart
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Document", "ErrorSource", "Gate", "Quantity", "Residuals"]
 
@@ -178,9 +181,8 @@ class Residuals(StoredPart):
 
     Examples
     --------
-    >>> import pandas as pd
     >>> residuals = Residuals(angle_deg=(0.0, 180.0), stroke=(1, 1), value=(2e-6, -3e-6))
-    >>> pd.DataFrame(residuals.to_document()).shape
+    >>> residuals.to_frame().shape
     (2, 3)
     """
 
@@ -190,6 +192,23 @@ class Residuals(StoredPart):
 
     def __repr__(self) -> str:
         return f"<Residuals of {counted(len(self.value), 'reading')}>"
+
+    def _repr_html_(self) -> str:
+        return self.to_frame().to_html(max_rows=20)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate the residuals, a line each.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The attributes; ``frame.attrs["units"]`` maps columns to units.
+        """
+        import pandas as pd
+
+        frame = pd.DataFrame(self.to_document())
+        frame.attrs["units"] = {"angle_deg": "deg", "value": "g"}
+        return frame
 
     @classmethod
     def from_document(cls, document: Document) -> Residuals:
