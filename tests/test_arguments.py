@@ -62,6 +62,7 @@ FUNCTIONS = {
     "position_angles": (accelcal.position_angles, {"a list"}),
     "random_part": (accelcal.random_part, {"a calibration"}),
     "read_arrays": (accelcal.read_arrays, {"a frame"}),
+    "read_calibration": (accelcal.read_calibration, set()),
     "read_discovery": (accelcal.read_discovery, set()),
     "read_effects": (accelcal.read_effects, set()),
     "read_head": (accelcal.read_head, set()),

@@ -737,8 +737,9 @@ def test_units_of_cells_above_a_table(row):
     assert record.apparatus.resolution == (0.001 if "Resolution" in row else None)
 
 
-def test_a_list_in_cells_above_a_table():
-    text = "serials,A7,B2\nT,J,k,A7,B2\n20,1,1,1.35,1.31\n20,3,1,0.1,0.2\n20,5,1,-1.35,-1.31\n"
+@pytest.mark.parametrize("row", ["serials,A7,B2", "serials: A7, B2"])
+def test_a_list_in_cells_above_a_table(row):
+    text = f"{row}\nT,J,k,A7,B2\n20,1,1,1.35,1.31\n20,3,1,0.1,0.2\n20,5,1,-1.35,-1.31\n"
     assert [record.serial for record in read_tables(io.StringIO(text))] == ["A7", "B2"]
 
 

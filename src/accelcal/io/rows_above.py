@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections import deque
 
 from accelcal.io.header_lines import declarations_in
-from accelcal.io.vocabulary import canonical_key, split_unit
+from accelcal.io.vocabulary import LONGEST, canonical_key, split_unit
 from accelcal.units import UNITS, is_output_unit, size_of
 
 _MARKS = "\t;|,"
@@ -45,23 +46,25 @@ def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
     found = []
     while cells:
         key, value, unit = _label(cells.popleft())
-        if not value and cells and not _is_label(cells[0]):
+        if key in _LISTS:
+            value = ",".join(filter(None, [value, *cells]))
+            cells.clear()
+        elif not value and cells and not _is_label(cells[0]):
             value = _value(key, cells)
         found.append((key, f"{value} {unit}".strip()) if key and value else ("", ""))
     return found
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
-    import csv
 
     text = line.strip(" ,;\t")
     mark = separator if separator and separator in text else None
     if mark is None and _PAIR.fullmatch(text):  # of which a comma may be a decimal mark
         return declarations_in(text[1:-1] if text[0] == text[-1] == '"' else text)
     mark = mark or next((mark for mark in _MARKS if mark in text), "\t")
-    if len(text) > csv.field_size_limit():
-        return [text]
-    return [cell.strip() for cell in next(csv.reader([text], delimiter=mark)) if cell.strip()]
+    long = len(text) > csv.field_size_limit()
+    cells = text.split(mark) if long else next(csv.reader([text], delimiter=mark))
+    return [cell.strip() for cell in cells if cell.strip()]
 
 
 def _label(cell: str) -> tuple[str, str, str]:
@@ -69,8 +72,8 @@ def _label(cell: str) -> tuple[str, str, str]:
     pair = _PAIR.fullmatch(cell)
     label, value = (pair[1].strip(), pair[2].strip()) if pair else (cell, "")
     name, unit = split_unit(label)
-    behind = None if canonical_key(name) else _BEFORE_UNIT.fullmatch(label)
-    if behind:
+    behind = _BEFORE_UNIT.fullmatch(label) if len(label) <= LONGEST else None
+    if behind and not canonical_key(name):
         name, unit = behind.groups()
     return canonical_key(name) or "", value, unit
 
@@ -82,10 +85,7 @@ def _is_label(cell: str) -> bool:
 
 def _value(key: str, cells: deque[str]) -> str:
     value = cells.popleft()
-    if key in _LISTS:
-        value = ",".join([value, *cells])
-        cells.clear()
-    elif key and cells and _NUMBER.fullmatch(value) and _is_unit(cells[0]):
+    if key and cells and _NUMBER.fullmatch(value) and _is_unit(cells[0]):
         value = f"{value} {cells.popleft()}"
     return value
 
