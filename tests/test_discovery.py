@@ -1266,3 +1266,14 @@ def test_no_position_is_off_by_milliradians_where_its_angle_hardly_acts(position
     found = accelcal.discover(replace(record, output=output), delta0=0.002)
     for item in found.effects:
         assert item.id != "position-error" or abs(item.parameters["error"].value) < 1e-3
+
+
+@pytest.mark.parametrize("times", [2, 20])
+def test_readings_that_stand_there_several_times_are_told(times):
+    """Each counted as a replicate, and noise as a disagreement."""
+    record = accelcal.simulate(seed=2)
+    again = np.repeat(np.arange(len(record)), times)
+    copied = replace(record, **{name: own[again] for name, own in record._arrays().items()})
+    many = 162 * (times - 1)
+    with pytest.raises(accelcal.InputError, match=f"{many} of {162 * times} readings repeat one"):
+        accelcal.discover(copied)

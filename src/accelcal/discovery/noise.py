@@ -94,6 +94,18 @@ def refuse_too_many(record: TumbleRecord) -> None:
         )
 
 
+def refuse_copies(record: TumbleRecord) -> None:
+    """Refuse readings that stand there several times, as each would count as a replicate."""
+    cell = cells(record.run, record.mounting, np.round(record.angle, 6), record.stroke)
+    _, first = np.unique(cell, return_index=True)
+    copies = len(record) - first.size
+    if copies >= FEWEST_REPLICATES and np.all(record.output == record.output[first][cell]):
+        raise InputError(
+            f"{copies} of {len(record)} readings repeat one of the same position, stroke and run to"
+            " the last digit, and tell nothing of the noise; give each reading once"
+        )
+
+
 def reading_noise(
     c: Conditions,
     residual: Array,
