@@ -452,3 +452,19 @@ def test_u_of_k0_counts_that_the_time_constant_is_uncertain(seed, tau):
     u = model.noise[0].value * np.linalg.norm(np.linalg.pinv(columns, rcond=1e-13)[0])
     k0 = accelcal.fit(record, model=model).tables[0].error_model["k0"]
     assert k0.standard_uncertainty == pytest.approx(u, rel=0.05)
+
+
+@pytest.mark.parametrize("hours", [0.0, 4.0, 20.0])
+def test_a_drift_that_may_be_there_in_its_place_may_go_on_in_pauses_too(hours):
+    """Judged as if there were none, it was denied by pauses: k0 off by 400 ug at U of 16."""
+    warm = accelcal.effect("warm-up").of(4e-5, tau=3000.0)
+    model = accelcal.discover(accelcal.simulate(effects=[warm], seed=1))
+    assert model.effects[0].indistinguishable == ("bias-drift",)
+    levels = (20.0, 80.0, 20.0, -40.0, 20.0)
+    plan = TumblePlan(temperatures=levels, timed=True, seconds_between_runs=3600.0 * hours)
+    found = accelcal.fit(untimed(plan, ("bias-drift", -2e-5), seed=4), model=model)
+    plain = accelcal.fit(untimed(plan, seed=4))
+    assert said_of(found, "no times: bias-drift", PAUSED)
+    assert said_of(found, "if it is bias-drift in truth")
+    for own, true in zip(coefficients(found), coefficients(plain), strict=True):
+        assert abs(own["k0"].value - true["k0"].value) < own["k0"].expanded_uncertainty

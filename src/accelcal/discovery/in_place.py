@@ -17,11 +17,12 @@ from accelcal.discovery.candidates import VISIBLE, instances_of, left_out_around
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.dead_zone_or_cube import in_fit
 from accelcal.discovery.exact_law import is_possible
-from accelcal.discovery.explanation import explain_as_well
+from accelcal.discovery.explanation import is_needed
 from accelcal.discovery.instance import Instance, columns_of, own_columns, replaced
 from accelcal.discovery.otherwise import alternatives, name_of, otherwise
 from accelcal.discovery.own_shape import moved
-from accelcal.discovery.spans import lengths, without
+from accelcal.discovery.spans import lengths, orthonormal, without
+from accelcal.discovery.untimed import by_pauses
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
@@ -134,8 +135,14 @@ def _rivals(
     for place, item in enumerate(fitted):
         for name, effect in _named_in_place(model, item.effect.id):
             others = _with(comparison, fitted, place, effect)
-            if others and explain_as_well(comparison, others, item):
+            if others and not is_needed(comparison, item, _span_with_pauses(comparison, others)):
                 yield _Rival(name, others, is_counted_in_use(item.effect, effect))
+
+
+def _span_with_pauses(comparison: Comparison, instances: Sequence[Instance]) -> Array:
+    """Orthonormal basis of effects and of what pauses between runs may do to them."""
+    by_times = comparison.space.see(by_pauses(comparison, instances))
+    return orthonormal(np.hstack([comparison.span(instances), by_times]))
 
 
 def _with(

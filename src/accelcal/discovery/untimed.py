@@ -50,10 +50,10 @@ def in_pauses(
     said : tuple of str
         What a reader must know of it.
     """
-    time, c = comparison.record.time, comparison.model.conditions
+    c = comparison.model.conditions
     names = {place: _going_on(c, own, held) for place, own in enumerate(explanations)}
     acting = [explanations[place] for place, own in names.items() if own]
-    if (time is not None and np.isfinite(time).all()) or not acting:
+    if _is_timed(comparison) or not acting:
         return np.empty((len(comparison.record), 0)), ()
     hours = np.tile(np.arange(_HOURS) + 0.5, (_place(c).max() + 1, 1))
     hours[0] = 0.0
@@ -70,6 +70,21 @@ def in_pauses(
         " column time"
     )
     return np.stack(columns, axis=1) / np.sqrt(_HOURS), (said,)
+
+
+def by_pauses(comparison: Comparison, effects: Sequence[Instance]) -> Array:
+    """What each pause between runs that no times tell may do to effects [g], shape (n, k)."""
+    c = comparison.model.conditions
+    place, columns = _place(c), [np.empty((c.angle.size, 0))]
+    for run in range(1, 1 if _is_timed(comparison) else place.max() + 1):
+        later = replace(c, time=c.time + HOUR * (place >= run))
+        columns += [own_columns(item, later) - own_columns(item, c) for item in effects]
+    return np.hstack(columns)
+
+
+def _is_timed(comparison: Comparison) -> bool:
+    time = comparison.record.time
+    return time is not None and bool(np.isfinite(time).all())
 
 
 def _going_on(
