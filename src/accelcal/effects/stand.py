@@ -31,7 +31,7 @@ def _positions(c: Conditions) -> Array:
 def _where_it_acts(c: Conditions) -> Array:
     """Those at which a small error acts; next to 0 and 180 deg only a large one would [deg]."""
     acts = np.abs(c.per_radian)
-    return np.unique(head_positions(c.angle[acts > _LEAST * acts.max()]))
+    return np.unique(head_positions(c.angle[acts >= _LEAST * acts.max()]))
 
 
 EFFECTS = (
