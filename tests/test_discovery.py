@@ -804,6 +804,7 @@ def test_document_has_the_keys_of_the_contract(discovery):
         "heldout_after",
         "indistinguishable",
         "to_tell_apart",
+        "elsewhere",
     }
     assert {"value", "standard_uncertainty", "unit"} <= set(first["parameters"]["half_width"])
     assert set(document["where"][0]) == {"factor", "share", "p_value"}

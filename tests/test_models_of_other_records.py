@@ -451,7 +451,9 @@ def test_u_of_k0_counts_that_the_time_constant_is_uncertain(seed, tau):
     columns = np.stack([c**0, c, c**2, c**3, s, s * c, decay, slope], axis=1)
     u = model.noise[0].value * np.linalg.norm(np.linalg.pinv(columns, rcond=1e-13)[0])
     k0 = accelcal.fit(record, model=model).tables[0].error_model["k0"]
+    of_search = next(c.after for c in model.coefficients if c.coefficient == "K0")
     assert k0.standard_uncertainty == pytest.approx(u, rel=0.05)
+    assert of_search.standard_uncertainty > 0.95 * u  # which counts what else it may be, too
 
 
 @pytest.mark.parametrize("hours", [0.0, 4.0, 20.0])

@@ -12,7 +12,8 @@ from accelcal.discovery.base import BaseModel, solve
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.spans import lengths
-from accelcal.discovery.untold import untold
+from accelcal.discovery.untold import not_shown, slopes, smooth, untold
+from accelcal.effects.conditions import Conditions
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
@@ -90,16 +91,18 @@ def by_reading(comparison: Comparison, fit: Solution) -> Array:
 
 
 def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
-    jacobian = comparison.space.whiten(fit.model.jacobian(fit.parameters))
+    own, by_shape = fit.model.jacobian(fit.parameters), _by_shapes(comparison, fit)
+    jacobian = comparison.space.whiten(np.hstack([own, by_shape]))
+    parameters = np.concatenate([fit.parameters, np.zeros(by_shape.shape[1])])
     norms, rows = _norms(jacobian), len(jacobian)
     whole = np.vstack([jacobian / norms, _against_shifts(comparison.model, norms)])
     inverse = np.linalg.pinv(whole, rcond=_RANK)
-    smallest = inverse[:, :rows] @ (jacobian @ fit.parameters) / norms
+    smallest = inverse[:, :rows] @ (jacobian @ parameters) / norms
     left_open = _left_open(comparison, fit)
     factor, dof = student_quantile(LEVEL, comparison.space.dof), float(comparison.space.dof)
     found = {}
     for name, weights in _functionals(comparison.model).items():
-        functional = np.concatenate([weights, np.zeros(fit.parameters.size - weights.size)])
+        functional = np.concatenate([weights, np.zeros(parameters.size - weights.size)])
         if np.isinf(norms[functional != 0.0]).any():
             continue  # no reading tells of it
         scaled = functional / norms
@@ -109,10 +112,23 @@ def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
         if missed or by_shifts > by_readings:
             found[name] = Quantity(float(functional @ smallest), None, _unit(name))
             continue
-        u = float(np.sqrt(by_readings + ((functional @ left_open) ** 2).sum()))
-        value = float(functional @ fit.parameters)
+        by_untold = functional[: fit.parameters.size] @ left_open
+        u = float(np.sqrt(by_readings + (by_untold**2).sum()))
+        value = float(functional @ parameters)
         found[name] = Quantity(value, u, _unit(name), factor * u, dof)
     return found
+
+
+def _by_shapes(comparison: Comparison, fit: Solution) -> Array:
+    """Change of the readings by each nonlinear parameter of the effects that they tell [g]."""
+    c, found = comparison.model.conditions, [np.empty((len(comparison.record), 0))]
+    held = {(one.place, one.parameter.name) for one in not_shown(comparison, fit.instances)}
+    sizes = fit.parameters[fit.parameters.size - len(fit.instances) :].tolist()
+    for place, (item, size) in enumerate(zip(fit.instances, sizes, strict=True)):
+        mixture = size * np.array(item.mixture)[np.flatnonzero(item.mixture)]
+        told = [(place, p.name) not in held for p in smooth(item.effect)]
+        found.append(slopes(item, mixture, c)[:, np.flatnonzero(told)])
+    return np.hstack(found)
 
 
 def _left_open(comparison: Comparison, fit: Solution) -> Array:

@@ -78,7 +78,7 @@ def by_pauses(comparison: Comparison, effects: Sequence[Instance]) -> Array:
     place, columns = _place(c), [np.empty((c.angle.size, 0))]
     for run in range(1, 1 if _is_timed(comparison) else place.max() + 1):
         later = replace(c, time=c.time + HOUR * (place >= run))
-        columns += [own_columns(item, later) - own_columns(item, c) for item in effects]
+        columns.append(all_own_columns(effects, later) - all_own_columns(effects, c))
     return np.hstack(columns)
 
 
