@@ -13,7 +13,6 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.untold import not_shown, slopes, smooth, untold
-from accelcal.effects.conditions import Conditions
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
