@@ -1057,7 +1057,9 @@ def test_a_typo_does_not_pass_for_agreement():
 
 def test_an_error_that_the_calibration_estimated_from_little_counts_as_larger():
     # with the estimate itself, 15 % of the comparisons under no change had p below 0.01
-    undeclared = accelcal.Apparatus(launch_uncertainty=6.7e-6, launch_sf_uncertainty=5e-6)
+    undeclared = accelcal.Apparatus(
+        launch_uncertainty=6.7e-6, launch_sf_uncertainty=5e-6, temperature_uncertainty=0.0
+    )
     first, second = (replace(accelcal.simulate(seed=s), apparatus=undeclared) for s in (1, 2))
     calibration = accelcal.fit(first)
     (head,) = (source for source in calibration.error_sources if source.name == "head")
