@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Ints
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.stability import Estimate
 from accelcal.stability.record import Launch
@@ -23,11 +23,18 @@ _ONE_WAY = "not determined: no acceleration was reached from below and from abov
 _NEEDED = "not determined: it takes a column input with small steps [g], and a scale factor"
 
 
+_ONCE = (
+    "a drift of the bias counts as hysteresis: no acceleration was reached twice from one side;"
+    " go up and down twice"
+)
+
+
 class _Dwell(NamedTuple):
-    """Mean output at one acceleration, over its samples, and their squares about it."""
+    """Mean output and time at one acceleration, over its samples, and their squares about it."""
 
     applied: float
     output: float
+    time: float
     samples: int
     squares: float
 
@@ -90,6 +97,7 @@ def hysteresis(launches: Sequence[Launch], unit: str) -> Estimate:
 
     Notes
     -----
+    A linear drift of each launch is taken out, which what was reached twice from one side tells.
     All dwells have the same noise, so that they tell it together. The interval is that of the
     largest of all differences: each has its own at a level that all hold at once (Bonferroni).
 
@@ -101,50 +109,74 @@ def hysteresis(launches: Sequence[Launch], unit: str) -> Estimate:
     2e-06
     """
     dwells = [_dwells(launch) for launch in launches]
-    pairs = [pair for own in dwells for pair in _differences(own)]
-    if not pairs or unit != "g":
+    sweeps = [sweep for own in dwells if (sweep := _Sweep.of(own)).sizes.size]
+    if not sweeps or unit != "g":
         several = unit == "g" and any(len(own) > 1 for own in dwells)
         return Estimate(
             None, unit, finding=_ONE_WAY if several else f"{_NEEDED}, going up and down"
         )
-    value = max(size for size, _ in pairs)
+    sizes, shares = (np.concatenate(each) for each in zip(*(s[:2] for s in sweeps), strict=True))
+    said = "" if all(sweep.tells_drift for sweep in sweeps) else _ONCE
     every = [dwell for own in dwells for dwell in own]
     dof = sum(dwell.samples - 1 for dwell in every)
     if not dof:
-        return Estimate(value, unit, finding="no interval: one sample at each acceleration")
+        finding = "; ".join(filter(None, ["no interval: one sample at each acceleration", said]))
+        return Estimate(float(sizes.max()), unit, finding=finding)
     noise = (sum(dwell.squares for dwell in every) / dof) ** 0.5
-    half = student_quantile(1.0 - (1.0 - LEVEL) / len(pairs), dof) * noise
-    lower = max(0.0, *(size - half * share for size, share in pairs))
-    return Estimate(value, unit, lower, max(size + half * share for size, share in pairs), dof)
+    half = student_quantile(1.0 - (1.0 - LEVEL) / sizes.size, dof) * noise * shares
+    lower, upper = max(0.0, float((sizes - half).max())), float((sizes + half).max())
+    return Estimate(float(sizes.max()), unit, lower, upper, dof, said)
 
 
-def _differences(dwells: list[_Dwell]) -> Iterator[tuple[float, float]]:
-    """Size of the difference at each acceleration, and its uncertainty over that of a sample."""
-    sides: dict[int, dict[bool, list[_Dwell]]] = {}
-    for (before, dwell), level in zip(pairwise(dwells), _levels(dwells), strict=True):
-        both = sides.setdefault(level, {})
-        both.setdefault(dwell.applied > before.applied, []).append(dwell)
-    for both in sides.values():
-        if len(both) == 2:
-            middle = both[True][0].applied  # what is left of the others is their error, or 0
-            down, up = (
-                float(np.mean([d.output - (d.applied - middle) for d in both[rising]]))
-                for rising in (False, True)
-            )
-            shares = [sum(1.0 / d.samples for d in side) / len(side) ** 2 for side in both.values()]
-            yield abs(down - up), sum(shares) ** 0.5
+class _Sweep(NamedTuple):
+    """Differences at the accelerations of a launch that were reached from both sides.
+
+    Attributes
+    ----------
+    sizes : ndarray
+        Size of each [g].
+    shares : ndarray
+        Its standard uncertainty over the noise of a sample.
+    tells_drift : bool
+        Whether a drift was taken out, which takes an acceleration that was reached twice from one
+        side.
+    """
+
+    sizes: Array
+    shares: Array
+    tells_drift: bool
+
+    @classmethod
+    def of(cls, dwells: list[_Dwell]) -> _Sweep:
+        """Analysis of covariance: a mean for each acceleration and side, and one drift."""
+        applied, output, time, samples = (
+            np.array([dwell[i] for dwell in dwells], dtype=np.float64) for i in range(4)
+        )
+        side = 2 * _levels(applied) + (np.diff(applied) > 0.0)
+        sides, of, visits = np.unique(side, return_inverse=True, return_counts=True)
+        output, time, samples = (output - applied)[1:], time[1:], samples[1:]
+        total = np.bincount(of, samples)
+        mean, at = (np.bincount(of, samples * each) / total for each in (output, time))
+        tells_drift = bool((visits > 1).any())
+        since = time - at[of]
+        spread = float(samples @ since**2) if tells_drift else np.inf
+        drift = float(samples * since @ (output - mean[of])) / spread
+        up = np.flatnonzero(np.diff(sides // 2) == 0) + 1  # behind the same one reached from above
+        later = at[up] - at[up - 1]
+        sizes = np.abs(mean[up] - mean[up - 1] - drift * later)
+        shares = np.sqrt(1.0 / total[up] + 1.0 / total[up - 1] + later**2 / spread)
+        return cls(sizes, shares, tells_drift)
 
 
-def _levels(dwells: list[_Dwell]) -> list[int]:
+def _levels(applied: Array) -> Ints:
     """Number of the acceleration of all dwells but the first, those close to each other as one."""
-    applied = np.array([dwell.applied for dwell in dwells])
     if applied.size < 2:
-        return []
+        return np.zeros(0, dtype=np.intp)
     order = np.argsort(applied, kind="stable")
     apart = np.diff(applied[order]) > _ONE_LEVEL * np.abs(np.diff(applied)).min()
     number = np.empty(applied.size, dtype=np.intp)
     number[order] = np.concatenate([[0], np.cumsum(apart)])
-    return [int(level) for level in number[1:]]
+    return number[1:]
 
 
 def _dwells(launch: Launch) -> list[_Dwell]:
@@ -152,13 +184,13 @@ def _dwells(launch: Launch) -> list[_Dwell]:
     if launch.input is None:
         return []
     starts = np.flatnonzero(np.diff(launch.input)) + 1
-    parts = zip(np.split(launch.input, starts), np.split(launch.output, starts), strict=True)
-    return [_dwell(float(applied[0]), output) for applied, output in parts]
+    columns = (np.split(each, starts) for each in (launch.input, launch.output, launch.time))
+    return [_dwell(float(x[0]), y, float(t.mean())) for x, y, t in zip(*columns, strict=True)]
 
 
-def _dwell(applied: float, output: Array) -> _Dwell:
+def _dwell(applied: float, output: Array, time: float) -> _Dwell:
     mean = float(output.mean())
-    return _Dwell(applied, mean, output.size, float(np.sum((output - mean) ** 2)))
+    return _Dwell(applied, mean, time, output.size, float(np.sum((output - mean) ** 2)))
 
 
 def _rounded(value: float) -> float:
