@@ -210,6 +210,23 @@ def test_tables_of_different_heads_are_not_joined():
     assert found({"head": "Alpha", "stand": "1"}, moved) == found({}, {})
 
 
+@pytest.mark.parametrize("key", ["head", "stand"])
+def test_a_head_is_not_taken_for_another(key):
+    """Errors of another head were taken off the readings without a word."""
+    _, _, (one, other) = measured(6, units=2)
+
+    def fitted(known, of_test):
+        head = accelcal.calibrate_head([dataclasses.replace(one, metadata=known)])
+        again = accelcal.HeadCalibration.from_json(head.to_json())
+        return accelcal.fit(dataclasses.replace(other, metadata=of_test), head=again)
+
+    told = rf"measured on {key} Beta, but .* is of {key} Alpha; give the calibration of the head"
+    with pytest.raises(accelcal.InputError, match=told):
+        fitted({key: "Alpha"}, {key: "Beta"})
+    silent = [({key: "Alpha"}, {key: "alpha"}), ({key: "Alpha"}, {}), ({}, {key: "Beta"})]
+    assert len({fitted(*names).tables[0].error_model["k2"].value for names in silent}) == 1
+
+
 def test_what_is_left_is_held_against_the_replicates():
     """Chance from the whole covariance of the readings, by a design written down anew."""
     from scipy.stats import f as fisher
@@ -496,6 +513,20 @@ def test_csv_of_the_head_is_a_certificate(tables, tmp_path, capsys):
     np.testing.assert_allclose(found.errors, own.errors, rtol=1e-12)
     sizes = np.sqrt(np.diagonal(found.covariance))
     np.testing.assert_allclose(sizes, np.sqrt(np.diagonal(own.covariance)), rtol=1e-12)
+
+
+def test_a_certificate_may_name_its_head(tables, tmp_path, capsys):
+    certificate, text = tmp_path / "certificate.csv", tables[1].read_text("utf-8")
+    rows = "".join(f"{angle},0\n" for angle in range(0, 360, 45))
+    certificate.write_text(
+        f"# Head: Alpha\n# uncertainty: 1 urad\nangle,error [urad]\n{rows}", "utf-8"
+    )
+    assert accelcal.read_head(certificate).head_name == "Alpha"
+    for name, expected in (("alpha", 0), ("Beta", 2)):
+        tables[1].write_text(f"# head: {name}\n{text}", "utf-8")
+        code, _, err = run(capsys, "fit", tables[1], "--head", certificate)
+        told = f"measured on head {name}, but {certificate} is of head Alpha; give the calibration"
+        assert (code, told in err) == (expected, expected == 2)
 
 
 def test_units_and_coverage_of_a_certificate():

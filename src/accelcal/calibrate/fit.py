@@ -75,7 +75,8 @@ def fit(
     Raises
     ------
     InputError
-        If `record` is no record, the method is unknown or an argument is not finite.
+        If `record` is no record, the method is unknown, an argument is not finite, or the record
+        names another head than `head`.
     DesignError
         If the angles do not allow what is asked.
 

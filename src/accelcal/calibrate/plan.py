@@ -13,6 +13,7 @@ from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.estimate.at_positions import as_read_there, at_positions
 from accelcal.estimate.declared_scatter import is_weighted
 from accelcal.estimate.launch import SAME_LEVEL
+from accelcal.estimate.same_head import refuse_head_of_others
 from accelcal.estimate.tables import PreparedTable, is_usable
 from accelcal.gates.stack import stacked_times
 from accelcal.numerics.grouping import places_of_equals
@@ -159,12 +160,13 @@ class OnePlan(NamedTuple):
         Raises
         ------
         InputError
-            If a position of the test is none of the head.
+            If a record names another head, or a position of the test is none of the head.
 
         Notes
         -----
         The coefficients that make the difference are those of the readings that it makes.
         """
+        refuse_head_of_others(head, self.records)
         first = self.records[0]
         whole = np.empty((len(self.records), len(first)))
         for table, mask, readings in zip(tables, self.masks, self.outputs, strict=True):

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
+
+if TYPE_CHECKING:
+    from accelcal.results.head_calibration import HeadCalibration
 
 HEAD, STAND = "head", "stand"
 """Lines that name what stood under the readings, the one that tells most first."""
@@ -46,8 +50,10 @@ def names_of(metadata: Mapping[str, str]) -> dict[str, str | None]:
     return {key: name_in(metadata, key) for key in (HEAD, STAND)}
 
 
-def refuse_other_heads(records: Sequence[TumbleRecord]) -> None:
-    """Refuse records of several heads, as the lines above their readings name them.
+def names_of_one_head(records: Sequence[TumbleRecord]) -> dict[str, str | None]:
+    """Names of the head and its stand, as ``head_name`` and ``stand_name`` of a result.
+
+    They are those that all records have which name one.
 
     Raises
     ------
@@ -60,4 +66,51 @@ def refuse_other_heads(records: Sequence[TumbleRecord]) -> None:
             raise InputError(
                 f"{second}: of another head than {first}, by the lines above the readings; give"
                 " the tables of one head"
+            )
+    return {f"{key}_name": _one_of([own[key] for own, _ in named]) for key in (HEAD, STAND)}
+
+
+def _one_of(names: Sequence[str | None]) -> str | None:
+    told = {name.casefold(): name for name in names if name}
+    return next(iter(told.values())) if len(told) == 1 else None
+
+
+def declared_uncertainty(records: Sequence[TumbleRecord]) -> float:
+    """Standard uncertainty that all records declare of a head position [rad].
+
+    Raises
+    ------
+    InputError
+        If there is no record, none is declared, or several are.
+    """
+    if not records:
+        raise InputError("no record; give the tables of one unit in several clampings, or of units")
+    found = {record.apparatus.head_uncertainty for record in records}
+    if len(found) > 1 or not next(iter(found)):
+        known = [f"{u:g} rad" for u in sorted(u for u in found if u is not None)]
+        shown = ", elsewhere ".join([*known, *(["not declared"] if None in found else [])])
+        raise InputError(
+            f"{records[0].source}: head_uncertainty is {shown}; what no reading tells of the head"
+            " stays as uncertain as declared: declare one above 0, by"
+            " record.with_apparatus(head_uncertainty=...)"
+        )
+    return float(found.pop() or 0.0)
+
+
+def refuse_head_of_others(head: HeadCalibration, records: Sequence[TumbleRecord]) -> None:
+    """Refuse records of another head than the one that is known.
+
+    Raises
+    ------
+    InputError
+        If the lines above the readings of one name another head, or else another stand.
+    """
+    known = {HEAD: head.head_name, STAND: head.stand_name}
+    for record in records:
+        told = names_of(record.metadata)
+        if same_head(known, told) is False:
+            key = HEAD if known[HEAD] and told[HEAD] else STAND
+            raise InputError(
+                f"{record.source}: measured on {key} {told[key]}, but {head.source} is of {key}"
+                f" {known[key]}; give the calibration of the head of this test"
             )

@@ -24,7 +24,7 @@ from accelcal.estimate.declared_scatter import moderated
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE, ReadingNoise, noise_of_stack
 from accelcal.estimate.noise_beside_head import Told, noise_beside_head, together
-from accelcal.estimate.same_head import refuse_other_heads
+from accelcal.estimate.same_head import declared_uncertainty, names_of_one_head
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.decimal_steps import decimal_steps
@@ -153,8 +153,7 @@ def calibrate_head(
     """
     records = each_of(records, TumbleRecord)
     refuse_twice(records)
-    refuse_other_heads(records)
-    declared = _declared(records)
+    names, declared = names_of_one_head(records), declared_uncertainty(records)
     records = [at_positions(record, delta0) for record in records]
     tables = [_tables(record, delta0) for record in records]
     positions = distinct(np.concatenate([t.at_head.key for own in tables for t in own]))
@@ -181,22 +180,8 @@ def calibrate_head(
         gates=(_clampings(records), _left_over(told, declared)),
         source=", ".join(dict.fromkeys(record.source for record in records)),
         software=SOFTWARE,
+        **names,
     )
-
-
-def _declared(records: Sequence[TumbleRecord]) -> float:
-    if not records:
-        raise InputError("no record; give the tables of one unit in several clampings, or of units")
-    found = {record.apparatus.head_uncertainty for record in records}
-    if len(found) > 1 or not next(iter(found)):
-        known = [f"{u:g} rad" for u in sorted(u for u in found if u is not None)]
-        shown = ", elsewhere ".join([*known, *(["not declared"] if None in found else [])])
-        raise InputError(
-            f"{records[0].source}: head_uncertainty is {shown}; what no reading tells of the head"
-            " stays as uncertain as declared: declare one above 0, by"
-            " record.with_apparatus(head_uncertainty=...)"
-        )
-    return float(found.pop() or 0.0)
 
 
 def _tables(record: TumbleRecord, delta0: float | None) -> list[PreparedTable]:

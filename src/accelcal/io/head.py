@@ -48,7 +48,7 @@ def read_head(source: Source) -> HeadCalibration:
         arcmin, urad, mrad, rad or deg by their headings, which may be German, French or Russian.
         A line ``# uncertainty: 0.5 arcsec`` stands for the column, and ``# coverage: 2`` or
         ``# k: 2``, or ``U (k=2)`` in the heading, says that it is expanded by that factor. A
-        coverage probability tells no factor.
+        coverage probability tells no factor. A line ``# head: NAME`` names the head.
 
     Returns
     -------
@@ -105,6 +105,7 @@ def _certificate(table: SmallTable) -> HeadCalibration:
         covariance_matrix=rows_of(np.diag(variance)),
         origin="certificate",
         source=table.layout.source,
+        head_name=table.layout.declared["head"].value if "head" in table.layout.declared else None,
     )
 
 

@@ -68,6 +68,7 @@ HEAD_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "коэффициент_охвата",
             ),
         ),
+        "head": ("head",),
     }
 )
 """What a header line declares -> the keys it may have, in any case."""

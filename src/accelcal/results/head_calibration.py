@@ -132,6 +132,8 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         File or files.
     software : str
         Name and version of what made it.
+    head_name, stand_name : str or None
+        Names of the head and of its stand; None where they are not told.
 
     Examples
     --------
@@ -145,6 +147,7 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal head"
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"declared_uncertainty_rad": size_or_none}
+    _MISSING: ClassVar[Mapping[str, Any]] = dict.fromkeys(("head_name", "stand_name"))
 
     angles_deg: tuple[float, ...]
     errors: tuple[float, ...]
@@ -156,6 +159,8 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
     gates: tuple[Gate, ...] = ()
     source: str = "<head>"
     software: str = ""
+    head_name: str | None = None
+    stand_name: str | None = None
 
     def __post_init__(self) -> None:
         freeze(self)
@@ -293,7 +298,7 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         positions = zip(self.angles_deg, self.quantities(), strict=True)
         return {
             "schema": SCHEMA,
-            **members(self, "software origin source declared_uncertainty_rad"),
+            **members(self, "software origin source head_name stand_name declared_uncertainty_rad"),
             "positions": [{"angle_deg": a, "error": q.to_document()} for a, q in positions],
             "covariance": document_of(self.covariance_matrix),
             **members(self, "harmonics units gates"),
