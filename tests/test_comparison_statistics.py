@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from scipy import stats
 
 import accelcal
+from accelcal.cli.main import main
 from accelcal.compensate.choice import compensation
 from accelcal.discovery.covariance import Covariance, whitener_of
 from accelcal.discovery.factors import Block
@@ -69,6 +71,19 @@ def independent(readings, size=1.0):
     return whitener_of(
         Covariance(noise, 0.0, np.zeros_like(number), number, np.empty((readings, 0)))
     )
+
+
+@pytest.mark.parametrize("command", ["compare", "discover"])
+def test_the_commands_take_an_error_of_the_temperature(command, tmp_path, monkeypatch, capsys):
+    """The note of one that is not declared could be followed by a header line alone."""
+    monkeypatch.chdir(tmp_path)
+    for seed in (1, 2):
+        accelcal.write_table(simulate(seed=seed), f"{seed}.csv")
+    accelcal.fit(accelcal.read_table("1.csv")).to_json("cal.json")
+    files = ["cal.json", "2.csv"] if command == "compare" else ["2.csv"]
+    assert main([command, *files, "--temperature-uncertainty", "100mK", "--format", "json"]) == 0
+    noise = json.loads(capsys.readouterr().out)["noise"]
+    assert noise["temperature"]["value"] == 0.1
 
 
 def test_shares_of_noise_known_with_few_degrees_of_freedom_follow_fisher():

@@ -272,8 +272,13 @@ def _options_of_stand(angle: Any, acceleration: Any) -> Callable[[Function], Fun
     )
 
 
-apparatus_options = _options_of_stand(declared_angle_option, declared_acceleration_option)
-"""What is declared of head and launch, in place of the header lines of a table."""
+apparatus_options = together(
+    _options_of_stand(declared_angle_option, declared_acceleration_option),
+    degrees_option(
+        "--temperature-uncertainty", "DEG", "Standard uncertainty of a temperature [degC]."
+    ),
+)
+"""What is declared of head, launch and temperature, in place of the header lines of a table."""
 
 planned_apparatus_options = _options_of_stand(angle_option, acceleration_option)
 """The same of a test that is planned."""
@@ -282,9 +287,6 @@ reading_options = together(
     reference_temperature_option,
     local_gravity_option,
     apparatus_options,
-    degrees_option(
-        "--temperature-uncertainty", "DEG", "Standard uncertainty of a temperature [degC]."
-    ),
     valued_option(step_of_output, "--resolution", "U", "Step of the output [output unit]."),
     text_option("--unit", "UNIT", "Unit of the output, such as mA."),
     count_option("--positions", "N", "Positions in a turn."),
