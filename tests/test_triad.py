@@ -509,6 +509,25 @@ def test_channels_turned_or_exchanged_are_told(turned, told):
     assert found.verdict == "pass"
 
 
+@pytest.mark.parametrize("shafts", ["x y z", "-x z"])
+def test_angles_counted_the_wrong_way_round_are_told(shafts):
+    """The scale factors were 0, and what was wrong was said of the channels."""
+    angles = np.arange(0.0, 360.0, 45.0)
+    up, names = np.concatenate([up_of_turn(s, angles) for s in shafts.split()]), shafts.split()
+    wrong = np.concatenate([up_of_turn(s, -angles) for s in names])
+    output = outputs(up, FULL) + 1e-5 * np.random.default_rng(19).standard_normal((len(up), 3))
+
+    def axes_of(known):
+        record = TriadRecord(output, known, shaft=tuple(np.repeat(names, 8).tolist()))
+        return gate(accelcal.calibrate_triad(record), "sensitive axes")
+
+    assert axes_of(wrong).verdict == "warn"
+    assert (
+        "only if these are counted the other way round: change their sign" in axes_of(wrong).finding
+    )
+    assert axes_of(up).verdict == "pass"
+
+
 @pytest.mark.parametrize(
     ("column", "told"), [(0, "outputs x and z tell one and the same axis"), (None, "output z is")]
 )

@@ -28,6 +28,13 @@ _UNTOLD = (
     "no shafts are named: U counts errors of single attitudes, not how the block sits in a clamping"
     " that several share; name that of each attitude (shaft)"
 )
+_MIRRORED = (
+    "the outputs fit the angles only if these are counted the other way round: change their sign,"
+    " or name the shafts -x, -y, -z for x, y, z; on shaft x the axis z points up at 90 deg"
+)
+_MUCH_LESS = 0.1
+"""Part of the residuals that attitudes leave which are the right ones, beyond any doubt."""
+
 _FALSE_ALARM = 0.01
 _SURE = 1e-4
 """Chance below which turns of the block are no errors of a head, which all shafts may share."""
@@ -52,7 +59,7 @@ def gates_of(record: TriadRecord, found: Solution, frame: str) -> tuple[Gate, ..
         point, or whether their misalignments show; and the temperatures, where they are known.
     """
     gates = [_number(record, found), _spread(found), _outlier(record, found)]
-    axes = _misalignment(record, found, frame) if record.up is None else [_axes(found)]
+    axes = _misalignment(record, found, frame) if record.up is None else [_axes(record, found)]
     return (*gates, *axes, *_clampings(record, found), *_temperature(record))
 
 
@@ -137,8 +144,10 @@ def _outlier(record: TriadRecord, found: Solution) -> Gate:
     return Gate("largest residual", "warn" if t.max() > limit else "pass", told)
 
 
-def _axes(found: Solution) -> Gate:
-    """Tell channels that are turned round, or in the column of another."""
+def _axes(record: TriadRecord, found: Solution) -> Gate:
+    """Tell channels that are turned round, or in the column of another; angles the wrong way."""
+    if _is_mirrored(record, found):
+        return Gate("sensitive axes", "warn", _MIRRORED)
     odd = []
     for i, row in enumerate(found.sensitivity):
         j = int(np.argmax(np.abs(row)))
@@ -148,6 +157,19 @@ def _axes(found: Solution) -> Gate:
     if not odd:
         return Gate("sensitive axes", "pass", "each channel answers along its own axis")
     return Gate("sensitive axes", "warn", f"{', '.join(odd)}; check signs, columns and attitudes")
+
+
+def _is_mirrored(record: TriadRecord, found: Solution) -> bool:
+    """Tell whether the outputs fit the angles of all shafts counted the other way round."""
+    shafts = [name.strip().casefold().lstrip("+-") for name in record.shaft or ()]
+    if record.up is None or not shafts or not {*shafts} <= {*AXES}:
+        return False
+    matrix = np.column_stack([np.ones(len(shafts)), record.up])
+    after_next = [1 + (AXES.index(shaft) + 2) % 3 for shaft in shafts]
+    matrix[range(len(shafts)), after_next] *= -1.0
+    left = record.output - matrix @ np.linalg.lstsq(matrix, record.output)[0]
+    own = found.residual * np.linalg.norm(found.sensitivity, axis=1)
+    return bool(np.linalg.norm(left) < _MUCH_LESS * np.linalg.norm(own))
 
 
 def _misalignment(record: TriadRecord, found: Solution, frame: str) -> Iterator[Gate]:
