@@ -90,6 +90,14 @@ def test_ieee_1293_turns_the_sign_of_delta_p_only():
     assert "delta_p = -delta_P" in content["sign_convention"]
 
 
+def test_the_covariance_says_that_the_second_cross_axis_is_not_in_it(al15):
+    both = export_content(fitted(mountings=("o+", "p+")))
+    told = "The errors of delta_P, delta_io and their slopes are not in it"
+    assert not {"delta_P", "delta_io"} & {*both["covariance"]["symbols"]}
+    assert told in both["covariance"]["note"]
+    assert "not in it" not in export_content(al15)["covariance"]["note"]
+
+
 def test_validity(al15):
     validity = export_content(al15)["validity"]
     assert validity["temperature_degC"] == [-40.0, 80.0]

@@ -39,6 +39,11 @@ _OF_COVARIANCE = (
     "Covariance of the values at T0 and of the slopes; that of K1 is relative (dK1/K1), and so are"
     " its slopes. Below T0 the slopes above count for nothing, and the reverse."
 )
+_WITHOUT_OTHER_AXIS = (
+    " The errors of {names} and their slopes are not in it, and may go with these: add what their"
+    " standard uncertainties make of the acceleration to the standard uncertainty by this"
+    " covariance, not in squares."
+)
 _LAUNCH = (
     "Standard uncertainties of the shift to a new launch, of the bias [g] and of the scale factor"
     " (relative), and the hysteresis of the bias [g], which are not in the covariance; add them in"
@@ -116,9 +121,12 @@ def _new_launch(found: Compensation) -> dict[str, Any]:
 
 
 def _covariance(found: Compensation) -> dict[str, Any]:
-    rows = covariance_rows(found)
+    rows, note = covariance_rows(found), _OF_COVARIANCE
+    if found.other is not None:
+        names = f"{found.other.delta_symbol}, {found.other.coupling_symbol}"
+        note += _WITHOUT_OTHER_AXIS.format(names=names)
     return {
-        "note": _OF_COVARIANCE,
+        "note": note,
         "symbols": [symbol for symbol, _ in rows],
         "matrix": [[finite_or_none(value) for value in row] for _, row in rows],
     }
