@@ -529,6 +529,19 @@ def test_a_certificate_may_name_its_head(tables, tmp_path, capsys):
         assert (code, told in err) == (expected, expected == 2)
 
 
+def test_the_zero_of_a_certificate_has_no_uncertainty():
+    """Its row was refused, and without it the position was missing."""
+    text = "angle,error [urad],u [urad]\n{}\n90,2,1\n180,-1,1\n270,0,1\n360,0,0\n"
+    found = accelcal.read_head(io.StringIO(text.format("0,0,0")))
+    assert np.diagonal(found.covariance).tolist() == pytest.approx([0.0, *[1e-12] * 3])
+    for wrong in ("0,1,0", "45,0,0"):
+        table = text.format(wrong).replace("\n360,0,0", "")
+        with pytest.raises(
+            accelcal.TableError, match="is not above 0; write the standard .* 0 deg"
+        ):
+            accelcal.read_head(io.StringIO(table))
+
+
 def test_units_and_coverage_of_a_certificate():
     text = "# coverage: 2\nangle;correction_arcsec;u [urad]\n0;-1;2\n90;0,5;2\n360;-1;2\n"
     found = accelcal.read_head(io.StringIO(text))

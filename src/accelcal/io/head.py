@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Mask
 from accelcal.errors import TableError, located
 from accelcal.head_angles import head_positions
 from accelcal.io.cells import Column, complete_numbers
@@ -30,6 +30,10 @@ __all__ = ["read_head"]
 
 _REMEDY = "name the columns angle and error, and give units, as in error [arcsec]"
 _HOW_SURE = "add a column uncertainty [arcsec], or a line '# uncertainty: 0.5 arcsec'"
+_NO_ZERO = (
+    "write the standard uncertainty; 0 is that of an error 0 at 0 deg, where the others are"
+    " relative to it"
+)
 _HOW_FAR = "say by which factor, as in '# coverage: 2'"
 _LARGEST = 0.1
 """Errors beyond it are none of a head [rad]."""
@@ -98,7 +102,7 @@ def _certificate(table: SmallTable) -> HeadCalibration:
         "{} of a position that has another error above",
         "keep one",
     )
-    variance = _uncertainty(table, angle.size)[order] ** 2
+    variance = _uncertainty(table, (head_positions(angle) == 0.0) & (error == 0.0))[order] ** 2
     return HeadCalibration(
         angles_deg=tuple(place.tolist()),
         errors=tuple(error[order].tolist()),
@@ -125,13 +129,13 @@ def _factor(column: Column, default: str | None = None) -> float:
     return size
 
 
-def _uncertainty(table: SmallTable, size: int) -> Array:
-    """Standard uncertainty of each position [rad]."""
-    declared = table.layout.declared
+def _uncertainty(table: SmallTable, is_zero: Mask) -> Array:
+    """Standard uncertainty of each position, which only the zero of a certificate lacks [rad]."""
+    declared, size = table.layout.declared, is_zero.size
     kind = next((key for key in ("standard", "expanded", "uncertainty") if key in declared), None)
     if "uncertainty" in table.columns:
         column = _bare(table.columns["uncertainty"])
-        values = _of_column(column, table)
+        values = _of_column(column, table, is_zero)
         if kind and not np.allclose(values, _of_line(kind, declared, size), rtol=1e-6, atol=0.0):
             problem = f"uncertainty {declared[kind].value!r} is not that of column {column.heading}"
             raise declared[kind].refuse(problem, "keep one of both")
@@ -141,13 +145,13 @@ def _uncertainty(table: SmallTable, size: int) -> Array:
     return _of_line(kind, declared, size)
 
 
-def _of_column(column: Column, table: SmallTable) -> Array:
+def _of_column(column: Column, table: SmallTable, is_zero: Mask) -> Array:
     kind = kind_of_uncertainty(column.heading)
     beside = without_cover(column.heading)
     what, declared = f"column {column.heading}", table.layout.declared
     cover = _cover(kind, what, beside, declared, table.layout.refuse)
     values = complete_numbers(column) * _factor(column)
-    column.check(values > 0.0, "{} is not above 0", "write the standard uncertainty")
+    column.check((values > 0.0) | (is_zero & (values == 0.0)), "{} is not above 0", _NO_ZERO)
     return values / cover
 
 
