@@ -1,6 +1,7 @@
 """Tests compared before they are made: uncertainties, hours, what is hidden, what is impossible."""
 
 import csv
+import dataclasses
 import io
 import json
 import math
@@ -178,6 +179,19 @@ def test_without_replicates_a_note_says_that_nothing_can_be_found():
     (found,) = accelcal.design(positions=[8], strokes=[2]).designs
     assert found.effects == ()
     assert "no effect can be searched for" in found.notes[0]
+    assert found.is_blind
+
+
+def test_a_note_that_speaks_of_no_effect_is_not_one_of_a_blind_test():
+    compared = accelcal.design(positions=[8], strokes=[2])
+    note = "a soak of an hour has no effect here"
+    (test,) = compared.designs
+    told = dataclasses.replace(test, notes=(note,))
+    assert not told.is_blind
+    text = str(dataclasses.replace(compared, designs=(told,)))
+    assert f"note: {note}" in text
+    assert "for want of replicates" not in text
+    assert "for want of replicates" in str(compared)
 
 
 # -- hours -----------------------------------------------------------------------------------------

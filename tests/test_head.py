@@ -537,7 +537,7 @@ def test_the_zero_of_a_certificate_has_no_uncertainty():
     for wrong in ("0,1,0", "45,0,0"):
         table = text.format(wrong).replace("\n360,0,0", "")
         with pytest.raises(
-            accelcal.TableError, match="is not above 0; write the standard .* 0 deg"
+            accelcal.TableError, match=r"is not above 0; write the standard .* 0 deg"
         ):
             accelcal.read_head(io.StringIO(table))
 

@@ -18,7 +18,7 @@ from accelcal.model import SLOPES
 from accelcal.planning.pace import Pace, hours_of, per_run, strokes_within
 from accelcal.planning.prediction import forecasts, lost_coefficients, visibility
 from accelcal.planning.targets import checked_targets, refuse_impossible
-from accelcal.results.designs import DesignComparison, TestDesign, Visibility, label
+from accelcal.results.designs import BLIND, DesignComparison, TestDesign, Visibility, label
 from accelcal.simulation import NoiseComponents, TumblePlan
 from accelcal.units import HOUR
 from accelcal.version import SOFTWARE
@@ -305,7 +305,7 @@ def design_of(
         try:
             shown = visibility(plan, noise, accelerometer, declared=declared)
         except InputError as error:
-            notes = (f"no effect can be searched for: {error}",)
+            notes = (f"{BLIND}: {error}",)
     told = forecasts(plan, noise, accelerometer, declared=declared)
     if noise.temperature > 0.0 and not any(f.name in SLOPES for f in told):
         notes = (*notes, _NO_SLOPES)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from accelcal.model import COEFFICIENT_OF, COEFFICIENTS, SLOPES
 from accelcal.report.lines import aligned, sections, wrapped
 from accelcal.report.numbers import SMALL_UNITS, in_small_unit, plain, readable, significant
-from accelcal.results.designs import DesignComparison, Forecast, TestDesign, Visibility
+from accelcal.results.designs import BLIND, DesignComparison, Forecast, TestDesign, Visibility
 
 _OTHERS = ("k0 at T0", "K1 at T0", "delta at T0", "delta0")
 _LETTERS = {
@@ -211,11 +211,10 @@ def _effects(designs: Sequence[TestDesign]) -> Iterator[Iterable[str]]:
         ]
     for start in range(0, len(shown), _ABREAST):
         yield _effect_table(shown[start : start + _ABREAST], set(hidden))
-    blind = [d.label for d in designs if any(_tells_of_blindness(note) for note in d.notes)]
+    blind = [d.label for d in designs if d.is_blind]
     if blind:
         yield [
-            f"{', '.join(blind)}: no effect can be searched for, for want of replicates; two cycles"
-            " or more show effects"
+            f"{', '.join(blind)}: {BLIND}, for want of replicates; two cycles or more show effects"
         ]
 
 
@@ -262,10 +261,6 @@ def _taken_up(item: Visibility) -> str:
 
 def _notes(found: DesignComparison) -> Iterator[str]:
     of_designs = dict.fromkeys(note for design in found.designs for note in design.notes)
-    notes = (note for note in of_designs if not _tells_of_blindness(note))
+    notes = (note for note in of_designs if not note.startswith(BLIND))
     for note in (*found.notes, *notes):
         yield from wrapped(f"note: {note}")
-
-
-def _tells_of_blindness(note: str) -> bool:
-    return "no effect" in note

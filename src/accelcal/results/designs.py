@@ -19,6 +19,9 @@ __all__ = ["SCHEMA", "DesignComparison", "Forecast", "TestDesign", "Visibility"]
 
 SCHEMA = "accelcal/design/1"
 
+BLIND = "no effect can be searched for"
+"""How the note of a test begins that shows no effects, and says why."""
+
 
 @dataclass(frozen=True, slots=True)
 class Forecast(StoredPart):
@@ -160,6 +163,11 @@ class TestDesign(StoredPart):
     def label(self) -> str:
         """The test in a few characters, as ``"8 x 6"``: positions and strokes."""
         return label(self.positions, self.angles, self.strokes)
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether effects were asked for, and the test shows none."""
+        return any(note.startswith(BLIND) for note in self.notes)
 
     def __repr__(self) -> str:
         return f"<TestDesign {self.label}: {self.readings} readings, {self.hours:.4g} h>"
