@@ -11,6 +11,8 @@ import pytest
 from hidden.clampings import units_on_one_head
 
 import accelcal
+from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.options import Options
 from accelcal.cli.main import main
 from accelcal.estimate.declared_scatter import moderated
 from accelcal.io.head_words import EXPANDED, HEAD_COLUMNS, HEAD_KEYS
@@ -220,11 +222,22 @@ def test_a_head_is_not_taken_for_another(key):
         again = accelcal.HeadCalibration.from_json(head.to_json())
         return accelcal.fit(dataclasses.replace(other, metadata=of_test), head=again)
 
-    told = rf"measured on {key} Beta, but .* is of {key} Alpha; give the calibration of the head"
+    told = rf"measured on {key} Beta, but .* are those of {key} Alpha; give the calibration of"
     with pytest.raises(accelcal.InputError, match=told):
         fitted({key: "Alpha"}, {key: "Beta"})
     silent = [({key: "Alpha"}, {key: "alpha"}), ({key: "Alpha"}, {}), ({}, {key: "Beta"})]
     assert len({fitted(*names).tables[0].error_model["k2"].value for names in silent}) == 1
+
+
+def test_of_many_tables_only_those_of_another_head_are_refused():
+    records = [accelcal.simulate(seed=seed) for seed in range(5)]
+    named = [
+        dataclasses.replace(record, metadata={"head": name})
+        for record, name in zip(records, ("Alpha", "Beta", "alpha", "Beta", ""), strict=True)
+    ]
+    found = calibrate_many(named[1:], Options(head=accelcal.calibrate_head(named[:1])))
+    assert sorted(found.failures) == [0, 2]
+    assert sorted(place for places, _ in found.stacks for place in places) == [1, 3]
 
 
 def test_what_is_left_is_held_against_the_replicates():
@@ -525,7 +538,9 @@ def test_a_certificate_may_name_its_head(tables, tmp_path, capsys):
     for name, expected in (("alpha", 0), ("Beta", 2)):
         tables[1].write_text(f"# head: {name}\n{text}", "utf-8")
         code, _, err = run(capsys, "fit", tables[1], "--head", certificate)
-        told = f"measured on head {name}, but {certificate} is of head Alpha; give the calibration"
+        told = (
+            f"measured on head {name}, but the errors from {certificate} are those of head Alpha;"
+        )
         assert (code, told in err) == (expected, expected == 2)
 
 

@@ -111,6 +111,6 @@ def refuse_head_of_others(head: HeadCalibration, records: Sequence[TumbleRecord]
         if same_head(known, told) is False:
             key = HEAD if known[HEAD] and told[HEAD] else STAND
             raise InputError(
-                f"{record.source}: measured on {key} {told[key]}, but {head.source} is of {key}"
-                f" {known[key]}; give the calibration of the head of this test"
+                f"{record.source}: measured on {key} {told[key]}, but the errors from {head.source}"
+                f" are those of {key} {known[key]}; give the calibration of the head of this test"
             )
