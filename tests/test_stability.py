@@ -422,6 +422,21 @@ def test_a_drift_is_no_hysteresis_where_accelerations_are_reached_twice(truth):
     assert held >= 456  # of 475; fewer once in 10000 tries
 
 
+@pytest.mark.parametrize("samples", [1, 10])
+def test_the_interval_of_a_hysteresis_counts_slow_noise(samples):
+    """A random walk, which samples beside each other do not show: it held in 7 %."""
+    random, held = np.random.default_rng(11), 0
+    for _ in range(200):
+        once = up_and_down(random, (1e-5,) * 8, samples)
+        applied = np.tile(once.input, 2)
+        walk = np.cumsum(random.normal(scale=1e-6, size=applied.size))
+        output = applied + walk + random.normal(scale=1e-6, size=applied.size)
+        time = np.arange(float(applied.size))
+        estimate = hysteresis([Launch("steps", time, output, input=applied)], "g")
+        held += estimate.lower <= 0.0
+    assert held >= 180
+
+
 def test_a_single_sweep_says_that_a_drift_counts_as_hysteresis():
     launch = up_and_down(np.random.default_rng(10), (1e-5,) * 4, 5)
     found = hysteresis([launch], "g")

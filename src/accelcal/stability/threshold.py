@@ -92,14 +92,15 @@ def hysteresis(launches: Sequence[Launch], unit: str) -> Estimate:
     Returns
     -------
     Estimate
-        The difference with its 95 % interval from the noise of the dwells; without limits where
-        each dwell has a single sample.
+        The difference with its 95 % interval from the noise; without limits where nothing tells it,
+        as each dwell has a single sample.
 
     Notes
     -----
     A linear drift of each launch is taken out, which what was reached twice from one side tells.
-    All dwells have the same noise, so that they tell it together. The interval is that of the
-    largest of all differences: each has its own at a level that all hold at once (Bonferroni).
+    The noise is that of the samples at one acceleration, or the scatter of what was reached twice
+    about the drift, which slow noise makes larger. The interval is that of the largest of all
+    differences: each has its own at a level that all hold at once (Bonferroni).
 
     Examples
     --------
@@ -117,15 +118,23 @@ def hysteresis(launches: Sequence[Launch], unit: str) -> Estimate:
         )
     sizes, shares = (np.concatenate(each) for each in zip(*(s[:2] for s in sweeps), strict=True))
     said = "" if all(sweep.tells_drift for sweep in sweeps) else _ONCE
-    every = [dwell for own in dwells for dwell in own]
-    dof = sum(dwell.samples - 1 for dwell in every)
+    noise, dof = _noise(dwells, sweeps)
     if not dof:
         finding = "; ".join(filter(None, ["no interval: one sample at each acceleration", said]))
         return Estimate(float(sizes.max()), unit, finding=finding)
-    noise = (sum(dwell.squares for dwell in every) / dof) ** 0.5
     half = student_quantile(1.0 - (1.0 - LEVEL) / sizes.size, dof) * noise * shares
     lower, upper = max(0.0, float((sizes - half).max())), float((sizes + half).max())
     return Estimate(float(sizes.max()), unit, lower, upper, dof, said)
+
+
+def _noise(dwells: list[list[_Dwell]], sweeps: list[_Sweep]) -> tuple[float, int]:
+    """Noise of a sample and its degrees of freedom: the larger of what samples and dwells tell."""
+    every = [dwell for own in dwells for dwell in own]
+    told = (
+        (sum(dwell.squares for dwell in every), sum(dwell.samples - 1 for dwell in every)),
+        (sum(sweep.squares for sweep in sweeps), sum(sweep.dof for sweep in sweeps)),
+    )
+    return max((((squares / dof) ** 0.5, dof) for squares, dof in told if dof), default=(0.0, 0))
 
 
 class _Sweep(NamedTuple):
@@ -140,11 +149,17 @@ class _Sweep(NamedTuple):
     tells_drift : bool
         Whether a drift was taken out, which takes an acceleration that was reached twice from one
         side.
+    squares : float
+        Squares of what is left of the means of the dwells, in units of a sample [g^2].
+    dof : int
+        Their degrees of freedom.
     """
 
     sizes: Array
     shares: Array
     tells_drift: bool
+    squares: float
+    dof: int
 
     @classmethod
     def of(cls, dwells: list[_Dwell]) -> _Sweep:
@@ -158,14 +173,15 @@ class _Sweep(NamedTuple):
         total = np.bincount(of, samples)
         mean, at = (np.bincount(of, samples * each) / total for each in (output, time))
         tells_drift = bool((visits > 1).any())
-        since = time - at[of]
+        since, away = time - at[of], output - mean[of]
         spread = float(samples @ since**2) if tells_drift else np.inf
-        drift = float(samples * since @ (output - mean[of])) / spread
+        drift = float(samples * since @ away) / spread
         up = np.flatnonzero(np.diff(sides // 2) == 0) + 1  # behind the same one reached from above
         later = at[up] - at[up - 1]
         sizes = np.abs(mean[up] - mean[up - 1] - drift * later)
         shares = np.sqrt(1.0 / total[up] + 1.0 / total[up - 1] + later**2 / spread)
-        return cls(sizes, shares, tells_drift)
+        squares = float(samples @ (away - drift * since) ** 2)
+        return cls(sizes, shares, tells_drift, squares, of.size - sides.size - tells_drift)
 
 
 def _levels(applied: Array) -> Ints:
