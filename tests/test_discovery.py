@@ -1280,3 +1280,14 @@ def test_readings_that_stand_there_several_times_are_told(times):
     many = 162 * (times - 1)
     with pytest.raises(accelcal.InputError, match=f"{many} of {162 * times} readings repeat one"):
         accelcal.discover(copied)
+
+
+@pytest.mark.parametrize("step", [3e-5, 1e-4])
+def test_readings_of_a_coarse_step_that_agree_are_no_copies(step):
+    """Two at each position that agree to the last digit, as those of other strokes do."""
+    record = accelcal.simulate(seed=2)
+    again = np.repeat(np.arange(len(record)), 2)
+    twice = replace(record, **{name: own[again] for name, own in record._arrays().items()})
+    coarse = replace(twice.apparatus, resolution=step)
+    rounded = replace(twice, output=np.round(twice.output / step) * step, apparatus=coarse)
+    assert not accelcal.discover(rounded).effects
