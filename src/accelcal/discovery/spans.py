@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Places
 
 
 def lengths(columns: Array) -> Array:
@@ -49,8 +49,13 @@ def squares_in(basis: Array, seen: Array) -> float:
 
 
 def first_largest(values: Array, rounding: float = 1e-9) -> int:
-    """Index of the largest of some values above zero; of those alike but for rounding, the first.
+    """Index of the first of `all_largest`."""
+    return int(all_largest(values, rounding)[0])
+
+
+def all_largest(values: Array, rounding: float = 1e-9) -> Places:
+    """Indices of the largest of some values above zero, of all that are alike but for rounding.
 
     The largest alone would depend on the processor.
     """
-    return int(np.argmax(values >= (1.0 - rounding) * values.max()))
+    return np.flatnonzero(values >= (1.0 - rounding) * values.max(initial=0.0))
