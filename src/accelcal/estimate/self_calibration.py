@@ -267,9 +267,8 @@ def _rounded_noises(record: TumbleRecord, tables: Sequence[PreparedTable]) -> li
 
 def _places(names: list[str], table: PreparedTable, number: int) -> list[int]:
     """Columns of the coefficients of a table among those of its unit, new ones added."""
-    axis = table.axis
     own = [
-        f"{_OF_UNIT[name]}_{axis}" if name in _OF_UNIT else f"{name} of table {number}"
+        f"{_OF_UNIT[name]}_{table.axis}" if name in _OF_UNIT else f"{name} of table {number}"
         for name in COEFFICIENTS
     ]
     names.extend(name for name in own if name not in names)
@@ -292,8 +291,7 @@ def _changes(
     told = np.abs(np.diagonal(inverse @ unit.nuisance) - 1.0) < 1e-6
     shared = [i for i, name in enumerate(unit.names) if " of table " not in name and told[i]]
     names, inverse = [unit.names[i] for i in shared], inverse[shared]
-    alone = together([own.cautious], declared)
-    before = _quantities(own, names, inverse, [own], alone, declared)
+    before = _quantities(own, names, inverse, [own], together([own.cautious], declared), declared)
     after = _quantities(own, names, inverse, all_, joint, declared)
     return {n: Change(n, b, a) for n, b, a in zip(names, before, after, strict=True)}
 
@@ -320,10 +318,9 @@ def _quantities(
     standard = np.sqrt(np.sum(noises, axis=0) + missed)
     expanded = NORMAL_FACTOR * np.sqrt(np.square(cautions) @ np.array(noises) + missed)
     values = inverse @ (unit.z - unit.head @ errors)
-    numbers = zip(values.tolist(), standard.tolist(), expanded.tolist(), strict=True)
-    return [
-        _quantity(*three, _UNITS[name[:-2]]) for name, three in zip(names, numbers, strict=True)
-    ]
+    units = [_UNITS[name[:-2]] for name in names]
+    each = zip(values.tolist(), standard.tolist(), expanded.tolist(), units, strict=True)
+    return [_quantity(*one) for one in each]
 
 
 def _quantity(value: float, standard: float, expanded: float, unit: str) -> Quantity:
@@ -355,8 +352,8 @@ def _patterns(phi: Array) -> Iterator[tuple[str, Array]]:
 
 
 def _clampings(records: Sequence[TumbleRecord]) -> Gate:
-    found = {0.0} if any(r.clamping is None for r in records) else set()
-    found |= {float(c) % 360.0 for r in records if r.clamping is not None for c in r.clamping}
+    each = [np.zeros(1) if r.clamping is None else r.clamping for r in records]
+    found = set((np.concatenate(each) % 360.0).tolist())
     told = f"clamped at {', '.join(f'{c:g}' for c in sorted(found))} deg"
     if len(found) > 1:
         return Gate("clampings", "pass", told)
@@ -380,8 +377,8 @@ def _left_over(found: Sequence[_Told], declared: float) -> Gate:
         return Gate("what is left", "not assessed", "too few readings")
     square = max(float(squares - of_head - pure), 0.0) / dof
     chance = f_survival(square, dof, pure or math.inf)
-    told = f"residuals are {math.sqrt(square):.2f} times as noise and head explain"
-    told += f" (p = {chance:.2g})"
+    times = math.sqrt(square)
+    told = f"residuals are {times:.2f} times as noise and head explain (p = {chance:.2g})"
     if chance < _FALSE_ALARM:
         told += "; something else disturbs them, which accelcal discover names, or the head is"
         return Gate("what is left", "warn", f"{told} worse than declared")
