@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 from accelcal.io.vocabulary import ACROSS, OUTPUTS, Heading, canonical_key, is_unit_of, read_heading
 from accelcal.units import is_output_unit
@@ -70,18 +70,24 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     --------
     >>> are_headings([read_heading(cell) for cell in ("T", "k", "1", "2")])
     True
-    >>> are_headings([read_heading(cell) for cell in ("temperature", "20")])
+    >>> are_headings([read_heading(cell) for cell in ("temperature", "20", "serial", "A-7")])
     False
     """
     roles = {cell.role for cell in cells if cell.role and cell.role != "date"}
     numbered = [cell for cell in cells if cell.role in ACROSS]
     if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
         return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing
-    if len(numbered) == 1 and not numbered[0].text[0].isalpha():
-        # "temperature; 20" is no row of headings, nor is "serial; A-7; temperature; 20 °C"
-        roles.difference_update(ACROSS, {ACROSS[str(numbered[0].role)]} - {"stroke"})
+    if _is_of_form(cells):
+        return False
     roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}
     return len(roles) >= 2 and bool(roles & _CORE)
+
+
+def _is_of_form(cells: Sequence[Heading]) -> bool:
+    """Tell whether names and numbers take turns, as keys and their values in a row of a form."""
+    number = [cell.role in ACROSS and not cell.text[0].isalpha() for cell in cells]
+    name = [cell.role is not None and cell.role not in ACROSS for cell in cells]
+    return any(number) and not any(a and b for kind in (number, name) for a, b in pairwise(kind))
 
 
 def over_time(cells: Sequence[Heading]) -> bool:
