@@ -1740,3 +1740,86 @@ def test_minutes_behind_the_decimal_mark_of_an_angle_are_told():
     decimal = "T,angle,k,Y\n" + "".join(f"20,{a:g},1,{y:.6f}\n" for a, y in rows)
     for right in (decimal, text.replace(".30,", "°30',")):
         assert not any("minutes" in told for told in read(right).notes)
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        "Serial;A-7;Temperature;20,5;Humidity, %;45;Page;1",
+        "Serial;A-7;Run;3;Temperature;20,5",
+        "Temp. in °C;20,5;;Positions;8;Serial;A-7",
+        "Position;1;Temperature;20,5;Serial;A-7",
+    ],
+)
+def test_names_and_numbers_that_take_turns_are_a_row_of_a_form(row):
+    """They passed for the headings, and the file was refused."""
+    record = read(f"{row}\n{FORM}")
+    assert (record.serial, record.temperature[0]) == ("A-7", 20.5)
+
+
+def test_a_colon_of_a_form_is_no_value():
+    """The serial number was 'Operator:', without a word."""
+    assert read(f"Serial:;;Operator:;N. N.\nTemperature;20\n{FORM}").serial is None
+
+
+@pytest.mark.parametrize(
+    ("row", "date"),
+    [
+        ("Date: Friday, 31 May 2024,,,", "Friday, 31 May 2024"),
+        ("Date: 31.05.2024, 12:30,Serial: A-7", "31.05.2024, 12:30"),
+        ("Serial: A-7, Date: 31.05.2024", "31.05.2024"),
+        ("Date, 31.05.2024, Serial, A-7", "31.05.2024"),
+    ],
+)
+def test_commas_of_a_value_above_a_table_with_commas(row, date):
+    """The date was Friday."""
+    assert read(f"{row}\n{long_table()}").date == date
+
+
+def test_a_decimal_comma_above_a_table_with_commas_is_refused():
+    """20,5 was 20 with no other word than that text was set aside."""
+    with pytest.raises(TableError, match="temperature '20,5' does not fit the decimal mark"):
+        read("Temperature: 20,5\nposition,stroke,output\n1,1,1.3\n3,1,0.0\n5,1,-1.3\n")
+
+
+@pytest.mark.parametrize(
+    "row",
+    ['"Head uncertainty: 2"""', '"Serial: A-7","Head uncertainty: 2"""'],
+)
+def test_quotes_in_quotes_above_a_table_with_other_separators(row):
+    record = read(f"{row}\n{long_table(';')}")
+    assert record.apparatus.head_uncertainty == pytest.approx(np.radians(2 / 3600))
+    assert record.serial == ("A-7" if "Serial" in row else None)
+
+
+def test_what_stands_behind_a_comma_and_is_no_unit_makes_no_key():
+    """The serial number was '- 0012,Time'."""
+    assert read(f"Serial,0012,Time: -\n{long_table(';')}").serial is None
+
+
+@pytest.mark.parametrize(
+    ("line", "metadata"),
+    [
+        ("# serial: A-7; Supply, V: 5; date: 2024-05-31", {"comment": "Supply, V: 5"}),
+        ("# serial: A-7; operator: ; date: 2024-05-31", {"operator": ""}),
+        ("# serial: A-7, date: 2024-05-31; file: C:\\a.csv", {"file": "C:\\a.csv"}),
+        ("# serial: A-7\tset: X (a; b)\tdate: 2024-05-31", {"set": "X (a; b)"}),
+    ],
+)
+def test_declarations_beside_each_other_whatever_stands_between(line, metadata):
+    """The rest of the line was a part of the serial number."""
+    record = read(f"{line}\n{TEXT}")
+    assert (record.serial, record.date, record.metadata) == ("A-7", "2024-05-31", metadata)
+
+
+def test_a_time_of_day_behind_a_comma_is_no_declaration():
+    record = read(f"# date: 31.05.2024, at 12:30\n{TEXT}")
+    assert (record.date, record.metadata) == ("31.05.2024, at 12:30", {})
+
+
+@pytest.mark.parametrize("separator", [",", ";"])
+@pytest.mark.parametrize("line", ["# Temperature, °C: {}40", "Temperature, °C: {}40", "T: {}40 °C"])
+@pytest.mark.parametrize("minus", ["-", "\u2212", "\u2013"])
+def test_a_unit_behind_a_comma_and_any_minus_above_a_table(line, minus, separator):
+    table = "position;stroke;output\n1;1;1.3\n3;1;0.0\n5;1;-1.3\n".replace(";", separator)
+    assert read(f"{line.format(minus)}\n{table}").temperature[0] == -40.0

@@ -34,7 +34,7 @@ _REMEDIES = {
 }
 """Column -> what its cells should be, where one is no number."""
 
-_WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
+_WITH_UNIT = re.compile(r"([-+\u2212\u2013]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
 
 
 _WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")

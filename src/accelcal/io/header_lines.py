@@ -13,6 +13,8 @@ from accelcal.io.vocabulary import KEYS, canonical_key, split_unit
 _PAIR = re.compile(r"((?:[^:=,;\t(\[]|[(\[][^)\]]*[)\]])+|[^:=,;\t]+)[:=](.*)")
 IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
 """Key and value in a cell each."""
+BEGINS_PAIR = re.compile(r"[^\W\d_][^:=]*(?:=|:(?![0-9])|(?<!\s[0-9])(?<!\s[0-9]{2}):)")
+"""A key with its sign, which is not the colon of a time, as in ``at 12:30``."""
 _NUMBER = re.compile(r"[+-]?[.,]?[0-9]")
 _SHORTEST = 6  # letters of a key below which one that is nearly alike means something else
 _ALIKE = 0.85  # least likeness of two keys, of difflib; one wrong letter of seven
@@ -94,12 +96,10 @@ def declarations_in(text: str) -> list[str]:
     >>> declarations_in("serial=X1; made: 1980"), declarations_in("note: warm; unit: by eye")
     (['serial=X1', 'made: 1980'], ['note: warm; unit: by eye'])
     """
-    for mark in ";\t,":
+    for mark in "\t;,":
         parts = [part.strip() for part in text.split(mark)] if mark in text else []
-        pairs = [header_line(part) for part in parts]
-        told = all(map(all, pairs)) and all(part[0].isalpha() for part in parts)
-        if pairs and told and pairs[0][0] in KEYS:
-            return parts
+        if parts and all(map(BEGINS_PAIR.match, parts)) and header_line(parts[0])[0] in KEYS:
+            return [own for part in parts for own in declarations_in(part)]
     return [text]
 
 

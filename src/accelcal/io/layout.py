@@ -19,7 +19,7 @@ from accelcal.io.header_lines import (
 )
 from accelcal.io.heading_rows import are_headings, dated_once, joined, numbers_alone, over_time
 from accelcal.io.one_byte import ONE_BYTE
-from accelcal.io.rows_above import declared_in_row
+from accelcal.io.rows_above import declared_in_row, label
 from accelcal.io.text import SourceText, refuse_document
 from accelcal.io.vocabulary import KEYS, Heading, read_heading
 from accelcal.io.wording import lines_named, were
@@ -285,6 +285,9 @@ def _key_and_value(text: str) -> tuple[str, str]:
     key, value = header_line(text)
     if key:
         return key, value
+    key, value, unit = label(text)  # as of Temperature, °C: 20
+    if key and value:
+        return key, f"{value} {unit}".strip()
     key, value = header_line(text, form=IN_CELLS)
     if key in KEYS:
         return key, value

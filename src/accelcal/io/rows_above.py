@@ -6,14 +6,17 @@ import csv
 import re
 from collections import deque
 
-from accelcal.io.header_lines import declarations_in
+from accelcal.io.header_lines import BEGINS_PAIR, declarations_in
 from accelcal.io.vocabulary import LONGEST, canonical_key, split_unit
 from accelcal.units import UNITS, is_output_unit, size_of
 
 _MARKS = "\t;|,"
 _PAIR = re.compile(r"([^:=]+)[:=](.*)")
+_QUOTED = re.compile(r'"((?:[^"]|"")*)"')
 _BEFORE_UNIT = re.compile(r"(.+?)(?:\s*[/,]|\s(?:in|en|в)(?=\s))\s*(\S.*)")
-_NUMBER = re.compile(r"[-+\u2212]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)?")
+_COMMA = re.compile(r"[0-9],[0-9]|.,\s")
+"""A comma of a number or of language, behind which no program would begin a cell."""
+_NUMBER = re.compile(r"[-+\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)?")
 _LISTS = ("serials", "runs")
 
 
@@ -45,7 +48,7 @@ def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
     cells = deque(_cells(line, separator))
     found = []
     while cells:
-        key, value, unit = _label(cells.popleft())
+        key, value, unit = label(cells.popleft())
         if key in _LISTS:
             value = ",".join(filter(None, [value, *cells]))
             cells.clear()
@@ -55,32 +58,72 @@ def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
     return found
 
 
-def _cells(line: str, separator: str | None) -> list[str]:
+def label(cell: str) -> tuple[str, str, str]:
+    """Take a text such as ``Temperature, °C: 20`` for a key.
 
+    Parameters
+    ----------
+    cell : str
+        The text.
+
+    Returns
+    -------
+    key : str
+        One of `accelcal.io.vocabulary.KEYS`, empty for an unknown one.
+    value : str
+        What stands behind its colon.
+    unit : str
+        The unit of the key.
+
+    Examples
+    --------
+    >>> label("Temperature, °C: 20"), label("T0 [degC]"), label("Friday, 31 May")
+    (('temperature', '20', '°C'), ('reference_temperature', '', 'degC'), ('', '', ''))
+    """
+    pair = _PAIR.fullmatch(cell)
+    name, value = (pair[1].strip(), pair[2].strip()) if pair else (cell, "")
+    bare, unit = split_unit(name)
+    behind = _BEFORE_UNIT.fullmatch(name) if len(name) <= LONGEST else None
+    if behind and not canonical_key(bare) and _is_unit(behind[2]):
+        bare, unit = behind.groups()
+    return canonical_key(bare) or "", value, unit
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
     text = line.strip(" ,;\t")
     mark = separator if separator and separator in text else None
-    if mark is None and _PAIR.fullmatch(text):  # of which a comma may be a decimal mark
-        return declarations_in(text[1:-1] if text[0] == text[-1] == '"' else text)
+    bare = _QUOTED.sub(lambda cell: cell[1].replace('""', '"'), text)
+    pair = _PAIR.fullmatch(bare)  # of which a comma may be a decimal mark, or that before a unit
+    if pair and (mark is None or (mark in pair[1] and label(bare)[0])):
+        return declarations_in(bare)
     mark = mark or next((mark for mark in _MARKS if mark in text), "\t")
     long = len(text) > csv.field_size_limit()
     cells = text.split(mark) if long else next(csv.reader([text], delimiter=mark))
+    if mark == ",":
+        cells = _with_commas(cells)
     return [cell.strip() for cell in cells if cell.strip()]
 
 
-def _label(cell: str) -> tuple[str, str, str]:
-    """Key that a cell has, empty for an unknown one, the value beside it, and the unit."""
-    pair = _PAIR.fullmatch(cell)
-    label, value = (pair[1].strip(), pair[2].strip()) if pair else (cell, "")
-    name, unit = split_unit(label)
-    behind = _BEFORE_UNIT.fullmatch(label) if len(label) <= LONGEST else None
-    if behind and not canonical_key(name):
-        name, unit = behind.groups()
-    return canonical_key(name) or "", value, unit
+def _with_commas(cells: list[str]) -> list[str]:
+    """Cells of which a value behind a colon has commas, as 20,5 and Friday, 31 May have them."""
+    parts: list[list[str]] = []
+    for cell in cells:
+        goes_on = parts and BEGINS_PAIR.match(parts[-1][0][:LONGEST])
+        if goes_on and _COMMA.fullmatch(f"{parts[-1][-1][-1:]},{cell[:1]}") and not _begins(cell):
+            parts[-1].append(cell)
+        else:
+            parts.append([cell])
+    return [",".join(part) for part in parts]
 
 
 def _is_label(cell: str) -> bool:
-    """Tell whether a cell has a key; one letter is rather a unit, as g is, or a name."""
-    return len(cell) > 1 and bool(_label(cell)[0])
+    """Tell whether a cell has a key, or its colon; one letter is rather a unit, or a name."""
+    return len(cell) > 1 and (cell[-1] in ":=" or bool(label(cell)[0]))
+
+
+def _begins(cell: str) -> bool:
+    """Tell whether a cell begins something of its own."""
+    return bool(BEGINS_PAIR.match(cell.strip())) or _is_label(cell.strip())
 
 
 def _value(key: str, cells: deque[str]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from accelcal.io.cells import Column
 from accelcal.io.signs import with_hyphen
 
-_SIGN, _NUMBER = r"([+\-\u2212]?)", r"([0-9]+(?:[.,][0-9]+)?)"
+_SIGN, _NUMBER = r"([+\-\u2212\u2013]?)", r"([0-9]+(?:[.,][0-9]+)?)"
 _MARKED = re.compile(  # minutes have their mark, a blank behind them or nothing more
     rf"{_SIGN}([0-9]+) ?\u00b0"
     rf"(?: ?{_NUMBER}(?: ?['\u2032\u2019]| (?=[0-9])|$))?"

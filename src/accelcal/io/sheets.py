@@ -14,7 +14,7 @@ from accelcal.io.layout import Layout
 from accelcal.io.signs import with_hyphen
 from accelcal.io.vocabulary import KEYS, read_heading
 
-_NUMBER = r"([+\-\u2212]?\d+(?:[.,]\d+)?)"
+_NUMBER = r"([+\-\u2212\u2013]?\d+(?:[.,]\d+)?)"
 _TEMPERATURE = re.compile(rf"(?:^|[\s_=(]){_NUMBER}[\s_]*(?:°[\s_]?C|℃|deg[\s_]?C)(?!\w)", re.I)
 _RANGE = re.compile(r"(?:-|\u2013|\bto|\bbis|\.)[\s_]*$", re.I)
 

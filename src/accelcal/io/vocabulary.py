@@ -140,7 +140,7 @@ _SERIAL = re.compile(  # and a label with a digit, which a serial port does not 
     r"([^\s,;]*[0-9][^\s,;]*)",
     re.IGNORECASE,
 )
-_MEASURED = re.compile(r"(T *= *)?([-\u2212]?[0-9]+(?:[.,][0-9]+)?) *(.*)")
+_MEASURED = re.compile(r"(T *= *)?([-\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?) *(.*)")
 _COUNTED = re.compile(r"(?:no|nr|№|n°)_(?P<behind>.+)|(?P<before>.+)_(?:no|nr|№|n°|number|#)")
 
 
