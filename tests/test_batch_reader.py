@@ -123,6 +123,8 @@ def test_ordinary_tables_are_taken(name, engine):
     assert taken(ORDINARY[name], engine)
 
 
+TURN_OF_16 = np.arange(0.0, 382.5, 22.5).tolist()
+
 ODD = {
     "decimal comma": table().replace(",", ";").replace(".", ","),
     "semicolons": table().replace(",", ";"),
@@ -165,6 +167,10 @@ ODD = {
         header="",
         headings="serial," + HEADINGS,
         cells=[(s, *row) for s, row in zip("ABA" * 12, rows(), strict=True)],
+    ),
+    "minutes of angles behind the point": table(
+        headings="temperature,angle,stroke,output\n",
+        cells=[(20.0, a - a % 1 * 0.4, k, 1.3 - a / 150) for k in (1, 2) for a in TURN_OF_16],
     ),
     "a short turn": table(cells=[r for r in rows() if r[1] < 8]),
 }

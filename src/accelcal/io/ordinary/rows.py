@@ -19,6 +19,7 @@ from accelcal.geometry import MOUNTINGS
 from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.parts import Leading, Parts, Stretches, leading_of, parts_of
 from accelcal.io.ordinary.plans import PLANNED, Plans, read_plans, without_gaps
+from accelcal.io.places import notes_of_minutes
 from accelcal.io.readings import FEWEST_IN_TURN, MARKERS
 from accelcal.pace import LATEST, QUICKEST
 from accelcal.record import TumbleRecord
@@ -157,13 +158,15 @@ def _goes_back(time: Any, rows: Stretches) -> Mask:
 
 
 def _odd_turns(plans: Plans, leading: Leading, parts: Parts, group: Group) -> Mask:
-    """Tables whose angles may be radians, or whose turn may have fewer positions than declared."""
+    """Tables whose angles may be radians or minutes, or whose turn may have fewer positions."""
     first = np.searchsorted(parts.table, np.arange(len(group.tables)))
     odd = np.zeros(first.size, dtype=bool)
     if "angle" in group.cells.numbers:
         low = np.minimum.reduceat(leading.rows.lowest(plans.angle)[leading.of], first)
         high = np.maximum.reduceat(leading.rows.highest(plans.angle)[leading.of], first)
         odd |= (high - low >= 1.5) & (np.maximum(high, -low) <= 2.0001 * np.pi)
+        minutes = np.array([*map(bool, map(notes_of_minutes, leading.rows.cut(plans.angle)))])
+        odd[parts.table[minutes[leading.of]]] = True
     if "position" in group.cells.numbers:
         last = np.maximum.reduceat(leading.rows.highest(plans.position)[leading.of], first)
         odd |= (last >= FEWEST_IN_TURN) & (last < group.rules.positions)
