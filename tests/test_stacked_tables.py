@@ -332,8 +332,17 @@ def test_columns_that_are_the_angles_in_another_order_are_refused():
     truth = (AL15 * np.ones((2, 1))) @ rows(angles).T
     outputs = pd.DataFrame(truth, columns=angles)
     turned = outputs[outputs.columns[::-1]]
-    with pytest.raises(InputError, match=r"the angles in another order; give angle=frame\.columns"):
-        estimate_tables(turned, angles)
+    told = r"the angles in another order; order them so, or give angle=frame\.columns\.astype"
+    std = outputs * 0.0 + 1e-5
+    for given, spread in (
+        (turned, None),
+        (turned.rename(columns=str), None),  # as a CSV file has them
+        (outputs, std[std.columns[::-1]]),
+    ):
+        with pytest.raises(InputError, match=told):
+            estimate_tables(given, angles, std=spread)
+    with pytest.raises(InputError, match="output and std are Series of different indices"):
+        estimate_tables(outputs, angles, std=std[::-1])
     found = estimate_tables(turned, turned.columns)
     assert_allclose(found.coefficients, estimate_tables(outputs, angles).coefficients, atol=1e-12)
     assert repr(found) == "<TableEstimates: 2 tables, K0, K1, K2, K3, M and M_ip>"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arguments.kinds import as_given, several
-from accelcal.arguments.numbers import check_whole, number_array
+from accelcal.arguments.numbers import check_whole, number_array, refuse_other_order
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array, Ints
 from accelcal.equality import equal
@@ -152,9 +152,9 @@ def estimate_tables(
     Raises
     ------
     InputError
-        If a shape does not fit, the columns of a DataFrame are the angles in another order, a
-        reading is infinite or of a size far from any unit, or a `std`
-        is not above zero.
+        If a shape does not fit, the columns of a DataFrame are the angles in another order, the
+        frames of `output` and `std` have different indices, a reading is infinite or of a size far
+        from any unit, or a `std` is not above zero.
     DesignError
         If the angles do not determine K1; if `robust` and no position has three readings.
 
@@ -190,6 +190,8 @@ def estimate_tables(
     check_flag(robust=robust)
     check_whole(1, threads=threads)
     y, degrees = _checked(output, angle)
+    _refuse_other_angles("std", std, degrees)
+    refuse_other_order({"output": output, "std": std} if hasattr(std, "columns") else {})
     spread = np.ones(degrees.size) if std is None else _checked_std(std, y)
     design = design_matrix(accelerations(degrees, delta0, mounting), mounting)
     kept = estimability(design, several(coefficients))
@@ -277,12 +279,19 @@ def _checked(output: ArrayLike, angle: ArrayLike) -> tuple[Array, Array]:
             f"output of shape {y.shape} with angle of shape {degrees.shape}; the output has a row"
             " a table and a column for each angle"
         )
-    named = list(getattr(output, "columns", ()))
-    if named != degrees.tolist() and set(named) == set(degrees.tolist()):
-        raise InputError(
-            "the columns of output are the angles in another order; give angle=frame.columns"
-        )
+    _refuse_other_angles("output", output, degrees)
     return y, degrees
+
+
+def _refuse_other_angles(name: str, given: Any, degrees: Array) -> None:
+    """Refuse a DataFrame whose columns are the angles in another order, as numbers or text."""
+    try:
+        named = [float(column) for column in getattr(given, "columns", ())]
+    except (TypeError, ValueError):  # which are named by something else
+        return
+    if named != degrees.tolist() and sorted(named) == sorted(degrees.tolist()):
+        problem = f"the columns of {name} are the angles in another order"
+        raise InputError(f"{problem}; order them so, or give angle=frame.columns.astype(float)")
 
 
 def _checked_std(std: ArrayLike, y: Array) -> Array:
