@@ -992,3 +992,19 @@ def test_frames_of_different_indices_are_refused():
             accelcal.InputError, match="output and up are Series of different indices"
         ):
             make(output.sort_index(), up)
+
+
+@pytest.mark.parametrize("names", [["Y_1", "Y_2", "Y_3"], ["y", "p", "r"], [1, 2, 3]])
+def test_columns_that_name_no_two_axes_count_by_their_order(names):
+    """Three channels Y_1, Y_2, Y_3 were taken for three of the axis y, and refused."""
+    up = np.vstack([np.eye(3), -np.eye(3)])
+    found = accelcal.calibrate_triad(pd.DataFrame(1.3 * up + 0.01, columns=names), up)
+    assert found.bias == pytest.approx(accelcal.calibrate_triad(1.3 * up + 0.01, up).bias)
+
+
+def test_columns_of_two_axes_of_three_are_refused_by_their_names():
+    """It was told that a DataFrame is no record of a triad."""
+    frame = pd.DataFrame(np.vstack([np.eye(3), -np.eye(3)]), columns=["x", "y", "y"])
+    told = "columns 'x, y, y'; give one for each of x, y and z"
+    with pytest.raises(accelcal.InputError, match=told):
+        accelcal.calibrate_triad(frame)

@@ -58,7 +58,8 @@ def by_axis(value: ArrayLike, name: str) -> Array:
     ----------
     value : array_like
         What was given. Columns of a DataFrame that are named by the axes, as x or acc_x, count by
-        their names, whatever their order; if no name has an axis, they are x, y, z in their order.
+        their names, whatever their order; if names tell no two axes, they are x, y, z in their
+        order.
     name : str
         Its name, for the message.
 
@@ -70,7 +71,7 @@ def by_axis(value: ArrayLike, name: str) -> Array:
     Raises
     ------
     InputError
-        If they are no numbers, or some names have an axis, but not each axis once.
+        If they are no numbers, or names tell two axes, but not each axis once.
 
     Examples
     --------
@@ -82,7 +83,7 @@ def by_axis(value: ArrayLike, name: str) -> Array:
     axes = [str(column).casefold() for column in columns]
     if not {*AXES} <= {*axes}:
         axes = [found[1] if (found := _AXIS.fullmatch(column)) else "" for column in axes]
-    if not any(axes):
+    if len({*axes} - {""}) < 2:  # as of Y_1, Y_2, Y_3
         return number_array(value, name)
     if any(axes.count(axis) != 1 for axis in AXES):
         given = shown(", ".join(map(str, columns)))

@@ -89,7 +89,8 @@ def calibrate_triad(
     try:
         readings = by_axis(output, "output")
     except InputError:
-        expect(output, TriadRecord)
+        if not hasattr(output, "columns"):
+            expect(output, TriadRecord)
         raise
     refuse_other_order({"output": output, "up": up})
     return _calibrated(TriadRecord(readings, None if up is None else by_axis(up, "up")), frame)
