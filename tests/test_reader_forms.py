@@ -1793,8 +1793,14 @@ def test_quotes_in_quotes_above_a_table_with_other_separators(row):
 
 
 def test_what_stands_behind_a_comma_and_is_no_unit_makes_no_key():
-    """The serial number was '- 0012,Time'."""
-    assert read(f"Serial,0012,Time: -\n{long_table(';')}").serial is None
+    """The serial number was '- 0012,Time', and the date '30 2024-05-31 12'."""
+    record = read(f"Serial,0012,Time: -\nDate,2024-05-31 12:30\n{long_table(';')}")
+    assert (record.serial, record.date) == ("0012", "2024-05-31 12:30")
+
+
+def test_a_key_with_a_unit_behind_a_comma_in_a_cell_of_its_own():
+    record = read(f'"Gravity, m/s^2:",,9.81,Serial,A-7\n{long_table()}')
+    assert (record.serial, record.apparatus.local_gravity) == ("A-7", 9.81)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import re
 from collections import deque
 
 from accelcal.io.header_lines import BEGINS_PAIR, declarations_in
-from accelcal.io.vocabulary import LONGEST, canonical_key, split_unit
+from accelcal.io.vocabulary import KINDS_OF, LONGEST, canonical_key, split_unit
 from accelcal.units import UNITS, is_output_unit, size_of
 
 _MARKS = "\t;|,"
@@ -93,8 +93,7 @@ def _cells(line: str, separator: str | None) -> list[str]:
     text = line.strip(" ,;\t")
     mark = separator if separator and separator in text else None
     bare = _QUOTED.sub(lambda cell: cell[1].replace('""', '"'), text)
-    pair = _PAIR.fullmatch(bare)  # of which a comma may be a decimal mark, or that before a unit
-    if pair and (mark is None or (mark in pair[1] and label(bare)[0])):
+    if _is_one(text if mark else bare, mark):
         return declarations_in(bare)
     mark = mark or next((mark for mark in _MARKS if mark in text), "\t")
     long = len(text) > csv.field_size_limit()
@@ -102,6 +101,18 @@ def _cells(line: str, separator: str | None) -> list[str]:
     if mark == ",":
         cells = _with_commas(cells)
     return [cell.strip() for cell in cells if cell.strip()]
+
+
+def _is_one(text: str, mark: str | None) -> bool:
+    """Tell whether a row is a key, perhaps with its unit behind a comma, a colon and the value."""
+    pair = _PAIR.fullmatch(text)
+    if pair is None:
+        return False
+    key = label(text)[0]
+    if mark:
+        return mark in pair[1] and key in KINDS_OF
+    first = re.split(f"[{''.join(_MARKS)}]", text, maxsplit=1)[0]
+    return bool(key) or not label(first)[0]
 
 
 def _with_commas(cells: list[str]) -> list[str]:
