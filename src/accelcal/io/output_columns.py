@@ -36,8 +36,7 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
 
     Examples
     --------
-    >>> from accelcal.io.heading_rows import lone_output
-    from accelcal.io.layout import read_layout
+    >>> from accelcal.io.layout import read_layout
     >>> from accelcal.io.text import SourceText
     >>> text = "T,J,k,A7 [mA],B2\n20,1,1,1.35,1.31"
     >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
