@@ -310,13 +310,14 @@ def test_what_a_stability_test_warns_of_is_in_the_budget(al15):
     """The budget took the launches of a test that warns, and of another unit, without a word."""
     warm = Gate("temperature", "warn", "the launches begin at 16.0 to 25.0 degC")
     fine = Gate("independent launches", "pass", "p = 0.4")
+    few = Gate("independent launches", "not assessed", "needs five launches")
     test = replace(stability_test(COMPONENTS), gates=(warm, warm, fine), serial="B-2")
     said = budget(al15, 1.0, random=random_part(al15, test)).warnings
     assert (
         sum("checks of the stability test warn, temperature: clear" in text for text in said) == 1
     )
     assert f"the stability test is of serial B-2, the calibration of {al15.serial}" in said
-    test = replace(test, gates=(fine,), serial=al15.serial)
+    test = replace(test, gates=(fine, few), serial=al15.serial)
     assert not any(
         "stability" in s for s in budget(al15, 1.0, random=random_part(al15, test)).warnings
     )

@@ -64,7 +64,8 @@ def test_every_coefficient_has_unit_and_uncertainty(calibration):
             row["value"] is None and "slope" in row["symbol"]
         )
         assert (row["value"] is None) == missing
-        assert (row["standard_uncertainty"] is None or row["standard_uncertainty"] > 0) or missing
+        known = row["standard_uncertainty"] is not None
+        assert not known if missing else not known or row["standard_uncertainty"] > 0.0
 
 
 def test_values_are_those_of_the_calibration(al15):

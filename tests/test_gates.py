@@ -475,6 +475,16 @@ def test_outlier(strokes, size, j, k):
     assert UNITS not in warned
 
 
+def test_each_run_has_its_own_finding():
+    record = accelcal.simulate(seed=1)
+    output = record.output.copy()
+    output[np.flatnonzero(record.run == 2)[13]] += 1e-2
+    tables = accelcal.fit(replace(record, output=output)).tables
+    *_, last = found = [g.finding for t in tables for g in t.gates if g.name == "outlier"]
+    assert last.startswith("stroke 2 at 180 deg")
+    assert len(set(found)) == len(tables) == 3
+
+
 def test_two_strokes_do_not_tell_which_is_the_outlier():
     warned = warnings_of(fitted(added(2e-4, strokes=(2,), rows=(4,)), strokes=2))
     pair = [f"stroke {k} at 135 deg (line {line_of(4, k)})" for k in (1, 2)]

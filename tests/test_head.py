@@ -150,6 +150,23 @@ def test_a_coarse_run_leaves_the_head_to_the_fine_ones(coarser):
     assert np.mean(heads) >= 0.9
 
 
+def test_runs_of_unlike_noise_are_told_by_fewer_degrees_of_freedom():
+    _, _, (record,) = measured(0, clampings=(0.0, 90.0, 180.0, 270.0))
+    last = np.where(record.run == record.run.max(), 1e-4, 0.0)
+    noise = last * np.random.default_rng(0).standard_normal(last.size)
+    unlike = dataclasses.replace(record, output=record.output + noise)
+    (alike,), (units,) = (accelcal.calibrate_head([r]).units for r in (record, unlike))
+    fewer, more = (own.coefficients["k2_o"].after.dof for own in (units, alike))
+    assert fewer < 0.5 * more
+
+
+def test_a_declared_step_counts_in_the_errors_of_the_head():
+    _, _, (record,) = measured(0)
+    stepped = record.with_apparatus(resolution=1e-3)
+    plain, coarse = (accelcal.calibrate_head([r]).covariance for r in (record, stepped))
+    assert np.trace(coarse) > 2.0 * np.trace(plain)
+
+
 def test_two_clampings_shrink_the_uncertainty_of_k2():
     _, _, (record,) = measured(4)
     (both,) = accelcal.calibrate_head([record]).units
@@ -803,3 +820,11 @@ def test_readings_without_noise_tell_nothing_of_the_head():
     record = dataclasses.replace(record, output=np.round(exact, 9))
     with pytest.raises(accelcal.InputError, match="replicates are alike to the last digit"):
         accelcal.calibrate_head([record])
+
+
+def test_one_run_without_noise_is_refused_too():
+    record = accelcal.simulate(seed=1)
+    exact = 1.35 * np.cos(np.radians(record.angle)) + 0.01
+    output = np.where(record.run == 2, exact, record.output)
+    with pytest.raises(accelcal.InputError, match="replicates are alike to the last digit"):
+        accelcal.calibrate_head([dataclasses.replace(record, output=output)])

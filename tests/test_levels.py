@@ -458,3 +458,16 @@ def test_errors_of_temperature_are_new_in_each_run_of_a_level():
     standard = np.mean([q.standard_uncertainty for q in found])
     assert standard < 1.6 * off.std(ddof=1)
     assert np.mean(np.abs(off) <= wide) >= 0.9
+
+
+@pytest.mark.filterwarnings("ignore:shift from launch to launch estimated")
+@pytest.mark.parametrize("temperature", [20.0, 50.0, 80.0])
+def test_shifts_of_launches_keep_their_degrees_of_freedom(temperature):
+    """Each run has its own shift: their mean is known as well as one, by as many launches."""
+    plan = accelcal.TumblePlan(temperatures=(20.0, 80.0) * 3)
+    record = accelcal.simulate(plan=plan, seed=3)
+    apparatus = replace(record.apparatus, launch_uncertainty=None, launch_sf_uncertainty=None)
+    calibration = accelcal.fit(replace(record, apparatus=apparatus))
+    (launch,) = [s for s in calibration.error_sources if s.name == "launch"]
+    found = accelcal.coefficients_at(calibration, temperature, by="levels")["k0"]
+    assert found.dof >= launch.dof

@@ -516,6 +516,16 @@ def test_launches_at_different_temperatures_are_told():
     assert temperature_gates([20.0, 20.9, np.nan, 20.5]) == []
 
 
+def test_a_launch_that_warms_after_its_window_begins_as_the_others():
+    first, second = launches(2)
+    held = np.full(first.time.size, 20.0)
+    warmed = np.where(second.time < 600.0, 20.0, 40.0)
+    each = zip((first, second), (held, warmed), strict=True)
+    test = StabilityRecord(tuple(Launch(a.label, a.time, a.output, at) for a, at in each))
+    assert "temperature" not in {gate.name for gate in analyse(test).gates}
+    assert "temperature" in {gate.name for gate in analyse(test, window=700.0).gates}
+
+
 def test_results_are_in_g_with_a_scale_factor_only():
     test = record(3, drift=0.02)
     plain, scaled = analyse(test), analyse(test, scale_factor=2.0)
@@ -656,6 +666,13 @@ def test_a_result_with_flicker_noise_and_random_walk_is_read_back():
     result = analyse(StabilityRecord((launch,)))
     assert min(result.allan.alpha) == -2
     assert Stability.from_json(result.to_json()) == result
+
+
+def test_an_exponent_that_is_no_whole_number_is_refused():
+    document = analyse(record(1)).to_document()
+    document["allan"]["points"][0]["alpha"] = 0.5
+    with pytest.raises(DocumentError, match="a whole number"):
+        Stability.from_document(document)
 
 
 def test_what_is_no_range_of_temperatures_is_refused():
