@@ -11,7 +11,6 @@ from accelcal.results.calibration import Calibration
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 __all__ = ["CalibrationPlot"]
 
 

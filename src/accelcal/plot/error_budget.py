@@ -18,7 +18,6 @@ from accelcal.results.quantity import Document
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 __all__ = ["ErrorBudgetPlot", "shares"]
 
 Table = Mapping[str, list[float]]

@@ -15,7 +15,6 @@ from accelcal.results.head_calibration import HeadCalibration
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 __all__ = ["HeadPlot"]
 
 

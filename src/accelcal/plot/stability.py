@@ -20,7 +20,6 @@ from accelcal.stability.record import Launch, StabilityRecord
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 __all__ = ["StabilityPlot", "both"]
 
 _MOST_POINTS = 150

@@ -18,7 +18,6 @@ from accelcal.triad.record import TriadRecord
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 __all__ = ["TriadPlot"]
 
 _MARKS = "os^"

@@ -26,7 +26,7 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.triad import TriadPlot
 
-__all__ = ["AXES", "FRAMES", "NAMES", "SCHEMA", "TriadCalibration", "by_axis"]
+__all__ = ["AXES", "FRAMES", "NAMES", "SCHEMA", "TriadCalibration"]
 
 SCHEMA = "accelcal/triad/1"
 
@@ -208,8 +208,8 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         Parameters
         ----------
         output : array_like, shape (..., 3)
-            Outputs of the channels x, y, z [output unit]; those of a DataFrame as `by_axis`
-            takes them.
+            Outputs of the channels x, y, z [output unit]; columns of a DataFrame that are named so
+            count by their names.
 
         Returns
         -------
