@@ -222,7 +222,7 @@ def test_tables_of_different_heads_are_not_joined():
         return accelcal.calibrate_head(named).errors
 
     for key in ("head", "stand", "Head"):
-        with pytest.raises(accelcal.InputError, match=r"of another head than .*; give the tables"):
+        with pytest.raises(accelcal.InputError, match=r"of another head than .*'# head: NAME'"):
             found({key: "Alpha"}, {key: "Beta"})
         assert found({key: "Alpha"}, {key: " alpha"}) == found({}, {key: "Beta"})
     moved = {"head": "Alpha", "stand": "2"}

@@ -65,7 +65,7 @@ def names_of_one_head(records: Sequence[TumbleRecord]) -> dict[str, str | None]:
         if same_head(one, other) is False:
             raise InputError(
                 f"{second}: of another head than {first}, by the lines above the readings; give"
-                " the tables of one head"
+                " the tables of one head, or name it in all by '# head: NAME'"
             )
     return {f"{key}_name": _one_of([own[key] for own, _ in named]) for key in (HEAD, STAND)}
 
