@@ -86,6 +86,14 @@ def test_the_commands_take_an_error_of_the_temperature(command, tmp_path, monkey
     assert noise["temperature"]["value"] == 0.1
 
 
+def test_an_error_of_the_temperature_is_asked_for_only_where_laws_make_it_count():
+    plan = TumblePlan(temperatures=(20.0,))
+    known, other = (simulate(plan=plan, seed=seed) for seed in (1, 2))
+    unknown = replace(other, apparatus=replace(other.apparatus, temperature_uncertainty=None))
+    notes = accelcal.compare(accelcal.fit(known), unknown).notes
+    assert not any("temperature" in note for note in notes)
+
+
 def test_shares_of_noise_known_with_few_degrees_of_freedom_follow_fisher():
     # one direction of 2 standard deviations; P(|t_4| > 2) = 0.1161, P(|z| > 2) = 0.0455 (tables)
     space = space_of(independent(3), np.empty((3, 0)), np.eye(3))

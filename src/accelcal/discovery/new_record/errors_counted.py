@@ -108,7 +108,7 @@ def notes(
         )
     if declared.head_uncertainty is None:
         yield "head_uncertainty is not declared: errors of the head count as a disagreement"
-    if declared.temperature_uncertainty is None:
+    if declared.temperature_uncertainty is None and calibration.temperature_model is not None:
         yield (
             "temperature_uncertainty is not declared: an error of the temperature counts as a"
             " disagreement, above all of the scale factor"
