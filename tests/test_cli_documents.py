@@ -321,6 +321,8 @@ def test_discover_fits_no_calibration_where_nobody_reads_it(capsys, monkeypatch)
     assert asked == []
     assert run(["discover", "first.csv", "-o", "model.json"], capsys)[0] == 0
     assert asked == [1]
+    assert run(["discover", "first.csv", "--format", "json"], capsys)[0] == 0
+    assert asked == [1, 1]
 
 
 def test_compare_takes_the_model_that_discover_writes(folder, capsys):
