@@ -50,7 +50,13 @@ def parts_of_disagreement(where: Sequence[Share]) -> list[tuple[str, float, floa
 
 
 def gate_lines(gates: Iterable[Gate]) -> Iterator[str]:
-    """Tell what each check found."""
+    """Tell what each check found.
+
+    Examples
+    --------
+    >>> list(gate_lines([Gate("clampings", "pass", "two"), Gate("outlier", "warn", "row 3")]))
+    ['- pass: clampings: two', '- WARNING: outlier: row 3']
+    """
     for gate in gates:
         verdict = "WARNING" if gate.verdict == "warn" else gate.verdict
         yield from hanging(f"- {verdict}: {gate.name}: {gate.finding}")
