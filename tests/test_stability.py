@@ -509,7 +509,7 @@ def test_launches_at_different_temperatures_are_told():
         each = zip(launches(len(degrees)), degrees, strict=True)
         held = [Launch(a.label, a.time, a.output, np.full(a.time.size, at)) for a, at in each]
         gates = analyse(StabilityRecord(tuple(held))).gates
-        return [gate.finding for gate in gates if gate.name == "temperature"]
+        return [gate.finding for gate in gates if gate.name == "launch temperatures"]
 
     told = "the launches begin at 16.0 to 25.0 degC; sigma_L may be temperature"
     assert temperature_gates([20.0, 25.0, np.nan, 16.0]) == [told]
@@ -522,8 +522,8 @@ def test_a_launch_that_warms_after_its_window_begins_as_the_others():
     warmed = np.where(second.time < 600.0, 20.0, 40.0)
     each = zip((first, second), (held, warmed), strict=True)
     test = StabilityRecord(tuple(Launch(a.label, a.time, a.output, at) for a, at in each))
-    assert "temperature" not in {gate.name for gate in analyse(test).gates}
-    assert "temperature" in {gate.name for gate in analyse(test, window=700.0).gates}
+    assert "launch temperatures" not in {gate.name for gate in analyse(test).gates}
+    assert "launch temperatures" in {gate.name for gate in analyse(test, window=700.0).gates}
 
 
 def test_results_are_in_g_with_a_scale_factor_only():

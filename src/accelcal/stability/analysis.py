@@ -339,7 +339,7 @@ def _levels_gate(launches: list[Launch], window: float) -> Iterator[Gate]:
     low, high = min(levels, default=0.0), max(levels, default=0.0)
     if high - low > SAME_LEVEL:
         finding = f"the launches begin at {low:.1f} to {high:.1f} degC; sigma_L may be temperature"
-        yield Gate("temperature", "warn", finding)
+        yield Gate("launch temperatures", "warn", finding)
 
 
 def _warnings(
