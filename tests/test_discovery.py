@@ -1254,6 +1254,9 @@ def test_other_places_of_an_error_stand_in_the_document():
     others = [other["at"] for other in place.elsewhere]
     assert 45.0 in others  # the true one
     assert place.parameters["at"].value not in others
+    told = " or ".join(f"{other:g}" for other in sorted(others))
+    assert f"at = {place.parameters['at'].value:g} deg, or as well {told}\n" in str(found)
+    assert f"<td>{told}</td>" in found._repr_html_()
     document = json.loads(found.to_json())
     assert [other["at"] for other in document["effects"][0]["elsewhere"]] == others
     assert Discovery.from_json(found.to_json()) == found

@@ -24,7 +24,14 @@ from accelcal.page.pictures import picture
 from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
-from accelcal.report.discovery import NOT_REGISTERED, alias_names, change_row, entry_of, outcome
+from accelcal.report.discovery import (
+    NOT_REGISTERED,
+    alias_names,
+    change_row,
+    entry_of,
+    or_as_well,
+    outcome,
+)
 from accelcal.report.findings import chance, factor_rows, noise_line, probability
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import plain, readable, significant, sized
@@ -160,7 +167,7 @@ def _effect(found: Discovery, place: int, record: TumbleRecord | None, name: str
 
 def _parameters(effect: FoundEffect) -> list[tuple[str, str]]:
     return [
-        (name.replace("_", " "), typeset(sized(quantity)))
+        (name.replace("_", " "), typeset(sized(quantity) + or_as_well(effect, name)))
         for name, quantity in effect.parameters.items()
     ]
 

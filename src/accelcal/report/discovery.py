@@ -127,13 +127,25 @@ def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
         yield from wrapped(NOT_REGISTERED, "  ")
     for name, quantity in effect.parameters.items():
         taken_up = ", as the coefficients take it up" if quantity.value is None else ""
-        yield f"  {name} = {told(quantity)}{taken_up}"
+        yield from wrapped(f"{name} = {told(quantity)}{taken_up}{or_as_well(effect, name)}", "  ")
     if len(found.effects) > 1:
         before, after = _both(effect.gap_before, effect.gap_after)
         yield f"  gap {before} -> {after} ug"
     if effect.indistinguishable:
         yield from wrapped(f"It could as well be: {alias_names(effect)}.", "  ")
         yield from wrapped(f"To tell them apart: {effect.to_tell_apart}.", "  ")
+
+
+def other_values(effect: FoundEffect, name: str) -> str:
+    """List the other values of a parameter with which the effect explains the readings as well."""
+    others = {place[name] for place in effect.elsewhere if name in place}
+    return " or ".join(f"{other:g}" for other in sorted(others - {effect.parameters[name].value}))
+
+
+def or_as_well(effect: FoundEffect, name: str) -> str:
+    """Tell them behind the value."""
+    others = other_values(effect, name)
+    return others and f", or as well {others}"
 
 
 def entry_of(name: str, parameters: Iterable[str] = ()) -> Effect | None:

@@ -16,7 +16,7 @@ from accelcal.report.calibration_rows import (
     without_uncertainty,
 )
 from accelcal.report.disagreement import run_rows
-from accelcal.report.discovery import NOT_SURE, gap_rows
+from accelcal.report.discovery import NOT_SURE, gap_rows, other_values
 from accelcal.report.findings import factor_rows, p_value
 from accelcal.report.html import items, long_table, result, safe, table
 from accelcal.report.numbers import (
@@ -259,7 +259,7 @@ def _effect_rows(effect: FoundEffect, *, sure: bool) -> Iterator[tuple[str, ...]
     alike = ", ".join(effect.indistinguishable)
     for number, (name, quantity) in enumerate(effect.parameters.items()):
         first = number == 0
-        told = (p_value(effect.p_value), alike) if first else ("", "")
+        told = (p_value(effect.p_value), alike) if first else ("", other_values(effect, name))
         yield (shown if first else "", name, *_interval(quantity), *told)
 
 
