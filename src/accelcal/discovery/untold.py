@@ -126,12 +126,12 @@ def not_shown(comparison: Comparison, instances: Sequence[Instance]) -> list[Unt
     if not any(smooth(item.effect) for item in instances):
         return []
     sizes = fitted_sizes(comparison, instances)
-    slopes = np.hstack(slopes_of(comparison, instances, sizes))
+    by_shape = np.hstack(slopes_of(comparison, instances, sizes))
     others = sizes.linear[:, sizes.shown]
     found = []
     for column, one in enumerate(_possible(comparison, instances)):
-        beside = orthonormal(np.hstack([others, np.delete(slopes, column, axis=1)]))
-        told = float(lengths(without(slopes[:, [column]], beside))[0])
+        beside = orthonormal(np.hstack([others, np.delete(by_shape, column, axis=1)]))
+        told = float(lengths(without(by_shape[:, [column]], beside))[0])
         if one.spread > 0.0 and told * one.spread < 1.0:
             found.append(one)
     return found
