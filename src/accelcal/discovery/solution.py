@@ -12,7 +12,7 @@ from accelcal.discovery.base import BaseModel, solve
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.spans import lengths
-from accelcal.discovery.untold import not_shown, slopes, smooth, untold
+from accelcal.discovery.untold import Untold, not_shown, slopes, smooth
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
@@ -90,14 +90,15 @@ def by_reading(comparison: Comparison, fit: Solution) -> Array:
 
 
 def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
-    own, by_shape = fit.model.jacobian(fit.parameters), _by_shapes(comparison, fit)
+    open_ones = not_shown(comparison, fit.instances)
+    own, by_shape = fit.model.jacobian(fit.parameters), _by_shapes(comparison, fit, open_ones)
     jacobian = comparison.space.whiten(np.hstack([own, by_shape]))
     parameters = np.concatenate([fit.parameters, np.zeros(by_shape.shape[1])])
     norms, rows = _norms(jacobian), len(jacobian)
     whole = np.vstack([jacobian / norms, _against_shifts(comparison.model, norms)])
     inverse = np.linalg.pinv(whole, rcond=_RANK)
     smallest = inverse[:, :rows] @ (jacobian @ parameters) / norms
-    left_open = _left_open(comparison, fit)
+    left_open = _left_open(comparison, fit, [one for one in open_ones if not one.tied])
     factor, dof = student_quantile(LEVEL, comparison.space.dof), float(comparison.space.dof)
     found = {}
     for name, weights in _functionals(comparison.model).items():
@@ -118,10 +119,10 @@ def _coefficients(comparison: Comparison, fit: Solution) -> dict[str, Quantity]:
     return found
 
 
-def _by_shapes(comparison: Comparison, fit: Solution) -> Array:
+def _by_shapes(comparison: Comparison, fit: Solution, open_ones: Sequence[Untold]) -> Array:
     """Change of the readings by each nonlinear parameter of the effects that they tell [g]."""
     c, found = comparison.model.conditions, [np.empty((len(comparison.record), 0))]
-    held = {(one.place, one.parameter.name) for one in not_shown(comparison, fit.instances)}
+    held = {(one.place, one.parameter.name) for one in open_ones}
     sizes = fit.parameters[fit.parameters.size - len(fit.instances) :].tolist()
     for place, (item, size) in enumerate(zip(fit.instances, sizes, strict=True)):
         mixture = size * np.array(item.mixture)[np.flatnonzero(item.mixture)]
@@ -130,10 +131,10 @@ def _by_shapes(comparison: Comparison, fit: Solution) -> Array:
     return np.hstack(found)
 
 
-def _left_open(comparison: Comparison, fit: Solution) -> Array:
+def _left_open(comparison: Comparison, fit: Solution, untold: Sequence[Untold]) -> Array:
     """What one standard uncertainty of each parameter that is not told does to all others."""
     found = [np.empty((fit.parameters.size, 0))]
-    for one in untold(comparison, fit.instances):
+    for one in untold:
         below, above = (solution(comparison, end).parameters for end in one.ends(fit.instances))
         found.append((above - below)[:, None] / 2.0)
     return np.hstack(found)

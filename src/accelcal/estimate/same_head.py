@@ -1,4 +1,4 @@
-"""Whether two tests were made on one head, as the lines above their readings name it."""
+"""What tests tell of their head above the readings: whether it is one, and its uncertainty."""
 
 from __future__ import annotations
 
