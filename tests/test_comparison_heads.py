@@ -141,6 +141,7 @@ def lines(record, **metadata):
         ({"stand": "A", "head": "1"}, {"stand": "A", "head": "2"}, False),
         ({"head": "H7"}, {}, None),
         ({"head": "H7"}, {"stand": "H7"}, None),
+        ({"Stand": "12.03.2024"}, {"Stand": "14.03.2024"}, None),
     ],
 )
 def test_lines_of_both_tables_tell_the_head(first, second, same):

@@ -227,6 +227,8 @@ def test_tables_of_different_heads_are_not_joined():
         assert found({key: "Alpha"}, {key: " alpha"}) == found({}, {key: "Beta"})
     moved = {"head": "Alpha", "stand": "2"}
     assert found({"head": "Alpha", "stand": "1"}, moved) == found({}, {})
+    german = {"Stand": "12.03.2024"}, {"Stand": "2024-04-01"}  # the state of that day, no stand
+    assert found(*german) == found({}, {})
 
 
 @pytest.mark.parametrize("key", ["head", "stand"])
@@ -538,8 +540,11 @@ def test_head_goes_through_files(tables, tmp_path, capsys):
 
 def test_csv_of_the_head_is_a_certificate(tables, tmp_path, capsys):
     path = tmp_path / "head.csv"
+    text = tables[0].read_text("utf-8")
+    tables[0].write_text(f"# head: Kopf 7; Süd\n# stand: 2\n{text}", "utf-8")
     path.write_text(run(capsys, "head", tables[0], "--format", "csv")[1], "utf-8")
     own, found = accelcal.calibrate_head([accelcal.read_table(tables[0])]), accelcal.read_head(path)
+    assert (found.head_name, found.stand_name) == ("Kopf 7; Süd", "2")
     np.testing.assert_allclose(found.errors, own.errors, rtol=1e-12)
     sizes = np.sqrt(np.diagonal(found.covariance))
     np.testing.assert_allclose(sizes, np.sqrt(np.diagonal(own.covariance)), rtol=1e-12)

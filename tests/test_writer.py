@@ -96,7 +96,7 @@ def test_files(tmp_path):
     assert first[4:8] == bytes(4)  # the time stamp of gzip, RFC 1952
 
 
-@pytest.mark.parametrize("key", ["sensor (k=2; 95 %)", "sample #", "rig [a, b]"])
+@pytest.mark.parametrize("key", ["sensor (k=2; 95 %)", "sample #", "rig [a, b]", "sep"])
 def test_a_key_that_reads_back_is_written(key):
     record = replace(FULL, metadata={key: "x"})
     assert read_table(io.StringIO(written(record))).metadata == {key: "x"}

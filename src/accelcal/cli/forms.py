@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
 from typing import Any, Protocol
 
 from accelcal.cli.deliver import deliver
@@ -36,13 +37,16 @@ def deliver_forms(forms: Forms, path: str | None, form: str) -> None:
     form : str
         The form in which it is shown.
     """
+    made = {name: cache(make) for name, make in forms.items()}
     if path is not None:
-        deliver(forms["json"](), path)
+        deliver(made["json"](), path)
     if path != "-":
-        deliver(forms[form](), words=form == "text")
+        deliver(made[form](), words=form == "text")
 
 
-def deliver_result(found: Result, path: str | None, form: str, rows: Rows | None = None) -> None:
+def deliver_result(
+    found: Result, path: str | None, form: str, csv: Callable[[], str] | None = None
+) -> None:
     """Deliver one result in the forms that all have.
 
     Parameters
@@ -51,13 +55,13 @@ def deliver_result(found: Result, path: str | None, form: str, rows: Rows | None
         The result.
     path, form
         As of `deliver_forms`.
-    rows : sequence of mapping, optional
-        Rows of the CSV, where they are not those of the result.
+    csv : callable, optional
+        What writes the CSV, where it is not the rows of the result.
     """
     forms = {
         "text": lambda: str(found),
         "json": lambda: json_of(found.to_document()),
-        "csv": lambda: csv_of(found.rows() if rows is None else rows),
+        "csv": csv or (lambda: csv_of(found.rows())),
     }
     deliver_forms(forms, path, form)
 

@@ -9,7 +9,7 @@ import click
 
 from accelcal.cli.deliver import deliver_picture, remark_alike
 from accelcal.cli.files import JSON, Command
-from accelcal.cli.forms import Rows, deliver_result
+from accelcal.cli.forms import csv_of, deliver_result
 from accelcal.cli.options import (
     data_argument,
     declared_angle_option,
@@ -18,6 +18,7 @@ from accelcal.cli.options import (
     output_option,
     picture_option,
 )
+from accelcal.escapes import visible
 
 if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration
@@ -63,13 +64,16 @@ def head(
     remark_alike(records)
     found = calibrate_head(records, delta0=delta0)
     deliver_picture(lambda: found.plot.errors(), picture)
-    deliver_result(found, path, form, _certificate(found))
+    deliver_result(found, path, form, lambda: _certificate(found))
 
 
-def _certificate(found: HeadCalibration) -> Rows:
-    """Rows of a CSV that `accelcal.read_head` takes as a certificate."""
+def _certificate(found: HeadCalibration) -> str:
+    """CSV that `accelcal.read_head` takes as a certificate."""
+    told = {"head": found.head_name, "stand": found.stand_name}
+    lines = [f"# {key}: {visible(name)}\n" for key, name in told.items() if name]
     names = ("angle [deg]", "error [rad]", "uncertainty [rad]")
-    return [
+    rows = [
         dict(zip(names, (angle, error.value, error.standard_uncertainty), strict=True))
         for angle, error in zip(found.angles_deg, found.quantities(), strict=True)
     ]
+    return "".join(lines) + csv_of(rows)

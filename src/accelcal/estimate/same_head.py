@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+from accelcal.dates import date_of
 from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
 
@@ -19,13 +20,18 @@ HEAD, STAND = "head", "stand"
 def name_in(metadata: Mapping[str, str], key: str) -> str | None:
     """Name in a line above the readings, whose key is in whatever case; None where there is none.
 
+    A date is no name: ``Stand: 12.03.2024`` is German for the state of that day.
+
     Examples
     --------
     >>> name_in({"Head": " A "}, "head"), name_in({"head": ""}, "head")
     ('A', None)
+    >>> name_in({"Stand": "12.03.2024"}, "stand"), name_in({"Stand": "20240312"}, "stand")
+    (None, '20240312')
     """
     told = (value.strip() for name, value in metadata.items() if name.strip().casefold() == key)
-    return next(told, None) or None
+    name = next(told, "")
+    return name if name.isdigit() or (name and date_of(name) is None) else None
 
 
 def same_head(one: Mapping[str, str | None], other: Mapping[str, str | None]) -> bool | None:
@@ -60,14 +66,17 @@ def names_of_one_head(records: Sequence[TumbleRecord]) -> dict[str, str | None]:
     InputError
         If two name different heads, or else different stands.
     """
-    named = [(names_of(record.metadata), record.source) for record in records]
-    for (one, first), (other, second) in combinations(named, 2):
+    named: dict[tuple[str | None, ...], tuple[dict[str, str | None], str]] = {}
+    for record in records:
+        names = names_of(record.metadata)
+        named.setdefault(tuple(names.values()), (names, record.source))
+    for (one, first), (other, second) in combinations(named.values(), 2):
         if same_head(one, other) is False:
             raise InputError(
                 f"{second}: of another head than {first}, by the lines above the readings; give"
                 " the tables of one head, or name it in all by '# head: NAME'"
             )
-    return {f"{key}_name": _one_of([own[key] for own, _ in named]) for key in (HEAD, STAND)}
+    return {f"{k}_name": _one_of([own[k] for own, _ in named.values()]) for k in (HEAD, STAND)}
 
 
 def _one_of(names: Sequence[str | None]) -> str | None:

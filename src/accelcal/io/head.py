@@ -8,6 +8,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.errors import TableError, located
+from accelcal.estimate.same_head import HEAD, STAND, names_of
 from accelcal.head_angles import head_positions
 from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import number_and_unit
@@ -52,7 +53,8 @@ def read_head(source: Source) -> HeadCalibration:
         arcmin, urad, mrad, rad or deg by their headings, which may be German, French or Russian.
         A line ``# uncertainty: 0.5 arcsec`` stands for the column, and ``# coverage: 2`` or
         ``# k: 2``, or ``U (k=2)`` in the heading, says that it is expanded by that factor. A
-        coverage probability tells no factor. A line ``# head: NAME`` names the head.
+        coverage probability tells no factor. Lines ``# head: NAME`` and ``# stand: NAME``
+        name the head and its stand.
 
     Returns
     -------
@@ -103,13 +105,15 @@ def _certificate(table: SmallTable) -> HeadCalibration:
         "keep one",
     )
     variance = _uncertainty(table, (head_positions(angle) == 0.0) & (error == 0.0))[order] ** 2
+    names = names_of({key: line.value for key, line in table.layout.declared.items()})
     return HeadCalibration(
         angles_deg=tuple(place.tolist()),
         errors=tuple(error[order].tolist()),
         covariance_matrix=rows_of(np.diag(variance)),
         origin="certificate",
         source=table.layout.source,
-        head_name=table.layout.declared["head"].value if "head" in table.layout.declared else None,
+        head_name=names[HEAD],
+        stand_name=names[STAND],
     )
 
 

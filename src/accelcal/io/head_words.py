@@ -69,6 +69,7 @@ HEAD_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ),
         ),
         "head": ("head",),
+        "stand": ("stand",),
     }
 )
 """What a header line declares -> the keys it may have, in any case."""

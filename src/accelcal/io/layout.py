@@ -265,7 +265,7 @@ def _declarations(
             elif key == "comment":
                 before = f"{declared[key].value}; " if key in declared else ""
                 declared[key] = Declared(before + value, number, name)
-            elif key != "sep":
+            else:
                 declare(declared, key, Declared(value, number, name))
     told = lines_named([*dict.fromkeys(aside)])
     notes = [f"text above the headings was set aside ({told})"] if aside else []
@@ -275,10 +275,9 @@ def _declarations(
 def _keys_and_values(line: str, separator: str | None) -> list[tuple[str, str]]:
     """Keys and values of a line above the headings; an empty key where it says nothing."""
     bare = uncommented(line)
-    if bare is None:
-        is_sep = line.casefold().startswith("sep=")
-        return [("sep", "")] if is_sep else declared_in_row(line, separator)
-    return [_key_and_value(part) for part in declarations_in(bare)]
+    if bare is None:  # of sep=; Excel tells the separator
+        return [] if line.casefold().startswith("sep=") else declared_in_row(line, separator)
+    return [_key_and_value(part) for part in declarations_in(bare)] if bare else []
 
 
 def _key_and_value(text: str) -> tuple[str, str]:
@@ -289,9 +288,7 @@ def _key_and_value(text: str) -> tuple[str, str]:
     if key and value:
         return key, f"{value} {unit}".strip()
     key, value = header_line(text, form=IN_CELLS)
-    if key in KEYS:
-        return key, value
-    return ("comment", text) if text else ("sep", "")
+    return (key, value) if key in KEYS else ("comment", text)
 
 
 def _rows(
