@@ -717,6 +717,31 @@ def test_what_a_row_above_a_table_does_not_declare_is_told():
     assert record.notes == ("text above the headings was set aside (line 1)",)
 
 
+@pytest.mark.parametrize(
+    ("row", "serial"),
+    [
+        ("Voltmeter;HP;S/N;123", None),
+        ("Voltmeter: HP 3458A;S/N: 123", None),
+        ("Serial;A-7;Voltmeter;HP;S/N;123", "A-7"),
+        ("Multimètre;HP;S/N;123;Accelerometer;AL-15;S/N;A-7", "A-7"),
+        ("Thermometer;S/N;5;Netzteil;S/N;6;Date;31.05.2024;S/N;A-7", "A-7"),
+        ("Accelerometer;AL-15;S/N;A-7", "A-7"),
+    ],
+)
+def test_a_serial_behind_another_instrument_is_not_that_of_the_accelerometer(row, serial):
+    """The voltmeter was calibrated."""
+    assert read(f"{row}\nTemperature;20;\n{FORM}").serial == serial
+
+
+@pytest.mark.parametrize("separator", [",", ";"])
+@pytest.mark.parametrize("word", ["Comment", "Bemerkungen", "NOTE", "Remarque", "Примечание"])
+def test_a_comment_above_the_headings_goes_on_to_the_end_of_its_row(word, separator):
+    """What looks like a declaration in it was one, and refused as no unit."""
+    record = read(f"Serial: A-7\n{word}: warm; unit: by eye\n{long_table(separator)}")
+    assert (record.serial, record.unit) == ("A-7", None)
+    assert record.notes == ("text above the headings was set aside (line 2)",)
+
+
 def test_a_key_of_a_form_that_was_not_filled_in_declares_nothing():
     record = read(f"Serial:;;Date:;31.05.2024\nTemperature:;20;\n{FORM}")
     assert (record.serial, record.date) == (None, "31.05.2024")

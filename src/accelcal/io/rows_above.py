@@ -18,13 +18,26 @@ _COMMA = re.compile(r"[0-9],[0-9]|.,\s")
 """A comma of a number or of language, behind which no program would begin a cell."""
 _NUMBER = re.compile(r"[-+\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)?")
 _LISTS = ("serials", "runs")
+_COMMENT = re.compile(
+    r"(?:comments?|notes?|remarks?|kommentare?|bemerkung(?:en)?|anmerkung(?:en)?|hinweise?"
+    r"|commentaires?|remarques?|комментари[йи]|примечани[ея])\s*(?:[:=].*)?",
+    re.IGNORECASE,
+)
+"""A cell that begins a comment, which goes on to the end of its row."""
+_INSTRUMENT = re.compile(
+    r"(?:volt|multi|thermo)[ -]?(?:meter|mètre)|dmm|вольтметр|мультиметр|термометр"
+    r"|supply|netzteil|oven|chamber|kammer|logger",
+    re.IGNORECASE,
+)
+"""What has a serial number of its own in a stand."""
 
 
 def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
     """Take the declarations of a row apart.
 
     The value of a key is in its own cell, behind a colon, or in the next cell that is not empty;
-    the unit of a number may be in the cell behind it.
+    the unit of a number may be in the cell behind it. A comment goes on to the end of the row, and
+    a serial number behind the name of another instrument is that of the instrument.
 
     Parameters
     ----------
@@ -44,16 +57,26 @@ def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
     [('serial', 'A-7'), ('temperature', '20 °C')]
     >>> declared_in_row("Tumble test;;Seriennummer:;;Datum: 31.05.2024", ";")
     [('', ''), ('', ''), ('date', '31.05.2024')]
+    >>> declared_in_row("Serial;A-7;Voltmeter;S/N;123", ";")
+    [('serial', 'A-7'), ('', ''), ('', '')]
     """
     cells = deque(_cells(line, separator))
-    found = []
+    found: list[tuple[str, str]] = []
+    of_instrument = False
     while cells:
-        key, value, unit = label(cells.popleft())
+        cell = cells.popleft()
+        if _COMMENT.fullmatch(cell):
+            return [*found, ("", "")]
+        key, value, unit = label(cell)
         if key in _LISTS:
             value = ",".join(filter(None, [value, *cells]))
             cells.clear()
         elif not value and cells and not _is_label(cells[0]):
             value = _value(key, cells)
+        if key == "serial" and of_instrument:
+            key, of_instrument = "", False
+        elif key or _INSTRUMENT.search(cell):
+            of_instrument = not key
         found.append((key, f"{value} {unit}".strip()) if key and value else ("", ""))
     return found
 
