@@ -191,6 +191,61 @@ def test_numbers_before_the_words(headings):
     assert same_readings(read(long_table(";", ",", headings)), REFERENCE)
 
 
+@pytest.mark.parametrize("mark", ["({})", "（{}）"])
+def test_chinese_headings(mark):
+    headings = (f"温度{mark.format('℃')}", "位置", "行程", "输出")
+    assert same_readings(read(long_table("\t", ".", headings)), REFERENCE)
+    record = read("编号,角度,行程,温度,输出,单位\nA-7,0,1,20,1.3,mA\nA-7,180,1,20,-1.3,mA\n")
+    assert (record.serial, record.unit) == ("A-7", "mA")
+
+
+@pytest.mark.parametrize("words", [("Hin", "Rück"), ("forward", "back"), ("Aller", "Retour")])
+def test_outputs_forward_and_back_are_strokes(words):
+    plain = wide_table(";", ",", strokes=("1", "2"))
+    assert same_readings(read(wide_table(";", ",", strokes=words)), read(plain))
+    with_units = wide_table(";", ",", strokes=[f"{word} [mA]" for word in reversed(words)])
+    record = read(with_units)
+    assert (record.unit, record.stroke[0]) == ("mA", 2)
+
+
+def test_a_heading_of_two_directions_is_one():
+    head = "Temperatur;Stellung;Hub;Hin/Rück;Messwert"
+    record = read(f"{head}\n20;1;1;hin;1,3\n20;5;1;hin;-1,3\n20;5;1;rück;-1,2\n20;1;1;rück;1,2\n")
+    assert record.stroke.tolist() == [1, 1, 2, 2]
+
+
+@pytest.mark.parametrize("column", ["forward", "back"])
+def test_one_direction_alone_is_no_stroke(column):
+    record = read(f"T,J,k,output,{column}\n20,1,1,1.3,x\n20,5,1,-1.3,y\n")
+    assert record.notes == (f"column '{column}' is not known and was set aside",)
+
+
+@pytest.mark.parametrize(
+    ("headings", "cells", "angles"),
+    [
+        ("degrees;minutes", "0;0 22;30 359;59,4", [0.0, 22.5, 359.99]),
+        ("Grad;Minuten;Sekunden", "0;0;0 22;30;36 -0;15;", [0.0, 22.51, -0.25]),
+        ("deg;min", "0;0 22;30 180;", [0.0, 22.5, 180.0]),
+    ],
+)
+def test_degrees_and_minutes_in_columns_of_their_own(headings, cells, angles):
+    """The minutes were set aside."""
+    rows = "".join(f"20;1;{own};{y}\n" for own, y in zip(cells.split(), (1, 2, 3), strict=True))
+    record = read(f"T;k;{headings};Y\n{rows}")
+    assert (record.angle.tolist(), record.notes) == (pytest.approx(angles), ())
+
+
+def test_minutes_in_a_column_of_their_own_are_below_60():
+    with pytest.raises(TableError, match=r":3: minutes '60' is not from 0 to below 60; minutes"):
+        read("T,k,deg,minutes,Y\n20,1,0,0,1\n20,1,22,60,2\n")
+
+
+def test_minutes_beside_an_angle_may_be_a_time():
+    record = read("T,k,angle,minutes,Y\n20,1,0,0,1\n20,1,180,30,2\n")
+    assert record.angle.tolist() == [0.0, 180.0]
+    assert record.notes == ("column 'minutes' is not known and was set aside",)
+
+
 @pytest.mark.parametrize("words", ["Passage {}", "Ход {}", "Проход_{}"])
 def test_strokes_across_in_other_languages(words):
     wide = wide_table(";", ",", strokes=[words.format(k) for k in (1, 2)])

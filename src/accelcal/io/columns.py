@@ -10,7 +10,9 @@ import numpy as np
 from accelcal.arguments.kinds import shown
 from accelcal.io.cells import Column
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns
+from accelcal.io.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout import Layout
+from accelcal.io.sexagesimal import with_parts
 from accelcal.io.times import has_clock_times, has_times_of_day, one_date
 from accelcal.io.vocabulary import (
     ACROSS,
@@ -96,6 +98,9 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     columns = engine(layout, sorted({*roles.values(), *measured}), needed)
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
     named = {name: columns[i] for name, i in roles.items() if name not in empty}
+    parts = [named.pop(role) for role in ANGLE_IN_PARTS[1:] if role in named]
+    if parts:
+        named["angle"] = with_parts(named["angle"], parts)
     date = _take_date(named, timed="time" not in own)
     aside = _aside(layout, columns) | _dates_aside(named, date)
     decimal = columns[measured[0]].decimal

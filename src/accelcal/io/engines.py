@@ -15,6 +15,7 @@ import numpy as np
 
 from accelcal.errors import TableError
 from accelcal.io.cells import MISSING, Column
+from accelcal.io.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout import Layout, split_line
 from accelcal.io.sexagesimal import in_degrees
 from accelcal.io.vocabulary import ACROSS
@@ -25,7 +26,7 @@ _NO_THOUSANDS = re.compile(r",(?!\d{3}(?!\d))")
 
 NUMERIC = frozenset(
     {"temperature", "position", "angle", "clamping", "stroke", "output", "std", "count"}
-)
+).union(ANGLE_IN_PARTS)
 """Roles of columns that hold numbers, with the strokes of a wide table."""
 
 _ANGLES = ("angle", "clamping")

@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from itertools import pairwise, zip_longest
+from itertools import pairwise, product, zip_longest
 
-from accelcal.io.vocabulary import ACROSS, OUTPUTS, Heading, canonical_key, is_unit_of, read_heading
-from accelcal.units import is_output_unit
+from accelcal.io.vocabulary import (
+    ACROSS,
+    BACK,
+    FORWARD,
+    OUTPUTS,
+    Heading,
+    canonical_key,
+    is_unit_of,
+    read_heading,
+    split_unit,
+)
+from accelcal.units import is_output_unit, spellings
 
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 _NONE = read_heading("")
@@ -21,6 +31,23 @@ _MEASURED = frozenset(
     }
 )
 """What is measured, or how: of one such column without a unit the readings are."""
+
+ANGLE_IN_PARTS = ("angle", "minutes", "seconds")
+"""Roles of the columns of an angle in degrees, minutes and seconds."""
+
+_PARTS = {
+    "deg": "angle",
+    "arcmin": "minutes",
+    "min": "minutes",
+    "arcsec": "seconds",
+    "s": "seconds",
+}
+_PART_OF_ANGLE = {
+    spelling.casefold(): _PARTS[unit]
+    for kind in ("time", "angle")
+    for spelling, unit in spellings(kind).items()
+    if unit in _PARTS
+}
 
 _UNIT = re.compile(r"\D*?[\s\[(,/_]+(?:in\s+)?([^\s\[\](),_]+)\s*[\])]?")
 """A name without a digit, which that of one accelerometer of several may have, and a unit."""
@@ -116,6 +143,45 @@ def dated_once(cells: Sequence[Heading]) -> tuple[Heading, ...]:
     return tuple(
         cell if dates.get(cell.text, "date") else Heading(cell.text, None) for cell in cells
     )
+
+
+def with_minutes(cells: Sequence[Heading]) -> tuple[Heading, ...]:
+    """Headings of which degrees and minutes beside each other, perhaps with seconds, are one angle.
+
+    Examples
+    --------
+    >>> [cell.role for cell in with_minutes([*map(read_heading, ("Hub", "Grad", "Minuten"))])]
+    ['stroke', 'angle', 'minutes']
+    """
+    parts = tuple(None if c.role else _PART_OF_ANGLE.get(c.text.casefold()) for c in cells)
+    for at, size in product(range(len(parts)), (3, 2)):
+        if parts[at : at + size] == ANGLE_IN_PARTS[:size]:
+            told = map(Heading, [cell.text for cell in cells[at : at + size]], ANGLE_IN_PARTS)
+            return (*cells[:at], *told, *cells[at + size :])
+    return tuple(cells)
+
+
+def with_directions(cells: Sequence[Heading]) -> tuple[Heading, ...]:
+    """Headings of which an output forward is stroke 1, and the one back beside it stroke 2.
+
+    Examples
+    --------
+    >>> [cell[2:] for cell in with_directions([*map(read_heading, ("J", "Hin [mA]", "Rück [mA]"))])]
+    [(None, None), ('mA', 1), ('mA', 2)]
+    """
+    ways = [None if cell.role else _way(cell.text) for cell in cells]
+    others = any(cell.role in OUTPUTS for cell in cells)
+    if others or [way.of for way in ways if way] not in ([1, 2], [2, 1]):
+        return tuple(cells)
+    return tuple(way or cell for way, cell in zip(ways, cells, strict=True))
+
+
+def _way(text: str) -> Heading | None:
+    name, unit = split_unit(text)
+    word = name.casefold()
+    if len(word) < 2 or not word.isalpha() or word not in FORWARD | BACK:
+        return None
+    return Heading(text, "strokes", unit or None, 1 if word in FORWARD else 2)
 
 
 def numbers_alone(cells: Sequence[Heading]) -> bool:

@@ -17,7 +17,15 @@ from accelcal.io.header_lines import (
     notes_of_keys,
     uncommented,
 )
-from accelcal.io.heading_rows import are_headings, dated_once, joined, numbers_alone, over_time
+from accelcal.io.heading_rows import (
+    are_headings,
+    dated_once,
+    joined,
+    numbers_alone,
+    over_time,
+    with_directions,
+    with_minutes,
+)
 from accelcal.io.one_byte import ONE_BYTE
 from accelcal.io.rows_above import declared_in_row, label
 from accelcal.io.text import SourceText, refuse_document
@@ -232,11 +240,15 @@ def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Head
     """
     marks: list[str | None] = [mark for mark in _MARKS if mark in line]
     for separators in (marks, [None]):
-        split = [(tuple(map(read_heading, _split_headings(line, own))), own) for own in separators]
+        split = [(_understood(_split_headings(line, own)), own) for own in separators]
         if told := [own for own in split if are(own[0])]:
             cells, separator = max(told, key=lambda own: _known(own[0]))
             return _Headings(cells, separator, (number,), number)
     return None
+
+
+def _understood(cells: Sequence[str]) -> tuple[Heading, ...]:
+    return with_minutes(with_directions([*map(read_heading, cells)]))
 
 
 def _known(cells: Sequence[Heading]) -> int:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
-from accelcal.io.cells import Column
+from accelcal.io.cells import Column, numbers
 from accelcal.io.signs import with_hyphen
 
 _SIGN, _NUMBER = r"([+\-\u2212\u2013]?)", r"([0-9]+(?:[.,][0-9]+)?)"
@@ -15,6 +16,7 @@ _MARKED = re.compile(  # minutes have their mark, a blank behind them or nothing
     rf"(?: ?{_NUMBER}(?: ?['\u2032\u2019]| (?=[0-9])|$))?"
     rf"(?: ?{_NUMBER} ?(?:[\"\u2033\u201d]|''|\u2032\u2032)?)?"
 )
+_BELOW = "minutes and seconds are below 60"
 _COLONS = re.compile(rf"{_SIGN}([0-9]+):{_NUMBER}(?::{_NUMBER})?")
 
 
@@ -48,6 +50,44 @@ def in_degrees(column: Column) -> Column:
     return column._replace(cells=cells)
 
 
+def with_parts(angle: Column, parts: Sequence[Column]) -> Column:
+    """Put minutes and seconds, which stand in columns of their own, to the degrees of an angle.
+
+    Parameters
+    ----------
+    angle : Column
+        The degrees.
+    parts : sequence of Column
+        Minutes, and perhaps seconds; a blank cell is 0.
+
+    Returns
+    -------
+    Column
+        The angle in decimal degrees.
+
+    Raises
+    ------
+    TableError
+        At the first cell with 60 minutes or seconds or more.
+
+    Examples
+    --------
+    >>> columns = [
+    ...     Column(name, name, None, cells, np.arange(2), "a.csv")
+    ...     for name, cells in (("angle", ["22", "-0"]), ("minutes", ["30", "15"]))
+    ... ]
+    >>> with_parts(columns[0], columns[1:]).cells.tolist()
+    [22.5, -0.25]
+    """
+    degrees = numbers(angle)
+    size = np.abs(degrees)
+    for part, of_degree in zip(parts, (60.0, 3600.0), strict=False):
+        values = np.nan_to_num(numbers(part))
+        part.check((values >= 0.0) & (values < 60.0), "{} is not from 0 to below 60", _BELOW)
+        size = size + values / of_degree
+    return angle._replace(cells=np.copysign(size, degrees))
+
+
 def _is_divided(cell: str) -> bool:
     """Whether a cell has minutes or seconds."""
     found = _parts(cell)
@@ -67,7 +107,6 @@ def _decimal(column: Column, index: int) -> str:
     parts = ((part or "0").replace(",", ".") for part in found.groups()[1:])
     degrees, minutes, seconds = map(float, parts)
     if max(minutes, seconds) >= 60.0:
-        remedy = "minutes and seconds are below 60"
-        raise column.refuse(index, "{} has 60 minutes or seconds or more", remedy)
+        raise column.refuse(index, "{} has 60 minutes or seconds or more", _BELOW)
     size = f"{degrees + minutes / 60.0 + seconds / 3600.0:.12g}"
     return with_hyphen(found[1]) + size.replace(".", column.decimal)

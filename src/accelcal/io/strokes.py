@@ -7,15 +7,7 @@ import numpy as np
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.cells import Column, labels, whole_numbers
 from accelcal.io.signs import with_hyphen
-
-_FORWARD = frozenset(
-    {"forward", "forwards", "fwd", "fw", "f", "+", "+1", "1"}
-    | {"vorwärts", "vor", "hin", "aller", "прямой", "прямо"}
-)
-_BACK = frozenset(
-    {"back", "backward", "backwards", "bwd", "bw", "b", "return", "reverse", "rev", "r", "-", "-1"}
-    | {"rückwärts", "rück", "zurück", "retour", "обратный", "обратно"}
-)
+from accelcal.io.vocabulary import BACK, FORWARD
 
 _ASIDE = "column direction does not tell forward from back and was set aside"
 _BY_CYCLE = (
@@ -74,7 +66,7 @@ def strokes_by_direction(column: Column, number: Ints, row: Ints) -> tuple[Ints,
 
 def _is_back(word: str) -> float:
     """1 for a word that means back, 0 for forward, NaN for one that is not known."""
-    return 0.0 if word in _FORWARD else 1.0 if word in _BACK else np.nan
+    return 0.0 if word in FORWARD else 1.0 if word in BACK else np.nan
 
 
 def _tell_what_numbers_tell(is_back: Array, label: Ints, even: Mask) -> bool:

@@ -12,40 +12,62 @@ from accelcal.units import AS_WRITTEN, UNITS, is_output_unit, spellings
 
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "temperature": ("temperature", "temp", "temperatur", "température", "температура", "т"),
-        "position": ("position", "pos", "j", "stellung", "положение", "положения", "позиция"),
-        "angle": ("angle", "theta", "th", "θ", "head_angle", "winkel", "угол"),
+        "temperature": (
+            *("temperature", "temp", "temperatur", "température", "температура", "т", "温度"),
+        ),
+        "position": (
+            *("position", "pos", "j", "stellung", "положение", "положения", "позиция", "位置"),
+        ),
+        "angle": ("angle", "theta", "th", "θ", "head_angle", "winkel", "угол", "角度"),
         "stroke": (
             *("stroke", "k", "hub", "durchlauf", "durchgang", "passage"),
-            *("ход", "хода", "проход", "прохода"),
+            *("ход", "хода", "проход", "прохода", "行程"),
         ),
-        "direction": ("direction", "richtung", "sens", "направление"),
+        "direction": ("direction", "richtung", "sens", "направление", "方向"),
         "output": (
             *("output", "y", "value", "reading", "signal", "ausgang", "messwert"),
-            *("sortie", "выход", "выходной_сигнал", "показание"),
+            *("sortie", "выход", "выходной_сигнал", "показание", "输出", "读数"),
         ),
         "run": ("run", "lauf"),
-        "time": ("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время"),
+        "time": ("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время", "时间"),
         "date": (
             *("date", "datum", "дата", "date_time", "datetime", "datum_uhrzeit", "zeitstempel"),
-            *("horodatage", "дата_время", "дата_и_время"),
+            *("horodatage", "дата_время", "дата_и_время", "日期"),
         ),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
-            *("seriennr", "serien_nr", "numéro_de_série", "заводской_номер", "зав_№"),
+            *(
+                "seriennr",
+                "serien_nr",
+                "numéro_de_série",
+                "заводской_номер",
+                "зав_№",
+                "编号",
+                "序列号",
+            ),
         ),
         "mounting": ("mounting",),
         "clamping": ("clamping",),
         "std": (
             *("std", "sd", "sigma", "stdev", "stddev", "std_dev", "standard_deviation"),
-            *("standardabweichung", "écart_type", "ско"),
+            *("standardabweichung", "écart_type", "ско", "标准差"),
         ),
         "count": ("count", "n", "samples"),
-        "unit": ("unit", "units", "einheit", "unité", "единица"),
+        "unit": ("unit", "units", "einheit", "unité", "единица", "单位"),
         "lot": ("lot", "los", "charge", "партия"),
     }
 )
 """What a column holds -> the headings it may have, in any case; a lone T and t are told by case."""
+
+FORWARD = frozenset(
+    {"forward", "forwards", "fwd", "fw", "f", "+", "+1", "1"}
+    | {"vorwärts", "vor", "hin", "aller", "прямой", "прямо", "正向"}
+)
+BACK = frozenset(
+    {"back", "backward", "backwards", "bwd", "bw", "b", "return", "reverse", "rev", "r", "-", "-1"}
+    | {"rückwärts", "rück", "zurück", "retour", "обратный", "обратно", "反向"}
+)
+"""What a direction may be called, in lower case."""
 
 LABELS = frozenset({"run", "serial", "mounting", "direction", "lot"})
 """Columns whose cells are names, even where they look like numbers."""
@@ -125,7 +147,7 @@ _WRONG_UNITS = {
 }
 _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
-_BRACKET = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]")
+_BRACKET = re.compile(r"(.*?)\s*[\[(（]\s*([^\])）]*?)\s*[\])）]")
 _SUFFIX = re.compile(r"(.+?)(?:\s*[/,]\s*|\s(?:in|en|в)\s)(.+)|(.+)[_ ]([^_ ]+)")
 _STROKES = (
     re.compile(
@@ -333,6 +355,8 @@ def _role(folded: str) -> str | None:
     if folded in _ROLES:
         return _ROLES[folded]
     first, *others = folded.split("_")
+    if others and {first, *others} <= FORWARD | BACK:  # as of Hin/Rück
+        return "direction"
     role = _ROLES.get(first)
     symbols = {"t"} if role in ("temperature", "time") else set()
     return role if all(_ROLES.get(word) == role or word in symbols for word in others) else None

@@ -277,7 +277,7 @@ def _is_plain(value: str) -> bool:
 @lru_cache(maxsize=1000)
 def _key(written: str) -> str:
     key = written[2:] if _KEY.fullmatch(written) else ""
-    return "" if key == "sep" else canonical_key(key) or key
+    return canonical_key(key) or key
 
 
 def _split(content: bytes) -> tuple[str, bytes] | None:
