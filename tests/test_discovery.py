@@ -1281,8 +1281,17 @@ def test_readings_that_stand_there_several_times_are_told(times):
     again = np.repeat(np.arange(len(record)), times)
     copied = replace(record, **{name: own[again] for name, own in record._arrays().items()})
     many = 162 * (times - 1)
-    with pytest.raises(accelcal.InputError, match=f"{many} of {162 * times} readings repeat one"):
-        accelcal.discover(copied)
+    stand = accelcal.read_stand("examples/paper-stand.toml")
+    for work in (
+        lambda: accelcal.discover(copied),
+        lambda: accelcal.fit(copied),
+        lambda: accelcal.calibrate_head([copied]),
+        lambda: accelcal.stand_budget(stand, copied, accelcal.AL15),
+        lambda: accelcal.compare(accelcal.fit(record), copied),
+    ):
+        told = f"{many} of {162 * times} readings repeat one"
+        with pytest.raises(accelcal.InputError, match=told):
+            work()
 
 
 @pytest.mark.parametrize("step", [3e-5, 1e-4])
@@ -1294,3 +1303,4 @@ def test_readings_of_a_coarse_step_that_agree_are_no_copies(step):
     coarse = replace(twice.apparatus, resolution=step)
     rounded = replace(twice, output=np.round(twice.output / step) * step, apparatus=coarse)
     assert not accelcal.discover(rounded).effects
+    assert accelcal.fit(rounded).tables

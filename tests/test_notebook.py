@@ -456,10 +456,18 @@ def test_a_record_is_a_frame(results):
 
 def test_a_part_of_a_record_counts_its_own_runs(results):
     record = results["TumbleRecord"]
-    part = record.select(record.run == record.run_labels.index("2"))
+    part = record.select(run="2")
     assert repr(part).endswith("54 readings, 1 run, 8 positions>")
     assert [repr(table) for table in record.tables()][1] == repr(part)
     assert len(record.tables()) == 3
+    assert part.select(part.stroke == 2, run="2") == record.select(
+        (record.run == 1) & (record.stroke == 2)
+    )
+    for run in ("4", 1):
+        with pytest.raises(
+            accelcal.InputError, match=r"run '?\d'? is unknown; choose from 1, 2, 3"
+        ):
+            record.select(run=run)
 
 
 def test_plot_of_pandas_is_told_the_pictures(results):

@@ -7,7 +7,7 @@ coefficients.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import as_given
 from accelcal.arguments.numbers import check_number_or_none
-from accelcal.arguments.options import check_text, check_texts, check_written
+from accelcal.arguments.options import check_choice, check_text, check_texts, check_written
 from accelcal.arrays import Array, Ints, Mask, kept
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
@@ -31,7 +31,7 @@ from accelcal.plural import counted
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["TumbleRecord", "naming", "refuse_twice"]
+__all__ = ["TumbleRecord", "naming"]
 
 _DTYPES = {
     **dict.fromkeys(("output", "angle", "temperature"), "fiu"),
@@ -73,7 +73,7 @@ class TumbleRecord(EqualByContents):
     stroke : ndarray of int, shape (n,)
         Stroke k from 1; odd forward, even back.
     run : ndarray of int, shape (n,)
-        Index into `run_labels`, in the order in which the runs were made.
+        Index into `run_labels`, from 0 in the order in which the runs were made.
     run_labels : tuple of str
         Names of the runs.
     mounting : ndarray of str, shape (n,)
@@ -268,13 +268,15 @@ class TumbleRecord(EqualByContents):
         frame.attrs["declared"] = declared | {"metadata": dict(self.metadata)}
         return frame
 
-    def select(self, mask: Mask) -> TumbleRecord:
-        """Keep only the readings where `mask` is true, and all run labels.
+    def select(self, mask: Mask | None = None, *, run: str | None = None) -> TumbleRecord:
+        """Keep only some readings, and all run labels.
 
         Parameters
         ----------
-        mask : ndarray of bool, shape (n,)
-            Readings to keep.
+        mask : ndarray of bool, shape (n,), optional
+            Readings to keep; by default all.
+        run : str, optional
+            Label of the run to keep.
 
         Returns
         -------
@@ -284,18 +286,21 @@ class TumbleRecord(EqualByContents):
         Raises
         ------
         InputError
-            If the mask is something else, or keeps none.
+            If the mask is something else, there is no such run, or nothing is kept.
 
         Examples
         --------
         >>> import accelcal
-        >>> record = accelcal.simulate(seed=1)
-        >>> record.select(record.run == record.run_labels.index("2"))
+        >>> accelcal.simulate(seed=1).select(run="2")
         <TumbleRecord serial 'AL-15': 54 readings, 1 run, 8 positions>
         """
+        mask = np.ones(len(self), dtype=bool) if mask is None else mask
         if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (len(self),):
             rule = f"an array of {len(self)} truth values, one for each reading"
             raise InputError(f"mask is {as_given(mask)}; it is {rule}")
+        if run is not None:
+            check_choice(self.run_labels, run=run)
+            mask = mask & (self.run == self.run_labels.index(run))
         kept: dict[str, Any] = {name: array[mask] for name, array in self._arrays().items()}
         return replace(self, **kept)
 
@@ -375,25 +380,3 @@ def naming(record: TumbleRecord) -> Iterator[None]:
     except InputError as error:
         line = None if record.line is None else int(record.line[0])
         raise error.at(record.source, line) from None
-
-
-def refuse_twice(records: Iterable[TumbleRecord]) -> None:
-    """Refuse the same readings twice, such as a file and its copy, where each adds to what is told.
-
-    Parameters
-    ----------
-    records : iterable of TumbleRecord
-        The records.
-
-    Raises
-    ------
-    InputError
-        If two are equal.
-    """
-    seen: dict[tuple[str | None, bytes], TumbleRecord] = {}
-    for record in records:
-        key = record.serial, record.output.tobytes()
-        if key in seen and seen[key] == record:
-            problem = f"the same readings as {seen[key].source}"
-            raise InputError(f"{record.source}: {problem}; give each table once")
-        seen[key] = record

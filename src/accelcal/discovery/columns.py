@@ -5,24 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Ints, Places
+from accelcal.arrays import Array, Ints
 from accelcal.effects.conditions import Conditions
 from accelcal.head_angles import head_positions
-from accelcal.numerics.grouping import grouped
+from accelcal.numerics.grouping import cells
 
 
 def cycle(c: Conditions) -> Ints:
     """Cycle of each reading, a forward and a back stroke, from 0."""
     return (c.stroke - 1) // 2
-
-
-def cells(*keys: NDArray[np.generic]) -> Places:
-    """Number the combinations of some keys, from 0; shape (n,)."""
-    label = np.zeros(keys[0].size, dtype=np.int64)
-    for key in keys:
-        groups, index, _ = grouped(key)
-        label = label * groups.size + index
-    return grouped(label)[1]
 
 
 def dummies(*keys: NDArray[np.generic]) -> Array:

@@ -19,7 +19,6 @@ from accelcal.discovery.noise import (
     ReadingNoise,
     covariance,
     reading_noise,
-    refuse_copies,
     refuse_too_many,
 )
 from accelcal.discovery.run_noise import with_noise_of_runs
@@ -130,10 +129,9 @@ def compared(
     Raises
     ------
     InputError
-        If the record is too small or too large, or has copies, see `accelcal.discovery.noise`.
+        If the record is too small or too large, see `accelcal.discovery.noise`.
     """
     refuse_too_many(record)
-    refuse_copies(record)
     model = base_model(record, reference_temperature, delta0, silent)
     repeating = saturated(model.conditions, record.mounting)
     if noise is None:

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.columns import cells, cycle
+from accelcal.discovery.columns import cycle
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.covariance import whitener_of
 from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.solution import Solution, solution
 from accelcal.discovery.spans import scaled
-from accelcal.numerics.grouping import grouped
+from accelcal.numerics.grouping import cells, grouped
 from accelcal.results.findings import Gap
 
 _FOLDS = 10

@@ -14,14 +14,15 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.apparatus import Apparatus
-from accelcal.arrays import Array, Ints, Places
-from accelcal.discovery.columns import cells, dummies, head_columns
+from accelcal.arrays import Array, Ints
+from accelcal.discovery.columns import dummies, head_columns
 from accelcal.discovery.covariance import Covariance
 from accelcal.discovery.declared_noise import in_units_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE
+from accelcal.numerics.grouping import cells
 from accelcal.numerics.lag_sums import sums_by_lag
 from accelcal.numerics.sorting import distinct
 from accelcal.plural import degrees_of_freedom
@@ -92,30 +93,6 @@ def refuse_too_many(record: TumbleRecord) -> None:
             f" of runs: that takes matrices of {8e-9 * readings * repeating:.1f} GB; give those of"
             " some strokes or runs"
         )
-
-
-def refuse_copies(record: TumbleRecord) -> None:
-    """Refuse readings that stand there several times, as each would count as a replicate.
-
-    Those of a coarse step are no copies: of one position they agree from stroke to stroke too.
-    """
-    position, every = (record.run, record.mounting, np.round(record.angle, 6)), record.output
-    first = _first_of_each(cells(*position, record.stroke))
-    before = _first_of_each(cells(*position, record.stroke % 2))
-    copies = int(np.sum(first != np.arange(first.size)))
-    if copies < FEWEST_REPLICATES or np.any(every != every[first]):
-        return
-    anew = np.flatnonzero((first == np.arange(first.size)) & (before != first))
-    if 2 * np.sum(every[anew] == every[before[anew]]) <= anew.size:
-        raise InputError(
-            f"{copies} of {len(record)} readings repeat one of the same position, stroke and run to"
-            " the last digit, and tell nothing of the noise; give each reading once"
-        )
-
-
-def _first_of_each(cell: Places) -> Places:
-    """Place of the first reading of the cell of each reading."""
-    return np.unique(cell, return_index=True)[1][cell]
 
 
 def reading_noise(

@@ -13,6 +13,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import InputError
+from accelcal.estimate.given_twice import refuse_copies
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.geometry import accelerations
@@ -51,7 +52,8 @@ def at_positions(record: TumbleRecord, delta0: float | None = None) -> TumbleRec
     Raises
     ------
     InputError
-        If the fixture angle that the record declares is none.
+        If the fixture angle that the record declares is none, or readings are copies of others, see
+        `accelcal.estimate.given_twice`.
 
     Examples
     --------
@@ -60,6 +62,7 @@ def at_positions(record: TumbleRecord, delta0: float | None = None) -> TumbleRec
     >>> at_positions(record) is record
     True
     """
+    refuse_copies(record)
     read = record.graduation
     nominal = nominal_angles(read)
     if nominal is read:

@@ -21,6 +21,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
 from accelcal.estimate.declared_scatter import moderated
+from accelcal.estimate.given_twice import refuse_twice
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE, ReadingNoise, noise_of_stack
 from accelcal.estimate.noise_beside_head import Told, noise_beside_head, together
@@ -36,7 +37,7 @@ from accelcal.numerics.probability import (
     student_quantile,
 )
 from accelcal.numerics.sorting import distinct
-from accelcal.record import TumbleRecord, naming, refuse_twice
+from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle
 from accelcal.results.covariance import rows_of
 from accelcal.results.findings import Change

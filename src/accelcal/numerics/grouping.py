@@ -165,6 +165,22 @@ def grouped(values: NDArray[Any]) -> Grouped:
     return Grouped(key, cell, np.bincount(cell, minlength=key.size))
 
 
+def cells(*keys: NDArray[np.generic]) -> Places:
+    """Number the combinations of some keys, from 0; shape (n,).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> cells(np.array([1, 1, 2, 1]), np.array(["b", "a", "a", "b"])).tolist()
+    [1, 0, 2, 1]
+    """
+    label = np.zeros(keys[0].size, dtype=np.int64)
+    for key in keys:
+        groups, index, _ = grouped(key)
+        label = label * groups.size + index
+    return grouped(label).cell
+
+
 def places_of_equals(keys: Iterable[Hashable]) -> list[list[int]]:
     """Find the places of equal keys, those of the key that comes first before the others.
 

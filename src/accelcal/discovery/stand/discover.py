@@ -41,9 +41,10 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
 )
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
+from accelcal.estimate.given_twice import refuse_twice
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.plural import listed
-from accelcal.record import TumbleRecord, refuse_twice
+from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle, reference_temperature_of
 from accelcal.results.discovery import Discovery
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
