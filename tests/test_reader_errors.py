@@ -97,10 +97,10 @@ ERRORS = {
         " add a column output, or Y1, Y2, ... for the strokes",
     ),
     "strokes by other names": (
-        "T,J,Forward [mA],Back [mA]\n20,1,1.3,1.3\n",
-        "1: no column for output among 'T, J, Forward [mA], Back [mA]';"
+        "T,J,Up [mA],Down [mA]\n20,1,1.3,1.3\n",
+        "1: no column for output among 'T, J, Up [mA], Down [mA]';"
         " add a column output, or Y1, Y2, ... for the strokes, or a line"
-        " '# serials: Forward, Back' if these are accelerometers",
+        " '# serials: Up, Down' if these are accelerometers",
     ),
     "serial of no column": (
         "# serials: A7, C3\nT,J,k,A7,B2\n20,1,1,1.3,1.3\n",
