@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from accelcal.arguments.axes import AXES
 from accelcal.arguments.numbers import check_number, number_array
 from accelcal.arrays import Array
 from accelcal.compensate.measured import AT_ONCE, MeasuredAcceleration, joined
 from accelcal.compensate.propagation import Part, interval_of_parts
 from accelcal.compensate.ranges import within_accelerations, within_temperatures
 from accelcal.errors import InputError
-from accelcal.results.triad import AXES, TriadCalibration
+from accelcal.results.triad import TriadCalibration
 from accelcal.results.usable import gates_that_warn
 
 __all__ = ["apply_triad", "assumptions_of_triad", "notes_of_triad", "refuse_for_triad"]

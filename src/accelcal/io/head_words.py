@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from accelcal.io.vocabulary import COLUMNS, LONGEST, Heading, canonical_key, split_unit
+from accelcal.io.vocabulary import COLUMNS, LONGEST, Heading, canonical_key, name_and_unit
 from accelcal.units import size_of
 
 STANDARD = (
@@ -74,7 +74,6 @@ HEAD_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """What a header line declares -> the keys it may have, in any case."""
 
-_BEFORE_UNIT = re.compile(r"\s*[/,]\s*|(?:[_ ](?:in|en|в))?[_ ]")
 _NUMBER = r"[0-9]+(?:[.,][0-9]+)?"
 _COVER = re.compile(
     rf"[,;]?\s*(?:\b[kк]\s*=\s*({_NUMBER})|\b({_NUMBER})[ -]?(?:σ|[Ss]igma)\b"
@@ -180,14 +179,12 @@ def head_heading(text: str) -> Heading:
 
 def _name_and_unit(heading: str) -> tuple[str, str]:
     """Take unit and coverage factor off a heading."""
-    name, unit = split_unit(without_cover(heading).rest)
-    if _plain(name) in _ROLES or unit or len(name) > LONGEST:
-        return name.strip(), unit
-    for mark in _BEFORE_UNIT.finditer(name):
-        before, behind = name[: mark.start()], name[mark.end() :]
-        if before and behind and size_of(behind, "angle"):
-            return before, behind
-    return name, ""
+    bare = without_cover(heading).rest
+    return (bare, "") if _plain(bare) in _ROLES else name_and_unit(bare, _is_angle)
+
+
+def _is_angle(unit: str) -> bool:
+    return size_of(unit, "angle") is not None
 
 
 def head_key(key: str) -> str | None:

@@ -14,8 +14,8 @@ from accelcal.io.vocabulary import (
     Heading,
     canonical_key,
     is_unit_of,
+    name_and_unit,
     read_heading,
-    split_unit,
 )
 from accelcal.units import is_output_unit, spellings
 
@@ -35,6 +35,10 @@ _MEASURED = frozenset(
 ANGLE_IN_PARTS = ("angle", "minutes", "seconds")
 """Roles of the columns of an angle in degrees, minutes and seconds."""
 
+_WORD = re.compile(r"[^\W\d_]{2,}")
+_STROKES = {**dict.fromkeys(FORWARD, 1), **dict.fromkeys(BACK, 2)}
+"""Word of a direction -> the stroke that it is, of two."""
+
 _PARTS = {
     "deg": "angle",
     "arcmin": "minutes",
@@ -48,9 +52,6 @@ _PART_OF_ANGLE = {
     for spelling, unit in spellings(kind).items()
     if unit in _PARTS
 }
-
-_UNIT = re.compile(r"\D*?[\s\[(,/_]+(?:in\s+)?([^\s\[\](),_]+)\s*[\])]?")
-"""A name without a digit, which that of one accelerometer of several may have, and a unit."""
 
 
 def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
@@ -86,8 +87,10 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
 
 
 def _unit_of(heading: Heading) -> str | None:
-    found = _UNIT.fullmatch(heading.text)
-    return found[1] if found and is_output_unit(found[1]) else None
+    """Unit behind a name without a digit, which that of one accelerometer of several may have."""
+    name, unit = name_and_unit(heading.text, is_output_unit)
+    has_digit = any(map(str.isdigit, name))
+    return unit if is_output_unit(unit) and not has_digit else None
 
 
 def are_headings(cells: Sequence[Heading]) -> bool:
@@ -177,11 +180,10 @@ def with_directions(cells: Sequence[Heading]) -> tuple[Heading, ...]:
 
 
 def _way(text: str) -> Heading | None:
-    name, unit = split_unit(text)
-    word = name.casefold()
-    if len(word) < 2 or not word.isalpha() or word not in FORWARD | BACK:
-        return None
-    return Heading(text, "strokes", unit or None, 1 if word in FORWARD else 2)
+    word = _WORD.match(text)
+    stroke = _STROKES.get(word[0].casefold()) if word else None
+    name, unit = name_and_unit(text, is_output_unit) if stroke else ("", "")
+    return Heading(text, "strokes", unit or None, stroke) if word and name == word[0] else None
 
 
 def numbers_alone(cells: Sequence[Heading]) -> bool:

@@ -239,7 +239,8 @@ def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Head
     Blanks are one only where no other gives headings: they stand within headings too.
     """
     marks: list[str | None] = [mark for mark in _MARKS if mark in line]
-    for separators in (marks, [None]):
+    blanks = [None] if " " in line.strip() else []
+    for separators in (marks, blanks):
         split = [(_understood(_split_headings(line, own)), own) for own in separators]
         if told := [own for own in split if are(own[0])]:
             cells, separator = max(told, key=lambda own: _known(own[0]))
@@ -248,7 +249,8 @@ def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Head
 
 
 def _understood(cells: Sequence[str]) -> tuple[Heading, ...]:
-    return with_minutes(with_directions([*map(read_heading, cells)]))
+    known = tuple(map(read_heading, cells))
+    return known if all(cell.role for cell in known) else with_minutes(with_directions(known))
 
 
 def _known(cells: Sequence[Heading]) -> int:

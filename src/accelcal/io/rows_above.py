@@ -7,13 +7,12 @@ import re
 from collections import deque
 
 from accelcal.io.header_lines import BEGINS_PAIR, declarations_in
-from accelcal.io.vocabulary import KINDS_OF, LONGEST, canonical_key, split_unit
+from accelcal.io.vocabulary import KINDS_OF, LONGEST, canonical_key, name_and_unit
 from accelcal.units import UNITS, is_output_unit, size_of
 
 _MARKS = "\t;|,"
 _PAIR = re.compile(r"([^:=]+)[:=](.*)")
 _QUOTED = re.compile(r'"((?:[^"]|"")*)"')
-_BEFORE_UNIT = re.compile(r"(.+?)(?:\s*[/,]|\s(?:in|en|в)(?=\s))\s*(\S.*)")
 _COMMA = re.compile(r"[0-9],[0-9]|.,\s")
 """A comma of a number or of language, behind which no program would begin a cell."""
 _NUMBER = re.compile(r"[-+\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)?")
@@ -105,10 +104,7 @@ def label(cell: str) -> tuple[str, str, str]:
     """
     pair = _PAIR.fullmatch(cell)
     name, value = (pair[1].strip(), pair[2].strip()) if pair else (cell, "")
-    bare, unit = split_unit(name)
-    behind = _BEFORE_UNIT.fullmatch(name) if len(name) <= LONGEST else None
-    if behind and not canonical_key(bare) and _is_unit(behind[2]):
-        bare, unit = behind.groups()
+    bare, unit = name_and_unit(name, _is_unit, behind_blanks=False)
     return canonical_key(bare) or "", value, unit
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 
 import numpy as np
 
+from accelcal.arguments.axes import AXES, axis_named
 from accelcal.arrays import Array
 from accelcal.errors import TableError, located
 from accelcal.head_angles import nominal_angles
@@ -18,19 +18,13 @@ from accelcal.io.readings import refuse_markers, temperatures_of
 from accelcal.io.serial_of_file import serial_of_file
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.text import Source, read_text
-from accelcal.io.vocabulary import Heading, has_unit, is_unit_of, read_heading, split_unit
+from accelcal.io.vocabulary import Heading, has_unit, is_unit_of, name_and_unit, read_heading
 from accelcal.plural import listed
-from accelcal.results.triad import AXES
 from accelcal.triad.record import TriadRecord, up_of_turn
 from accelcal.units import is_output_unit
 
 __all__ = ["read_triad", "triad_heading"]
 
-_OUTPUT = re.compile(
-    r"(?:(?:output|out|mean|acc|accel|a|y)_?)?([xyz])(?:(?:_|\s*[,/]\s*|\s(?:in|en|в)\s)(.+))?",
-    re.IGNORECASE,
-)
-_UP = re.compile(r"up_?([xyz])(?:_g)?", re.IGNORECASE)
 _REMEDY = (
     "name the columns x, y, z and, where attitudes are known, up_x, up_y, up_z or shaft, angle"
 )
@@ -117,20 +111,18 @@ def triad_heading(text: str) -> Heading:
     >>> triad_heading("acc_x [mA]")[1:3], triad_heading("up_z")[1], triad_heading("T").role
     (('x', 'mA'), 'up_z', 'temperature')
     """
-    name, unit = split_unit(text.strip())
-    folded = name.strip().casefold()
-    if folded in ("shaft", "angle"):
-        return Heading(text, folded, unit or None)
-    if folded in ("angle_deg", "angle deg"):
-        return Heading(text, "angle", "deg")
-    up = _UP.fullmatch(folded)
-    if up:
-        return Heading(text, f"up_{up[1]}", unit or None)
-    output = _OUTPUT.fullmatch(name.strip())
-    if output and (output[2] is None or is_output_unit(output[2])):
-        return Heading(text, output[1].casefold(), unit or output[2])
+    name, unit = name_and_unit(text, _is_known_unit)
+    if name.casefold() in ("shaft", "angle"):
+        return Heading(text, name.casefold(), unit or None)
+    axis, behind, is_up = axis_named(name)
+    if axis and not behind:
+        return Heading(text, f"up_{axis}" if is_up else axis, unit or None)
     known = read_heading(text)
     return known if known.role in _OF_THE_ROW else Heading(text, None)
+
+
+def _is_known_unit(unit: str) -> bool:
+    return is_output_unit(unit) or has_unit("angle", unit)
 
 
 def _is_output_unit(unit: str) -> bool:

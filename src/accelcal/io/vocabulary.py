@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -148,7 +149,8 @@ _WRONG_UNITS = {
 _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(（]\s*([^\])）]*?)\s*[\])）]")
-_SUFFIX = re.compile(r"(.+?)(?:\s*[/,]\s*|\s(?:in|en|в)\s)(.+)|(.+)[_ ]([^_ ]+)")
+_BEFORE_UNIT = re.compile(r"\s*[/,]\s*|\s(?:in|en|в)\s+|((?:[_ ](?:in|en|в))?[_ ])")
+"""What stands between a name and its unit; a blank alone in the group."""
 _STROKES = (
     re.compile(
         r"(?:y|k|stroke|output|reading|hub|durchlauf|durchgang|passage|ход|проход)?[_=]?"
@@ -217,16 +219,12 @@ def read_heading(text: str) -> Heading:
     text = " ".join(text.split())
     if len(text) > LONGEST:
         return Heading(text, None)
-    bracket = _BRACKET.fullmatch(text)
-    name, unit = (bracket[1], bracket[2] or None) if bracket else (text, None)
-    known = _known(text, name, unit)
-    suffix = None if bracket else _SUFFIX.fullmatch(text)
-    if suffix and known.role in (None, "serials"):
-        name, unit = suffix[1] or suffix[3], suffix[2] or suffix[4]
-        before = _known(text, name, unit)
-        if before.role and is_unit_of(before.role, unit):
-            return before
-    return known
+    name, unit = split_unit(text)
+    known = _known(text, name, unit or None)
+    if name != text or known.role not in (None, "serials"):
+        return known
+    behind = (_known(text, *pair) for pair in _with_units_behind(text))
+    return next((own for own in behind if own.role and is_unit_of(own.role, own.unit or "")), known)
 
 
 def is_unit_of(role: str, unit: str) -> bool:
@@ -239,11 +237,6 @@ def is_unit_of(role: str, unit: str) -> bool:
     unit : str
         The unit as written.
 
-    Returns
-    -------
-    bool
-        True for a known unit of the quantity.
-
     Examples
     --------
     >>> is_unit_of("temperature", "K"), is_unit_of("stroke", "mA")
@@ -255,19 +248,7 @@ def is_unit_of(role: str, unit: str) -> bool:
 
 
 def has_unit(quantity: str, unit: str) -> bool:
-    """Tell whether a column may be given in a unit.
-
-    Parameters
-    ----------
-    quantity : str
-        One of `UNITS_OF`.
-    unit : str
-        The unit as written.
-
-    Returns
-    -------
-    bool
-        True for one of its right units.
+    """Tell whether a column of a quantity, one of `UNITS_OF`, may be given in a unit.
 
     Examples
     --------
@@ -278,8 +259,9 @@ def has_unit(quantity: str, unit: str) -> bool:
     return unit in units or unit.casefold() in _folded_units(units)
 
 
-def _folded_units(units: Iterable[str]) -> set[str]:
-    return {unit.casefold() for unit in units if unit not in AS_WRITTEN}
+@cache
+def _folded_units(units: tuple[str, ...]) -> frozenset[str]:
+    return frozenset(unit.casefold() for unit in units if unit not in AS_WRITTEN)
 
 
 def canonical_key(text: str) -> str | None:
@@ -313,6 +295,44 @@ def split_unit(key: str) -> tuple[str, str]:
     """
     match = _BRACKET.fullmatch(key) if len(key) <= LONGEST else None
     return (match[1], match[2]) if match else (key, "")
+
+
+def name_and_unit(
+    text: str, is_unit: Callable[[str], bool], *, behind_blanks: bool = True
+) -> tuple[str, str]:
+    """Split a name from its unit, in brackets or behind a comma, a slash, ``in`` or a blank.
+
+    Parameters
+    ----------
+    text : str
+        A heading or key.
+    is_unit : callable
+        What tells a unit; of one in brackets it is not asked.
+    behind_blanks : bool, default True
+        Whether a unit may stand behind a blank or ``_`` alone.
+
+    Returns
+    -------
+    tuple of str
+        Name and unit; the unit is empty where there is none.
+
+    Examples
+    --------
+    >>> from accelcal.units import is_output_unit
+    >>> [name_and_unit(f"Strom{unit}", is_output_unit) for unit in (" in mA", "_A", ", K", "[K]")]
+    [('Strom', 'mA'), ('Strom', 'A'), ('Strom, K', ''), ('Strom', 'K')]
+    """
+    name, unit = split_unit(text.strip())
+    behind = [] if unit else _with_units_behind(name, behind_blanks)
+    return next((pair for pair in behind if is_unit(pair[1])), (name.strip(), unit))
+
+
+def _with_units_behind(text: str, behind_blanks: bool = True) -> Iterator[tuple[str, str]]:
+    """Ways to split a text into a name and what may be its unit, the longest unit first."""
+    for mark in _BEFORE_UNIT.finditer(text[:LONGEST]):
+        name, unit = text[: mark.start()], text[mark.end() :]
+        if name and unit and (behind_blanks or mark[1] is None):
+            yield name, unit
 
 
 def _known(text: str, name: str, unit: str | None) -> Heading:

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from accelcal.arguments.axes import AXES
 from accelcal.arguments.kinds import expect
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvas, entitled, palette, styled
 from accelcal.report.numbers import readable
-from accelcal.results.triad import AXES, TriadCalibration
+from accelcal.results.triad import TriadCalibration
 from accelcal.triad.record import TriadRecord
 
 if TYPE_CHECKING:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -12,8 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accelcal.arguments.kinds import shown
-from accelcal.arguments.numbers import number_array
+from accelcal.arguments.axes import AXES, by_axis
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
@@ -26,12 +24,9 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.triad import TriadPlot
 
-__all__ = ["AXES", "FRAMES", "NAMES", "SCHEMA", "TriadCalibration"]
+__all__ = ["FRAMES", "NAMES", "SCHEMA", "TriadCalibration"]
 
 SCHEMA = "accelcal/triad/1"
-
-AXES = "xyz"
-"""Names of the channels, and of the axes of the frame."""
 
 NAMES = (*(f"b_{i}" for i in AXES), *(f"S_{i}{j}" for i in AXES for j in AXES))
 """Bias of each channel, and its sensitivity to the acceleration along each axis of the frame."""
@@ -44,54 +39,6 @@ FRAMES: Mapping[str, str] = MappingProxyType(
     }
 )
 """Each frame in words."""
-
-_AXIS = re.compile(
-    r"(?:(?:output|out|mean|acc|accel|acceleration|a|y|up)[_ ]?)?([xyz])(?:[_ ([].*)?"
-)
-"""Name of a column of an axis, in small letters."""
-
-
-def by_axis(value: ArrayLike, name: str) -> Array:
-    """Take numbers for the axes x, y, z along the last axis.
-
-    Parameters
-    ----------
-    value : array_like
-        What was given. Columns of a DataFrame that are named by the axes, as x or acc_x, count by
-        their names, whatever their order; if names tell no two axes, they are x, y, z in their
-        order.
-    name : str
-        Its name, for the message.
-
-    Returns
-    -------
-    ndarray of float
-        The numbers.
-
-    Raises
-    ------
-    InputError
-        If they are no numbers, or names tell two axes, but not each axis once.
-
-    Examples
-    --------
-    >>> import pandas as pd
-    >>> by_axis(pd.DataFrame({"z": [3.0], "x": [1.0], "y": [2.0]}), "output").tolist()
-    [[1.0, 2.0, 3.0]]
-    """
-    columns: Any = getattr(value, "columns", ())
-    axes = [str(column).casefold() for column in columns]
-    if not {*AXES} <= {*axes}:
-        axes = [found[1] if (found := _AXIS.fullmatch(column)) else "" for column in axes]
-    if len({*axes} - {""}) < 2:  # as of Y_1, Y_2, Y_3
-        return number_array(value, name)
-    if any(axes.count(axis) != 1 for axis in AXES):
-        given = shown(", ".join(map(str, columns)))
-        problem = f"{name} is a DataFrame with the columns {given}"
-        raise InputError(
-            f"{problem}; give one for each of x, y and z, such as frame[['x', 'y', 'z']]"
-        )
-    return number_array(np.asarray(value)[:, [axes.index(axis) for axis in AXES]], name)
 
 
 def _parameters(value: Any) -> Mapping[str, Quantity]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
+from accelcal.arguments.axes import AXES, by_axis
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import refuse_other_order
 from accelcal.arguments.options import check_choice
@@ -15,7 +16,7 @@ from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.quantity import Quantity
-from accelcal.results.triad import AXES, NAMES, TriadCalibration, by_axis
+from accelcal.results.triad import NAMES, TriadCalibration
 from accelcal.triad.gates import gates_of
 from accelcal.triad.known import from_known_attitudes
 from accelcal.triad.record import TriadRecord, one_an_attitude

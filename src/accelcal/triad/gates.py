@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from accelcal.arguments.axes import AXES
 from accelcal.errors import DesignError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.numerics.probability import f_survival, student_quantile
 from accelcal.plural import degrees_of_freedom
 from accelcal.results.quantity import Gate
-from accelcal.results.triad import AXES
 from accelcal.triad.record import TriadRecord
 from accelcal.triad.solution import Solution
 from accelcal.triad.unknown import from_unknown_attitudes

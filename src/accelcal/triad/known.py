@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.arguments.axes import AXES
 from accelcal.arrays import Array
 from accelcal.errors import DesignError, InputError
-from accelcal.results.triad import AXES
 from accelcal.triad.clampings import Seats, seats_of
 from accelcal.triad.solution import Design, Solution, design_of
 from accelcal.triad.visits import Noise, Visits

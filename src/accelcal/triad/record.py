@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.apparatus import Apparatus
+from accelcal.arguments.axes import AXES, by_axis
 from accelcal.arguments.numbers import number_array, refuse_other_order
 from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arrays import Array, Ints
@@ -20,7 +21,6 @@ from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.head_angles import SAME_POSITION
 from accelcal.results.mapping import freeze
-from accelcal.results.triad import AXES, by_axis
 
 if TYPE_CHECKING:
     import pandas as pd

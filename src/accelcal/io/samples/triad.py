@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from accelcal.arguments.axes import AXES
 from accelcal.arrays import Array
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.compensate.triad import (
@@ -18,7 +19,7 @@ from accelcal.io.samples.headings import SampleHeadings
 from accelcal.io.samples.options import StreamOptions, acceleration_scale, output_factor
 from accelcal.io.samples.reader import SampleBlock
 from accelcal.io.samples.temperatures import OTHER_TEMPERATURES, SampleTemperatures
-from accelcal.results.triad import AXES, TriadCalibration
+from accelcal.results.triad import TriadCalibration
 
 __all__ = ["Triad"]
 
