@@ -695,8 +695,14 @@ BAD = {
     "kelvin": ("output,temperature [K]\n1,293\n", "data.csv:1: temperature in K; give it in degC"),
     "text": ("output,temperature\n1,20\n1.2x,20\n", "data.csv:3: output '1.2x' is not a number"),
     "infinite": ("output,temperature\n1,20\ninf,20\n", "data.csv:3: output 'inf' is infinite"),
-    "cut short": ("output,temperature\n1,20\n1\n", "data.csv:3: 1 field under 2 headings"),
-    "too long": ("output,temperature\n1,20\n1,2,20\n", "data.csv:3: 3 fields under 2 headings"),
+    "cut short": (
+        "output,temperature\n1,20\n1\n",
+        "data.csv:3: 1 field, but temperature is field 2",
+    ),
+    "too long": (
+        "output,temperature\n1,20\n1,2,20\n",
+        "data.csv:3: 3 fields under 2 column headings",
+    ),
     "damaged": (gzip.compress(PLAIN.encode())[:-12], "data.csv: the gzip compression is cut"),
 }
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from accelcal.io.layout import Layout, split_line
 from accelcal.io.sexagesimal import in_degrees
 from accelcal.io.vocabulary import ACROSS
 from accelcal.plural import counted
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _NO_THOUSANDS = re.compile(r",(?!\d{3}(?!\d))")
 """Comma that other than three digits follow."""
@@ -69,16 +72,37 @@ def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Column
     TableError
         If a row has too many or too few fields.
     """
+    by_heading = list(zip(*split_rows(layout, needed), strict=True))
+    numeric = [by_heading[i] for i in used if _is_numeric(layout, i)]
+    decimal = decimal_mark([cell for cells in numeric for cell in cells], layout.separator)
+    lines = np.array(layout.lines, dtype=np.int64)
+    return {i: _column(layout, i, by_heading[i], lines, decimal) for i in used}
+
+
+def split_rows(layout: Layout, needed: int) -> list[list[str]]:
+    """Cells of each row, as many as there are headings.
+
+    Parameters
+    ----------
+    layout, needed
+        As of `columns_by_split`.
+
+    Returns
+    -------
+    list of list of str
+        The rows; blank cells at their ends fall away or are added.
+
+    Raises
+    ------
+    TableError
+        If a row has too many or too few fields.
+    """
     width = len(layout.headings)
     table = [split_line(row, layout.separator) for row in layout.rows]
     for index, cells in enumerate(table):
         if len(cells) != width:
             table[index] = _fitted(cells, width, needed, layout, index)
-    by_heading = list(zip(*table, strict=True))
-    numeric = [by_heading[i] for i in used if _is_numeric(layout, i)]
-    decimal = decimal_mark([cell for cells in numeric for cell in cells], layout.separator)
-    lines = np.array(layout.lines, dtype=np.int64)
-    return {i: _column(layout, i, by_heading[i], lines, decimal) for i in used}
+    return table
 
 
 def decimal_mark(cells: Sequence[str], separator: str | None) -> str:
@@ -130,21 +154,12 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
     BulkEngineGivesUp
         If the light engine must look.
     """
-    import io
-
-    import pandas as pd
-
     rows = _even_rows(layout, needed)
     comma = layout.separator != "," and any("," in row for row in rows)
     numeric = [i for i in used if _is_numeric(layout, i)]
     decimal = "," if comma else "."
-    options = pandas_options(layout.separator, len(layout.headings), used, numeric, decimal)
-    try:
-        frame = pd.read_csv(io.BytesIO("\n".join(rows).encode()), **options)
-    except ValueError as error:
-        raise BulkEngineGivesUp from error
-    if len(frame) != len(rows):
-        raise BulkEngineGivesUp
+    text = "\n".join([*rows, ""]).encode()
+    frame = read_frame(text, layout.separator, len(layout.headings), used, numeric, decimal)
     lines = np.array(layout.lines, dtype=np.int64)
     cells = {
         i: frame[i].to_numpy() if i in numeric else [cell.strip() for cell in frame[i].tolist()]
@@ -153,17 +168,20 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
     return {i: _column(layout, i, cells[i], lines, decimal) for i in used}
 
 
-def pandas_options(
+def read_frame(
+    rows: bytes,
     separator: str | None,
     headings: int,
     used: Collection[int],
     numeric: Collection[int],
     decimal: str,
-) -> dict[str, Any]:
-    """Options of `pandas.read_csv` for rows without their headings.
+) -> pd.DataFrame:
+    """Read plain rows by pandas.
 
     Parameters
     ----------
+    rows : bytes
+        The rows, each ended by a line feed, without quotes.
     separator : str or None
         What separates the fields.
     headings : int
@@ -175,11 +193,21 @@ def pandas_options(
 
     Returns
     -------
-    dict of str to object
-        The options; numbers lose no digit, what is missing is NaN, and a text is no number.
+    pandas.DataFrame
+        The columns by their indices; numbers lose no digit, what is missing is NaN, and a text is
+        no number.
+
+    Raises
+    ------
+    BulkEngineGivesUp
+        If there is anything else in them.
     """
+    import io
+
+    import pandas as pd
+
     blank = sorted(MISSING | {text.upper() for text in MISSING} | {"NaN"})
-    return {
+    options: dict[str, Any] = {
         "sep": separator,
         "header": None,
         "names": list(range(headings)),
@@ -193,6 +221,13 @@ def pandas_options(
         "skip_blank_lines": False,
         **exact_numbers(),
     }
+    try:
+        frame: pd.DataFrame = pd.read_csv(io.BytesIO(rows), **options)
+    except ValueError as error:
+        raise BulkEngineGivesUp from error
+    if len(frame) != rows.count(b"\n"):
+        raise BulkEngineGivesUp
+    return frame
 
 
 def _even_rows(layout: Layout, needed: int) -> list[str]:

@@ -6,7 +6,6 @@ or decimal commas.
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Collection, Sequence
 from functools import lru_cache
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.cells import written_otherwise
-from accelcal.io.engines import pandas_options
+from accelcal.io.engines import BulkEngineGivesUp, read_frame
 from accelcal.serials import serials_alike
 
 _WHOLE = frozenset({"position", "stroke"})
@@ -259,10 +258,8 @@ def _by_pandas(body: bytes, roles: Sequence[str], labels: Collection[str]) -> Ce
     places = range(len(roles))
     numeric = [i for i in places if roles[i] not in labels]
     try:
-        frame = pd.read_csv(
-            io.BytesIO(body), **pandas_options(",", len(roles), places, numeric, ".")
-        )
-    except ValueError as error:
+        frame = read_frame(body, ",", len(roles), places, numeric, ".")
+    except BulkEngineGivesUp as error:
         raise Unreadable from error
     if frame[numeric].isna().to_numpy().any():
         raise Unreadable

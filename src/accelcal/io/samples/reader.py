@@ -13,7 +13,7 @@ import io
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import compress
@@ -24,7 +24,7 @@ import numpy as np
 from accelcal.arrays import Array, Ints
 from accelcal.errors import TableError
 from accelcal.io.cells import Column, is_missing, numbers
-from accelcal.io.engines import decimal_mark, pandas_options
+from accelcal.io.engines import BulkEngineGivesUp, decimal_mark, read_frame, split_rows
 from accelcal.io.layout import split_line
 from accelcal.io.one_byte import one_byte_encoding
 from accelcal.io.parquet import CsvOfParquet
@@ -42,7 +42,6 @@ from accelcal.io.text import (
     unreadable,
 )
 from accelcal.io.vocabulary import is_unit_of
-from accelcal.plural import counted
 from accelcal.units import canonical_unit
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
@@ -161,7 +160,7 @@ class SampleReader:
             if bulk is None:
                 bulk = len(text) >= BLOCK // 2
                 self._decimal = self._decimal_mark(text)
-            whole = (self._by_pandas(text) if bulk else None) or self._by_split(text)
+            whole = self._block_of(text, bulk=bulk)
             self._line += text.count("\n")
             block = whole.of_serial(self._serial)
             if block is not whole:
@@ -198,46 +197,48 @@ class SampleReader:
 
     # -- engines: pandas for bulk, and where it meets anything unusual the other one ---------------
 
-    def _by_pandas(self, text: str) -> SampleBlock | None:
-        """Read plain rows of numbers at once; None where something else may stand in them."""
-        layout = self.headings.layout
-        separator, width = layout.separator, len(layout.headings)
-        rows = text.count("\n")
-        if separator is None or text.count(separator) != rows * (width - 1) or width == 1:
-            return None
-        blank = "\n" + separator * (width - 1) + "\n"
-        if '"' in text or "#" in text or blank in "\n" + text:
-            return None
-        import pandas as pd
+    def _block_of(self, text: str, *, bulk: bool) -> SampleBlock:
+        if bulk:
+            with suppress(BulkEngineGivesUp):
+                return self._by_pandas(text)
+        return self._by_split(text)
 
-        used, numeric = self.headings.columns.values(), self.headings.numeric.values()
-        options = pandas_options(separator, width, used, numeric, self._decimal)
-        try:
-            frame = pd.read_csv(io.StringIO(text), **options)
-        except ValueError:
-            return None
-        values = {role: frame[i].to_numpy() for role, i in self.headings.numeric.items()}
-        if len(frame) != rows or any(np.isinf(column).any() for column in values.values()):
-            return None
-        texts = {role: frame[i].str.strip().tolist() for role, i in self.headings.texts.items()}
+    def _by_pandas(self, text: str) -> SampleBlock:
+        """Read plain rows of numbers at once."""
+        headings, layout = self.headings, self.headings.layout
+        separator, last = layout.separator, len(layout.headings) - 1
+        rows = text.count("\n")
+        if separator is None or text.count(separator) != rows * last or not last:
+            raise BulkEngineGivesUp
+        blank = "\n" + separator * last + "\n"
+        if '"' in text or "#" in text or blank in "\n" + text:
+            raise BulkEngineGivesUp
+        used, numeric = headings.columns.values(), headings.numeric.values()
+        frame = read_frame(text.encode(), separator, last + 1, used, numeric, self._decimal)
+        values = {role: frame[i].to_numpy() for role, i in headings.numeric.items()}
+        if any(np.isinf(column).any() for column in values.values()):
+            raise BulkEngineGivesUp
+        texts = {role: frame[i].str.strip().tolist() for role, i in headings.texts.items()}
         return self._block(values, texts, self._line + np.arange(rows))
 
     def _by_split(self, text: str) -> SampleBlock:
-        separator = self.headings.layout.separator
-        blank = ' \t"' + (separator or "")
+        layout = self.headings.layout
+        blank = ' \t"' + (layout.separator or "")
         lines, rows = [], []
         for line, row in enumerate(text.split("\n"), self._line):
-            if _is_comment(row, separator):
+            if _is_comment(row, layout.separator):
                 self.headings.refuse_declaration(row, line)
             elif row.strip(blank):
                 lines.append(line)
-                rows.append(self._cells(row, line))
+                rows.append(row)
+        named = [i for i, heading in enumerate(layout.headings, 1) if heading.text]
+        table = split_rows(layout._replace(rows=rows, lines=lines), max(named))
         where = np.array(lines, dtype=np.int64)
         values = {
-            role: numbers(self._column(role, [row[i] for row in rows], where))
+            role: numbers(self._column(role, [row[i] for row in table], where))
             for role, i in self.headings.numeric.items()
         }
-        texts = {role: [row[i] for row in rows] for role, i in self.headings.texts.items()}
+        texts = {role: [row[i] for row in table] for role, i in self.headings.texts.items()}
         return self._block(values, texts, where)
 
     def _block(
@@ -246,19 +247,6 @@ class SampleReader:
         if "unit" in texts:
             refuse_other_units(texts["unit"], lines, self.headings.output_unit, self.source)
         return SampleBlock(values, texts.get("time"), lines, texts.get("serial"))
-
-    def _cells(self, row: str, line: int) -> list[str]:
-        layout = self.headings.layout
-        cells, width = split_line(row, layout.separator), len(layout.headings)
-        while len(cells) > width and not cells[-1]:
-            cells.pop()
-        if len(cells) < width and not any(each.text for each in layout.headings[len(cells) :]):
-            cells += [""] * (width - len(cells))
-        if len(cells) != width:
-            problem = f"{counted(len(cells), 'field')} under {width} headings"
-            remedy = "write every field, nothing between the separators where one is missing"
-            raise TableError(problem, remedy, source=self.source, line=line)
-        return cells
 
     def _column(self, role: str, cells: list[str], lines: Ints) -> Column:
         heading = self.headings.layout.headings[self.headings.columns[role]].text
