@@ -11,6 +11,7 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
+from accelcal.io.documents.results import read_results
 from accelcal.io.toml.specification import read_specification
 from accelcal.page.evidence import provenance
 from accelcal.page.render import html, markdown
@@ -451,6 +452,13 @@ def test_results_report_themselves(calibration, discovery, record, tmp_path):
     discovery.report(tmp_path / "b.md", record)
     assert "AL-15" in (tmp_path / "a.md").read_text("utf-8")
     assert "Signature of" in (tmp_path / "b.md").read_text("utf-8")
+
+
+def test_a_result_without_a_serial_is_that_of_any_unit(calibration, tmp_path):
+    """As everywhere else a unit is chosen."""
+    path = tmp_path / "unnamed.json"
+    path.write_text(replace(calibration, serial=None).to_json(), "utf-8")
+    assert len(read_results(str(path)).of_serial("Z").calibrations) == 1
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ from accelcal.io.rows_below import with_rows_below
 from accelcal.io.serial_of_file import serial_of_file
 from accelcal.io.text import Source, read_text
 from accelcal.io.times import in_seconds, times
-from accelcal.io.vocabulary import Heading, has_unit, split_unit
+from accelcal.io.vocabulary import Heading, has_unit, name_and_unit
 from accelcal.io.wording import all_outputs, lines_named, were
 from accelcal.pace import is_in_days
 from accelcal.plural import counted, listed
@@ -172,10 +172,7 @@ def _own_heading(heading: Heading) -> Heading:
     """Give a heading that only a stability record has its meaning."""
     if heading.role is not None:
         return heading
-    name, unit = split_unit(heading.text)
-    stem, _, suffix = name.rpartition("_")
-    if size_of(suffix, "acceleration"):
-        name, unit = stem, suffix
+    name, unit = name_and_unit(heading.text, lambda unit: size_of(unit, "acceleration") is not None)
     role = _OWN_HEADINGS.get(name.split(" ")[0].casefold())
     return heading._replace(role=role, unit=unit or None)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol, TypeVar
 
 from accelcal.errors import InputError
@@ -40,7 +40,7 @@ def one_of_serial(results: Sequence[Item], serial: str | None, name: str, what: 
     InputError
         If there is none, or several.
     """
-    chosen = [found for found in results if serial in (None, found.serial) or found.serial is None]
+    chosen = all_of_serial(results, serial)
     if len(chosen) == 1:
         return chosen[0]
     have = ", ".join(str(found.serial) for found in chosen or results)
@@ -57,27 +57,20 @@ def one_of_serial(results: Sequence[Item], serial: str | None, name: str, what: 
     raise InputError(f"{name}: it holds serials {have}; choose one by its serial")
 
 
+def all_of_serial(items: Iterable[Item], serial: str | None) -> list[Item]:
+    """Keep what is of one serial number, or has none; all where no serial number is asked for."""
+    return [item for item in items if serial is None or item.serial in (serial, None)]
+
+
 def records_of_serial(records: Sequence[Item], serial: str | None) -> list[Item]:
-    """Keep the records of one serial number.
-
-    Parameters
-    ----------
-    records : sequence of TumbleRecord
-        The records.
-    serial : str or None
-        Serial number; None keeps all.
-
-    Returns
-    -------
-    list of TumbleRecord
-        Those of this serial number; one that has none fits any.
+    """Keep the records of one serial number, as of `all_of_serial`.
 
     Raises
     ------
     InputError
         If there is none.
     """
-    kept = [record for record in records if serial is None or record.serial in (serial, None)]
+    kept = all_of_serial(records, serial)
     if not kept:
         have = ", ".join(dict.fromkeys(str(record.serial) for record in records))
         raise InputError(f"no serial {serial!r} in the tables; there is {have}")

@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from accelcal.errors import InputError
+from accelcal.io.documents.of_serial import all_of_serial
 from accelcal.io.text import read_document
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import checked, read_as, schema_of
@@ -38,7 +39,7 @@ class ResultFile(NamedTuple):
     stand: StandDiscovery | None
 
     def of_serial(self, serial: str) -> ResultFile:
-        """Keep the results of one serial number.
+        """Keep the results of one serial number; one that has none fits any.
 
         Returns
         -------
@@ -50,13 +51,10 @@ class ResultFile(NamedTuple):
         InputError
             If there is none.
         """
-        calibrations = tuple(found for found in self.calibrations if found.serial == serial)
-        discoveries = tuple(found for found in self.discoveries if found.serial == serial)
+        calibrations = tuple(all_of_serial(self.calibrations, serial))
+        discoveries = tuple(all_of_serial(self.discoveries, serial))
         if not (calibrations or discoveries):
-            serials = [
-                *(c.serial for c in self.calibrations),
-                *(d.serial for d in self.discoveries),
-            ]
+            serials = [own.serial for own in self.calibrations or self.discoveries]
             have = ", ".join(map(str, serials))
             raise InputError(f"{self.name}: no serial {serial!r}; it holds {have}")
         return ResultFile(self.name, calibrations, discoveries, None)
