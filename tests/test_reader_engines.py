@@ -111,7 +111,7 @@ def test_a_large_table_is_read_by_pandas(monkeypatch):
         used.append(arguments)
         return columns_by_pandas(*arguments)
 
-    monkeypatch.setattr(tables, "columns_by_pandas", engine)
+    monkeypatch.setattr(engines, "columns_by_pandas", engine)
     wide = "\n".join(f"20,{i % 9 + 1},{i // 9 + 1},{i}.{'0' * 60}" for i in range(40000))
     (record,) = read_tables(io.StringIO("T,J,k,Y\n" + wide))
     assert len(record) == 40000
@@ -130,7 +130,7 @@ def test_an_error_of_readings_that_are_understood_needs_no_light_engine(name, mo
     with pytest.raises(TableError) as light:
         read_tables(io.StringIO(text))
     monkeypatch.setattr(engines, "BULK_CHARACTERS", 0)
-    monkeypatch.setattr(tables, "columns_by_split", None)
+    monkeypatch.setattr(engines, "columns_by_split", None)
     with pytest.raises(TableError) as bulk:
         read_tables(io.StringIO(text))
     assert str(bulk.value) == str(light.value)

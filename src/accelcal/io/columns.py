@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from accelcal.arguments.kinds import shown
 from accelcal.io.cells import Column
-from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns
+from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns, Engine
 from accelcal.io.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout import Layout
 from accelcal.io.sexagesimal import with_parts
@@ -22,9 +22,6 @@ from accelcal.io.vocabulary import (
     is_unit_of,
     split_unit,
 )
-
-Engine = Callable[[Layout, Sequence[int], int], Columns]
-"""Turns the rows of a table into columns."""
 
 CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "count")
 """Columns that a header line may stand for."""

@@ -7,9 +7,10 @@ unusual, quotes, missing fields or a cell that is no number; the light one then 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -37,6 +38,8 @@ _ANGLES = ("angle", "clamping")
 BULK_CHARACTERS = 2_000_000
 """Characters of the rows from which on pandas reads them."""
 
+Found = TypeVar("Found")
+
 Columns = Mapping[int, Column]
 """Index of a heading -> its column."""
 
@@ -45,9 +48,30 @@ class BulkEngineGivesUp(Exception):  # noqa: N818  (a signal between two functio
     """The rows hold something that only the light engine understands."""
 
 
-def is_bulk(layout: Layout) -> bool:
-    """Whether there is so much that pandas is worth its import."""
-    return sum(map(len, layout.rows)) >= BULK_CHARACTERS
+Engine = Callable[[Layout, Sequence[int], int], Columns]
+"""Turns the rows of a table into columns: `columns_by_split` or `columns_by_pandas`."""
+
+
+def by_an_engine(layout: Layout, read: Callable[[Engine], Found]) -> Found:
+    """Read a table by pandas where there is so much of it that its import is worth it.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+    read : callable
+        Reads it by an engine.
+
+    Returns
+    -------
+    object
+        What `read` returns; where pandas gives up, or the table is refused, by the light engine,
+        which words the faults.
+    """
+    if sum(map(len, layout.rows)) >= BULK_CHARACTERS:
+        with suppress(BulkEngineGivesUp, TableError):
+            return read(columns_by_pandas)
+    return read(columns_by_split)
 
 
 def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Columns:

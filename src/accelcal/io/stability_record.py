@@ -16,13 +16,7 @@ from accelcal.errors import InputError, TableError
 from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.declarations import declarations_of
-from accelcal.io.engines import (
-    BulkEngineGivesUp,
-    Columns,
-    columns_by_pandas,
-    columns_by_split,
-    is_bulk,
-)
+from accelcal.io.engines import by_an_engine
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.output_columns import with_lone_output
 from accelcal.io.output_unit import unit_of_outputs, units_written
@@ -187,17 +181,8 @@ def _with_time(headings: Sequence[Heading]) -> tuple[Heading, ...]:
 def _columns(layout: Layout) -> Roles:
     places = places_of(layout, ("time", "output"), _REMEDY, among=_ROLES)
     needed = max(places["time"], places["output"]) + 1
-    columns = _split(layout, sorted(places.values()), needed)
+    columns = by_an_engine(layout, lambda own: own(layout, sorted(places.values()), needed))
     return {name: columns[index] for name, index in places.items()}
-
-
-def _split(layout: Layout, used: Sequence[int], needed: int) -> Columns:
-    if is_bulk(layout):
-        try:
-            return columns_by_pandas(layout, used, needed)
-        except BulkEngineGivesUp:
-            pass  # the light engine reads what pandas cannot, or words the error
-    return columns_by_split(layout, used, needed)
 
 
 def _launches(columns: Roles, output: Array) -> list[Launch]:

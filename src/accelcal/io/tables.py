@@ -8,7 +8,6 @@ headings and rows (`layout`), columns (`columns`, `engines`), cells (`cells`), r
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -19,14 +18,14 @@ from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
-from accelcal.io.columns import CONSTANTS, Engine, Table, choose_columns
+from accelcal.io.columns import CONSTANTS, Table, choose_columns
 from accelcal.io.declarations import (
     Declarations,
     declarations,
     declared_by_caller,
     notes_of_serial,
 )
-from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split, is_bulk
+from accelcal.io.engines import Engine, by_an_engine
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.lots import lot_of_column
 from accelcal.io.output_columns import with_channels, with_lone_output
@@ -251,12 +250,8 @@ def _layout(text: SourceText) -> Layout:
 
 def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> Survey:
     layout = with_lone_output(with_channels(layout, str(overrides.get("serials") or "")))
-    found = None
-    if is_bulk(layout):
-        with suppress(BulkEngineGivesUp, TableError):  # the light engine has the last word
-            found = _read_by(columns_by_pandas, text, layout, overrides)
-    form, records = found or _read_by(columns_by_split, text, layout, overrides)
-    return form, tuple(records)  # their faults are worded alike by both
+    form, records = by_an_engine(layout, lambda own: _read_by(own, text, layout, overrides))
+    return form, tuple(records)  # their faults are worded alike by both engines
 
 
 def _read_by(
