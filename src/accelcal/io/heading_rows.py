@@ -132,50 +132,47 @@ def over_time(cells: Sequence[Heading]) -> bool:
     return timed and lone_output(cells) is not None
 
 
-def dated_once(cells: Sequence[Heading]) -> tuple[Heading, ...]:
-    """Headings of which a date with its time, such as Date/Time, tells nothing beside a date.
+def read_headings(texts: Sequence[str]) -> tuple[Heading, ...]:
+    """Understand the headings of a row, of which some mean something beside others alone.
+
+    A date with its time, such as Date/Time, tells nothing beside a date. Degrees and minutes,
+    perhaps with seconds, are one angle. An output forward is stroke 1, and the one back stroke 2.
 
     Examples
     --------
-    >>> [cell.role for cell in dated_once([*map(read_heading, ("Date", "Time", "DateTime"))])]
+    >>> [cell.role for cell in read_headings(["Date", "Time", "DateTime"])]
     ['date', 'time', None]
+    >>> [cell.role for cell in read_headings(["Hub", "Grad", "Minuten"])]
+    ['stroke', 'angle', 'minutes']
+    >>> [cell[2:] for cell in read_headings(["J", "Hin [mA]", "Rück [mA]"])]
+    [(None, None), ('mA', 1), ('mA', 2)]
     """
+    return _with_minutes(_with_directions(_dated_once(tuple(map(read_heading, texts)))))
+
+
+def _dated_once(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
     dates = {cell.text: canonical_key(cell.text) for cell in cells if cell.role == "date"}
     if "date" not in dates.values():
-        return tuple(cells)
+        return cells
     return tuple(
         cell if dates.get(cell.text, "date") else Heading(cell.text, None) for cell in cells
     )
 
 
-def with_minutes(cells: Sequence[Heading]) -> tuple[Heading, ...]:
-    """Headings of which degrees and minutes beside each other, perhaps with seconds, are one angle.
-
-    Examples
-    --------
-    >>> [cell.role for cell in with_minutes([*map(read_heading, ("Hub", "Grad", "Minuten"))])]
-    ['stroke', 'angle', 'minutes']
-    """
+def _with_minutes(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
     parts = tuple(None if c.role else _PART_OF_ANGLE.get(c.text.casefold()) for c in cells)
     for at, size in product(range(len(parts)), (3, 2)):
         if parts[at : at + size] == ANGLE_IN_PARTS[:size]:
             told = map(Heading, [cell.text for cell in cells[at : at + size]], ANGLE_IN_PARTS)
             return (*cells[:at], *told, *cells[at + size :])
-    return tuple(cells)
+    return cells
 
 
-def with_directions(cells: Sequence[Heading]) -> tuple[Heading, ...]:
-    """Headings of which an output forward is stroke 1, and the one back beside it stroke 2.
-
-    Examples
-    --------
-    >>> [cell[2:] for cell in with_directions([*map(read_heading, ("J", "Hin [mA]", "Rück [mA]"))])]
-    [(None, None), ('mA', 1), ('mA', 2)]
-    """
+def _with_directions(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
     ways = [None if cell.role else _way(cell.text) for cell in cells]
     others = any(cell.role in OUTPUTS for cell in cells)
     if others or [way.of for way in ways if way] not in ([1, 2], [2, 1]):
-        return tuple(cells)
+        return cells
     return tuple(way or cell for way, cell in zip(ways, cells, strict=True))
 
 

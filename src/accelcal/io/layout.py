@@ -17,19 +17,11 @@ from accelcal.io.header_lines import (
     notes_of_keys,
     uncommented,
 )
-from accelcal.io.heading_rows import (
-    are_headings,
-    dated_once,
-    joined,
-    numbers_alone,
-    over_time,
-    with_directions,
-    with_minutes,
-)
+from accelcal.io.heading_rows import are_headings, joined, numbers_alone, over_time, read_headings
 from accelcal.io.one_byte import ONE_BYTE
 from accelcal.io.rows_above import declared_in_row, label
 from accelcal.io.text import SourceText, refuse_document
-from accelcal.io.vocabulary import KEYS, Heading, read_heading
+from accelcal.io.vocabulary import KEYS, Heading
 from accelcal.io.wording import lines_named, were
 
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
@@ -124,7 +116,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     return Layout(
         source=source.name,
         declared=declared,
-        headings=dated_once(headings.cells),
+        headings=headings.cells,
         headings_line=headings.lines[-1],
         separator=headings.separator,
         rows=rows,
@@ -241,16 +233,11 @@ def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Head
     marks: list[str | None] = [mark for mark in _MARKS if mark in line]
     blanks = [None] if " " in line.strip() else []
     for separators in (marks, blanks):
-        split = [(_understood(_split_headings(line, own)), own) for own in separators]
+        split = [(read_headings(_split_headings(line, own)), own) for own in separators]
         if told := [own for own in split if are(own[0])]:
             cells, separator = max(told, key=lambda own: _known(own[0]))
             return _Headings(cells, separator, (number,), number)
     return None
-
-
-def _understood(cells: Sequence[str]) -> tuple[Heading, ...]:
-    known = tuple(map(read_heading, cells))
-    return known if all(cell.role for cell in known) else with_minutes(with_directions(known))
 
 
 def _known(cells: Sequence[Heading]) -> int:
