@@ -261,6 +261,17 @@ def test_residual_means_are_means(several):
     assert mean == pytest.approx(np.mean(values))
 
 
+def test_readings_stand_beside_the_interval_of_their_mean(several):
+    ax = several.plot.residuals()
+    for side, points, bars in zip((-1, 1), ax.collections[::2], ax.containers, strict=True):
+        apart = np.unique(points.get_offsets()[:, 0]) - np.unique(bars[0].get_xdata())
+        assert (side * apart > 1.0).all()
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+        "forward: readings, mean, 95 % interval",
+        "back: readings, mean, 95 % interval",
+    ]
+
+
 def test_rings_round_the_turn_are_residuals_of_either_sign(several):
     ax = several.plot.tumble(run="2")
     residuals = next(table.residuals for table in several.tables if table.run == "2")

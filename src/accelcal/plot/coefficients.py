@@ -77,7 +77,7 @@ def draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> None
         ms=4.5 if values.size < 20 else 3.0,
         color=palette().series[0],
     )
-    ax.set(ylabel=f"[{unit}]", xlim=(-0.6, values.size - 0.4))
+    ax.set(ylabel=f"value ± U (95 %) [{unit}]", xlim=(-0.6, values.size - 0.4))
     ax.ticklabel_format(axis="y", useOffset=False)
     _name_places(ax, names)
     if values.size == 1:

@@ -183,7 +183,7 @@ class DiscoveryPlot(Pictures[Discovery]):
             label = None
         ax.set_yticks(range(len(shown)), [change.coefficient for change in shown])
         ax.set_ylim(len(shown) - 0.4, -0.6)
-        ax.set(xlabel="change, over the 95 % half width without the effects [1]")
+        ax.set(xlabel="change over U (95 %) without the effects [1]")
         low, high = ax.get_xlim()
         ax.set_xlim(
             min(low, -3.0), max(high, 3.0)

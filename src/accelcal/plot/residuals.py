@@ -73,7 +73,8 @@ class Readings:
 
 _MARKERS = (">", "<")
 _LEAST_DOF = 2  # of a scatter that tells an interval; Student's factor of one is 12.7
-_APART = 2.5  # deg between the means of forward and back strokes
+_APART = 2.0  # deg of a mean from its head angle, forward one side and back the other
+_BESIDE = 1.8  # deg of the readings from their mean, whose interval would hide them
 _MOST_NAMED = 12  # angles or runs that have each its own label
 _CROWDED = 400  # points; more of them are drawn fainter
 _MOST_ROWS = 720  # angles of a map; more of them, as an encoder measures them, share whole degrees
@@ -89,26 +90,27 @@ def residuals(calibration: Calibration, ax: Axes | None, *, run: str | int | Non
 
 
 def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
-    """Draw readings as points, and their means by angle and direction with 95 % intervals."""
+    """Draw means by angle and direction with 95 % intervals, and the readings beside them."""
     colours, (factor, unit) = palette(), readable("g", readings.value)
-    faint = 0.35 if readings.value.size < _CROWDED else 0.15
+    faint = 0.45 if readings.value.size < _CROWDED else 0.15
     ax.axhline(0.0, color=colours.ink, lw=0.8)
     for number, name, part in readings.directions():
-        shift = _APART * (number - 0.5) * 2
+        side = 2 * number - 1
         marked: Any = {"color": colours.series[number], "marker": _MARKERS[number]}
         value, pixels = factor * part.value, part.value.size > _PIXELS
-        at = part.angle + shift
-        ax.scatter(at, value, s=9, alpha=faint, lw=0, rasterized=pixels, **marked)
+        at = part.angle + side * (_APART + _BESIDE)
+        ax.scatter(at, value, s=11, alpha=faint, lw=0, rasterized=pixels, **marked)
         angles, means, half = part.means()
         told = np.isfinite(half)
         error = np.where(told, factor * half, 0.0)
+        interval = ", 95 % interval" if told.any() else ""
         ax.errorbar(
-            angles + shift,
+            angles + side * _APART,
             factor * means,
             error,
             ls="",
             rasterized=3 * means.size > _PIXELS,  # a marker, a line and its ends
-            label=f"{name}, mean and 95 % interval" if told.any() else f"{name}, mean",
+            label=f"{name}: readings, mean{interval}",
             **marked,
         )
     _name_angles(ax, readings.angle)
@@ -245,7 +247,7 @@ def tumble(calibration: Calibration, ax: Axes | None, *, run: str | int | None) 
         th, middle = np.radians(angles), factor * means
         wide = factor * np.nan_to_num(half)
         ax.fill_between(th, middle - wide, middle + wide, color=colour, alpha=0.18, lw=0)
-        ax.plot(th, middle, color=colour, marker=marker, ms=4, label=name)
+        ax.plot(th, middle, color=colour, marker=marker, ms=4, label=f"{name}, 95 % band")
     largest = factor * float(np.abs(readings.value).max(initial=0.0)) or 1.0
     _rings(ax, largest, unit)
     ax.set_title(_title("Residuals round the turn", tables, run), pad=16.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -47,10 +48,10 @@ class _Points(NamedTuple):
 def temperature(calibration: Calibration, axes: Any) -> Any:
     """Draw `CalibrationPlot.temperature`."""
     tables = _tables(calibration)
-    reference = _reference(calibration, tables)
+    change = partial(_relative, reference=_reference(calibration, tables))
     kinds = (
         _Panel("k0", "Bias $k_0$", "$k_0$", "g", lambda table: table.error_model["k0"]),
-        _Panel("K1", "Scale factor $K_1$", "change", "1", lambda t: _relative(t, reference)),
+        _Panel("K1", "Scale factor $K_1$", "change of $K_1$", "1", change),
         _Panel("delta", r"Misalignment $\delta$", r"$\delta$", "rad", calibration.misalignment),
     )
     rows = 2 if calibration.temperature_model else 1
