@@ -75,6 +75,13 @@ def test_headings_in_quotes(run, start):
     assert run('"output,temperature"\n1.3,20\n')[1] == run("output,temperature\n1.3,20\n")[1]
 
 
+def test_a_lone_heading_with_its_unit(run):
+    """The unit was a second heading, and the rows had a field too few."""
+    code, rows, error = run("I [mA]\n1.35\n0.2\n", "--temperature", "20")
+    assert (code, len(rows)) == (0, 2)
+    assert "column 'I [mA]' is taken for the outputs, by its unit" in error
+
+
 def test_a_blank_heading_between_tabs(run):
     """It was cut off, and the rows had a field too many."""
     plain = run("output\ttemperature\n1.3\t20\n1.2\t\n")[1]

@@ -120,6 +120,11 @@ ERRORS = {
         " use stroke and output, or one output column for each stroke",
     ),
     "wide stroke 0": ("T,J,Y0,Y1\n20,1,1,1\n", "1: column 'Y0' is stroke 0; strokes count from 1"),
+    "angles across, without their unit": (
+        "T,k,0,45\n20,1,1,1\n",
+        "1: column '0' is position 0; positions count from 1, and headings of head angles have a"
+        " unit, as '0 deg'",
+    ),
     "kelvin": (
         "temp [K],J,k,Y\n293,1,1,1\n",
         "1: column 'temp [K]' is in K; give it in degC",

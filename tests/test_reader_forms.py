@@ -74,8 +74,27 @@ def test_cycles_with_a_direction_are_two_strokes_each(words):
         "strokes are numbered by cycle, as the column direction shows: they were counted anew, odd"
         " ones forward and even ones back, up to 2",
     )
+    named = read(long_table(headings=("T", "J", "Cycle", "Dir", "Y"), rows=rows))
+    assert same_readings(named, REFERENCE)
     wide = [f"{t},{p},{words[k - 1]},{y}" for t, p, k, y in ROWS]
     assert same_readings(read("\n".join(["T,J,direction,Y1", *wide])), REFERENCE)
+
+
+def test_cycles_are_no_strokes_without_a_direction_or_beside_strokes():
+    rows = [(t, p, 1, k, y) for t, p, k, y in ROWS]
+    beside = read(long_table(headings=("T", "J", "cycle", "k", "Y"), rows=rows))
+    assert same_readings(beside, REFERENCE)
+    assert beside.notes == ("column 'cycle' is not known and was set aside",)
+    with pytest.raises(TableError, match="no column for stroke"):
+        read(long_table(headings=("T", "J", "cycle", "Y")))
+
+
+def test_between_blanks_a_unit_belongs_to_the_heading_before_it():
+    """It was a heading of its own, and the rows had too few cells."""
+    headings = ("T [degC]", "position", "k", "Y [mA]")
+    record = read(long_table("  ", headings=headings))
+    assert same_readings(record, REFERENCE)
+    assert record.unit == "mA"
 
 
 @pytest.mark.parametrize(
@@ -427,7 +446,11 @@ def test_a_table_of_positions_may_have_one_stroke():
     ("headings", "said"),
     [
         ("temperature,stroke,J1,J11", ":1: position '11' is outside the turn; J runs from 1 to 9"),
-        ("temperature,stroke,0,1", ":1: column '0' is position 0; positions count from 1"),
+        (
+            "temperature,stroke,0,1",
+            ":1: column '0' is position 0; positions count from 1, and headings of head angles have"
+            " a unit, as '0 deg'",
+        ),
         ("temperature,stroke,45 deg,45\u00b0", ":1: columns '45 deg' and '45\u00b0' mean the same"),
         ("temperature,stroke,1,45 deg", ":1: columns '45 deg' and '1' in one table; use position"),
         ("position,stroke,20 degC,output", ":1: columns 'output' and '20 degC' in one table"),

@@ -215,7 +215,9 @@ def _roles(layout: Layout) -> tuple[dict[str, int], str, dict[float | str, int]]
     across = _kind_across(layout, roles, kinds)
     if 0 in outputs and across in ("stroke", "position"):
         name = shown(layout.headings[outputs[0]].text)
-        raise layout.refuse(f"column {name} is {across} 0", f"{across}s count from 1")
+        angles = ", and headings of head angles have a unit, as '0 deg'"
+        remedy = f"{across}s count from 1{angles if across == 'position' else ''}"
+        raise layout.refuse(f"column {name} is {across} 0", remedy)
     return roles, across, outputs
 
 

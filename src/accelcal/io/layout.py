@@ -25,6 +25,7 @@ from accelcal.io.vocabulary import KEYS, Heading
 from accelcal.io.wording import lines_named, were
 
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
+_BLANKS = re.compile(r"(?<=[\])])\s+|\s+(?![\[(])")  # between headings; one before a unit is none
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
@@ -178,7 +179,7 @@ def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...]
     marks: list[str | None] = [mark for mark in _MARKS if mark in line]
     if not marks and recognise(line).role:
         return (recognise(line),), ","
-    split = {mark: tuple(map(recognise, split_line(line, mark))) for mark in marks or [None]}
+    split = {mark: tuple(map(recognise, _words(line, mark))) for mark in marks or [None]}
     best = max(split, key=lambda mark: _known(split[mark]))
     return split[best], best
 
@@ -245,10 +246,17 @@ def _known(cells: Sequence[Heading]) -> int:
 
 
 def _split_headings(line: str, separator: str | None) -> list[str]:
-    cells = split_line(line.strip(" "), separator)  # a tab may stand before the first heading
+    cells = _words(line.strip(" "), separator)  # a tab may stand before the first heading
     while cells and not cells[-1]:
         cells.pop()
     return cells
+
+
+def _words(line: str, separator: str | None) -> list[str]:
+    """Split headings; between blanks, a unit in brackets belongs to the word before it."""
+    if separator is None:
+        return _BLANKS.split(line.replace('"', "").strip())
+    return split_line(line, separator)
 
 
 def _declarations(

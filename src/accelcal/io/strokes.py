@@ -6,8 +6,11 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.cells import Column, labels, whole_numbers
+from accelcal.io.layout import Layout
 from accelcal.io.signs import with_hyphen
 from accelcal.io.vocabulary import BACK, FORWARD
+
+_CYCLES = frozenset({"cycle", "zyklus", "цикл"})
 
 _ASIDE = "column direction does not tell forward from back and was set aside"
 _BY_CYCLE = (
@@ -17,6 +20,38 @@ _BY_CYCLE = (
 
 _FEW = 0.25
 """Part of the readings against the direction of their stroke that may still be mistakes."""
+
+
+def with_cycles(layout: Layout) -> Layout:
+    r"""Take a column of cycles for the strokes, where only one of directions stands beside it.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+
+    Returns
+    -------
+    Layout
+        The same where there are strokes or no directions.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout import read_layout
+    >>> from accelcal.io.text import SourceText
+    >>> text = "temperature,position,cycle,direction,output\n20,1,1,forward,1.35"
+    >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
+    >>> with_cycles(layout).headings[2].role
+    'stroke'
+    """
+    roles = {heading.role for heading in layout.headings}
+    if "direction" not in roles or roles & {"stroke", "strokes"}:
+        return layout
+    headings = tuple(
+        own._replace(role="stroke") if own.text.casefold() in _CYCLES else own
+        for own in layout.headings
+    )
+    return layout._replace(headings=headings)
 
 
 def strokes_by_direction(column: Column, number: Ints, row: Ints) -> tuple[Ints, tuple[str, ...]]:

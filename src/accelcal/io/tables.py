@@ -48,6 +48,7 @@ from accelcal.io.repeats import without_repeats
 from accelcal.io.rows_below import with_rows_below
 from accelcal.io.runs import runs_of
 from accelcal.io.sheets import one_table, require_same_columns, with_temperature_of_sheet
+from accelcal.io.strokes import with_cycles
 from accelcal.io.text import Source, SourceText, read_texts
 from accelcal.io.thousands import notes_of_thousands
 from accelcal.io.wording import lines_named, were
@@ -245,7 +246,8 @@ def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
 
 
 def _layout(text: SourceText) -> Layout:
-    return with_temperature_of_sheet(with_rows_below(read_layout(text)), text.sheet)
+    layout = with_cycles(with_rows_below(read_layout(text)))
+    return with_temperature_of_sheet(layout, text.sheet)
 
 
 def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> Survey:

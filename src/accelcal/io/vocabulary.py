@@ -24,7 +24,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("stroke", "k", "hub", "durchlauf", "durchgang", "passage"),
             *("ход", "хода", "проход", "прохода", "行程"),
         ),
-        "direction": ("direction", "richtung", "sens", "направление", "方向"),
+        "direction": ("direction", "dir", "richtung", "sens", "направление", "方向"),
         "output": (
             *("output", "y", "value", "reading", "signal", "ausgang", "messwert"),
             *("sortie", "выход", "выходной_сигнал", "показание", "输出", "读数"),
