@@ -493,7 +493,7 @@ def test_the_command_writes_it(folder, text):
 
 def test_a_certificate_without_a_day_is_refused(folder, capsys):
     assert main(["report", "cal.json", "--dcc", "c.xml"]) == 2
-    assert "states the days of the test" in capsys.readouterr().err
+    assert "states the days of the test, and here they are not stated; " in capsys.readouterr().err
     assert not (folder / "c.xml").exists()
 
 

@@ -23,8 +23,6 @@ class EqualByContents:
         counted = [name for name in names if name not in self._NOT_COMPARED]
         return all(equal(getattr(self, name), getattr(other, name)) for name in counted)
 
-    __hash__ = None  # type: ignore[assignment]
-
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles are born as the original was: checked, and with arrays that stay."""
         return type(self), tuple(getattr(self, item.name) for item in fields(self))  # type: ignore[arg-type]

@@ -82,7 +82,7 @@ def _days(calibration: Calibration, known: Laboratory) -> tuple[str, str]:
     if not first or last < first:
         raise InputError(
             f"a certificate states the days of the test, and here they are"
-            f" {first or NOT_STATED!r} to {last or NOT_STATED!r}; write # date: 2026-11-21 into the"
+            f" {f'{first} to {last}' if first else NOT_STATED}; write # date: 2026-11-21 into the"
             " table, or performed_from and performed_to into the file of the laboratory"
         )
     if tested and not first <= tested <= last:

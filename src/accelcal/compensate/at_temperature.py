@@ -57,6 +57,8 @@ class CoefficientsAt(Correlated, FrozenMapping[Quantity]):
     """
 
     __slots__ = ("covariance_matrix", "covariance_names")
+    covariance_names: tuple[str, ...]
+    covariance_matrix: Rows
 
     def __init__(
         self, quantities: Mapping[str, Quantity], names: tuple[str, ...], matrix: Rows
