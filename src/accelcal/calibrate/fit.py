@@ -10,7 +10,6 @@ from accelcal.calibrate.options import Options
 from accelcal.calibrate.plan import OnePlan
 from accelcal.calibrate.stack import calibration_stack
 from accelcal.estimate.at_positions import at_positions
-from accelcal.estimate.linear import METHODS
 from accelcal.logs import tell
 from accelcal.model import COEFFICIENTS
 from accelcal.record import TumbleRecord
@@ -26,7 +25,7 @@ __all__ = ["fit"]
 def fit(
     record: TumbleRecord,
     *,
-    method: str = METHODS[0],
+    method: str = "least-squares",
     robust: bool = False,
     delta0: float | None = None,
     reference_temperature: float | None = None,

@@ -11,7 +11,6 @@ from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
 from accelcal.errors import InputError
-from accelcal.estimate.linear import METHODS
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.plural import counted
@@ -46,7 +45,7 @@ def stand_budget(
     test: TumbleRecord,
     accelerometer: Accelerometer | Calibration = AL15,
     *,
-    method: str = METHODS[0],
+    method: str = "least-squares",
     trials: int | None = 0,
     seed: int | None = None,
     targets: Mapping[str, float | str] | None = None,
