@@ -165,7 +165,7 @@ def _impossible(name: str, limit: float, best: Forecast) -> str:
     parts["reading"] = best.floor**2 - sum(parts.values())
     source = max(parts, key=parts.__getitem__)
     unit = "" if best.unit == "1" else f" {best.unit}"
-    remedy = _REMEDIES.get(source, f"repeat runs or better the {source}")
+    remedy = _REMEDIES.get(source, "repeat runs, or make this error smaller")
     return (
         f"target {name}={limit:.3g} cannot be reached with this stand: {best.floor:.3g}{unit} is"
         f" its floor, with a hundred times the strokes, of which {source} makes"
@@ -174,6 +174,6 @@ def _impossible(name: str, limit: float, best: Forecast) -> str:
 
 
 _REMEDIES = {
-    "reading": "add positions or quiet the readings",
-    "head": "add positions or better the head",
+    "reading": "add positions, or make the readings less noisy",
+    "head": "add positions, or take a better head",
 }
