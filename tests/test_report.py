@@ -351,6 +351,8 @@ def test_declared_noise_is_shown_in_its_unit():
         "reading noise, run 1: 0.00000675 output unit (declared, 54 degrees of freedom) = 5.00 ug"
     )
     assert shown in text
+    calibration = accelcal.fit(accelcal.simulate(seed=15))
+    assert "reading noise, run 1: 5.30 nA (replicates, " in str(calibration)
 
 
 def test_scale_factor_per_si_and_standard_gravity():

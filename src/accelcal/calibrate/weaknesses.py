@@ -263,8 +263,9 @@ def _lost_in_noise(shows: bool, dof: float) -> str:
 
 def _head_of_few_dof(dof: float) -> str:
     return (
-        f"head error estimated from the lack of fit with {degrees_of_freedom(dof)};"
-        " declare head_uncertainty or measure more positions for narrower intervals"
+        f"head error estimated from the lack of fit with {degrees_of_freedom(dof)}, as if the model"
+        " lacked no effect, which accelcal discover looks for; declare head_uncertainty or measure"
+        " more positions for narrower intervals"
     )
 
 

@@ -23,8 +23,9 @@ from accelcal.report.calibration_rows import (
 from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import (
     in_millionths,
-    in_small_unit,
     matching_digits,
+    plain,
+    readable,
     significant,
     sized,
 )
@@ -217,8 +218,8 @@ def _size(source: ErrorSource) -> str:
     dof = _freedom(source)
     if source.value == 0.0 and source.source == "estimated":
         return f"none shows above the reading noise (estimated{dof})"
-    factor, unit = in_small_unit(source.unit)
-    return f"{significant(factor * source.value)} {unit} ({source.source}{dof})"
+    factor, unit = readable(source.unit, source.value)
+    return f"{significant(factor * source.value)} {plain(unit)} ({source.source}{dof})"
 
 
 def _freedom(source: ErrorSource) -> str:
