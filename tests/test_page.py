@@ -235,7 +235,7 @@ def test_the_first_sentence_names_what_was_taken_out_of_the_readings():
     hysteresis = accelcal.effect("hysteresis").of(5e-5)
     record = accelcal.simulate(effects=[hysteresis], seed=1)
     found = accelcal.fit(record, model=accelcal.discover(record))
-    told = "readings in 3 tables, out of which hysteresis of the sensor is taken."
+    told = "readings in 3 tables, with hysteresis of the sensor taken out."
     assert told in markdown(report_page([found]))
 
 

@@ -161,8 +161,7 @@ def _with(number: _Main) -> str:
 def _origin(calibration: Calibration) -> str:
     """Where the main numbers hold, what they are from, and what was taken out of it."""
     names = listed(effect.name for effect in calibration.effects)
-    is_ = "is" if len(calibration.effects) == 1 else "are"
-    return _readings(calibration) + f", out of which {names} {is_} taken" * bool(names)
+    return _readings(calibration) + f", with {names} taken out" * bool(names)
 
 
 def _readings(calibration: Calibration) -> str:
