@@ -34,7 +34,6 @@ nb_execution_show_tb = True
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True  # AL15 by its name
 autodoc_typehints = "none"  # the docstrings have the types
-autodoc_default_options = {"show-inheritance": True}
 numpydoc_show_class_members = False
 
 html_math_renderer = "mathml"
