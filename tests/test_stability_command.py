@@ -188,6 +188,7 @@ def test_a_large_record_is_read_by_pandas_to_the_same_numbers():
         ("time,temperature\n0,20\n", "no column output"),
         ("temperature,output\n20,1\n", "no column time"),
         ("time,t,output\n0,0,1\n", "'time' and 't' mean the same"),
+        ("time,angle,stroke,output\n0,0,1,1\n1,45,1,2\n2,90,1,0\n", "give it to accelcal fit"),
         ("time,output\n0,1\n1,2\n", "at least 3"),
         ("time,output\n0,1\n1,2\n1,3\n", ":4: time does not increase"),
         ("time,output\n0,1\n1,1\n2,1\n", "all 3 outputs are 1"),

@@ -128,6 +128,7 @@ def read_stability(
     """
     text = read_text(source)
     layout = with_rows_below(read_layout(text, _REMEDY))
+    _refuse_tumble_test(layout)
     layout = layout._replace(headings=_with_time([*map(_own_heading, layout.headings)]))
     layout = with_lone_output(layout)
     given = declarations_of(overrides, "unit", "serial")
@@ -154,6 +155,14 @@ def read_stability(
         source=layout.source,
         notes=(*notes, *of_unit, *of_serial),
     )
+
+
+def _refuse_tumble_test(layout: Layout) -> None:
+    """Refuse readings of an accelerometer that was turned: nothing of them is drift or noise."""
+    roles = {heading.role for heading in layout.headings}
+    if "stroke" in roles and roles & {"position", "angle"}:
+        remedy = "give it to accelcal fit, or here a record of the accelerometer at rest"
+        raise layout.refuse("a table of strokes and positions, as of a tumble test", remedy)
 
 
 def _renamed(launch: Launch, record: StabilityRecord) -> Launch:
