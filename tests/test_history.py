@@ -393,6 +393,48 @@ def test_runs_of_one_test_count_once():
     assert any("averaged" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("clock", ["", "T15:30"])
+def test_tests_of_one_day_count_once(clock):
+    """They share what scatters from day to day: a third of such units got a jump that was none."""
+    morning, later = frame(5, scatter=20.0), frame(5, scatter=20.0, seed=2)
+    later = later.assign(source="b" + later["source"], date=later["date"] + clock)
+    found = accelcal.history(pd.concat([morning, later[1:3]]))
+    mean = morning.copy()
+    for name in ("k0", "K1"):
+        mean.loc[1:2, name] = (morning[name] + later[name])[1:3] / 2.0
+    for one, other in zip(found.trends, accelcal.history(mean).trends, strict=True):
+        assert len(one.points) == 5
+        assert one.drift.value == pytest.approx(other.drift.value)
+        assert one.drift.expanded_uncertainty == pytest.approx(other.drift.expanded_uncertainty)
+    assert found.notes == ("tests of one day are averaged: 2011-01-01 and 2012-01-01",)
+
+
+def test_tests_of_one_day_make_no_jump():
+    named = 0
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        days = np.repeat(frame(5, drift=0.0, seed=seed, scatter=40.0)["k0"], 3)
+        tests = pd.concat(3 * [frame(5)]).sort_values("date")
+        tests["k0"] = days.to_numpy() + 2.0 * UG * rng.standard_normal(15)
+        tests["source"] = [f"{n}.csv" for n in range(15)]
+        named += bool(accelcal.history(tests).trends[0].jumps)
+    assert named <= 2
+
+
+def test_days_are_counted_where_they_are_too_few():
+    table = frame(4, date=["2020-01-01", "2020-01-01T12:00", "1.1.2020", "2021-01-01"])
+    with pytest.raises(InputError, match="calibrations of 2 dates to compare, and a drift needs 3"):
+        accelcal.history(table)
+
+
+def test_a_mean_has_the_temperature_and_the_warnings_of_all_that_it_is_of():
+    again = frame(5, temperature_degC=20.04, gate_drift="warn", run="2")
+    first = frame(5, temperature_degC=20.0, gate_drift="pass", run="1")
+    found = comparable(entries_of(pd.concat([first, again])), *3 * [None])
+    assert [entry.temperature for entry in found.entries] == pytest.approx([20.02] * 5)
+    assert [entry.warned for entry in found.entries] == [("drift",)] * 5
+
+
 def test_copies_of_a_table_count_once(tmp_path, capsys):
     once = frame(8, scatter=20.0, sha256=[f"{n}" * 64 for n in range(8)])
     copies = pd.concat([once, *(once[3:4].assign(source=name) for name in ("copy.csv", "b.csv"))])
@@ -458,9 +500,8 @@ def test_runs_and_copies_of_a_test_are_told_apart():
 
 
 def test_sheets_of_one_workbook_are_no_copies():
-    dates = ["2020-01-01", "2020-01-01", *(f"{2020 + n}-01-01" for n in range(1, 7))]
     sheets = [f"all.xlsx#{n}" for n in range(8)]
-    found = accelcal.history(frame(8, source=sheets, sha256="0" * 64, date=dates))
+    found = accelcal.history(frame(8, source=sheets, sha256="0" * 64))
     assert len(found.trends[0].points) == 8
     assert found.notes == ()
 
@@ -591,6 +632,26 @@ def test_the_command_tells_the_drift(results, capsys):
     assert re.search(r"  scatter  [\d.]+ \([\d.]+ to [\d.]+\) ug from", printed)
     assert "no jump at alpha = 0.01" in printed
     assert max(map(len, printed.splitlines())) <= 100
+
+
+def test_the_newest_calibrations_are_shown(tmp_path, capsys):
+    path = tmp_path / "results.csv"
+    frame(50).to_csv(path, index=False)
+    assert run(path) == 0
+    printed = capsys.readouterr().out
+    assert "2059-01-01 " in printed
+    assert "    2019-01-01 " not in printed
+    assert "and 10 earlier ones (CSV and JSON have all)" in printed
+
+
+def test_nothing_is_told_of_how_a_long_table_is_read(tmp_path, recwarn):
+    """A text far down a column of empty cells had pandas warn of its types."""
+    path = tmp_path / "results.csv"
+    many = dict.fromkeys(map(str, range(2000)), 1)  # of so many columns pandas takes 512 rows
+    tables = [*60 * [frame(serial="B", stands_for=None, **many)], frame(stands_for="K3", **many)]
+    pd.concat(tables).to_csv(path, index=False)
+    assert run(path, "--serial", "A") == 0
+    assert not list(recwarn)
 
 
 def test_jumps_are_told_in_text(tmp_path, capsys):

@@ -12,7 +12,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.grouping import grouped
 from accelcal.plural import counted, listed
-from accelcal.recalibrations.entries import NO_UNIT, Entry, Numbers, year
+from accelcal.recalibrations.entries import NO_UNIT, Entry, Numbers, day, year
 from accelcal.reference import USUAL_TEMPERATURE
 from accelcal.serials import notes_of_alike, serials_alike
 from accelcal.units import conversion_factor
@@ -96,10 +96,10 @@ def comparable(
     chosen = _of_mounting(chosen, mounting, notes)
     chosen = _dated(chosen, name, notes)
     chosen, level = _at_level(chosen, temperature, notes)
-    chosen = _one_a_test(_whole(chosen, notes), notes)
-    if len({year(entry.date) for entry in chosen}) < FEWEST:
+    chosen = _one_a_day(_one_a_test(_whole(chosen, notes), notes), notes)
+    if len(chosen) < FEWEST:
         left_out = f" ({'; '.join(notes)})" if notes else ""
-        dates = counted(len({entry.date for entry in chosen}), "date")
+        dates = counted(len(chosen), "date")
         raise InputError(
             f"{name} has calibrations of {dates} to compare, and a drift needs {FEWEST}; add"
             f" results{left_out}"
@@ -293,6 +293,17 @@ def _one_a_test(entries: list[Entry], notes: list[str]) -> list[Entry]:
     return [_mean([_mean(same) for same in runs]) for runs in by_run]
 
 
+def _one_a_day(entries: list[Entry], notes: list[str]) -> list[Entry]:
+    """Tests of one day as one; they share what scatters from day to day, as runs of a test do."""
+    days: dict[str, list[Entry]] = {}
+    for entry in entries:
+        days.setdefault(day(entry.date), []).append(entry)
+    again = [date for date, own in sorted(days.items()) if len(own) > 1]
+    if again:
+        notes.append(f"tests of one day are averaged: {listed(again)}")
+    return [_mean(own) for own in days.values()]
+
+
 def _by_run(entries: Sequence[Entry]) -> list[list[Entry]]:
     """Tables of one test by their run; without its name by their order in a source."""
     unnamed: Counter[str] = Counter()
@@ -335,4 +346,11 @@ def _mean(runs: Sequence[Entry]) -> Entry:
         values, *sizes = np.array([getattr(run, name) for run in runs], dtype=float).T
         return (float(values.mean()), *(float(np.sqrt(np.mean(size**2))) for size in sizes))
 
-    return replace(runs[0], bias=mean("bias"), scale_factor=mean("scale_factor"))
+    known = [run.temperature for run in runs if run.temperature is not None]
+    return replace(
+        runs[0],
+        temperature=float(np.mean(known)) if known else None,
+        bias=mean("bias"),
+        scale_factor=mean("scale_factor"),
+        warned=tuple(dict.fromkeys(gate for run in runs for gate in run.warned)),
+    )
