@@ -58,14 +58,14 @@ def _trend(trend: Trend, alpha: float) -> Iterator[str]:
 
 def _points(trend: Trend) -> Iterator[str]:
     rows = [("date", "value", "U", "less line", "from")]
-    for point in trend.points[:_SHOWN]:
+    for point in trend.points[-_SHOWN:]:
         found, wide = point.measured.value or 0.0, point.measured.expanded_uncertainty
         value, half = matching_digits(found, wide, MICRO)
         apart = matching_digits(found - point.line, wide, MICRO)[0]
         rows.append((point.date, value, half, apart, visible(point.source)[-50:]))
     yield from aligned(rows, right={1, 2, 3})
     if len(trend.points) > _SHOWN:
-        yield f"and {len(trend.points) - _SHOWN} more (CSV and JSON have all)"
+        yield f"and {len(trend.points) - _SHOWN} earlier ones (CSV and JSON have all)"
 
 
 def _interval(quantity: Quantity) -> str:

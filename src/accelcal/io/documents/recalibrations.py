@@ -66,6 +66,7 @@ def _frame(text: str) -> pd.DataFrame:
         "dtype": {"serial": str, "date": str, "run": str, "source": str, "sha256": str},
         "keep_default_na": False,  # only what is empty is missing: a serial may be NA
         "na_values": [""],
+        "low_memory": False,  # in parts, a column of texts and empty cells would have two types
         **exact_numbers(),
     }
     try:
