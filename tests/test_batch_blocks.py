@@ -6,12 +6,12 @@ import pytest
 
 from accelcal.archive.block import Block
 from accelcal.archive.parts import Part
-from accelcal.archive.sources import SourceFile, Sources
+from accelcal.archive.sources import Aside, SourceFile, Sources
 from accelcal.archive.through import LAST_FILES, MOST_FILES, blocks_of
 
 
 def sources(count):
-    return Sources([SourceFile(f"{i}.csv", 3000, str(i)) for i in range(count)], {})
+    return Sources([SourceFile(f"{i}.csv", 3000, str(i)) for i in range(count)], Aside({}, set()))
 
 
 @pytest.mark.parametrize("count", [1, 26, 201, 4321, 10_000, 12_345])

@@ -59,6 +59,34 @@ def test_a_lost_file_costs_no_other(archive, pattern):
     assert found.errors["message"].str.startswith(str(archive)).all()
 
 
+LEFT_OUT = (
+    "files with other endings are left out of folders: 2 *.lvm, 1 without and 1 *.zip; give those"
+    " that are tables by name or glob"
+)
+
+
+def test_files_with_other_endings_are_counted(archive, tmp_path, capsys):
+    """They were lost without a word."""
+    names = ("a.lvm", "b.LVM", "tests.csv.zip", "README", ".hidden.dat", "r.csv.journal/1.block")
+    for name in names:
+        (archive / "below" / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(EXAMPLE, archive / "below" / name)
+    assert accelcal.batch([archive, archive / "below/.."]).tables.attrs["notes"] == [LEFT_OUT]
+    assert main(["batch", str(archive), "-o", str(tmp_path / "results.csv")]) == 0
+    assert f"note: {LEFT_OUT}" in capsys.readouterr().err
+    given = accelcal.batch(archive / "below/*.lvm").tables
+    assert given["source"].nunique() == 1
+    assert given.attrs["notes"] == []
+
+
+def test_objects_with_other_endings_are_counted():
+    fsspec = pytest.importorskip("fsspec")
+    for name in ("a.csv", "b.dat"):
+        fsspec.filesystem("memory").pipe_file(f"/others/{name}", EXAMPLE.read_bytes())
+    (note,) = accelcal.batch("memory://others").tables.attrs["notes"]
+    assert "left out of folders: 1 *.dat;" in note
+
+
 @pytest.fixture
 def locked(archive, monkeypatch):
     """An archive with two folders that may not be read, not even by an administrator."""

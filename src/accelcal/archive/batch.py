@@ -63,7 +63,8 @@ class BatchCounts(NamedTuple):
     failed : int
         Records that failed the data sheet.
     notes : tuple of str
-        Serial numbers that count as several units by their spelling alone.
+        Files of folders that are left out, counted by their endings, and serial numbers that count
+        as several units by their spelling alone.
 
     Examples
     --------
@@ -323,16 +324,17 @@ def _sources(paths: Sequence[str], names: Mapping[str, str]) -> Sources:
             raise InputError(
                 f"the results would overwrite {path}, which is none of a batch; name another file"
             )
-    return find_sources(paths, aside=names.values())
+    return find_sources(paths, results=names.values())
 
 
 def _counted(sources: Sources, told: Sequence[Told]) -> BatchCounts:
+    serials = dict.fromkeys(name for own in told for name in own.serials)
     return BatchCounts(
         files=len(sources),
         fitted=sum(own.fitted for own in told),
         errors=(*sources.unreadable, *(error for own in told for error in own.errors)),
         failed=sum(own.failed for own in told),
-        notes=tuple(notes_of_alike(dict.fromkeys(name for own in told for name in own.serials))),
+        notes=(*sources.notes, *notes_of_alike(serials)),
     )
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 from accelcal.archive.failures import reason
+from accelcal.archive.formats import FORMS
 from accelcal.errors import InputError, not_installed
 from accelcal.io.text import WORKBOOK_SUFFIXES, file_and_sheet
+from accelcal.plural import listed
 
 SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet", *WORKBOOK_SUFFIXES)
 """Ends of the names of the files that are taken from a folder."""
@@ -19,6 +22,7 @@ Item = TypeVar("Item")
 _SUFFIXES_TOLD = ", ".join(f"*{suffix}" for suffix in SUFFIXES)
 _MAGIC = frozenset("*?[")
 _HIDDEN = (".", "~$")  # the second is beside a workbook as long as it is open
+_JOURNALS = tuple(f"{form}.journal" for form in FORMS)  # of this batch and others
 _READ = os.O_RDONLY | getattr(os, "O_BINARY", 0)  # Windows has a mode for text
 
 
@@ -40,6 +44,33 @@ class SourceFile(NamedTuple):
     stamp: str
 
 
+class Aside(NamedTuple):
+    """What is not read of the folders.
+
+    Attributes
+    ----------
+    unreadable : dict of str to str
+        Folders that cannot be read, each with the line that tells why.
+    others : set of str
+        Files that end in none of `SUFFIXES`.
+    """
+
+    unreadable: dict[str, str]
+    others: set[str]
+
+    def notes(self) -> tuple[str, ...]:
+        """Tell how many other files there are, by the ends of their names."""
+        if not self.others:
+            return ()
+        ends = Counter(os.path.splitext(path.lower())[1] for path in self.others)  # noqa: PTH122
+        most_first = sorted(ends.items(), key=lambda item: (-item[1], item[0]))
+        told = listed(f"{number} {f'*{end}' if end else 'without'}" for end, number in most_first)
+        return (
+            f"files with other endings are left out of folders: {told}; give those that are tables"
+            " by name or glob",
+        )
+
+
 class Sources:
     """Files of a batch; each is measured when its turn comes, so that work need not wait for all.
 
@@ -47,18 +78,21 @@ class Sources:
     ----------
     found : collection of str or SourceFile
         Their paths, or what a store has told of them.
-    unreadable : mapping of str to str
-        Folders among them that cannot be read, each with the line that tells why.
+    aside : Aside
+        What is not read.
 
     Attributes
     ----------
     unreadable : tuple of tuple of str
-        Their paths and lines, by the paths.
+        Folders that cannot be read, and the lines that tell why, by the folders.
+    notes : tuple of str
+        Files that were left out.
     """
 
-    def __init__(self, found: Collection[str | SourceFile], unreadable: Mapping[str, str]) -> None:
+    def __init__(self, found: Collection[str | SourceFile], aside: Aside) -> None:
         self._found = found
-        self.unreadable = tuple(sorted(unreadable.items()))
+        self.unreadable = tuple(sorted(aside.unreadable.items()))
+        self.notes = aside.notes()
 
     def __len__(self) -> int:
         """Number of the files."""
@@ -69,7 +103,7 @@ class Sources:
         return (_measured(item) if isinstance(item, str) else item for item in self._found)
 
 
-def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
+def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources:
     """Find the files of a batch.
 
     Parameters
@@ -77,7 +111,7 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
     paths : sequence of str
         Files, sheets such as ``a.xlsx#60 degC``, folders (with all that is below them), globs such
         as ``2024/**/*.csv``, and URLs of fsspec such as ``s3://bucket/folder``.
-    aside : collection of str
+    results : collection of str
         Files that are left out where a folder or glob holds them: the results themselves.
 
     Returns
@@ -98,19 +132,18 @@ def find_sources(paths: Sequence[str], aside: Collection[str] = ()) -> Sources:
     ...
     accelcal.errors.InputError: nosuch: no such file or folder; give files, folders or globs
     """
+    aside = Aside({}, set())
     if len(paths) == 1 and os.path.isdir(paths[0]):  # noqa: PTH112  (holds no file twice)
-        return Sources(*_of_path(paths[0], aside))
+        return Sources(_of_path(paths[0], results, aside), aside)
     found: dict[str, str | SourceFile] = {}
-    unreadable: dict[str, str] = {}
     for path in paths:
         if is_url(path):
-            found |= {source.path: source for source in _of_url(path) if source.path not in found}
+            for source in _of_url(path, aside):
+                found.setdefault(source.path, source)
         else:
-            names, refused = _of_path(path, aside)
-            unreadable |= refused
-            for name in names:
+            for name in _of_path(path, results, aside):
                 found.setdefault(os.path.abspath(name), name)  # noqa: PTH100
-    return Sources(list(found.values()), unreadable)
+    return Sources(list(found.values()), aside)
 
 
 def is_url(path: str) -> bool:
@@ -161,62 +194,60 @@ def _measured(path: str) -> SourceFile:
     return SourceFile(path, status.st_size, str(status.st_mtime_ns))
 
 
-def _of_path(path: str, aside: Collection[str]) -> tuple[list[str], dict[str, str]]:
-    """Tables of a path, and the folders below it that cannot be read."""
+def _of_path(path: str, results: Collection[str], aside: Aside) -> list[str]:
+    """Tables of a path."""
     if path == "-":
         raise InputError("- is standard input, which accelcal fit reads; batch takes files")
-    unreadable: dict[str, str] = {}
     if os.path.isdir(path):  # noqa: PTH112
-        found = sorted(_without(aside, _in_folder(path, unreadable)))
-        return _some(found, path, unreadable), unreadable
+        return _some(sorted(_without(results, _in_folder(path, aside))), path, aside)
     if os.path.isfile(file_and_sheet(path)[0]):  # noqa: PTH113
-        return [path], unreadable
+        return [path]
     if os.path.exists(path):  # noqa: PTH110
         raise InputError(f"{path} is a pipe or device, which accelcal fit reads; batch takes files")
     if _MAGIC.isdisjoint(path):
         raise InputError(f"{path}: no such file or folder; give files, folders or globs")
-    found = list(_without(aside, _in_glob(path, unreadable)))
-    return _some(found, path, unreadable), unreadable
+    return _some(list(_without(results, _in_glob(path, aside))), path, aside)
 
 
-def _without(aside: Collection[str], found: Iterator[str]) -> Iterator[str]:
-    names = tuple(os.path.basename(path) for path in aside)  # noqa: PTH119
-    real = {os.path.realpath(path) for path in aside}
+def _without(results: Collection[str], found: Iterator[str]) -> Iterator[str]:
+    names = tuple(os.path.basename(path) for path in results)  # noqa: PTH119
+    real = {os.path.realpath(path) for path in results}
     for path in found:
         if not path.endswith(names) or os.path.realpath(path) not in real:
             yield path
 
 
-def _in_folder(folder: str, unreadable: dict[str, str]) -> Iterator[str]:
-    """Tables below a folder; what is hidden stays so.
-
-    A folder that cannot be read is put down in `unreadable`.
-    """
+def _in_folder(folder: str, aside: Aside) -> Iterator[str]:
+    """Tables below a folder; what is hidden stays so."""
     folders = [folder]
     while folders:
         inside = folders.pop()
         try:
             with os.scandir(inside) as entries:
                 for entry in entries:
-                    if entry.name.startswith(_HIDDEN):
+                    if entry.name.startswith(_HIDDEN) or entry.name.endswith(_JOURNALS):
                         continue
-                    if entry.name.lower().endswith(SUFFIXES) and _is_file(entry):
-                        yield entry.path
-                    elif entry.is_dir(follow_symlinks=False):
+                    if entry.is_dir(follow_symlinks=False):
                         folders.append(entry.path)
+                    elif not _is_file(entry):
+                        continue
+                    elif entry.name.lower().endswith(SUFFIXES):
+                        yield entry.path
+                    else:
+                        aside.others.add(os.path.abspath(entry.path))  # noqa: PTH100
         except OSError as error:
-            unreadable[inside] = (
+            aside.unreadable[inside] = (
                 f"{inside}: the folder cannot be read ({error.strerror}); ask for the permission,"
                 " or name what can be read"
             )
 
 
-def _in_glob(pattern: str, unreadable: dict[str, str]) -> Iterator[str]:
+def _in_glob(pattern: str, aside: Aside) -> Iterator[str]:
     import glob
 
     for path in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207  (keeps ./ as given)
         if os.path.isdir(path):  # noqa: PTH112
-            yield from sorted(_in_folder(path, unreadable))
+            yield from sorted(_in_folder(path, aside))
         elif _leads_to_file(path):
             yield path
 
@@ -232,10 +263,10 @@ def _leads_to_file(path: str) -> bool:
     return os.path.isfile(path) or not os.path.exists(path)  # noqa: PTH110, PTH113
 
 
-def _some(found: list[Item], path: str, unreadable: Mapping[str, str]) -> list[Item]:
+def _some(found: list[Item], path: str, aside: Aside) -> list[Item]:
     if not found:
         nothing = f"{path}: no table in it; batch takes {_SUFFIXES_TOLD}"
-        raise InputError(min(unreadable.values(), default=nothing))
+        raise InputError(min(aside.unreadable.values(), default=nothing))
     return found
 
 
@@ -244,24 +275,26 @@ def _some(found: list[Item], path: str, unreadable: Mapping[str, str]) -> list[I
 _STAMPS = ("ETag", "etag", "md5", "checksum", "mtime", "LastModified", "last_modified", "created")
 
 
-def _of_url(url: str) -> list[SourceFile]:
+def _of_url(url: str, aside: Aside) -> list[SourceFile]:
     system, name = _file_system(url)
     try:
         if not _MAGIC.isdisjoint(name):
             known = system.glob(name, detail=True)
         elif system.isdir(name):
-            known = _tables(system.find(name, detail=True))
+            known = _tables(system.find(name, detail=True), aside)
         else:
             known = {name: system.info(name)}
     except FileNotFoundError:
         raise InputError(f"{url}: no such file or folder; give files, folders or globs") from None
     except Exception as error:  # each file system fails in its own way
         raise InputError(f"{url} cannot be listed: {reason(error)}; check the address") from None
-    return _some([_of_store(system, path, known[path]) for path in sorted(known)], url, {})
+    return _some([_of_store(system, path, known[path]) for path in sorted(known)], url, aside)
 
 
-def _tables(known: dict[str, Any]) -> dict[str, Any]:
-    return {path: info for path, info in known.items() if path.lower().endswith(SUFFIXES)}
+def _tables(known: dict[str, Any], aside: Aside) -> dict[str, Any]:
+    tables = {path: info for path, info in known.items() if path.lower().endswith(SUFFIXES)}
+    aside.others.update(known.keys() - tables.keys())
+    return tables
 
 
 def _of_store(system: Any, path: str, info: dict[str, Any]) -> SourceFile:
