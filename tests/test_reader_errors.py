@@ -51,8 +51,8 @@ ERRORS = {
     "prose": ("\nDear all,\n", f"2: no column headings in 'Dear all,'; {NAMES}"),
     "workbook": (
         b"PK\x03\x04" + b"\0" * 9,
-        "no workbook that can be read (Cannot detect file format); save it again, or export the"
-        " table as CSV text",
+        "no workbook that can be read (Cannot detect file format); save it again, export the table"
+        " as CSV text, or unpack an archive of files",
     ),
     "far cell": (
         sheet_of('<c r="A1"/><c r="AD1048576"><v>1</v></c>'),

@@ -65,7 +65,7 @@ def read_sheets(data: bytes, name: str) -> tuple[SourceText, ...]:
         raise TableError("the workbook has a password", remedy, source=name) from None
     except CalamineError as error:
         problem = f"no workbook that can be read ({error})"
-        remedy = "save it again, or export the table as CSV text"
+        remedy = "save it again, export the table as CSV text, or unpack an archive of files"
         raise TableError(problem, remedy, source=name) from None
 
 
