@@ -15,6 +15,7 @@ import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.documents.recalibrations import read_entries
+from accelcal.recalibrations.apart import farthest
 from accelcal.recalibrations.comparable import comparable
 from accelcal.recalibrations.entries import entries_of, year
 from accelcal.recalibrations.history import _told
@@ -118,6 +119,38 @@ def test_the_chance_of_a_jump_is_even_where_there_is_none():
     ])  # fmt: skip
     for level in (0.05, 0.2, 0.5, 0.8):
         assert stats.binomtest(int((chances < level).sum()), 300, level).pvalue > 1e-3
+
+
+def test_the_distance_from_the_others_is_that_of_statsmodels():
+    outliers = pytest.importorskip("statsmodels.stats.outliers_influence")
+    api = pytest.importorskip("statsmodels.api")
+    time = np.array([0.0, 1.0, 1.5, 3.0, 5.0, 5.5, 7.0])
+    values = np.array([0.3, 0.1, 4.0, -0.2, 0.4, 0.1, 0.3])
+    columns = line_with_steps(time, [])
+    expected = outliers.OLSInfluence(api.OLS(values, columns).fit()).resid_studentized_external
+    place, chance = farthest(columns, values, np.full(7, 0.5))
+    assert place == 2
+    assert chance == pytest.approx(7 * 2.0 * stats.t.sf(np.abs(expected).max(), 4))
+
+
+@pytest.mark.parametrize("count", [5, 8, 20])
+@pytest.mark.parametrize("unlike", [1.0, 5.0])
+def test_the_chance_of_the_farthest_is_not_below_its_rate(count, unlike):
+    rng = np.random.default_rng(count)
+    uncertainty = np.where(np.arange(count) % 2, 1.0, unlike)
+    columns = line_with_steps(np.arange(count), [])
+    for scale in (1.0, uncertainty):  # the errors are alike, or as stated
+        noise = scale * rng.standard_normal((400, count))
+        chances = np.array([farthest(columns, row, uncertainty)[1] for row in noise])
+        for level in (0.05, 0.2):
+            below = int((chances < level).sum())
+            assert stats.binomtest(below, 400, level, alternative="greater").pvalue > 1e-3
+
+
+def test_values_on_a_line_leave_none_apart():
+    time = np.arange(40.0)
+    assert farthest(line_with_steps(time, []), time, np.ones(40))[1] == 1.0
+    assert farthest(line_with_steps(np.arange(4.0), []), np.eye(4)[3], np.ones(4))[1] == 1.0
 
 
 def test_the_chance_at_the_only_gap_is_that_of_fisher():
@@ -842,6 +875,21 @@ def test_a_room_that_gets_warmer_is_no_certain_drift():
     drift = accelcal.history(frame(10, temperature_degC=warm, K1=heated)).trends[1].drift
     assert drift.value == pytest.approx(20.8e-6, rel=0.01)
     assert abs(drift.value) < drift.expanded_uncertainty
+
+
+def test_a_calibration_apart_from_all_others_is_told():
+    """The last one was 1000 ug off, and the history said that there was no jump, p = 1."""
+    table = frame(8)
+    table.loc[7, "k0"] += 1000.0 * UG
+    found = accelcal.history(table)
+    assert found.trends[0].jumps == ()
+    (note,) = found.notes
+    told = r"the bias of 2017-01-01 is (99\d|100\d)\.\d ug from what all others say \(chance \de-"
+    assert re.match(told, note)
+    assert accelcal.history(frame(8)).notes == ()
+    warm = table.assign(temperature_degC=np.where(table.index == 7, 21.9, 19.9))
+    steep = accelcal.history(warm.assign(k0=frame(8)["k0"] + 70.0 * UG * (table.index == 7)))
+    assert not any("all others say" in note for note in steep.notes)
 
 
 def test_values_closer_than_their_uncertainties_are_no_proof_of_no_scatter():

@@ -15,6 +15,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR
 from accelcal.plural import listed
+from accelcal.recalibrations.apart import farthest
 from accelcal.recalibrations.comparable import (
     BIAS_PER_DEGREE,
     SCALE_FACTOR_PER_DEGREE,
@@ -245,7 +246,8 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> tuple[Trend
         reference_unit=followed.reference_unit,
     )
     walks = _wandering(followed.name, chance_of_neighbours(columns, values, sigma))
-    return trend, (*_heated(followed.name, chosen, heated), *walks)
+    apart = _apart(followed, chosen, columns, alpha / _QUANTITIES)
+    return trend, (*_heated(followed.name, chosen, heated), *apart, *walks)
 
 
 def _of_a_walk(fit: Fit, time: Array, values: Array, variance: Array) -> Fit:
@@ -266,6 +268,22 @@ def _wandering(name: str, chance: float) -> Iterator[str]:
         yield (
             f"the {name} wanders: neighbouring calibrations are more alike than independent scatter"
             f" leaves them (chance {chance:.1g}); drift and jumps are less certain than U says"
+        )
+
+
+def _apart(followed: _Followed, chosen: Comparable, columns: Array, alpha: float) -> Iterator[str]:
+    """Tell of a calibration that stands apart from all others, if no temperature makes it so."""
+    values, uncertainty, _ = followed.measured.T
+    place, chance = farthest(columns, values, uncertainty)
+    alone = np.column_stack([columns, np.arange(values.size) == place])
+    size = float(np.linalg.lstsq(alone, values, rcond=None)[0][-1])
+    heat = float(followed.by_heat(alone, chosen.rise)[-1])
+    if chance < alpha and abs(size) > NORMAL_FACTOR * abs(heat):
+        told = f"{1e6 * size:.1f} {'ug' if followed.unit == 'g' else 'ppm'}"
+        yield (
+            f"the {followed.name} of {day(chosen.entries[place].date)} is {told} from what all"
+            f" others say (chance {_QUANTITIES * chance:.1g}): a bad calibration, or a jump that no"
+            " second one confirms; calibrate again"
         )
 
 
