@@ -135,3 +135,12 @@ def test_the_first_of_what_is_alike_but_for_rounding():
     assert first_largest(np.array([1.0, 2.0, 2.0 + 1e-12, 1.5])) == 1
     assert first_largest(np.array([1.0, 2.0, 2.0 + 1e-6, 1.5])) == 2
     assert first_largest(np.zeros(3)) == 0
+
+
+def test_what_grows_with_the_temperature_is_no_pattern_of_the_position_alone():
+    """The scale factor of the levels differs, and the columns of the factors with it."""
+    hidden = accelcal.effect("k2-temperature").of(2e-6)
+    found = accelcal.discover(accelcal.simulate(effects=[hidden], seed=1))
+    share = {each.factor: each.share for each in found.where}
+    assert share["temperature*position"] > 0.9
+    assert share["position"] < 0.02

@@ -36,11 +36,13 @@ class Block(NamedTuple):
 def blocks(space: Space, c: Conditions, first: str = "position") -> tuple[Block, ...]:
     """Split the space by those factors that the test has, `first` before all others.
 
-    Each is orthogonal to those before it.
+    Each is orthogonal to those before it. What they do to the indication goes with the scale factor
+    of the run, as the terms of the model do.
     """
     found: list[Block] = []
     taken = space.nothing()
     for factor, columns in sorted(_columns(c), key=lambda item: item[0] != first):
+        columns = c.gain[:, None] * columns
         seen = space.see(columns)
         whole, shown = (lengths(each).max(initial=0.0) for each in (columns, seen))
         left = without(seen, taken)
