@@ -353,3 +353,17 @@ def test_the_page_tells_how_many_draws_judge_and_the_least_chance_of_something_s
     page = (Path(__file__).parents[1] / "docs" / "discovery.md").read_text()
     assert f"judged by up to {most} simulated draws" in " ".join(page.split())
     assert f"never a chance below {1.0 / (1 + most) / slow._SHARE:g}" in " ".join(page.split())
+
+
+def test_a_shift_that_leaves_most_of_what_nothing_explains_is_not_told():
+    """A hysteresis that grows with the temperature is in all strokes, not in one of them."""
+
+    def loop(record):
+        grows = 1.0 + (record.temperature - 20.0) / 60.0
+        turn = np.sin(np.radians(record.angle))
+        sense = np.where(record.stroke % 2 == 1, 1.0, -1.0)
+        return -6.0 * NOISE * grows * sense * np.sign(turn) * (np.abs(turn) > 0.1)
+
+    found = accelcal.discover(disturbed(loop))
+    assert found.effects == ()
+    assert "for a time" not in found.unexplained.structure

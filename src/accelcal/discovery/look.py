@@ -197,7 +197,7 @@ def _judged(record: TumbleRecord, question: Question) -> Look:
     if best is None:
         return look
     walks = tuple(wandering(look.comparison, best.instances))
-    shift = shift_in_place_of_one(look.comparison, best.instances, findings.before.p_value)
+    shift = shift_in_place_of_one(look.family, best, question.alpha, findings.before.p_value)
     if shift or _widens_the_gap(look.comparison, best) or _wanders(walks):
         findings = findings._replace(explanations=(), nearest=best)
     look = look._replace(findings=findings, walks=walks, shift=shift)

@@ -17,7 +17,8 @@ from accelcal.arrays import Array, Ints
 from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.columns import coefficient_columns, dummies, saturated
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.family import NEW
+from accelcal.discovery.explanation import CONTRADICTION, Explanation
+from accelcal.discovery.family import NEW, Family, agrees
 from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.spans import first_largest, lengths, orthonormal, squares_in, without
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
@@ -86,14 +87,16 @@ def passing(
 
 
 def shift_in_place_of_one(
-    comparison: Comparison, instances: Sequence[Instance], p_value: float
+    family: Family, found: Explanation, alpha: float, p_value: float
 ) -> Unexplained | None:
     """Find a shift for a time, or a step, that explains much better than one of some effects.
 
     There is none where none explains better by more than the search for the best of many shifts
-    gains, or where there are more than 600 degrees of freedom. The p-value is the chance that noise
-    alone disagrees as much with the model.
+    gains, where neither these effects nor the best shift leave noise alone, or where there are more
+    than 600 degrees of freedom. The p-value is the chance that noise alone disagrees as much with
+    the model.
     """
+    comparison, instances = family.comparison, found.instances
     space, c, labels = comparison.space, comparison.model.conditions, comparison.record.run_labels
     if space.dof > MOST:
         return None
@@ -114,7 +117,10 @@ def shift_in_place_of_one(
         sizes = np.where(new, shifts.T @ left / np.where(new, length, 1.0) ** 2, 0.0)
         squares = (sizes * length) ** 2
         best = first_largest(squares)
-        if squares[best] - squares_in(own, left) >= 2.0 * np.log(squares.size):
+        if squares[best] - squares_in(own, left) < 2.0 * np.log(squares.size):
+            continue
+        beside = np.column_stack([taken, shifts[:, best] / length[best]])
+        if found.passes or agrees(family, beside, CONTRADICTION * alpha):
             teller, which = tellers[best]
             told = teller(which, np.inf, sizes[best] * columns[:, best])
             return Unexplained(told, float(squares[best] / (comparison.seen**2).sum()), p_value)
