@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.apparatus import Apparatus
 from accelcal.discovery.as_searched import said_of_temperatures
 from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import head_columns
@@ -27,6 +28,7 @@ from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
 from accelcal.discovery.unnamed.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
 from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
+from accelcal.discovery.untimed import going_on
 from accelcal.discovery.untold import said_of_untold
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
@@ -64,9 +66,6 @@ _VAGUE = 1.0 / 3.0
 _QUICK = 2.0
 """Intervals between readings within which a settling is that of the first reading alone."""
 
-_OF_LEVELS, _OF_TIME = "temperature-hysteresis", "bias-drift"
-"""What steps between runs, as the other does in a pause that nobody wrote down."""
-
 
 class Caveat(NamedTuple):
     """What a reader must know.
@@ -93,12 +92,14 @@ def caveats(
     left: Unexplained | None,
     alternatives: Alternatives,
     others: Sequence[Otherwise],
+    declared: Apparatus,
 ) -> Iterator[Caveat]:
     """Tell what a reader must know.
 
     Of the explanations that pass, the best comes first. Walks could stand in place of its effects,
     or of the nearest ones where none passes. Something may be left beside them. Alternatives
-    explain the readings as well; with others the coefficients are others too.
+    explain the readings as well; with others the coefficients are others too. Launches that are
+    declared are free all the same where pauses nobody knows part the runs.
     """
     comparison = family.comparison
     yield from map(Caveat, said_of_positions(comparison.record))
@@ -120,7 +121,7 @@ def caveats(
         yield from _of_the_wrong_sense(comparison, best)
         yield from _of_the_chamber(comparison, best)
     yield from _wandering(walks, named=bool(found))
-    yield from _undeclared(comparison, found[0].instances if found else ())
+    yield from _undeclared(comparison, declared, found[0].instances if found else ())
 
 
 def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:
@@ -299,9 +300,10 @@ def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
             )
 
 
-def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+def _undeclared(
+    comparison: Comparison, declared: Apparatus, instances: Sequence[Instance]
+) -> Iterator[Caveat]:
     record = comparison.record
-    declared = record.apparatus
     if declared.head_uncertainty is None:
         like = list(_like_the_head(comparison, instances))
         told = "".join(text for _, text in like) or _LIKE_ANY
@@ -318,13 +320,15 @@ def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterat
             " effects on it from run to run cannot be seen"
         )
     if record.time is None:
-        ids = {item.effect.id for item in instances}
-        unsure = [_OF_LEVELS] if {_OF_LEVELS, _OF_TIME} <= ids else []
-        told = f"; {_OF_LEVELS} is not sure: a pause beside {_OF_TIME} does the same"
+        pauses = "and no pause between runs"
+        if record.apparatus != declared:
+            slow = listed(going_on(comparison.model.conditions, instances))
+            pauses = (
+                f"and pauses of any length between runs, in which {slow} may go on: bias and scale"
+                " factor are free in each run, and effects on them from run to run cannot be seen"
+            )
         yield Caveat(
-            "no times: one reading a minute is assumed, in the order of the strokes, and no pause"
-            f" between runs{told if unsure else ''}",
-            unsure,
+            f"no times: one reading a minute is assumed, in the order of the strokes, {pauses}"
         )
 
 

@@ -199,7 +199,8 @@ def _discovery(
     steps = gaps_along(comparison, [item for item, _ in strongest], question.seed)
     also = alternatives(comparison, findings.instances)
     others = list(otherwise(comparison, findings.instances, also, rivals_of(findings.named)))
-    said = [*_caveats(look, named, unexplained, loud, also, others), *_of_mountings(found, named)]
+    told_of = _caveats(look, record, named, unexplained, loud, also, others)
+    said = [*told_of, *_of_mountings(found, named)]
     told = Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
         before=_as_given(comparison, record, found, question) or steps[0],
@@ -268,6 +269,7 @@ def _p_value(look: Look, unexplained: Unexplained | None) -> float:
 
 def _caveats(
     look: Look,
+    record: TumbleRecord,
     named: Explanation | None,
     left: Unexplained | None,
     loud: LoudRun | None,
@@ -275,7 +277,9 @@ def _caveats(
     others: Sequence[Otherwise],
 ) -> Iterator[Caveat]:
     found = look.findings.named
-    said = [*_in_the_main(look), *caveats(look.family, found, look.walks, left, also, others)]
+    declared = record.apparatus
+    said = [*_in_the_main(look)]
+    said += caveats(look.family, found, look.walks, left, also, others, declared)
     instances = named.instances if named else ()
     said += noise_caveats(look.comparison, instances, loud)
     yield from said

@@ -19,6 +19,7 @@ from accelcal.discovery.solution import solution
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
+from accelcal.discovery.untimed import going_on, is_timed
 from accelcal.effects.effect import Effect
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Unexplained
@@ -70,12 +71,33 @@ def look_through(record: TumbleRecord, question: Question) -> Look:
     Where nothing explains all, a dead zone is looked for that silences readings.
     """
     first = _judged(record, question)
+    first = _with_runs_apart(first, question) or first
     if (beside := _beside_silence(first, question)) is not None:
         return beside
     look = _by_exact_laws(first, question)
     if look.findings.explanations or look.findings.chance_without_name >= question.alpha:
         return look
     return _of_any_width(look, question)
+
+
+def _with_runs_apart(look: Look, question: Question) -> Look | None:
+    """Search with a bias and a scale factor of each run, where pauses nobody knows part the runs.
+
+    A drift goes on in a pause that no times tell. It is told so where it takes fewer effects to
+    explain all than without pauses.
+    """
+    record, findings = look.comparison.record, look.findings
+    if is_timed(record) or findings.before.p_value >= question.alpha:
+        return None
+    most = min((len(one.ids) for one in findings.explanations), default=question.most + 1)
+    if most < 2:
+        return None
+    free = record.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
+    apart = _judged(free, question)
+    best = next(iter(apart.findings.explanations), None)
+    if best is None or len(best.ids) >= most:
+        return None
+    return apart if going_on(apart.comparison.model.conditions, best.instances) else None
 
 
 def _by_exact_laws(first: Look, question: Question) -> Look:

@@ -20,6 +20,7 @@ from accelcal.discovery.instance import (
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
+from accelcal.record import TumbleRecord
 from accelcal.plural import listed
 from accelcal.units import HOUR
 
@@ -51,9 +52,9 @@ def in_pauses(
         What a reader must know of it.
     """
     c = comparison.model.conditions
-    names = {place: _going_on(c, own, held) for place, own in enumerate(explanations)}
+    names = {place: going_on(c, own, held) for place, own in enumerate(explanations)}
     acting = [explanations[place] for place, own in names.items() if own]
-    if _is_timed(comparison) or not acting:
+    if is_timed(comparison.record) or not acting:
         return np.empty((len(comparison.record), 0)), ()
     hours = np.tile(np.arange(_HOURS) + 0.5, (_place(c).max() + 1, 1))
     hours[0] = 0.0
@@ -76,19 +77,20 @@ def by_pauses(comparison: Comparison, effects: Sequence[Instance]) -> Array:
     """What each pause between runs that no times tell may do to effects [g], shape (n, k)."""
     c = comparison.model.conditions
     place, columns = _place(c), [np.empty((c.angle.size, 0))]
-    for run in range(1, 1 if _is_timed(comparison) else place.max() + 1):
+    for run in range(1, 1 if is_timed(comparison.record) else place.max() + 1):
         later = replace(c, time=c.time + HOUR * (place >= run))
         columns.append(all_own_columns(effects, later) - all_own_columns(effects, c))
     return np.hstack(columns)
 
 
-def _is_timed(comparison: Comparison) -> bool:
-    time = comparison.record.time
+def is_timed(record: TumbleRecord) -> bool:
+    """Whether the time of each reading is known."""
+    time = record.time
     return time is not None and bool(np.isfinite(time).all())
 
 
-def _going_on(
-    c: Conditions, instances: Sequence[Instance], held: Sequence[Disturbance]
+def going_on(
+    c: Conditions, instances: Sequence[Instance], held: Sequence[Disturbance] = ()
 ) -> list[str]:
     """Name the effects that act otherwise after pauses between the runs."""
     later = replace(c, time=c.time + HOUR * _place(c))
