@@ -388,6 +388,16 @@ def test_written_digits_are_no_step():
 # -- vibration -------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("seed", [1, 3])
+def test_the_first_readings_of_a_hysteresis_are_no_vibration(seed):
+    """The head comes forward to the first position, 90 deg, and back to it ever after."""
+    plan = accelcal.TumblePlan(angles=tuple(np.arange(90.0, 451.0, 45.0).tolist()))
+    lagging = accelcal.simulate(
+        plan=plan, effects=[accelcal.effect("hysteresis").of(3e-5)], seed=seed
+    )
+    assert faults(lagging, 20.0)[0] == ()
+
+
 def test_even_noise_of_four_strokes_is_not_taken_for_vibration():
     """It was in 5 %: the cells are not independent, as the drift of each cycle is taken out."""
     plan = accelcal.TumblePlan(strokes=4, temperatures=(20.0,))

@@ -20,8 +20,8 @@ from accelcal.discovery.instance import (
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance
-from accelcal.record import TumbleRecord
 from accelcal.plural import listed
+from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
 
 _HOURS = 24

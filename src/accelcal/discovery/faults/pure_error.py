@@ -125,10 +125,13 @@ def moving(c: Conditions, mounting: NDArray[np.str_]) -> Array:
 def tilting(c: Conditions, mounting: NDArray[np.str_]) -> Array:
     """The same with a drift of scale factor and misalignment by the time, shape (n, k).
 
-    Where the pace is not even, a tilt is another pattern in each cycle.
+    Where the pace is not even, a tilt is another pattern in each cycle. The first reading of a run
+    is no replicate of others, as the head may come to it in another sense.
     """
     drifts = dummies(c.run) * c.run_time[:, None]
-    return np.hstack([moving(c, mounting), *_by_angle(drifts, c)])
+    first = c.order[np.diff(c.run[c.order], prepend=-1) != 0]
+    begun = np.eye(c.order.size)[:, first]
+    return np.hstack([moving(c, mounting), begun, *_by_angle(drifts, c)])
 
 
 def _by_angle(columns: Array, c: Conditions) -> tuple[Array, Array]:
