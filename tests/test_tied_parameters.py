@@ -61,6 +61,15 @@ def test_where_the_slopes_have_two_breaks_neither_has_an_uncertainty():
     assert "no law with one break" in note
 
 
+@pytest.mark.parametrize(("shift", "seed"), [(-45.0, 2), (-45.0, 4), (45.0, 2)])
+def test_a_break_with_one_level_beyond_it_has_no_uncertainty(shift, seed):
+    """A line leads there from any break before that level; it had a U of 4 degC, or of 1e10."""
+    _, parameters, note = discovered(shift, seed)
+    assert parameters["shift"].expanded_uncertainty is None
+    assert parameters["slope_change"].expanded_uncertainty is None
+    assert "a break anywhere between two levels" in note
+
+
 def test_a_tie_is_made_of_names():
     with pytest.raises(accelcal.InputError, match="tie"):
         accelcal.Effect(

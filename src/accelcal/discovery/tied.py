@@ -28,6 +28,13 @@ _AS_WELL = 4.0
 _BEYOND = 3.0
 """Standard uncertainties by which an amplitude that is tied may be off."""
 
+_FOLLOWING = "both follow from the slopes, as of a law with no other break"
+_OTHER_LAW = "no law with one break has the slopes of these, and so both have no U"
+_ANYWHERE = (
+    "a break anywhere between two levels would have the slopes of these, and so both have no U"
+)
+"""How a tied parameter and its amplitude are told."""
+
 _NEAR = 1e-3
 """Part of the range next to zero, where the effect of a tied parameter vanishes."""
 
@@ -78,8 +85,8 @@ def tied(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
 def settled(comparison: Comparison, instances: Sequence[Instance]) -> list[Instance]:
     """Move parameters that readings do not tell to where the amplitude is what the tie makes it.
 
-    One stays where it is if that is so nowhere among the values with which the effects explain
-    the readings as well.
+    That may be so but for noise. One stays where it is if it is so nowhere among the values with
+    which the effects explain the readings as well.
     """
     found = list(instances)
     for one in tied(comparison, instances):
@@ -92,11 +99,7 @@ def said_of_tied(comparison: Comparison, instances: Sequence[Instance]) -> Itera
     for one in tied(comparison, instances):
         effect = instances[one.place].effect
         names = f"{one.parameter.name} from {effect.amplitudes[0].name}"
-        how = (
-            "both follow from the slopes, as of a law with no other break"
-            if _Tied.of(comparison, instances, one).holds
-            else "no law with one break has the slopes of these, and so both have no U"
-        )
+        how = _estimate(comparison, instances, one).how
         yield (
             f"{effect.id}: these readings alone do not tell {names}; {how}; to tell:"
             f" {effect.to_tell_apart}"
@@ -108,32 +111,59 @@ def quantities(
 ) -> dict[str, Quantity]:
     """Estimate a tied parameter and its amplitude from the coefficients.
 
-    They have no uncertainty where the tie does not hold.
+    They have no uncertainty where the tie does not hold, or holds wherever the parameter is.
+    """
+    told = _estimate(comparison, instances, one)
+    value, shape = instances[one.place].amplitudes[0], one.parameter
+    if told.varied is None:
+        return {
+            value.name: Quantity(told.amplitude, None, value.unit),
+            shape.name: Quantity(one.value, None, shape.unit),
+        }
+    dof = float(comparison.space.dof)
+    factor = student_quantile(LEVEL, dof)
+    both = zip((value, shape), (told.amplitude, one.value), lengths(told.varied.T), strict=True)
+    return {
+        p.name: Quantity(float(x), float(u), p.unit, factor * float(u), dof) for p, x, u in both
+    }
+
+
+class _Estimate(NamedTuple):
+    """An amplitude with its tied parameter, what both vary by, (2, n), and how they are told."""
+
+    amplitude: float
+    varied: Array | None
+    how: str
+
+
+def _estimate(comparison: Comparison, instances: Sequence[Instance], one: Untold) -> _Estimate:
+    """Find what the tie tells of a parameter and its amplitude.
 
     Notes
     -----
     Where the excess e of the amplitude is zero, the parameter s varies with the readings by
-    -de / (de/ds), and the amplitude a by da - (da/ds) de / (de/ds).
+    -de / (de/ds), and the amplitude a by da - (da/ds) de / (de/ds). The tie tells no s where it
+    holds as well much farther off than that: beyond the last level but one any break does.
     """
-    tie = _Tied.of(comparison, instances, one)
-    value, shape = instances[one.place].amplitudes[0], one.parameter
+
+    def at(value: float) -> _Tied:
+        return _Tied.of(comparison, one.at(instances, value), one)
+
+    tie = at(one.value)
+    amplitude = float(tie.values[0])
     if not tie.holds:
-        return {
-            value.name: Quantity(float(tie.values[0]), None, value.unit),
-            shape.name: Quantity(one.value, None, shape.unit),
-        }
+        return _Estimate(amplitude, None, _OTHER_LAW)
     step = _NEAR * one.spread
-    above, below = (
-        _Tied.of(comparison, one.at(instances, one.value + by), one).values for by in (step, -step)
+    of_amplitude, of_excess = (at(one.value + step).values - at(one.value - step).values) / (
+        2.0 * step
     )
-    of_amplitude, of_excess = (above - below) / (2.0 * step)
     varied = np.array([[1.0, -of_amplitude / of_excess], [0.0, 1.0 / of_excess]]) @ tie.varied
-    dof = float(comparison.space.dof)
-    told = zip((value, shape), (tie.values[0], one.value), lengths(varied.T), strict=True)
-    factor = student_quantile(LEVEL, dof)
-    return {
-        p.name: Quantity(float(x), float(u), p.unit, factor * float(u), dof) for p, x, u in told
-    }
+    reach = 2.0 * _BEYOND * float(np.linalg.norm(varied[1]))
+    far = [value for value in _searched(comparison, one) if abs(value - one.value) > reach]
+    most = tie.chi2 + _AS_WELL
+    if not reach < one.spread or any(each.holds and each.chi2 < most for each in map(at, far)):
+        return _Estimate(amplitude, None, _ANYWHERE)
+    return _Estimate(amplitude, varied, _FOLLOWING)
 
 
 def _settled(comparison: Comparison, instances: Sequence[Instance], one: Untold) -> Instance:
@@ -152,7 +182,8 @@ def _settled(comparison: Comparison, instances: Sequence[Instance], one: Untold)
         as_well = max(at_low.chi2, at_high.chi2) < most
         if low * high > 0.0 and as_well and at_low.values[1] * at_high.values[1] < 0.0:
             return item.at(name, float(brentq(excess, low, high)))
-    return item
+    held = [(abs(at.values[1]), value) for value, at in tried if at.holds and at.chi2 < most]
+    return item.at(name, min(held)[1]) if held else item
 
 
 def _searched(comparison: Comparison, one: Untold) -> list[float]:
