@@ -16,6 +16,7 @@ from accelcal.discovery.noise import FEWEST_REPLICATES
 from accelcal.discovery.search import Findings, in_the_main, search
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings, zone_among
 from accelcal.discovery.solution import solution
+from accelcal.discovery.unnamed.drift_anew import drift_anew
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
@@ -84,13 +85,13 @@ def _with_runs_apart(look: Look, question: Question) -> Look | None:
     """Search with a bias and a scale factor of each run, where pauses nobody knows part the runs.
 
     A drift goes on in a pause that no times tell. It is told so where it takes fewer effects to
-    explain all than without pauses.
+    explain all than without pauses, and does not begin anew in each run.
     """
     record, findings = look.comparison.record, look.findings
     if is_timed(record) or findings.before.p_value >= question.alpha:
         return None
     most = min((len(one.ids) for one in findings.explanations), default=question.most + 1)
-    if most < 2:
+    if most < 2 or drift_anew(look.family, question.alpha):
         return None
     free = record.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
     apart = _judged(free, question)
