@@ -205,10 +205,10 @@ def test_a_dead_zone_of_another_unit_silences_no_readings():
         assert abs(own["delta"].value - true["delta"].value) < own["delta"].expanded_uncertainty
 
 
-@pytest.mark.parametrize("tau", [200.0, 3000.0])
+@pytest.mark.parametrize("tau", [200.0, 630.0, 3000.0])
 @pytest.mark.parametrize("serial", ["A1", "B2"])
-def test_a_time_constant_that_the_readings_deny_is_found_anew(serial, tau):
-    """That of the discovery was kept: k0 was off by 76 ug with U of 17."""
+def test_a_time_constant_that_the_readings_tell_is_found_anew(serial, tau):
+    """One within three standard uncertainties was kept: U held the truth in 32 to 50 %."""
     model = discovered(TumblePlan(), ("warm-up", 2e-4))
     unit = replace(accelcal.AL15, serial=serial)
     slow = [accelcal.effect("warm-up").of(2e-4, tau=tau)]
@@ -220,7 +220,11 @@ def test_a_time_constant_that_the_readings_deny_is_found_anew(serial, tau):
     for own, without in zip(coefficients(found), coefficients(true), strict=True):
         assert abs(own["k0"].value - without["k0"].value) < own["k0"].expanded_uncertainty
     assert not said_of(found, "do not agree with tau")
-    held = accelcal.fit(simulated(TumblePlan(), ("warm-up", 2e-4), seed=4), model=model)
+
+
+def test_a_time_constant_that_the_readings_do_not_tell_is_that_of_the_discovery():
+    model = discovered(TumblePlan(), ("warm-up", 2e-4))
+    held = accelcal.fit(simulated(TumblePlan(), seed=4), model=model)
     assert held.effects[0].parameters["tau"].value == model.effects[0].parameters["tau"].value
 
 

@@ -1,8 +1,8 @@
-"""Nonlinear parameters of known effects in another record: moved where its readings deny them.
+"""Nonlinear parameters of known effects in another record: those that its readings tell.
 
-The time constant or the break that a discovery found is kept as long as the readings agree with it.
-Otherwise it is the one that fits them best, as of an effect that is found in them. An effect at one
-place, as a step, is moved where it explains them at another one and not at its own.
+The time constant or the break is the one that fits them best, as of an effect that is found in
+them. That of the discovery is kept where they neither tell nor deny it. An effect at one place, as
+a step, is moved where it explains them at another one and not at its own.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from accelcal.discovery.instance import Instance, columns_of, instance_of, repla
 from accelcal.discovery.otherwise import places_of, where_is
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 from accelcal.discovery.tied import settled
-from accelcal.discovery.untold import fitted_sizes, slopes_of
+from accelcal.discovery.untold import fitted_sizes, not_shown, slopes_of, smooth
 from accelcal.effects.found import disturbances
 from accelcal.effects.parameter import Parameter
 from accelcal.numerics.probability import student_quantile
@@ -31,10 +31,14 @@ _SURE = 0.999
 
 
 def in_own_shape(comparison: Comparison, fitted: Sequence[Instance]) -> list[Instance]:
-    """Move the nonlinear parameters that the readings deny to where the effects fit best."""
+    """Move the nonlinear parameters that the readings tell or deny to where they fit best."""
     found = list(fitted)
-    for place, parameter in list(_denied(comparison, fitted)):
-        found[place] = moved(comparison, found, place, parameter)
+    denied = list(_denied(comparison, fitted))
+    open_ones = [(one.place, one.parameter) for one in not_shown(comparison, fitted)]
+    for place, item in enumerate(fitted):
+        for parameter in smooth(item.effect):
+            if (place, parameter) in denied or (place, parameter) not in open_ones:
+                found[place] = moved(comparison, found, place, parameter)
     for place, item in enumerate(found):
         if other := _elsewhere(comparison, found, place):
             there = replaced(found, place, other)
@@ -105,9 +109,8 @@ def _denied(comparison: Comparison, fitted: Sequence[Instance]) -> Iterator[tupl
     left = without(comparison.seen, linear)
     limit = student_quantile(_SURE, comparison.space.dof)
     for place, slopes in enumerate(slopes_of(comparison, fitted, sizes)):
-        smooth = [p for p in fitted[place].effect.shapes if not p.discrete]
-        own = without(slopes, linear)
-        for p, column, length in zip(smooth, own.T, lengths(own), strict=True):
+        own, shapes = without(slopes, linear), smooth(fitted[place].effect)
+        for p, column, length in zip(shapes, own.T, lengths(own), strict=True):
             if abs(column @ left) > limit * length > 0.0:
                 yield place, p
 
