@@ -87,6 +87,12 @@ def test_cycles_are_no_strokes_without_a_direction_or_beside_strokes():
     assert beside.notes == ("column 'cycle' is not known and was set aside",)
     with pytest.raises(TableError, match="no column for stroke"):
         read(long_table(headings=("T", "J", "cycle", "Y")))
+    heated = [(t, p, k, ("heating", "cooling")[k - 1], y) for t, p, k, y in ROWS]
+    with pytest.raises(TableError, match="'heating' is neither forward nor back"):
+        read(long_table(headings=("T", "J", "cycle", "direction", "Y"), rows=heated))
+    once = [(t, p, k, "forward", y) for t, p, k, y in ROWS]
+    forward = read(long_table(headings=("T", "J", "cycle", "direction", "Y"), rows=once))
+    assert np.unique(forward.stroke).tolist() == [1, 3]
 
 
 def test_between_blanks_a_unit_belongs_to_the_heading_before_it():

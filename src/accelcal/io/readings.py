@@ -17,7 +17,7 @@ from accelcal.io.columns import Table
 from accelcal.io.lots import lots_of_rows
 from accelcal.io.places import MAXIMUM_ANGLE, places_of_rows
 from accelcal.io.signs import mounting_written
-from accelcal.io.strokes import strokes_by_direction, strokes_of_rows
+from accelcal.io.strokes import are_cycles, strokes_by_direction, strokes_of_rows
 from accelcal.io.times import DAY, HOUR, days, in_seconds, times
 from accelcal.io.wording import all_outputs, lines_named
 from accelcal.numerics.grouping import Grouped
@@ -163,8 +163,9 @@ def read_readings(table: Table, positions: int) -> Readings:
         values["serial"], missing_serial = own[output], own[missing_output]
     stroke_notes: tuple[str, ...] = ()
     if "direction" in columns:
+        cycles = "stroke" in columns and are_cycles(columns["stroke"].heading)
         values["stroke"], stroke_notes = strokes_by_direction(
-            columns["direction"], values["stroke"], row
+            columns["direction"], values["stroke"], row, cycles=cycles
         )
     return Readings(
         **values,

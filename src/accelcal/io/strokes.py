@@ -48,13 +48,19 @@ def with_cycles(layout: Layout) -> Layout:
     if "direction" not in roles or roles & {"stroke", "strokes"}:
         return layout
     headings = tuple(
-        own._replace(role="stroke") if own.text.casefold() in _CYCLES else own
-        for own in layout.headings
+        own._replace(role="stroke") if are_cycles(own.text) else own for own in layout.headings
     )
     return layout._replace(headings=headings)
 
 
-def strokes_by_direction(column: Column, number: Ints, row: Ints) -> tuple[Ints, tuple[str, ...]]:
+def are_cycles(heading: str) -> bool:
+    """Whether a heading says that its column counts cycles of two strokes."""
+    return heading.casefold() in _CYCLES
+
+
+def strokes_by_direction(
+    column: Column, number: Ints, row: Ints, *, cycles: bool = False
+) -> tuple[Ints, tuple[str, ...]]:
     """Count strokes by number and direction.
 
     Parameters
@@ -65,6 +71,8 @@ def strokes_by_direction(column: Column, number: Ints, row: Ints) -> tuple[Ints,
         Number of each reading's stroke, or of its cycle of one stroke forward and one back.
     row : ndarray of int, shape (m,)
         Row of each reading.
+    cycles : bool, default False
+        Whether the numbers are called cycles, so that nothing but the direction tells the strokes.
 
     Returns
     -------
@@ -81,16 +89,17 @@ def strokes_by_direction(column: Column, number: Ints, row: Ints) -> tuple[Ints,
     of_row, names = labels(column)
     is_back = np.array([_is_back(with_hyphen(name.casefold())) for name in names])
     label, even = of_row[row], number % 2 == 0
-    if _tell_what_numbers_tell(is_back, label, even):
-        return number, ()
-    within = (np.diff(number) == 0) & (np.diff(label) != 0)
-    if np.isnan(is_back).all() and not within.any():  # words that tell something else, as heating
-        return number, (_ASIDE,)
+    if not cycles:
+        if _tell_what_numbers_tell(is_back, label, even):
+            return number, ()
+        within = (np.diff(number) == 0) & (np.diff(label) != 0)
+        if np.isnan(is_back).all() and not within.any():  # words of something else, as heating
+            return number, (_ASIDE,)
     known = ~np.isnan(is_back)[of_row]
     column.check(known, "{} is neither forward nor back", "write forward or back")
     back = is_back[label] == 1.0
     against: Mask = back != even
-    if against.mean() < _FEW:
+    if not cycles and against.mean() < _FEW:
         right = np.ones(of_row.size, dtype=bool)
         right[row[against]] = False
         remedy = "odd strokes go forward and even ones back, so correct one of both"
