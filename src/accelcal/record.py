@@ -274,7 +274,7 @@ class TumbleRecord(EqualByContents):
         Parameters
         ----------
         mask : ndarray of bool, shape (n,), optional
-            Readings to keep; by default all.
+            Readings to keep; by default all those of `run`.
         run : str, optional
             Label of the run to keep.
 
@@ -294,7 +294,8 @@ class TumbleRecord(EqualByContents):
         >>> accelcal.simulate(seed=1).select(run="2")
         <TumbleRecord serial 'AL-15': 54 readings, 1 run, 8 positions>
         """
-        mask = np.ones(len(self), dtype=bool) if mask is None else mask
+        if mask is None and run is not None:
+            mask = np.ones(len(self), dtype=bool)
         if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (len(self),):
             rule = f"an array of {len(self)} truth values, one for each reading"
             raise InputError(f"mask is {as_given(mask)}; it is {rule}")
