@@ -81,7 +81,7 @@ def read_arrays(
     declared = getattr(columns, "attrs", {}).get("declared", {})
     turn = {name: value for name, value in declared.items() if name == "positions"}
     try:
-        record = read_table(source, overrides=turn | dict(declared_by_caller(overrides)))
+        record = read_table(source, overrides=turn | declared_by_caller(overrides))
     except TableError as error:
         raise _of_arrays(error) from None
     return _declared(record, declared) if declared else record

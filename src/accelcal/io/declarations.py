@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any, NamedTuple
 
@@ -68,8 +68,8 @@ def declarations(
     unit : str or None
         Output unit that the table shows.
     overrides : mapping of str to object
-        Declarations of the caller by the names in `OVERRIDES`; they win over the header. None
-        leaves the header's. A quantity may be a text with its unit, as ``"2 arcsec"``.
+        Declarations of the caller, as of `declared_by_caller`; they win over the header. A quantity
+        may be a text with its unit, as ``"2 arcsec"``.
 
     Returns
     -------
@@ -109,28 +109,34 @@ def declarations(
     )
 
 
-def declared_by_caller(overrides: Any) -> Mapping[str, Any]:
-    """Take the declarations of a caller, which None leaves out.
+def declared_by_caller(overrides: Any, names: Sequence[str] = OVERRIDES) -> dict[str, Any]:
+    """Take the declarations of a caller.
 
     Parameters
     ----------
     overrides : mapping of str to object, or None
         What was given.
+    names : sequence of str, default `OVERRIDES`
+        What can be declared.
 
     Returns
     -------
-    mapping of str to object
-        The same.
+    dict of str to object
+        Those that are not None.
 
     Raises
     ------
     InputError
-        If it is something else, the serial, unit or date is no text, or the metadata no mapping.
+        If it is something else or has other names, the serial, unit or date is no text, or the
+        metadata no mapping.
     """
     given = mapping_of(overrides, "overrides", "{'serial': 'AL-15'}")
     check_text(**{name: given.get(name) for name in ("serial", "unit", "serials", "date")})
     mapping_of(given.get("metadata"), "metadata", "{'operator': 'A. Meyer'}")
-    return given
+    for name, value in given.items():
+        if value is not None and name not in names:
+            raise InputError(f"{name!r} cannot be declared; it is one of {', '.join(names)}")
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def notes_of_serial(given: str | None, written: str | None) -> tuple[str, ...]:
@@ -151,44 +157,11 @@ def notes_of_serial(given: str | None, written: str | None) -> tuple[str, ...]:
     return (f"the serial is {given}, as given, in place of {written} in the table",)
 
 
-def declarations_of(overrides: Mapping[str, Any] | None, *names: str) -> dict[str, Any]:
-    """Take the declarations of a caller where only some can be declared.
-
-    Parameters
-    ----------
-    overrides : mapping of str to object, or None
-        What was given.
-    *names : str
-        What can be declared.
-
-    Returns
-    -------
-    dict of str to object
-        Those that are not None.
-
-    Raises
-    ------
-    InputError
-        If it is something else, or has other names.
-    """
-    declared = declared_by_caller(overrides)
-    given = {key: value for key, value in declared.items() if value is not None}
-    _refuse_unknown(given, names)
-    return given
-
-
-def _refuse_unknown(given: Iterable[str], known: Sequence[str]) -> None:
-    for name in given:
-        if name not in known:
-            raise InputError(f"{name!r} cannot be declared; it is one of {', '.join(known)}")
-
-
 def _checked(
     overrides: Mapping[str, object], source: str
 ) -> tuple[dict[str, Any], dict[str, Declared]]:
     """Values of the caller, and texts that are read as header lines are."""
-    given: dict[str, Any] = {key: value for key, value in overrides.items() if value is not None}
-    _refuse_unknown(given, OVERRIDES)
+    given: dict[str, Any] = dict(overrides)
     texts = {key: given.pop(key) for key in _QUANTITIES if _has_unit(given.get(key))}
     if "unit" in given:
         given["unit"] = output_unit(given["unit"])

@@ -15,7 +15,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError
 from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.columns import notes_of_unused, places_of
-from accelcal.io.declarations import declarations_of
+from accelcal.io.declarations import declared_by_caller
 from accelcal.io.engines import by_an_engine
 from accelcal.io.layout import Layout, read_layout
 from accelcal.io.output_columns import with_lone_output
@@ -131,7 +131,7 @@ def read_stability(
     _refuse_tumble_test(layout)
     layout = layout._replace(headings=_with_time([*map(_own_heading, layout.headings)]))
     layout = with_lone_output(layout)
-    given = declarations_of(overrides, "unit", "serial")
+    given = declared_by_caller(overrides, ("unit", "serial"))
     columns = _columns(layout)
     output = numbers(columns["output"])
     kept = ~np.isnan(output)

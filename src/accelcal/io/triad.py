@@ -11,7 +11,7 @@ from accelcal.arrays import Array
 from accelcal.errors import TableError, located
 from accelcal.head_angles import nominal_angles
 from accelcal.io.cells import Column, complete_numbers, is_missing
-from accelcal.io.declarations import declarations_of, declared_number, declared_temperature
+from accelcal.io.declarations import declared_by_caller, declared_number, declared_temperature
 from accelcal.io.output_unit import unit_of_outputs, units_written
 from accelcal.io.places import refuse_radians
 from accelcal.io.readings import refuse_markers, temperatures_of
@@ -76,7 +76,7 @@ def read_triad(
     'V'
     """
     table = small_table(read_text(source), triad_heading, tuple(AXES), _REMEDY)
-    given = declarations_of(overrides, "unit", "serial", "local_gravity")
+    given = declared_by_caller(overrides, ("unit", "serial", "local_gravity"))
     serial, of_serial = serial_of_file(
         table.layout, table.columns.get("serial"), given.get("serial"), _ONE_FILE_EACH
     )
