@@ -239,6 +239,11 @@ def test_a_heading_of_two_directions_is_one():
     assert record.stroke.tolist() == [1, 1, 2, 2]
 
 
+def test_words_of_directions_beside_a_stroke_are_no_outputs():
+    record = read("T,J,k,I [mA],forward,back\n20,1,1,1.3,x,\n20,5,1,-1.3,,y\n")
+    assert (record.output.tolist(), record.stroke.tolist()) == ([1.3, -1.3], [1, 1])
+
+
 @pytest.mark.parametrize("column", ["forward", "back"])
 def test_one_direction_alone_is_no_stroke(column):
     record = read(f"T,J,k,output,{column}\n20,1,1,1.3,x\n20,5,1,-1.3,y\n")

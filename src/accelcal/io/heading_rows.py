@@ -170,8 +170,8 @@ def _with_minutes(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
 
 def _with_directions(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
     ways = [None if cell.role else _way(cell.text) for cell in cells]
-    others = any(cell.role in OUTPUTS for cell in cells)
-    if others or [way.of for way in ways if way] not in ([1, 2], [2, 1]):
+    told = any(cell.role in ("stroke", *OUTPUTS) for cell in cells)
+    if told or [way.of for way in ways if way] not in ([1, 2], [2, 1]):
         return cells
     return tuple(way or cell for way, cell in zip(ways, cells, strict=True))
 
