@@ -811,6 +811,7 @@ def test_what_a_row_above_a_table_does_not_declare_is_told():
     [
         ("Voltmeter;HP;S/N;123", None),
         ("Voltmeter: HP 3458A;S/N: 123", None),
+        ("Instrument;Digital voltmeter;S/N;123", None),
         ("Serial;A-7;Voltmeter;HP;S/N;123", "A-7"),
         ("Multimètre;HP;S/N;123;Accelerometer;AL-15;S/N;A-7", "A-7"),
         ("Thermometer;S/N;5;Netzteil;S/N;6;Date;31.05.2024;S/N;A-7", "A-7"),

@@ -74,7 +74,7 @@ def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
             value = _value(key, cells)
         if key == "serial" and of_instrument:
             key, of_instrument = "", False
-        elif key or _INSTRUMENT.search(cell):
+        elif key or _INSTRUMENT.search(f"{cell} {value}"):
             of_instrument = not key
         found.append((key, f"{value} {unit}".strip()) if key and value else ("", ""))
     return found
