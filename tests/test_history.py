@@ -877,6 +877,27 @@ def test_a_room_that_gets_warmer_is_no_certain_drift():
     assert abs(drift.value) < drift.expanded_uncertainty
 
 
+def told_of_bends(found):
+    return [note for note in found.notes if note.startswith("a line that bends")]
+
+
+@pytest.mark.parametrize("constant", [1.5, 3.0])
+def test_a_jump_that_a_settling_unit_makes_is_told(constant):
+    number = np.arange(15)
+    table = frame(15, drift=0.0, scatter=10.0)
+    table["k0"] += 500.0 * UG * np.exp(-number / constant)
+    found = accelcal.history(table)
+    (jump,) = found.trends[0].jumps
+    (note,) = told_of_bends(found)
+    assert f"fits the bias better than its jump between {jump.after} and {jump.before}:" in note
+
+
+def test_true_jumps_are_not_taken_for_bends():
+    found = [accelcal.history(frame(12, jump=100.0, scatter=10.0, seed=n)) for n in range(20)]
+    assert sum(len(each.trends[0].jumps) for each in found) >= 15
+    assert sum(map(len, map(told_of_bends, found))) <= 1
+
+
 def test_a_calibration_apart_from_all_others_is_told():
     """The last one was 1000 ug off, and the history said that there was no jump, p = 1."""
     table = frame(8)

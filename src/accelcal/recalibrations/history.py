@@ -27,6 +27,7 @@ from accelcal.recalibrations.jumps import (
     FEWEST,
     SMALLEST_CHANCE,
     Search,
+    jumps_like_bends,
     line_with_steps,
     search_jumps,
 )
@@ -247,7 +248,8 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> tuple[Trend
     )
     walks = _wandering(followed.name, chance_of_neighbours(columns, values, sigma))
     apart = _apart(followed, chosen, columns, alpha / _QUANTITIES)
-    return trend, (*_heated(followed.name, chosen, heated), *apart, *walks)
+    bent = _bent(followed, chosen, search.places)
+    return trend, (*_heated(followed.name, chosen, heated), *bent, *apart, *walks)
 
 
 def _of_a_walk(fit: Fit, time: Array, values: Array, variance: Array) -> Fit:
@@ -284,6 +286,17 @@ def _apart(followed: _Followed, chosen: Comparable, columns: Array, alpha: float
             f"the {followed.name} of {day(chosen.entries[place].date)} is {told} from what all"
             f" others say (chance {_QUANTITIES * chance:.1g}): a bad calibration, or a jump that no"
             " second one confirms; calibrate again"
+        )
+
+
+def _bent(followed: _Followed, chosen: Comparable, places: tuple[int, ...]) -> Iterator[str]:
+    """Say which jumps may be a bend: a unit that ages or settles leaves no straight line."""
+    values, uncertainty, _ = followed.measured.T
+    for place in jumps_like_bends(np.array(chosen.years), values, uncertainty, places):
+        after, before = (day(chosen.entries[i].date) for i in (place - 1, place))
+        yield (
+            f"a line that bends, as of a unit that settles, fits the {followed.name} better than"
+            f" its jump between {after} and {before}: the drift is then not the same in all years"
         )
 
 

@@ -27,6 +27,9 @@ _AT_A_TIME = 100_000
 
 _MOST = 5
 
+_SETTLING = (0.1, 0.2, 0.4)
+"""Time constants of a unit that settles, as parts of the whole time."""
+
 
 class _Measure(NamedTuple):
     """What tests the steps where the standard deviations are in one proportion.
@@ -148,6 +151,48 @@ def line_with_steps(time: Array, places: tuple[int, ...] | list[int]) -> Array:
     number = np.arange(time.size)
     steps = [(number >= place).astype(float) for place in places]
     return np.stack([np.ones(time.size), time - time.mean(), *steps], axis=1)
+
+
+def jumps_like_bends(
+    time: Array, values: Array, uncertainty: Array, places: tuple[int, ...]
+) -> tuple[int, ...]:
+    """Find the jumps in whose place a bend of the line fits better, as of a unit that settles.
+
+    Parameters
+    ----------
+    time, values, uncertainty : ndarray, shape (n,)
+        As of `search_jumps`.
+    places : tuple of int
+        The jumps that it found.
+
+    Returns
+    -------
+    tuple of int
+        Those of them in whose place a parabola, or an exponential from the first date on, leaves a
+        smaller sum of squares. A bend has as many parameters as a step.
+
+    Examples
+    --------
+    >>> time = np.arange(10.0)
+    >>> jumps_like_bends(time, np.exp(-time / 2.0), np.ones(10), (2,))
+    (2,)
+    >>> jumps_like_bends(time, 1.0 * (time > 4.0), np.ones(10), (5,))
+    ()
+    """
+
+    def squares(columns: Array) -> float:
+        seen, told = columns / uncertainty[:, None], values / uncertainty
+        return float(((told - seen @ np.linalg.lstsq(seen, told, rcond=None)[0]) ** 2).sum())
+
+    since = (time - time[0]) / (time[-1] - time[0])
+    bends = (since**2, *(np.exp(-since / constant) for constant in _SETTLING))
+    stepped = squares(line_with_steps(time, places))
+
+    def fits_better(place: int) -> bool:
+        others = line_with_steps(time, [other for other in places if other != place])
+        return min(squares(np.column_stack([others, bend])) for bend in bends) < stepped
+
+    return tuple(filter(fits_better, places))
 
 
 def _next_jump(
