@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from accelcal.discovery.candidates import candidates, instances_of, searched_among
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import column_of
-from accelcal.discovery.noise import ReadingNoise
+from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.discovery.prospects.aliases import Aliases, aliases
 from accelcal.discovery.prospects.audit import absorbed_by, designed
 from accelcal.discovery.spans import orthonormal

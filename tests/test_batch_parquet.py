@@ -15,8 +15,8 @@ from accelcal.archive.arrow import arrow_bytes, parquet_frame
 from accelcal.archive.columns import FrameColumn
 from accelcal.archive.sources import find_sources
 from accelcal.arrays import Labels
+from accelcal.io.files.parquet import as_csv, read_rows, row_ranges
 from accelcal.io.ordinary.reader import Content, read_arrow, read_ordinary
-from accelcal.io.parquet import as_csv, read_rows, row_ranges
 
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import TableError
-from accelcal.io import parquet as parquet_module
+from accelcal.io.files import parquet as parquet_module
 from accelcal.io.samples import reader as samples_module
 from accelcal.io.samples.reader import open_samples
 

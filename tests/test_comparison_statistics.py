@@ -12,11 +12,11 @@ from scipy import stats
 import accelcal
 from accelcal.cli.main import main
 from accelcal.compensate.choice import compensation
-from accelcal.discovery.covariance import Covariance, whitener_of
 from accelcal.discovery.factors import Block
 from accelcal.discovery.new_record.chances import Estimated, chances
 from accelcal.discovery.new_record.repeatability import known_noise
 from accelcal.discovery.new_record.simulated import simulated_readings
+from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.space import space_of
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 

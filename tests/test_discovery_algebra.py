@@ -14,7 +14,7 @@ from accelcal.discovery.comparison import compared
 from accelcal.discovery.explanation import chance_beside
 from accelcal.discovery.gaps import _folds, held_out_rms
 from accelcal.discovery.instance import column_of, instance_of
-from accelcal.discovery.noise import _RHOS, _autocorrelation, memory, reading_noise
+from accelcal.discovery.noise.of_readings import _RHOS, _autocorrelation, memory, reading_noise
 from accelcal.discovery.spans import first_largest, orthonormal
 
 

@@ -15,7 +15,7 @@ from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.family import family_of, judge, with_rates
 from accelcal.discovery.instance import column_of
-from accelcal.discovery.noise import ReadingNoise, covariance
+from accelcal.discovery.noise.of_readings import ReadingNoise, covariance
 from accelcal.discovery.prospects.aliases import aliases
 from accelcal.discovery.prospects.audit import (
     absorbed_by,

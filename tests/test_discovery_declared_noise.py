@@ -13,11 +13,11 @@ import accelcal
 from accelcal import effect
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.discover import noise_of_all
 from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.noise import ReadingNoise, covariance, reading_noise
-from accelcal.discovery.run_noise import with_noise_of_runs
+from accelcal.discovery.noise.declared import relative_noise
+from accelcal.discovery.noise.of_readings import ReadingNoise, covariance, reading_noise
+from accelcal.discovery.noise.of_runs import with_noise_of_runs
 from accelcal.effects.conditions import conditions_of
 
 QUIET = accelcal.NoiseComponents(reading=1e-12, head=0.0, launch=0.0, launch_sf=0.0)

@@ -11,10 +11,10 @@ from numpy.testing import assert_allclose
 import accelcal
 from accelcal.discovery.candidates import MOST_VALUES, candidates, instances_of
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.covariance import Covariance, whitener_of
-from accelcal.discovery.faults.pure_error import pure_error, smooth
 from accelcal.discovery.gaps import _folds
-from accelcal.discovery.noise import _fourth_powers
+from accelcal.discovery.noise.covariance import Covariance, whitener_of
+from accelcal.discovery.noise.of_readings import _fourth_powers
+from accelcal.discovery.noise.pure_error import pure_error, smooth
 from accelcal.discovery.spans import orthonormal
 from accelcal.errors import InputError
 
@@ -78,7 +78,7 @@ def test_fourth_powers_of_a_projector_are_summed_over_some_of_many_rows(monkeypa
     basis = orthonormal(np.random.default_rng(1).normal(size=(700, 20)))
     whole = ((np.eye(700) - basis @ basis.T) ** 4).sum()
     assert _fourth_powers(basis) == pytest.approx(whole, rel=1e-12)
-    monkeypatch.setattr("accelcal.discovery.noise._ROWS", 300)
+    monkeypatch.setattr("accelcal.discovery.noise.of_readings._ROWS", 300)
     assert _fourth_powers(basis) == pytest.approx(whole, rel=0.01)
 
 

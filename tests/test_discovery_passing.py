@@ -10,7 +10,7 @@ import pytest
 import accelcal
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.family import Judgement
-from accelcal.discovery.noise import memory
+from accelcal.discovery.noise.of_readings import memory
 from accelcal.discovery.search import Findings
 from accelcal.discovery.unnamed import beside_noise, passing, slow
 from accelcal.simulation import NoiseComponents, TumblePlan

@@ -15,8 +15,8 @@ from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.cli.main import main
 from accelcal.estimate.declared_scatter import moderated
-from accelcal.io.head_words import EXPANDED, HEAD_COLUMNS, HEAD_KEYS
-from accelcal.io.vocabulary import COLUMNS
+from accelcal.io.words.head_words import EXPANDED, HEAD_COLUMNS, HEAD_KEYS
+from accelcal.io.words.vocabulary import COLUMNS
 from accelcal.numerics.posterior import posterior
 from accelcal.results.head_calibration import UnitOnHead
 

@@ -370,7 +370,7 @@ def test_the_gap_says_which_names_are_not_sure_and_what_else_they_could_be():
 
 
 def test_the_signature_lies_on_its_residuals(found):
-    from accelcal.discovery.action import action
+    from accelcal.discovery.in_use.action import action
 
     discovery, record = found
     seen = action(discovery, record)

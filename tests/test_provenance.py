@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import accelcal
-from accelcal.io import digest
+from accelcal.io.files import digest
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "al15.csv"
 

@@ -9,9 +9,9 @@ import pytest
 from accelcal.errors import TableError
 from accelcal.io import engines, tables
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
-from accelcal.io.layout import read_layout
+from accelcal.io.files.text import read_text
+from accelcal.io.layout.parts import read_layout
 from accelcal.io.tables import read_tables
-from accelcal.io.text import read_text
 
 HEADINGS = "temperature,position,stroke,output,run,mounting,time,std\n"
 ROWS = [

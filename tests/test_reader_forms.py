@@ -17,11 +17,11 @@ import pytest
 import accelcal
 from accelcal.arguments.kinds import shown
 from accelcal.errors import InputError, TableError
-from accelcal.io.cells import Column
 from accelcal.io.description import describe, summary
 from accelcal.io.tables import read_table, read_tables, survey
-from accelcal.io.times import times
-from accelcal.io.vocabulary import read_heading
+from accelcal.io.values.cells import Column
+from accelcal.io.values.times import times
+from accelcal.io.words.vocabulary import read_heading
 
 GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
 
@@ -1309,7 +1309,7 @@ def test_samples_of_the_guide(sample):
 
 
 def test_the_guide_lists_every_word():
-    from accelcal.io.vocabulary import COLUMNS, KEYS, KINDS_OF
+    from accelcal.io.words.vocabulary import COLUMNS, KEYS, KINDS_OF
     from accelcal.units import spellings
 
     prose = re.sub(r"```.*?```", "", GUIDE.read_text(encoding="utf-8"), flags=re.DOTALL)

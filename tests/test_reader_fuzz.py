@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from accelcal.errors import TableError
 from accelcal.io.engines import BulkEngineGivesUp, columns_by_pandas, columns_by_split
-from accelcal.io.layout import read_layout
+from accelcal.io.files.text import read_text
+from accelcal.io.layout.parts import read_layout
 from accelcal.io.tables import _read_by, read_table, read_tables
-from accelcal.io.text import read_text
 from accelcal.record import TumbleRecord
 
 COUNTED = re.compile(r"(\d+) (?:missing reading|repeated reading|comment line)")

@@ -14,10 +14,10 @@ from .compensate.at_temperature import CoefficientsAt as CoefficientsAt
 from .compensate.at_temperature import coefficients_at as coefficients_at
 from .compensate.measured import MeasuredAcceleration as MeasuredAcceleration
 from .discovery.discover import discover as discover
+from .discovery.in_use.twin import Twin as Twin
+from .discovery.in_use.twin import twin as twin
 from .discovery.new_record.compare import compare as compare
 from .discovery.stand.discover import discover_stand as discover_stand
-from .discovery.twin import Twin as Twin
-from .discovery.twin import twin as twin
 from .effects.catalogue import catalogue as catalogue
 from .effects.catalogue import effect as effect
 from .effects.catalogue import register as register

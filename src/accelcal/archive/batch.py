@@ -31,9 +31,9 @@ from accelcal.arrays import Labels
 from accelcal.calibrate.options import FitOptions, Options
 from accelcal.equality import equal
 from accelcal.errors import InputError
-from accelcal.io.csv_text import is_batch_result
 from accelcal.io.declarations import declared_by_caller
-from accelcal.io.overwriting import may_be_replaced
+from accelcal.io.files.csv_text import is_batch_result
+from accelcal.io.files.overwriting import may_be_replaced
 from accelcal.model import COEFFICIENTS
 from accelcal.plural import counted
 from accelcal.serials import notes_of_alike

@@ -14,7 +14,7 @@ from accelcal.archive.columns import ERRORS, Cells, Columns, FrameColumn
 from accelcal.arguments.endings import ending_of
 from accelcal.errors import not_installed
 from accelcal.escapes import ESCAPED
-from accelcal.io.csv_text import csv_text, quoted
+from accelcal.io.files.csv_text import csv_text, quoted
 
 FORMS = (".csv", ".csv.gz", ".parquet")
 """Ends of the names of results."""

@@ -21,8 +21,8 @@ import numpy as np
 from accelcal.archive.failures import attempt
 from accelcal.archive.sources import SourceFile, is_url
 from accelcal.errors import InputError
+from accelcal.io.files.parquet import as_csv, headings_of, is_parquet, read_rows, row_ranges
 from accelcal.io.ordinary.reader import Content, ordinary_head
-from accelcal.io.parquet import as_csv, headings_of, is_parquet, read_rows, row_ranges
 
 LARGE = 2**24
 """Bytes from which on a table of many serials is read in parts."""

@@ -9,10 +9,10 @@ from accelcal.archive.failures import attempt
 from accelcal.archive.parts import Part, part_content, stretches
 from accelcal.archive.sources import SourceFile, is_url, read_bytes
 from accelcal.errors import TableError
+from accelcal.io.files.parquet import as_csv, is_parquet, read_all, read_rows
+from accelcal.io.files.text import named_bytes, read_text
 from accelcal.io.ordinary.reader import Content, read_arrow, read_ordinary
-from accelcal.io.parquet import as_csv, is_parquet, read_all, read_rows
 from accelcal.io.tables import read_tables, survey_text
-from accelcal.io.text import named_bytes, read_text
 from accelcal.record import TumbleRecord
 
 Records = tuple[TumbleRecord, ...]

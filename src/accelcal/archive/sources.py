@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 from accelcal.archive.failures import reason
 from accelcal.archive.formats import FORMS
 from accelcal.errors import InputError, not_installed
-from accelcal.io.text import WORKBOOK_SUFFIXES, file_and_sheet
+from accelcal.io.files.text import WORKBOOK_SUFFIXES, file_and_sheet
 from accelcal.plural import listed
 
 SUFFIXES = (".csv", ".csv.gz", ".txt", ".tsv", ".parquet", *WORKBOOK_SUFFIXES)

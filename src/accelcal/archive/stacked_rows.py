@@ -24,7 +24,7 @@ from accelcal.calibrate.columns import gate_warnings, mountings_of, numbers_of, 
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.estimate.reversal import misalignment_stack
 from accelcal.gates.verdict import VERDICTS
-from accelcal.io.lots import declared_lot
+from accelcal.io.values.lots import declared_lot
 from accelcal.model import law_units
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord

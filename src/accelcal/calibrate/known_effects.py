@@ -22,8 +22,8 @@ from accelcal.results.covariance import ALTERNATIVES, LOOK_ALIKES
 from accelcal.units import MICRO
 
 if TYPE_CHECKING:
-    from accelcal.discovery.carrying_over import LeftIn
-    from accelcal.discovery.correction import Correction
+    from accelcal.discovery.in_use.carrying_over import LeftIn
+    from accelcal.discovery.in_use.correction import Correction
     from accelcal.results.discovery import Discovery
 
 _NOTABLE = 0.02
@@ -49,7 +49,7 @@ def corrections(plan: OnePlan, options: Options, delta0: float) -> tuple[Correct
     """
     if options.model is None:
         return ()
-    from accelcal.discovery.correction import correction
+    from accelcal.discovery.in_use.correction import correction
 
     found, alone = [], len(plan.records) == 1
     for record in plan.records:
@@ -131,7 +131,7 @@ def _as_likely(changes: Array) -> Component:
 
     The correlations are those of all together, the variances those of the largest.
     """
-    from accelcal.discovery.otherwise import as_likely
+    from accelcal.discovery.doubts.otherwise import as_likely
 
     together, variance = changes @ changes.mT, as_likely(changes)
     scale = np.linalg.diagonal(together).copy()
@@ -188,7 +188,7 @@ def _said_of_unit(record: TumbleRecord, known: Correction, model: Discovery) -> 
 def _said_of_sizes(record: TumbleRecord, known: Correction, model: Discovery) -> Iterator[str]:
     if not known.as_found:
         return
-    from accelcal.discovery.carrying_over import OF_THE_STAND, on_one_head
+    from accelcal.discovery.in_use.carrying_over import OF_THE_STAND, on_one_head
     from accelcal.effects.found import disturbances
 
     acts_on = {item.effect.id: item.effect.acts_on for item in disturbances(known.effects)}

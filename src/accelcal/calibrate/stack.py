@@ -37,7 +37,7 @@ from accelcal.temperature.laws import StackLaws, laws_of_stack, with_misalignmen
 from accelcal.temperature.recorded import AtRest, RecordedTemperatures
 
 if TYPE_CHECKING:
-    from accelcal.discovery.correction import Correction
+    from accelcal.discovery.in_use.correction import Correction
 
 _MISPRINTED = "printed"
 """The method whose coefficients are misprinted: no temperature law is fitted to them."""

@@ -34,7 +34,7 @@ from accelcal.temperature.one_meaning import said_of_meanings
 
 if TYPE_CHECKING:
     from accelcal.calibrate.stack import CalibrationStack
-    from accelcal.discovery.correction import Correction
+    from accelcal.discovery.in_use.correction import Correction
     from accelcal.results.discovery import Discovery
 
 _FEW_REPEATS = 5

@@ -149,7 +149,7 @@ def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:
 def _stability(path: str | None) -> Stability | None:
     if path is None:
         return None
-    from accelcal.io.text import read_text
+    from accelcal.io.files.text import read_text
     from accelcal.results.result import all_from_json
     from accelcal.results.stability import Stability
 

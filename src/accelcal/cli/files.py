@@ -56,7 +56,7 @@ class FileToWrite(_FileName):
 
     def check(self, option: str, path: str) -> None:
         """Refuse a name that promises another form than the file will have."""
-        from accelcal.io.text import WORKBOOK_SUFFIXES, file_and_sheet
+        from accelcal.io.files.text import WORKBOOK_SUFFIXES, file_and_sheet
 
         end = os.path.splitext(file_and_sheet(path)[0])[1].lower()  # noqa: PTH122  (start-up)
         if self.form and end in (*_FORMS, *WORKBOOK_SUFFIXES) and end not in self.ends:
@@ -90,7 +90,7 @@ class SimulatedTable(FileToWrite):
 
     def check(self, option: str, path: str) -> None:
         """Refuse a name of another form, and to write over anything else."""
-        from accelcal.io.overwriting import is_simulated, may_be_replaced
+        from accelcal.io.files.overwriting import is_simulated, may_be_replaced
 
         super().check(option, path)
         if not may_be_replaced(path, is_simulated):
@@ -183,6 +183,6 @@ def _refuse_to_overwrite(read: Sequence[str], written: Sequence[tuple[str, str]]
 
 def _place(path: str) -> str:
     """Where the file of a table is; that of a sheet is its workbook."""
-    from accelcal.io.text import file_and_sheet
+    from accelcal.io.files.text import file_and_sheet
 
     return os.path.realpath(file_and_sheet(path)[0])

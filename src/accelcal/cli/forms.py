@@ -96,7 +96,7 @@ def csv_of(rows: Rows) -> str:
     >>> csv_of([{"a": 1, "b": None}, {"a": 0.5, "b": "x"}])
     'a,b\n1,\n0.5,x\n'
     """
-    from accelcal.io.csv_text import csv_text
+    from accelcal.io.files.csv_text import csv_text
 
     names = list(rows[0])
     return csv_text([names, *([row[name] for name in names] for row in rows)])

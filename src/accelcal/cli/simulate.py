@@ -27,7 +27,7 @@ from accelcal.cli.values import setting, step_of_output, words
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
-    from accelcal.discovery.twin import Twin
+    from accelcal.discovery.in_use.twin import Twin
     from accelcal.effects.effect import Effect
     from accelcal.record import TumbleRecord
 
@@ -183,7 +183,7 @@ def _resolution(step: float | str, unit: str | None) -> float:
 
 def _simulated_model(path: str | None, serial: str | None) -> Twin:
     """Accelerometer, noise and effects: those of a discovery, or of the AL-15."""
-    from accelcal.discovery.twin import Twin, twin
+    from accelcal.discovery.in_use.twin import Twin, twin
 
     if path is None:
         from accelcal.simulation import AL15, NoiseComponents

@@ -5,17 +5,17 @@
 1. `faults` finds readings that contradict their replicates and strokes in a wrong order, and mends
    the record.
 2. `comparison` fits the model that is taken for granted (`base`) and whitens what it leaves by the
-   `covariance` of the `noise` of the replicates and the declared errors.
+   covariance of the `noise` of the replicates and the declared errors.
 3. `candidates` turns the effects of the catalogue into directions in that `space`.
 4. `family` is one test over all of them, with a false-alarm rate from simulated noise. `search`
    finds the smallest sets of effects beside which nothing disagrees, each an `explanation`.
 5. `solution` tells their sizes and what they change in the coefficients, `where` in which `factors`
    of the test the disagreement is, `gaps` how well the readings are predicted that were not fitted.
-6. `unnamed` tells what stands in no catalogue, as what comes and goes or wanders.
+6. `unexplained` tells what no effect of the catalogue explains, by the patterns of `unnamed`, as
+   what comes and goes or wanders.
 7. `prospects` tells what the test cannot show, what looks alike in it and what to measure next,
-   `caveats` what else a reader must know, `otherwise` what else explains the readings.
+   `doubts` what else a reader must know, and what else explains the readings.
 
 `new_record` holds a new record against a calibration. `stand` searches several units of one stand
-at once. `correction` takes found effects out of readings, and `twin` makes them ready to be
-simulated.
+at once. `in_use` takes found effects out of readings, and makes them ready to be simulated.
 """

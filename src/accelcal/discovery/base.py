@@ -6,8 +6,8 @@ With dT = T - T0, a reading over the scale factor at T0 is a product,
               + delta_ip a_i a_p + effects]
 
 with bilinear beta, k0 and delta. The shifts s_run and b_run from launch to launch are free where
-their size is not declared; else they are errors, see `accelcal.discovery.noise`. Everything is
-linear within either bracket, so the model is two matrices.
+their size is not declared; else they are errors, see `accelcal.discovery.noise.of_readings`.
+Everything is linear within either bracket, so the model is two matrices.
 """
 
 from __future__ import annotations

@@ -11,17 +11,17 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.columns import saturated
-from accelcal.discovery.covariance import Covariance, whitener_of
-from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.instance import Instance, column_of, columns_of, own_columns
-from accelcal.discovery.noise import (
+from accelcal.discovery.noise.covariance import Covariance, whitener_of
+from accelcal.discovery.noise.declared import relative_noise
+from accelcal.discovery.noise.of_readings import (
     FEWEST_REPLICATES,
     ReadingNoise,
     covariance,
     reading_noise,
     refuse_too_many,
 )
-from accelcal.discovery.run_noise import with_noise_of_runs
+from accelcal.discovery.noise.of_runs import with_noise_of_runs
 from accelcal.discovery.space import Space, space_of
 from accelcal.discovery.spans import orthonormal
 from accelcal.record import TumbleRecord
@@ -129,7 +129,7 @@ def compared(
     Raises
     ------
     InputError
-        If the record is too small or too large, see `accelcal.discovery.noise`.
+        If the record is too small or too large, see `accelcal.discovery.noise.of_readings`.
     """
     refuse_too_many(record)
     model = base_model(record, reference_temperature, delta0, silent)

@@ -12,17 +12,11 @@ from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
 from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.candidates import searched_among
-from accelcal.discovery.caveats import Caveat, caveats, of_partners
 from accelcal.discovery.comparison import Comparison, compared
-from accelcal.discovery.dead_zone_or_cube import in_fit, in_place_of, left_undecided
-from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.faults.finder import faults
-from accelcal.discovery.gaps import gap_of, gaps_along
-from accelcal.discovery.instance import Instance
-from accelcal.discovery.look import Look, Question, look_through
-from accelcal.discovery.noise import ReadingNoise, refuse_too_many, sources
-from accelcal.discovery.noise_caveats import noise_caveats
-from accelcal.discovery.otherwise import (
+from accelcal.discovery.doubts.caveats import Caveat, caveats, of_partners
+from accelcal.discovery.doubts.dead_zone_or_cube import in_fit, in_place_of, left_undecided
+from accelcal.discovery.doubts.noise_caveats import noise_caveats
+from accelcal.discovery.doubts.otherwise import (
     Alternative,
     Alternatives,
     Otherwise,
@@ -31,15 +25,21 @@ from accelcal.discovery.otherwise import (
     rivals_of,
     with_others_counted,
 )
+from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.faults.finder import faults
+from accelcal.discovery.gaps import gap_of, gaps_along
+from accelcal.discovery.instance import Instance
+from accelcal.discovery.look import Look, Question, look_through
+from accelcal.discovery.noise.of_readings import ReadingNoise, refuse_too_many, sources
+from accelcal.discovery.noise.of_runs import LoudRun
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.prospects.audit import smallest_detectable, undetectable
 from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
-from accelcal.discovery.run_noise import LoudRun
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, solution
+from accelcal.discovery.unexplained import loudest, what_is_left
 from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
-from accelcal.discovery.unnamed.unexplained import loudest, what_is_left
 from accelcal.discovery.unnamed.wide_dead_zone import (
     OPEN,
     SILENCED,

@@ -17,8 +17,8 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import Candidates, candidates
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.covariance import whitener_of
 from accelcal.discovery.factors import Block, blocks
+from accelcal.discovery.noise.covariance import whitener_of
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.space import Space
 from accelcal.discovery.spans import length_without, lengths, orthonormal, without

@@ -9,8 +9,8 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.columns import cycle
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.covariance import whitener_of
 from accelcal.discovery.instance import Instance, columns_of
+from accelcal.discovery.noise.covariance import whitener_of
 from accelcal.discovery.solution import Solution, solution
 from accelcal.discovery.spans import scaled
 from accelcal.numerics.grouping import cells, grouped

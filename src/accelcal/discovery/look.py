@@ -12,7 +12,7 @@ from accelcal.discovery.explanation import CONTRADICTION, Explanation, seen_anew
 from accelcal.discovery.family import Family, family_of, with_rates
 from accelcal.discovery.gaps import gap_of
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.noise import FEWEST_REPLICATES
+from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES
 from accelcal.discovery.search import Findings, in_the_main, search
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings, zone_among
 from accelcal.discovery.solution import solution

@@ -15,7 +15,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import BaseModel, base_model, tilt
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.instance import Instance, instance_of
-from accelcal.discovery.noise import ReadingNoise
+from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.discovery.solution import by_reading, solution
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.conditions import Conditions, conditions_of

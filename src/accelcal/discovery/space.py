@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.covariance import Whitener
+from accelcal.discovery.noise.covariance import Whitener
 from accelcal.discovery.spans import orthonormal, without
 
 

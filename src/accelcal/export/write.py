@@ -19,7 +19,7 @@ from accelcal.errors import AccelcalWarning, InputError
 from accelcal.export.c_header import to_c_header
 from accelcal.export.content import export_content
 from accelcal.export.triad import triad_content, triad_header
-from accelcal.io.csv_text import csv_text
+from accelcal.io.files.csv_text import csv_text
 from accelcal.results.calibration import Calibration
 from accelcal.results.triad import TriadCalibration
 

@@ -1,13 +1,11 @@
 """Files in and out: tables of readings and calibration documents.
 
-A table of readings becomes a record in `tables`, by way of `text` (bytes to text), `layout`
-(`header_lines`, headings and rows), `rows_below` and `output_columns` (headings that are told
-elsewhere), `columns` (what each column holds, by the words of `vocabulary`), `engines` and `cells`
-(text to numbers), `readings`, `runs` and `repeats`. Many ordinary tables at once take the shorter
-way of `ordinary` to the same records. Other tables, of a `head` (by `head_words`), a `triad` or a
-`stability_record`, have headings of their own, and the same header lines and cells.
+A table of readings becomes a record in `tables`, by way of `files` (bytes to text), `layout`
+(header lines, headings and rows), `columns` (what each column holds, by the `words` of tables),
+`engines` and `values` (text to numbers), `readings`, `runs` and `repeats`. Many ordinary tables at
+once take the shorter way of `ordinary` to the same records. Other tables, of a `head`, a `triad` or
+a `stability_record`, have headings of their own, and the same header lines and cells.
 
 `samples` has streams to be compensated, `documents` results in JSON, `toml` what people write by
-hand: data sheets, stands, laboratories and effects. These rooms and `ordinary` import from the
-modules here, never from each other.
+hand: data sheets, stands, laboratories and effects.
 """

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.numbers import refuse_other_order
 from accelcal.errors import InputError, TableError
-from accelcal.io.csv_text import cell_text, csv_text
 from accelcal.io.declarations import declared_by_caller
+from accelcal.io.files.csv_text import cell_text, csv_text
 from accelcal.io.tables import ONE_AT_A_TIME, read_table
-from accelcal.io.vocabulary import LABELS, read_heading, split_unit
+from accelcal.io.words.vocabulary import LABELS, read_heading, split_unit
 from accelcal.record import TumbleRecord
 
 if TYPE_CHECKING:

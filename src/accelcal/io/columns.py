@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from accelcal.arguments.kinds import shown
-from accelcal.io.cells import Column
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns, Engine
-from accelcal.io.heading_rows import ANGLE_IN_PARTS
-from accelcal.io.layout import Layout
-from accelcal.io.sexagesimal import with_parts
-from accelcal.io.times import has_clock_times, has_times_of_day, one_date
-from accelcal.io.vocabulary import (
+from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
+from accelcal.io.layout.parts import Layout
+from accelcal.io.values.cells import Column
+from accelcal.io.values.sexagesimal import with_parts
+from accelcal.io.values.times import has_clock_times, has_times_of_day, one_date
+from accelcal.io.words.vocabulary import (
     ACROSS,
     UNITS_OF,
     Heading,

@@ -16,12 +16,12 @@ from accelcal.arguments.options import check_text, mapping_of
 from accelcal.errors import InputError, located
 from accelcal.geometry import checked_fixture_angle
 from accelcal.head_angles import checked_positions
-from accelcal.io.cells import is_missing
-from accelcal.io.header_lines import Declared
-from accelcal.io.layout import Layout, split_line
+from accelcal.io.layout.header_lines import Declared
+from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
-from accelcal.io.signs import with_hyphen
-from accelcal.io.vocabulary import KEYS, KINDS_OF
+from accelcal.io.values.cells import is_missing
+from accelcal.io.words.signs import with_hyphen
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF
 from accelcal.units import UNITS, conversion_factor, output_unit, scaled, size_of
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))

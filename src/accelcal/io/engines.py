@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from accelcal.errors import TableError
-from accelcal.io.cells import MISSING, Column
-from accelcal.io.heading_rows import ANGLE_IN_PARTS
-from accelcal.io.layout import Layout, split_line
-from accelcal.io.sexagesimal import in_degrees
-from accelcal.io.vocabulary import ACROSS
+from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
+from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.values.cells import MISSING, Column
+from accelcal.io.values.sexagesimal import in_degrees
+from accelcal.io.words.vocabulary import ACROSS
 from accelcal.plural import counted
 
 if TYPE_CHECKING:

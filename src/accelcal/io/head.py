@@ -10,18 +10,18 @@ from accelcal.arrays import Array, Mask
 from accelcal.errors import TableError, located
 from accelcal.estimate.same_head import HEAD, STAND, names_of
 from accelcal.head_angles import head_positions
-from accelcal.io.cells import Column, complete_numbers
 from accelcal.io.declarations import number_and_unit
-from accelcal.io.head_words import (
+from accelcal.io.files.text import Source, read_document
+from accelcal.io.layout.header_lines import Declared
+from accelcal.io.small_table import SmallTable, small_table
+from accelcal.io.values.cells import Column, complete_numbers
+from accelcal.io.words.head_words import (
     Cover,
     head_heading,
     head_key,
     kind_of_uncertainty,
     without_cover,
 )
-from accelcal.io.header_lines import Declared
-from accelcal.io.small_table import SmallTable, small_table
-from accelcal.io.text import Source, read_document
 from accelcal.plural import listed
 from accelcal.results.covariance import rows_of
 from accelcal.results.head_calibration import HeadCalibration

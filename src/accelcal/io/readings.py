@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
-from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.columns import Table
-from accelcal.io.lots import lots_of_rows
-from accelcal.io.places import MAXIMUM_ANGLE, places_of_rows
-from accelcal.io.signs import mounting_written
 from accelcal.io.strokes import are_cycles, strokes_by_direction, strokes_of_rows
-from accelcal.io.times import DAY, HOUR, days, in_seconds, times
-from accelcal.io.wording import all_outputs, lines_named
+from accelcal.io.values.cells import Column, labels, numbers
+from accelcal.io.values.lots import lots_of_rows
+from accelcal.io.values.places import MAXIMUM_ANGLE, places_of_rows
+from accelcal.io.values.times import DAY, HOUR, days, in_seconds, times
+from accelcal.io.words.signs import mounting_written
+from accelcal.io.words.wording import all_outputs, lines_named
 from accelcal.numerics.grouping import Grouped
 from accelcal.numerics.sorting import distinct
 from accelcal.pace import too_quick

@@ -13,7 +13,7 @@ from accelcal.errors import TableError
 from accelcal.head_angles import head_positions, nominal_angles
 from accelcal.io.readings import Readings
 from accelcal.io.unknown_temperatures import with_levels_around
-from accelcal.io.wording import lines_named
+from accelcal.io.words.wording import lines_named
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 

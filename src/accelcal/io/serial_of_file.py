@@ -6,9 +6,9 @@ import numpy as np
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.cells import Column, labels
 from accelcal.io.declarations import notes_of_serial
-from accelcal.io.layout import Layout
+from accelcal.io.layout.parts import Layout
+from accelcal.io.values.cells import Column, labels
 
 
 def serial_of_file(

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.columns import CONSTANTS
-from accelcal.io.csv_text import in_quotes
-from accelcal.io.header_lines import Declared
-from accelcal.io.layout import Layout
-from accelcal.io.signs import with_hyphen
-from accelcal.io.vocabulary import KEYS, read_heading
+from accelcal.io.files.csv_text import in_quotes
+from accelcal.io.layout.header_lines import Declared
+from accelcal.io.layout.parts import Layout
+from accelcal.io.words.signs import with_hyphen
+from accelcal.io.words.vocabulary import KEYS, read_heading
 
 _NUMBER = r"([+\-\u2212\u2013]?\d+(?:[.,]\d+)?)"
 _TEMPERATURE = re.compile(rf"(?:^|[\s_=(]){_NUMBER}[\s_]*(?:°[\s_]?C|℃|deg[\s_]?C)(?!\w)", re.I)

@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.cells import Column
 from accelcal.io.columns import places_of
 from accelcal.io.engines import columns_by_split, decimal_mark
-from accelcal.io.header_lines import Declared, declare, header_line, uncommented, unquoted
-from accelcal.io.layout import Layout, Recognise, split_headings
-from accelcal.io.text import SourceText, refuse_document
-from accelcal.io.vocabulary import canonical_key
-from accelcal.io.wording import lines_named
+from accelcal.io.files.text import SourceText, refuse_document
+from accelcal.io.layout.header_lines import Declared, declare, header_line, uncommented, unquoted
+from accelcal.io.layout.parts import Layout, Recognise, split_headings
+from accelcal.io.values.cells import Column
+from accelcal.io.words.vocabulary import canonical_key
+from accelcal.io.words.wording import lines_named
 
 
 class SmallTable(NamedTuple):

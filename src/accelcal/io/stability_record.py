@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError
-from accelcal.io.cells import Column, labels, numbers
 from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.declarations import declared_by_caller
 from accelcal.io.engines import by_an_engine
-from accelcal.io.layout import Layout, read_layout
-from accelcal.io.output_columns import with_lone_output
-from accelcal.io.output_unit import unit_of_outputs, units_written
+from accelcal.io.files.text import Source, read_text
+from accelcal.io.layout.output_columns import with_lone_output
+from accelcal.io.layout.output_unit import unit_of_outputs, units_written
+from accelcal.io.layout.parts import Layout, read_layout
+from accelcal.io.layout.rows_below import with_rows_below
 from accelcal.io.readings import refuse_markers, refuse_other_temperatures
-from accelcal.io.rows_below import with_rows_below
 from accelcal.io.serial_of_file import serial_of_file
-from accelcal.io.text import Source, read_text
-from accelcal.io.times import in_seconds, times
-from accelcal.io.vocabulary import Heading, has_unit, name_and_unit
-from accelcal.io.wording import all_outputs, lines_named, were
+from accelcal.io.values.cells import Column, labels, numbers
+from accelcal.io.values.times import in_seconds, times
+from accelcal.io.words.vocabulary import Heading, has_unit, name_and_unit
+from accelcal.io.words.wording import all_outputs, lines_named, were
 from accelcal.pace import is_in_days
 from accelcal.plural import counted, listed
 from accelcal.stability.record import Launch, StabilityRecord

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
-from accelcal.io.cells import Column, labels, whole_numbers
-from accelcal.io.layout import Layout
-from accelcal.io.signs import with_hyphen
-from accelcal.io.vocabulary import BACK, FORWARD
+from accelcal.io.layout.parts import Layout
+from accelcal.io.values.cells import Column, labels, whole_numbers
+from accelcal.io.words.signs import with_hyphen
+from accelcal.io.words.vocabulary import BACK, FORWARD
 
 _CYCLES = frozenset({"cycle", "zyklus", "цикл"})
 
@@ -37,8 +37,8 @@ def with_cycles(layout: Layout) -> Layout:
 
     Examples
     --------
-    >>> from accelcal.io.layout import read_layout
-    >>> from accelcal.io.text import SourceText
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
     >>> text = "temperature,position,cycle,direction,output\n20,1,1,forward,1.35"
     >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
     >>> with_cycles(layout).headings[2].role

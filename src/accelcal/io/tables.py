@@ -26,16 +26,16 @@ from accelcal.io.declarations import (
     notes_of_serial,
 )
 from accelcal.io.engines import Engine, by_an_engine
-from accelcal.io.layout import Layout, read_layout
-from accelcal.io.lots import lot_of_column
-from accelcal.io.output_columns import with_channels, with_lone_output
-from accelcal.io.output_unit import (
+from accelcal.io.files.text import Source, SourceText, read_texts
+from accelcal.io.layout.output_columns import with_channels, with_lone_output
+from accelcal.io.layout.output_unit import (
     factor_of_std,
     unit_of_outputs,
     units_of_columns,
     units_written,
 )
-from accelcal.io.places import notes_of_minutes
+from accelcal.io.layout.parts import Layout, read_layout
+from accelcal.io.layout.rows_below import with_rows_below
 from accelcal.io.readings import (
     Readings,
     notes_of_clock,
@@ -45,13 +45,13 @@ from accelcal.io.readings import (
     read_readings,
 )
 from accelcal.io.repeats import without_repeats
-from accelcal.io.rows_below import with_rows_below
 from accelcal.io.runs import runs_of
 from accelcal.io.sheets import one_table, require_same_columns, with_temperature_of_sheet
 from accelcal.io.strokes import with_cycles
-from accelcal.io.text import Source, SourceText, read_texts
-from accelcal.io.thousands import notes_of_thousands
-from accelcal.io.wording import lines_named, were
+from accelcal.io.values.lots import lot_of_column
+from accelcal.io.values.places import notes_of_minutes
+from accelcal.io.values.thousands import notes_of_thousands
+from accelcal.io.words.wording import lines_named, were
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 from accelcal.serials import notes_of_alike

@@ -10,15 +10,15 @@ from accelcal.arguments.axes import AXES, axis_named
 from accelcal.arrays import Array
 from accelcal.errors import TableError, located
 from accelcal.head_angles import nominal_angles
-from accelcal.io.cells import Column, complete_numbers, is_missing
 from accelcal.io.declarations import declared_by_caller, declared_number, declared_temperature
-from accelcal.io.output_unit import unit_of_outputs, units_written
-from accelcal.io.places import refuse_radians
+from accelcal.io.files.text import Source, read_text
+from accelcal.io.layout.output_unit import unit_of_outputs, units_written
 from accelcal.io.readings import refuse_markers, temperatures_of
 from accelcal.io.serial_of_file import serial_of_file
 from accelcal.io.small_table import SmallTable, small_table
-from accelcal.io.text import Source, read_text
-from accelcal.io.vocabulary import Heading, has_unit, is_unit_of, name_and_unit, read_heading
+from accelcal.io.values.cells import Column, complete_numbers, is_missing
+from accelcal.io.values.places import refuse_radians
+from accelcal.io.words.vocabulary import Heading, has_unit, is_unit_of, name_and_unit, read_heading
 from accelcal.plural import listed
 from accelcal.triad.record import TriadRecord, up_of_turn
 from accelcal.units import is_output_unit

@@ -9,7 +9,7 @@ import numpy as np
 from accelcal.arrays import Ints, Mask
 from accelcal.head_angles import nominal_angles
 from accelcal.io.readings import Readings
-from accelcal.io.wording import lines_named
+from accelcal.io.words.wording import lines_named
 from accelcal.plural import counted
 
 _JOINED = (

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, not_installed
-from accelcal.io.csv_text import cell_text, in_quotes
-from accelcal.io.layout import read_layout
-from accelcal.io.text import SourceText, file_and_sheet, named_bytes
-from accelcal.io.wording import lines_named
+from accelcal.io.files.csv_text import cell_text, in_quotes
+from accelcal.io.files.text import SourceText, file_and_sheet, named_bytes
+from accelcal.io.layout.parts import read_layout
+from accelcal.io.words.wording import lines_named
 
 if TYPE_CHECKING:
     from python_calamine import CalamineWorkbook

@@ -13,9 +13,9 @@ from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import each_of, path_text
 from accelcal.errors import InputError
 from accelcal.escapes import ESCAPED
-from accelcal.io.csv_text import csv_text
-from accelcal.io.header_lines import header_line
-from accelcal.io.vocabulary import canonical_key
+from accelcal.io.files.csv_text import csv_text
+from accelcal.io.layout.header_lines import header_line
+from accelcal.io.words.vocabulary import canonical_key
 from accelcal.pace import LATEST
 from accelcal.record import TumbleRecord
 

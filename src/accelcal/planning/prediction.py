@@ -16,7 +16,7 @@ from accelcal.accelerometer import Accelerometer
 from accelcal.calibrate.fit import fit
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.family import family_of, with_rates
-from accelcal.discovery.noise import ReadingNoise
+from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.discovery.prospects.aliases import aliases
 from accelcal.discovery.prospects.audit import designed, smallest_detectable, undetectable
 from accelcal.estimate.estimability import estimability

@@ -105,7 +105,7 @@ def read_json(
         return read(parse_json(source, writer=writer))
     name = path_text(source, f"give the path of a file written by {writer}, or its text")
     try:
-        with open(name, encoding="utf-8-sig") as file:  # noqa: PTH123  (as in io.text)
+        with open(name, encoding="utf-8-sig") as file:  # noqa: PTH123  (as in io.files.text)
             text = file.read()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "no text"

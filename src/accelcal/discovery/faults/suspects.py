@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Places
 from accelcal.discovery.faults.heavy_tails import chance_of
-from accelcal.discovery.faults.pure_error import (
+from accelcal.discovery.noise.pure_error import (
     TELLING,
     PureError,
     moving,

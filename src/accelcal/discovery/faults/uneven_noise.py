@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array
 from accelcal.discovery.columns import dummies
-from accelcal.discovery.faults.pure_error import TELLING, PureError, tilting
+from accelcal.discovery.noise.pure_error import TELLING, PureError, tilting
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.grouping import grouped

@@ -16,7 +16,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.factors import Block
 from accelcal.discovery.family import chance
-from accelcal.discovery.noise import FEWEST_REPLICATES
+from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES
 from accelcal.discovery.space import Space
 from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 

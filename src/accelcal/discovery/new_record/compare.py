@@ -15,8 +15,6 @@ from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.columns import head_columns, saturated
-from accelcal.discovery.covariance import Covariance, whitener_of
-from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, calibration_errors
 from accelcal.discovery.new_record.chances import Estimated, chances
@@ -39,7 +37,9 @@ from accelcal.discovery.new_record.repeatability import (
 )
 from accelcal.discovery.new_record.simulated import Simulated, simulated_readings
 from accelcal.discovery.new_record.suited import suited
-from accelcal.discovery.noise import (
+from accelcal.discovery.noise.covariance import Covariance, whitener_of
+from accelcal.discovery.noise.declared import relative_noise
+from accelcal.discovery.noise.of_readings import (
     ReadingNoise,
     acting,
     covariance,

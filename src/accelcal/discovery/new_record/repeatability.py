@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.discovery.noise import ReadingNoise
+from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.estimate.pure_error import FEW
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.probability import f_survival

@@ -16,8 +16,8 @@ from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, base_model, solve, without_shifts
 from accelcal.discovery.columns import dummies
-from accelcal.discovery.covariance import Whitener, whitener_of
-from accelcal.discovery.noise import ReadingNoise, covariance
+from accelcal.discovery.noise.covariance import Whitener, whitener_of
+from accelcal.discovery.noise.of_readings import ReadingNoise, covariance
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import Conditions, conditions_of

@@ -21,8 +21,8 @@ from accelcal.arrays import Array
 from accelcal.discovery.base import solve
 from accelcal.discovery.columns import saturated
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.covariance import whitener_of
 from accelcal.discovery.instance import Instance, column_of, columns_of
+from accelcal.discovery.noise.covariance import whitener_of
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.space import space_of
 from accelcal.discovery.spans import orthonormal, without

@@ -13,9 +13,9 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.declared_noise import relative_noise
 from accelcal.discovery.family import independent
-from accelcal.discovery.noise import memory
+from accelcal.discovery.noise.declared import relative_noise
+from accelcal.discovery.noise.of_readings import memory
 from accelcal.discovery.spans import orthonormal
 
 MOST = 600

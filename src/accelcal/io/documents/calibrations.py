@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from accelcal.compensate.triad import refuse_for_triad
 from accelcal.errors import DocumentError
 from accelcal.io.documents.of_serial import one_of_serial
-from accelcal.io.text import Source, read_document
+from accelcal.io.files.text import Source, read_document
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import read_as
 from accelcal.results.discovery import Discovery

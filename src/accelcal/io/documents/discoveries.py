@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from accelcal.errors import InputError
 from accelcal.io.documents.of_serial import one_of_serial
-from accelcal.io.text import Source, read_document
+from accelcal.io.files.text import Source, read_document
 from accelcal.results.discovery import Discovery
 from accelcal.results.result import all_from_json
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import InputError
 from accelcal.io.engines import exact_numbers
-from accelcal.io.text import read_text
+from accelcal.io.files.text import read_text
 from accelcal.recalibrations.entries import Entry, entries_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.result import all_from_json

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from accelcal.errors import InputError
 from accelcal.io.documents.of_serial import all_of_serial
-from accelcal.io.text import read_document
+from accelcal.io.files.text import read_document
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import checked, read_as, schema_of
 from accelcal.results.discovery import Discovery

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints, Mask
-from accelcal.io.cells import written_otherwise
 from accelcal.io.engines import BulkEngineGivesUp, read_frame
+from accelcal.io.values.cells import written_otherwise
 from accelcal.serials import serials_alike
 
 _WHOLE = frozenset({"position", "stroke"})

@@ -17,10 +17,10 @@ from accelcal.geometry import MOUNTINGS
 from accelcal.head_angles import angular_distance
 from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.parts import Stretches, met_before
-from accelcal.io.places import MAXIMUM_ANGLE
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.runs import LEVEL_GAP
-from accelcal.io.signs import mounting_written
+from accelcal.io.values.places import MAXIMUM_ANGLE
+from accelcal.io.words.signs import mounting_written
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
 

@@ -19,7 +19,9 @@ from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.declarations import declarations, notes_of_serial
-from accelcal.io.layout import Layout, read_layout
+from accelcal.io.files.text import SourceText
+from accelcal.io.layout.output_unit import Written, unit_of_outputs, units_written
+from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.ordinary.cell_blocks import (
     CellBlock,
     Unreadable,
@@ -29,9 +31,7 @@ from accelcal.io.ordinary.cell_blocks import (
     read_engine,
 )
 from accelcal.io.ordinary.rows import Group, Plain, Rules, records_of
-from accelcal.io.output_unit import Written, unit_of_outputs, units_written
-from accelcal.io.text import SourceText
-from accelcal.io.vocabulary import (
+from accelcal.io.words.vocabulary import (
     KEYS,
     LABELS,
     TIME_UNITS,

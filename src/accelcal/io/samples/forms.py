@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from accelcal.arguments.axes import AXES
-from accelcal.io.layout import Recognise
+from accelcal.io.layout.parts import Recognise
 from accelcal.io.triad import triad_heading
-from accelcal.io.vocabulary import Heading, read_heading, split_unit
+from accelcal.io.words.vocabulary import Heading, read_heading, split_unit
 
 __all__ = ["ACROSS_AXES", "ONE_ACCELEROMETER", "TRIAD", "StreamForm"]
 

@@ -10,15 +10,15 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.declarations import declared_temperature
-from accelcal.io.header_lines import Declared, declarations_in, declare, header_line
-from accelcal.io.layout import Layout, split_headings, split_line
-from accelcal.io.output_columns import with_channels, with_lone_output
-from accelcal.io.output_unit import Written, unit_of_outputs, units_written
-from accelcal.io.rows_below import UNITS_BELOW, headings_with_units
+from accelcal.io.files.text import refuse_document
+from accelcal.io.layout.header_lines import Declared, declarations_in, declare, header_line
+from accelcal.io.layout.output_columns import with_channels, with_lone_output
+from accelcal.io.layout.output_unit import Written, unit_of_outputs, units_written
+from accelcal.io.layout.parts import Layout, split_headings, split_line
+from accelcal.io.layout.rows_below import UNITS_BELOW, headings_with_units
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, TRIAD, StreamForm
 from accelcal.io.samples.unit_column import first_unit
-from accelcal.io.text import refuse_document
-from accelcal.io.vocabulary import KEYS, Heading, has_unit
+from accelcal.io.words.vocabulary import KEYS, Heading, has_unit
 from accelcal.units import canonical_unit, size_of
 
 __all__ = ["SampleHeadings", "acceleration_unit", "read_sample_headings"]

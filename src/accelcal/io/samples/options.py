@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from accelcal.apparatus import Apparatus
 from accelcal.errors import InputError
-from accelcal.io.output_unit import notes_of_unit
+from accelcal.io.layout.output_unit import notes_of_unit
 from accelcal.io.samples.headings import SampleHeadings
 from accelcal.units import canonical_unit, conversion_factor
 

@@ -23,15 +23,10 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints
 from accelcal.errors import TableError
-from accelcal.io.cells import Column, is_missing, numbers
 from accelcal.io.engines import BulkEngineGivesUp, decimal_mark, read_frame, split_rows
-from accelcal.io.layout import split_line
-from accelcal.io.one_byte import one_byte_encoding
-from accelcal.io.parquet import CsvOfParquet
-from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, StreamForm
-from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
-from accelcal.io.samples.unit_column import refuse_other_units
-from accelcal.io.text import (
+from accelcal.io.files.one_byte import one_byte_encoding
+from accelcal.io.files.parquet import CsvOfParquet
+from accelcal.io.files.text import (
     PARQUET,
     WORKBOOKS,
     file_and_sheet,
@@ -41,7 +36,12 @@ from accelcal.io.text import (
     standard_input,
     unreadable,
 )
-from accelcal.io.vocabulary import is_unit_of
+from accelcal.io.layout.parts import split_line
+from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, StreamForm
+from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
+from accelcal.io.samples.unit_column import refuse_other_units
+from accelcal.io.values.cells import Column, is_missing, numbers
+from accelcal.io.words.vocabulary import is_unit_of
 from accelcal.units import canonical_unit
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]

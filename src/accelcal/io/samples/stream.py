@@ -12,7 +12,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array
 from accelcal.compensate.measured import MeasuredAcceleration, columns_of
 from accelcal.escapes import ESCAPED, visible
-from accelcal.io.csv_text import needs_quotes, quoted
+from accelcal.io.files.csv_text import needs_quotes, quoted
 from accelcal.io.samples.reader import SampleBlock, SampleReader
 from accelcal.version import SOFTWARE
 

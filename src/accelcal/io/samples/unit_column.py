@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from accelcal.arrays import Ints
-from accelcal.io.cells import Column
-from accelcal.io.layout import split_line
-from accelcal.io.output_unit import Written, names_unit
+from accelcal.io.layout.output_unit import Written, names_unit
+from accelcal.io.layout.parts import split_line
+from accelcal.io.values.cells import Column
 from accelcal.units import canonical_unit
 
 _MOST_ROWS = 1000

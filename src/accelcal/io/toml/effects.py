@@ -12,7 +12,7 @@ from accelcal.effects.effect import ActsOn, Effect
 from accelcal.effects.formula import STATIC, Formula
 from accelcal.effects.parameter import Parameter
 from accelcal.errors import InputError, TableError, located
-from accelcal.io.text import Source, SourceText, read_text
+from accelcal.io.files.text import Source, SourceText, read_text
 from accelcal.io.toml.keys import check_keys, toml_document
 
 __all__ = ["read_effects"]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from accelcal.errors import InputError, TableError, located
-from accelcal.io.text import SourceText
+from accelcal.io.files.text import SourceText
 
 Found = TypeVar("Found")
 

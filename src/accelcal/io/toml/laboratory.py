@@ -10,7 +10,7 @@ from typing import Any
 from accelcal.arguments.kinds import each_of, expect, several
 from accelcal.dates import date_of
 from accelcal.errors import InputError
-from accelcal.io.text import read_text
+from accelcal.io.files.text import read_text
 from accelcal.io.toml.keys import check_keys, read_toml
 
 __all__ = ["NOT_STATED", "PLACES", "Contact", "Laboratory", "read_laboratory"]

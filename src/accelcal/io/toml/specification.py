@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from accelcal.errors import InputError
-from accelcal.io.text import Source, read_text
+from accelcal.io.files.text import Source, read_text
 from accelcal.io.toml.keys import check_keys, read_toml
 from accelcal.specification import Limit, Specification
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from accelcal.errors import InputError
-from accelcal.io.text import Source, read_text
+from accelcal.io.files.text import Source, read_text
 from accelcal.io.toml.keys import check_keys, is_of_kind, read_toml
 from accelcal.stand_uncertainty.distribution import Distribution, distribution
 from accelcal.stand_uncertainty.kinds import KINDS, size_of_unit

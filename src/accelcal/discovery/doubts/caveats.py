@@ -1,0 +1,350 @@
+"""What a reader of a discovery must know: what was not declared, what it would be otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from itertools import compress
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.apparatus import Apparatus
+from accelcal.discovery.as_searched import said_of_temperatures
+from accelcal.discovery.candidates import instances_of
+from accelcal.discovery.columns import head_columns
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.doubts.dead_zone_or_cube import said_of_rivals
+from accelcal.discovery.doubts.otherwise import (
+    Alternatives,
+    Otherwise,
+    said_of_alternatives,
+)
+from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.family import Family
+from accelcal.discovery.instance import Instance, column_of, columns_of
+from accelcal.discovery.parameters import parameters_of
+from accelcal.discovery.tied import said_of_tied
+from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
+from accelcal.discovery.unnamed.passing import SMALL_UNITS
+from accelcal.discovery.unnamed.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
+from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
+from accelcal.discovery.untimed import going_on
+from accelcal.discovery.untold import said_of_untold
+from accelcal.effects.time import APPROACH, USUAL
+from accelcal.estimate.at_positions import said_of_positions
+from accelcal.plural import listed
+from accelcal.results.findings import Unexplained
+from accelcal.units import MICRO
+
+_LIKE_THE_HEAD = 0.9
+"""Part of an effect's squares that errors of the head positions must be able to take up."""
+
+_LIKE_ANY = ": errors of the head look like effects of the position alone"
+
+_ALIKE = 0.999
+"""Cosine from which two places of an effect are one to the readings."""
+
+_FEW_PATTERNS, _FAINT = 2, 0.05
+"""Patterns that so many effects can always make together, and part of the largest from which on
+one counts."""
+
+_OFTEN = 0.05
+"""Share of patterns outside the catalogue that would get such names, from which on it is told."""
+
+_OUTLIERS = 4
+"""Readings on either side of a step in its run, fewer of which could as well be outliers."""
+
+_PARTNERS = 0.7
+"""Cosine of two effects from which the size of one rests on the other."""
+
+_CORRELATED = 0.3
+"""Correlation of neighbours from which noise with a memory makes steps."""
+
+_VAGUE = 1.0 / 3.0
+"""Expanded uncertainty of a step over its size from which it could be no step."""
+
+_QUICK = 2.0
+"""Intervals between readings within which a settling is that of the first reading alone."""
+
+
+class Caveat(NamedTuple):
+    """What a reader must know.
+
+    Attributes
+    ----------
+    text : str
+        A sentence.
+    doubted : sequence of str
+        Ids of the named effects of which something outside the catalogue could be the cause.
+    reservation : str
+        What the verdict must add where it says that nothing is missing; mostly empty.
+    """
+
+    text: str
+    doubted: Sequence[str] = ()
+    reservation: str = ""
+
+
+def caveats(
+    family: Family,
+    found: Sequence[Explanation],
+    walks: Sequence[Wandering],
+    left: Unexplained | None,
+    alternatives: Alternatives,
+    others: Sequence[Otherwise],
+    declared: Apparatus,
+) -> Iterator[Caveat]:
+    """Tell what a reader must know.
+
+    Of the explanations that pass, the best comes first. Walks could stand in place of its effects,
+    or of the nearest ones where none passes. Something may be left beside them. Alternatives
+    explain the readings as well; with others the coefficients are others too. Launches that are
+    declared are free all the same where pauses nobody knows part the runs.
+    """
+    comparison = family.comparison
+    yield from map(Caveat, said_of_positions(comparison.record))
+    yield from map(Caveat, said_of_temperatures(comparison.record))
+    if found:
+        best = found[0].instances
+        yield from map(Caveat, said_of_untold(comparison, best))
+        yield from map(Caveat, said_of_tied(comparison, best))
+        yield from map(Caveat, said_of_alternatives(alternatives))
+        yield from (Caveat(other.said) for other in others)
+        yield from _put_together(family, found[0])
+        yield from _of_any_pattern(family, found[0])
+        silence = list(said_of_silence(comparison, found[0]))
+        yield from (Caveat(*said) for said in silence or said_of_rivals(comparison, found))
+        yield from _of_the_first_readings(comparison, best)
+        yield from map(Caveat, _of_the_start(best))
+        yield from _of_few_readings(comparison, best)
+        yield from _of_steps(comparison, best, left)
+        yield from _of_the_wrong_sense(comparison, best)
+        yield from _of_the_chamber(comparison, best)
+    yield from _wandering(walks, named=bool(found))
+    yield from _undeclared(comparison, declared, found[0].instances if found else ())
+
+
+def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:
+    """Effects at one of several places, all of which two effects could make where few show."""
+    space, c = family.space, family.comparison.model.conditions
+    for item in compress(best.instances, of_position(family.comparison, best.directions)):
+        if not any(shape.discrete for shape in item.effect.shapes):
+            continue
+        places = columns_of(instances_of(item.effect, c), c)
+        vectors, sizes, _ = np.linalg.svd(space.see(places), full_matrices=False)
+        patterns = vectors[:, sizes > _FAINT * sizes[0]]
+        named = ((patterns.T @ best.directions) ** 2).sum(axis=0) > _ALIKE
+        if named.sum() < patterns.shape[1] <= _FEW_PATTERNS:
+            yield Caveat(
+                f"{item.effect.id} is not sure: of what depends on the position alone these"
+                f" positions show no more than {patterns.shape[1]} patterns, and two effects of it"
+                " together could make this one, as |a_i| and a_p^3; positions 22.5 or 30 deg apart"
+                " would tell",
+                [item.effect.id],
+            )
+
+
+def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
+    """Effects of the position alone, where patterns that nobody listed would look like them."""
+    told = (each for each in any_patterns(family, best) if each.chance > _OFTEN)
+    often = sorted(told, key=lambda each: -each.chance)
+    doubted: set[str] = set()
+    for each in often:
+        if set(each.ids) <= doubted:
+            continue
+        doubted |= set(each.ids)
+        yield Caveat(
+            f"{listed(each.ids)} are not sure: these positions show {each.patterns}"
+            " patterns of their kind, and of such that no catalogue has up to"
+            f" {100.0 * each.chance:.0f} % would be explained as well by {len(each.ids)}"
+            " effects of it; measure at positions between these",
+            each.ids,
+        )
+
+
+def _of_the_first_readings(
+    comparison: Comparison, instances: Sequence[Instance]
+) -> Iterator[Caveat]:
+    """Settling that is over after a reading or two, as a first reading reached otherwise makes."""
+    c = comparison.model.conditions
+    steps = np.diff(c.time[c.order])[np.diff(c.run[c.order]) == 0]
+    for item in instances:
+        tau = item.shape.get("tau", np.inf)
+        if steps.size and tau < _QUICK * float(np.median(steps)):
+            yield Caveat(
+                f"{item.effect.id} is not sure: with tau = {tau:.2g} s it rests on the first"
+                " reading of each run; where that is not reached by a forward turn, hysteresis and"
+                " backlash make such a difference: turn the head there once before the first"
+                " reading",
+                [item.effect.id],
+            )
+
+
+def _of_the_start(instances: Sequence[Instance]) -> Iterator[str]:
+    """How runs begin, which their first readings alone tell."""
+    for item in instances:
+        if item.shape.get(APPROACH, USUAL) != USUAL:
+            yield (
+                f"{item.effect.id}: how the runs begin (approach = {item.shape[APPROACH]:g}) rests"
+                " on their first readings; if the head was turned to the first position in the"
+                " sense of the stroke, a warm-up that is over after a reading or two is there"
+            )
+
+
+def _of_few_readings(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+    """Steps with but a few readings of their run on one side."""
+    c = comparison.model.conditions
+    for item in instances:
+        if item.effect.id != "bias-step":
+            continue
+        first = int(item.shape["reading"])
+        own = c.number[c.run == c.run[c.order[first - 1]]]
+        before = int((own < first).sum())
+        fewest = min(before, own.size - before)
+        if 0 < fewest < _OUTLIERS:
+            yield Caveat(
+                f"{item.effect.id} is not sure: {fewest} readings alone lie on one side of it in"
+                " its run, and as many outliers would look like it; repeat the run",
+                [item.effect.id],
+            )
+
+
+def _of_steps(
+    comparison: Comparison, instances: Sequence[Instance], left: Unexplained | None
+) -> Iterator[Caveat]:
+    """Steps that something slower could as well be."""
+    rho = comparison.noise.rho
+    walks = {
+        walk.instead_of.shape["reading"]: walk
+        for walk in wandering_in_its_run(comparison, instances)
+        if walk.is_as_likely(POSSIBLE)
+    }
+    for place, item in enumerate(instances):
+        if item.effect.id != "bias-step":
+            continue
+        step = parameters_of(comparison, instances)[place]["step"]
+        reasons = []
+        if left is not None:
+            reasons.append("something shows beside it that no effect explains")
+        if rho > _CORRELATED:
+            reasons.append(f"neighbouring readings are correlated ({rho:+.2f})")
+        if walk := walks.get(item.shape["reading"]):
+            reasons.append(f"a {walk.what} that wanders in its run alone is as likely")
+        if (step.expanded_uncertainty or 0.0) > _VAGUE * abs(step.value or 0.0):
+            reasons.append("its uncertainty is more than a third of it")
+        if reasons:
+            yield Caveat(
+                f"{item.effect.id} is not sure: {listed(reasons)}, as where the bias wanders,"
+                " oscillates or settles in one run; repeat the run",
+                [item.effect.id],
+            )
+
+
+def of_partners(
+    comparison: Comparison, instances: Sequence[Instance], doubted: Collection[str]
+) -> Iterator[Caveat]:
+    """Effects whose size rests on a doubted one, as each takes back what the other does."""
+    ids = [item.effect.id for item in instances]
+    cosines = np.abs(comparison.directions(*instances).T @ comparison.directions(*instances))
+    for place, name in enumerate(ids):
+        leant = [
+            other
+            for other, cosine in zip(ids, cosines[place], strict=True)
+            if other in doubted and other != name and cosine > _PARTNERS
+        ]
+        if leant and name not in doubted:
+            yield Caveat(
+                f"{name} is not sure: its size rests on {listed(leant)}, which acts nearly"
+                " alike and is not sure; both together may stand for something else",
+                [name],
+            )
+
+
+def _of_the_wrong_sense(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+    """A head that runs ahead of its scale, which no backlash does."""
+    for place, item in enumerate(instances):
+        if item.effect.id != "backlash":
+            continue
+        lag = parameters_of(comparison, instances)[place]["lag"].value
+        if lag is not None and lag < 0.0:
+            yield Caveat(
+                "backlash is not sure: its lag is below zero, and no gear runs ahead; are forward"
+                " and back strokes taken for each other?",
+                [item.effect.id],
+            )
+
+
+def _of_the_chamber(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+    """Slow effects that a drift of the chamber would look like, where no slopes are known."""
+    slow = [item.effect.id for item in instances if item.effect.bend]
+    if slow and not comparison.model.conditions.per_degree.any():
+        yield Caveat(
+            "one level tells no slopes with the temperature: a drift of the chamber could as well"
+            f" be the cause of {listed(slow)}; log the temperature of each reading",
+            slow,
+        )
+
+
+def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
+    """Effects that a bias without any law would look like."""
+    verdict, bound = ("not sure", POSSIBLE) if named else ("not named", LIKELY)
+    for walk in walks:
+        if walk.is_as_likely(bound):
+            yield Caveat(
+                f"{walk.instead_of.effect.id} is {verdict}: a {walk.what} that wanders, as a random"
+                f" walk, flicker noise or noise with a memory, of {walk.rms * MICRO:.2g}"
+                f" {SMALL_UNITS[walk.what]} rms in a run,"
+                " could as well be what these readings show; repeat the test: what comes back the"
+                " same is no noise",
+                [walk.instead_of.effect.id] if named else [],
+            )
+
+
+def _undeclared(
+    comparison: Comparison, declared: Apparatus, instances: Sequence[Instance]
+) -> Iterator[Caveat]:
+    record = comparison.record
+    if declared.head_uncertainty is None:
+        like = list(_like_the_head(comparison, instances))
+        told = "".join(text for _, text in like) or _LIKE_ANY
+        names = [name for name, _ in like]
+        yield Caveat(f"head_uncertainty is not declared and taken as zero{told}", names)
+    if declared.launch_uncertainty is None:
+        yield Caveat(
+            "launch_uncertainty is not declared: the bias is free in each run, and effects on the"
+            " bias from run to run cannot be seen"
+        )
+    if declared.launch_sf_uncertainty is None:
+        yield Caveat(
+            "launch_sf_uncertainty is not declared: the scale factor is free in each run, and"
+            " effects on it from run to run cannot be seen"
+        )
+    if record.time is None:
+        pauses = "and no pause between runs"
+        if record.apparatus != declared:
+            slow = listed(going_on(comparison.model.conditions, instances))
+            pauses = (
+                f"and pauses of any length between runs, in which {slow} may go on: bias and scale"
+                " factor are free in each run, and effects on them from run to run cannot be seen"
+            )
+        yield Caveat(
+            f"no times: one reading a minute is assumed, in the order of the strokes, {pauses}"
+        )
+
+
+def _like_the_head(
+    comparison: Comparison, instances: Sequence[Instance]
+) -> Iterator[tuple[str, str]]:
+    """Effects that errors of the head positions would look like, and how large they would be."""
+    c, space = comparison.model.conditions, comparison.space
+    acting = head_columns(c)
+    head = space.see(acting[:, np.abs(acting).max(axis=0) > _LIKE_THE_HEAD / 10.0])
+    for item in instances:
+        effect = space.see(column_of(item, c))
+        size = float(effect @ comparison.seen) / float(effect @ effect)
+        errors = np.linalg.lstsq(head, size * effect, rcond=1e-6)[0]
+        missed = size * effect - head @ errors
+        if missed @ missed < (1.0 - _LIKE_THE_HEAD) * size**2 * float(effect @ effect):
+            rms = float(np.sqrt(np.mean(errors**2))) * MICRO
+            name = item.effect.id
+            yield name, f"; head errors of {rms:.2g} urad rms would look like {name}"

@@ -1,0 +1,262 @@
+"""What else explains the readings, and what the coefficients would be if that were the truth.
+
+An effect may have several laws or places. The amplitudes of a tilt, linear in time or daily, are
+searched in two parts, each as an effect of its own; over a few hours a part of a day is nearly a
+straight line, and either may fit the noise a little better. So may one of several head positions,
+or a reading beside that of a step. And other effects of the catalogue may fit as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.candidates import instances_of
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.doubts.dead_zone_or_cube import APART, apart
+from accelcal.discovery.explanation import Explanation, explain_as_well
+from accelcal.discovery.instance import Instance, instance_of, replaced
+from accelcal.discovery.parameters import parameters_of
+from accelcal.discovery.solution import changes, solution
+from accelcal.effects.conditions import Conditions
+from accelcal.effects.effect import Disturbance, Effect
+from accelcal.results.discovery import IF_IT_IS, Discovery
+from accelcal.results.findings import Change
+from accelcal.results.quantity import Quantity
+from accelcal.units import MICRO
+
+_MOST_RIVALS = 3
+
+_TOLD = {
+    "g": "ug",
+    "1": "ppm",
+    "rad": "urad",
+    "g/g^2": "ug/g^2",
+    "g/g^3": "ug/g^3",
+    "g/degC": "ug/degC",
+    "1/degC": "ppm/degC",
+    "rad/degC": "urad/degC",
+}
+
+
+class Alternative(NamedTuple):
+    """Effects, one of which is at another place or goes by another law than was named.
+
+    Attributes
+    ----------
+    effect : Effect
+        The one.
+    what : str
+        Where it is, or the parameters of its other law.
+    instances : tuple of Instance
+        All of them.
+    """
+
+    effect: Effect
+    what: str
+    instances: tuple[Instance, ...]
+
+    @property
+    def place(self) -> dict[str, float]:
+        """Where the one is: its discrete parameters."""
+        (item,) = (item for item in self.instances if item.effect is self.effect)
+        return {p.name: item.shape[p.name] for p in self.effect.shapes if p.discrete}
+
+    @property
+    def name(self) -> str:
+        """The one, with what is otherwise."""
+        return f"{self.effect.id} with {self.what}"
+
+
+class Alternatives(NamedTuple):
+    """What explains the readings as well as some effects, with one of them otherwise.
+
+    Attributes
+    ----------
+    places, laws : tuple of Alternative
+        Those at another place, and those by another law.
+    """
+
+    places: tuple[Alternative, ...]
+    laws: tuple[Alternative, ...]
+
+
+def alternatives(comparison: Comparison, instances: Sequence[Instance]) -> Alternatives:
+    """Find other places and other laws of some effects, which explain the readings as well."""
+    places, laws = (each(comparison, instances) for each in (_other_places, _other_laws))
+    return Alternatives(tuple(places), tuple(laws))
+
+
+def _other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
+    for place, others in _instead(comparison, instances, _laws):
+        fitted = _fitted(comparison, others, place)
+        effect, values = fitted.effect, fitted.values
+        own = (p for p in effect.amplitudes if values[p.name])
+        what = ", ".join(f"{p.name} = {values[p.name]:.3g} {p.unit}" for p in own)
+        yield Alternative(effect, what, replaced(others, place, instance_of(fitted)))
+
+
+def _other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
+    for place, others in _instead(comparison, instances, places_of):
+        yield Alternative(others[place].effect, where_is(others[place]), others)
+
+
+def where_is(item: Instance) -> str:
+    """Tell the place of an effect."""
+    told = (p for p in item.effect.shapes if p.discrete)
+    each = (f"{p.name} = {item.shape[p.name]:g} {p.unit}".removesuffix(" 1") for p in told)
+    return ", ".join(each)
+
+
+def _instead(
+    comparison: Comparison,
+    instances: Sequence[Instance],
+    others_of: Callable[[Instance, Conditions], Iterator[Instance]],
+) -> Iterator[tuple[int, tuple[Instance, ...]]]:
+    """Sets with another in place of one that is not needed beside it, and where in the set."""
+    for place, item in enumerate(instances):
+        for other in others_of(item, comparison.model.conditions):
+            others = replaced(instances, place, other)
+            if explain_as_well(comparison, others, item):
+                yield place, others
+
+
+def _fitted(comparison: Comparison, instances: Sequence[Instance], place: int) -> Disturbance:
+    """One of some effects, of the size that the readings give it."""
+    effect = instances[place].effect
+    found = parameters_of(comparison, instances)[place]
+    sizes = {name: quantity.value or 0.0 for name, quantity in found.items()}
+    return Disturbance(effect, dict.fromkeys((p.name for p in effect.amplitudes), 0.0) | sizes)
+
+
+def _laws(item: Instance, c: Conditions) -> Iterator[Instance]:
+    """The effect at the same place, with amplitudes of which it has none."""
+    tried = {other.amplitudes: other for other in instances_of(item.effect, c)}
+    for amplitudes, other in tried.items():
+        if not set(amplitudes) & set(item.amplitudes):
+            yield other._replace(shape=item.shape)
+
+
+def places_of(item: Instance, c: Conditions) -> Iterator[Instance]:
+    """The effect at the places where it is not, all else about it the same."""
+    places = {p.name for p in item.effect.shapes if p.discrete}
+    tried = dict.fromkeys(
+        tuple((name, other.shape[name]) for name in sorted(places))
+        for other in instances_of(item.effect, c)
+    )
+    for where in tried:
+        moved = item._replace(shape={**item.shape, **dict(where)})
+        if moved != item:
+            yield moved
+
+
+def said_of_alternatives(alternatives: Alternatives) -> Iterator[str]:
+    """Say of which effects the readings do not tell by which law they go, or where they are."""
+    for law in alternatives.laws:
+        yield f"{law.name} explains these readings as well; to tell: {law.effect.to_tell_apart}"
+    for effect, places in groupby(alternatives.places, lambda other: other.effect.id):
+        where = " or ".join(other.what for other in places)
+        yield f"{effect} with {where} explains these readings as well"
+
+
+class Otherwise(NamedTuple):
+    """Effects in place of those named, and the coefficients that are others with them.
+
+    Attributes
+    ----------
+    name : str
+        The effects.
+    instances : tuple of Instance
+        The effects themselves.
+    pairs : tuple of pairs of Change
+        Each of these coefficients beside the effects that are named, and beside these.
+    """
+
+    name: str
+    instances: tuple[Instance, ...]
+    pairs: tuple[tuple[Change, Change], ...]
+
+    @property
+    def said(self) -> str:
+        """What the coefficients are if that is the truth."""
+        told = ", ".join(_value(old, new) for old, new in self.pairs)
+        return f"{IF_IT_IS}{self.name} in truth: {told}"
+
+
+def otherwise(
+    comparison: Comparison,
+    best: Sequence[Instance],
+    alternatives: Alternatives,
+    rivals: Iterable[tuple[str, tuple[Instance, ...]]],
+) -> Iterator[Otherwise]:
+    """Find which of what explains the readings as well as some effects has other coefficients.
+
+    Alternatives are the effects at other places or by other laws; rivals are given by name.
+    """
+    if not best:
+        return
+    bare = solution(comparison)
+    named = changes(comparison, bare, solution(comparison, best))
+    own = ((other.name, other.instances) for each in alternatives for other in each)
+    for name, instances in (*own, *rivals):
+        within = changes(comparison, bare, solution(comparison, instances))
+        both = zip(named, within, strict=True)
+        if pairs := tuple((old, new) for old, new in both if apart(old, new) > APART):
+            yield Otherwise(name, instances, pairs)
+
+
+def rivals_of(found: Sequence[Explanation]) -> Iterator[tuple[str, tuple[Instance, ...]]]:
+    """Name the explanations behind the first one."""
+    for rival in found[1 : 1 + _MOST_RIVALS]:
+        yield name_of(rival.ids), rival.instances
+
+
+def name_of(ids: Iterable[str]) -> str:
+    """Name effects together."""
+    return " + ".join(sorted(ids))
+
+
+def _value(best: Change, change: Change) -> str:
+    value = (change.after.value or 0.0) * MICRO
+    if change.coefficient == "K1":  # of which no more than the change is told
+        more = value - (best.after.value or 0.0) * MICRO
+        return f"K1 {abs(more):.3g} ppm {'higher' if more > 0.0 else 'lower'}"
+    return f"{change.coefficient} {value:.4g} {_TOLD[change.after.unit]}"
+
+
+def with_others_counted(found: Discovery, others: Sequence[Otherwise]) -> Discovery:
+    """Count in U of the coefficients what they are beside the other effects, see `as_likely`."""
+    farthest: dict[str, float] = {}
+    for old, new in (pair for other in others for pair in other.pairs):
+        off = abs((new.after.value or 0.0) - (old.after.value or 0.0))
+        farthest[old.coefficient] = max(off, farthest.get(old.coefficient, 0.0))
+    told = (
+        replace(each, after=_wider(each.after, farthest.get(each.coefficient, 0.0)))
+        for each in found.coefficients
+    )
+    return replace(found, coefficients=tuple(told))
+
+
+def as_likely(off: Array) -> Array:
+    """Variance of what may as well be off by so much in one of several cases, shape (..., m).
+
+    Notes
+    -----
+    The value that is farthest off counts as likely as the one that is told: the mean square of the
+    two differences from the latter, of which one is zero.
+    """
+    return np.asarray((off**2).max(axis=-1) / 2.0)
+
+
+def _wider(quantity: Quantity, off: float) -> Quantity:
+    """A quantity that may as well be off by so much."""
+    u, expanded = quantity.standard_uncertainty, quantity.expanded_uncertainty
+    if not off or not u or expanded is None:
+        return quantity
+    wider = float(np.hypot(u, np.sqrt(as_likely(np.array([off])))))
+    return replace(quantity, standard_uncertainty=wider, expanded_uncertainty=expanded * wider / u)

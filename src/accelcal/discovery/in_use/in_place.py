@@ -1,0 +1,185 @@
+"""What may be in the place of the effects that are taken out of another record.
+
+The discovery named one of several effects that its readings cannot tell apart. Those of the other
+record judge them anew: what explains these as well has a size of its own here, and what they deny
+is not counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.candidates import VISIBLE, instances_of, left_out_around
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.doubts.dead_zone_or_cube import apart, in_fit
+from accelcal.discovery.doubts.otherwise import alternatives, name_of, otherwise
+from accelcal.discovery.exact_law import is_possible
+from accelcal.discovery.explanation import is_needed
+from accelcal.discovery.in_use.own_shape import moved
+from accelcal.discovery.instance import Instance, columns_of, own_columns, replaced
+from accelcal.discovery.spans import all_largest, lengths, orthonormal, without
+from accelcal.discovery.untimed import by_pauses
+from accelcal.discovery.untold import fitted_sizes, smooth
+from accelcal.effects.catalogue import catalogue
+from accelcal.effects.effect import Effect
+from accelcal.effects.left_in_use import is_counted_in_use
+from accelcal.effects.parameter import Parameter
+from accelcal.results.beyond_uncertainty import NOT_COUNTED
+from accelcal.results.discovery import IF_IT_IS, Discovery
+
+
+class InPlace(NamedTuple):
+    """Effects that may be there in the place of those that are taken out of n readings.
+
+    Attributes
+    ----------
+    said : str
+        The coefficients if they are.
+    adds : ndarray, shape (n,)
+        What they add to the readings more than those that are taken out [output unit].
+    in_use : bool
+        Whether use counts them as well, where it takes up the effects.
+    instances : tuple of Instance
+        These effects.
+    """
+
+    said: str
+    adds: Array
+    in_use: bool
+    instances: tuple[Instance, ...]
+
+
+class _Rival(NamedTuple):
+    """Effects with another one in the place of one, and whether use counts that as well."""
+
+    name: str
+    instances: tuple[Instance, ...]
+    in_use: bool
+
+
+def in_place(
+    comparison: Comparison,
+    fitted: Sequence[Instance],
+    taken: Array,
+    model: Discovery,
+    unbounded: Sequence[str],
+) -> Iterator[InPlace]:
+    """Find what explains the readings of a record as well as the effects taken out of it.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The record of n readings.
+    fitted : sequence of Instance
+        Effects whose sizes are fitted to it.
+    taken : ndarray, shape (n,)
+        What they add to the readings [g].
+    model : Discovery
+        Where they come from.
+    unbounded : sequence of str
+        Coefficients without uncertainty, in which nothing can be counted.
+
+    Yields
+    ------
+    InPlace
+        One for each of what else they may be, with other coefficients.
+    """
+    c, rivals = comparison.model.conditions, list(_rivals(comparison, fitted, model))
+    in_use = {rival.name for rival in rivals if rival.in_use}
+    own = alternatives(comparison, fitted)
+    found = otherwise(comparison, fitted, own, [rival[:2] for rival in rivals])
+    for name, alike in groupby(found, lambda other: other.name):
+        other = max(alike, key=lambda one: max(apart(*pair) for pair in one.pairs))
+        sizes = fitted_sizes(comparison, other.instances).of_each
+        sized = list(zip(other.instances, sizes, strict=True))
+        hanging = {in_fit(new.coefficient) for _, new in other.pairs}
+        if all(map(is_possible, *zip(*sized, strict=True))) and not hanging <= set(unbounded):
+            adds = sum(own_columns(item, c) @ size for item, size in sized) - taken
+            adds *= comparison.model.nominal
+            yield InPlace(other.said, adds, name in in_use, other.instances)
+
+
+def said_in_place(
+    others: Sequence[InPlace], model: Discovery, fitted: Sequence[Instance]
+) -> Iterator[str]:
+    """Tell the coefficients for what else the effects may be, and what the search was not for."""
+    for other in others:
+        yield f"U counts what else the effects may be; {other.said}"
+    for note in _not_judged(model, fitted):
+        possible = "what else the discovery found possible; by its own readings,"
+        yield f"{NOT_COUNTED} {possible} {note}"
+
+
+def _not_judged(model: Discovery, fitted: Sequence[Instance]) -> list[str]:
+    """Notes on what else a discovery found possible that is not looked for in these readings."""
+    ids = [item.effect.id for item in fitted]
+    names = [name for own in ids for name, _ in _named_in_place(model, own)]
+    judged = tuple(f"{IF_IT_IS}{name} in truth" for name in names)
+    judged += tuple(f"{IF_IT_IS}{own} with " for own in ids)
+    return [note for note in model.otherwise if not note.startswith(judged)]
+
+
+def _named_in_place(model: Discovery, name: str) -> Iterator[tuple[str, Effect]]:
+    """Effects that may be there in the place of one, and the names of all together with each."""
+    entries = {entry.id: entry for entry in catalogue()}
+    whole = {found.id: found for found in model.effects}
+    for other in whole[name].indistinguishable:
+        if other in entries:
+            yield name_of({*whole, other} - {name}), entries[other]
+
+
+def _rivals(
+    comparison: Comparison, fitted: Sequence[Instance], model: Discovery
+) -> Iterator[_Rival]:
+    for place, item in enumerate(fitted):
+        for name, effect in _named_in_place(model, item.effect.id):
+            for others in _with(comparison, fitted, place, effect):
+                if not is_needed(comparison, item, _span_with_pauses(comparison, others)):
+                    yield _Rival(name, others, is_counted_in_use(item.effect, effect))
+
+
+def _span_with_pauses(comparison: Comparison, instances: Sequence[Instance]) -> Array:
+    """Orthonormal basis of effects and of what pauses between runs may do to them."""
+    by_times = comparison.space.see(by_pauses(comparison, instances))
+    return orthonormal(np.hstack([comparison.span(instances), by_times]))
+
+
+def _with(
+    comparison: Comparison, fitted: Sequence[Instance], place: int, effect: Effect
+) -> list[tuple[Instance, ...]]:
+    """Effects with another one in the place of one, wherever it fits best; none if it is hidden."""
+    c, beside = comparison.model.conditions, comparison.span(replaced(fitted, place))
+    best = _best(comparison, list(instances_of(effect, c)), beside)
+    near = [item for one in best for item in left_out_around(one, c)]
+    best = _best(comparison, near, beside) or best
+    for parameter in smooth(effect):
+        if len(best) > 1:
+            best = _ends(best, parameter)
+        else:
+            sets = [replaced(fitted, place, one) for one in best]
+            best = [moved(comparison, own, place, parameter) for own in sets]
+    return [replaced(fitted, place, one) for one in best]
+
+
+def _ends(tied: Sequence[Instance], parameter: Parameter) -> list[Instance]:
+    """Those with a parameter a standard uncertainty off, where all its values are as likely."""
+    values, one = np.array([item.shape[parameter.name] for item in tied]), 1.0 / np.sqrt(12.0)
+    low = np.quantile(values, 0.5 - one, method="lower")
+    high = np.quantile(values, 0.5 + one, method="higher")
+    return [item for item, own in zip(tied, values, strict=True) if own in (low, high)]
+
+
+def _best(comparison: Comparison, tried: Sequence[Instance], beside: Array) -> list[Instance]:
+    """Those of some instances that fit best beside some directions, and alike but for rounding."""
+    space = comparison.space
+    whole = space.whiten(columns_of(tried, comparison.model.conditions))
+    own = without(space.left_of(whole), beside)
+    length = np.where(lengths(own) > VISIBLE * lengths(whole), lengths(own), np.inf)
+    seen = np.abs(comparison.seen @ own) / length
+    best = [tried[i] for i in all_largest(seen).tolist() if seen[i]]
+    return [item for item in best if item.mixture == best[0].mixture]

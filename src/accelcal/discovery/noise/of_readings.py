@@ -1,0 +1,278 @@
+"""Errors of the readings: noise from replicates, and what is declared of head, launch, chamber.
+
+The noise is judged by pure error: by what differs between readings of one position in one run,
+reached in the same sense, after the mean of each cycle and a drift. It is never taken from the
+residuals of a model, which may lack an effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from statistics import NormalDist
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.apparatus import Apparatus
+from accelcal.arrays import Array, Ints
+from accelcal.discovery.columns import dummies, head_columns
+from accelcal.discovery.noise.covariance import Covariance
+from accelcal.discovery.noise.declared import in_units_of
+from accelcal.discovery.spans import orthonormal, without
+from accelcal.effects.conditions import Conditions
+from accelcal.errors import InputError
+from accelcal.estimate.noise import ALIKE, LEAST_NOISE
+from accelcal.numerics.grouping import cells
+from accelcal.numerics.lag_sums import sums_by_lag
+from accelcal.numerics.sorting import distinct
+from accelcal.plural import degrees_of_freedom
+from accelcal.record import TumbleRecord
+from accelcal.results.quantity import ErrorSource
+
+FEWEST_REPLICATES = 8
+"""Degrees of freedom of pure error below which nothing can be discovered."""
+
+_OF_STEP = 1e-2
+"""Part of a step of the readings below which replicates are alike, as below `LEAST_NOISE`."""
+
+_MOST_NUMBERS = 2**26
+"""Above it the columns of all that repeats take half a gigabyte, and there are several."""
+
+_UNITS = {"head": "rad", "launch": "g", "launch_sf": "1", "temperature": "degC"}
+
+_RHOS = np.linspace(-0.3, 0.9, 121)
+_POSSIBLE = np.array([NormalDist().inv_cdf((k + 0.5) / 6) for k in range(6)])
+"""Standard deviations from what is seen to correlations that are possible, each as likely."""
+
+_LAGS = 40
+
+_ROWS, _TOGETHER = 2000, 250
+"""Rows of a projector that are enough to sum over all, and how many are worked out at a time."""
+
+_TAILS = ((1.0, 5.0), (0.4, 9.0))
+"""Excess kurtosis, and the Student distribution whose tails count from there on."""
+
+
+class ReadingNoise(NamedTuple):
+    """Noise of the readings.
+
+    Attributes
+    ----------
+    sigma : float
+        Standard deviation of one reading [g].
+    rho : float
+        Correlation of one reading with the next in the order of measuring, 0 where it is not
+        significant.
+    dof : int
+        Degrees of freedom of the pure error.
+    tails : float
+        Degrees of freedom of the Student distribution that has its tails; infinite if normal.
+    relative : ndarray, shape (n,), or None
+        Standard deviation of each reading over sigma, as their std tell it, and the scatter of
+        their runs; None where alike.
+    possible : tuple of float
+        Correlations that the replicates leave possible, each as likely; empty where it is known.
+    """
+
+    sigma: float
+    rho: float
+    dof: int
+    tails: float
+    relative: Array | None = None
+    possible: tuple[float, ...] = ()
+
+
+def refuse_too_many(record: TumbleRecord) -> None:
+    """Refuse readings of which each is held against too much that repeats."""
+    readings, cycles = len(record), (record.stroke - 1) // 2
+    turns = cells(record.run, record.mounting, np.round(record.angle, 6), record.stroke % 2)
+    repeating = int(turns.max()) + int(cells(record.run, cycles).max()) + 2
+    if readings * repeating > _MOST_NUMBERS:
+        raise InputError(
+            f"{readings} readings, each of which is held against {repeating} positions and cycles"
+            f" of runs: that takes matrices of {8e-9 * readings * repeating:.1f} GB; give those of"
+            " some strokes or runs"
+        )
+
+
+def reading_noise(
+    c: Conditions,
+    residual: Array,
+    all_that_repeats: Array,
+    step: float,
+    relative: Array | None = None,
+) -> ReadingNoise:
+    """Estimate the noise of the readings from their replicates.
+
+    Parameters
+    ----------
+    c : Conditions
+        Of n readings.
+    residual : ndarray, shape (n,)
+        Reading minus some model that is the same for replicates [g].
+    all_that_repeats : ndarray, shape (n, k)
+        From `saturated`.
+    step : float
+        Step of the readings [g].
+    relative : ndarray, shape (n,), optional
+        Relative noise of the readings, from `relative_noise` and `with_noise_of_runs`.
+
+    Raises
+    ------
+    InputError
+        If there are too few replicates, or all are alike.
+
+    Notes
+    -----
+    The correlation is that of an AR(1) process within each run for which the lag-1 sum of products
+    of the pure error has its expectation; the pure error of independent readings is not
+    independent, and its expectation says by how much. With the scatter of that sum in independent
+    readings, it also tells which correlations are possible.
+    """
+    basis = orthonormal(in_units_of(relative, all_that_repeats))
+    dof = residual.size - basis.shape[1]
+    if dof < FEWEST_REPLICATES:
+        raise InputError(
+            f"{residual.size} readings leave {degrees_of_freedom(max(dof, 0))} for their noise;"
+            f" to discover an effect takes {FEWEST_REPLICATES} or more: measure two or more cycles"
+            " of a forward and a back stroke in each run"
+        )
+    basis = basis[c.order]
+    error = without(in_units_of(relative, residual)[c.order], basis)
+    rho, variance, possible = _autocorrelation(error, basis, c.run[c.order])
+    if not np.sqrt(variance) > max(LEAST_NOISE, _OF_STEP * step):
+        raise InputError(ALIKE)
+    tails = _tails(_excess_kurtosis(error, basis, variance))
+    return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails, relative, possible)
+
+
+def _tails(excess: float) -> float:
+    return next((dof for least, dof in _TAILS if excess > least), np.inf)
+
+
+def _excess_kurtosis(error: Array, basis: Array, variance: float) -> float:
+    """Excess kurtosis of the noise, of which the pure error is a mixture."""
+    free = 1.0 - (basis**2).sum(axis=1)
+    fourth = float((error**4).sum() - 3.0 * ((free * variance) ** 2).sum())
+    return fourth / (_fourth_powers(basis) * variance**2)
+
+
+def _fourth_powers(basis: Array) -> float:
+    """Sum of the fourth powers of what projects beside an orthonormal basis, by some of its rows.
+
+    They are all rows up to `_ROWS`, and every so many beyond.
+    """
+    every = -(-len(basis) // _ROWS)
+    total = 0.0
+    for start in range(0, len(basis), every * _TOGETHER):
+        rows = np.arange(start, min(start + every * _TOGETHER, len(basis)), every)
+        projector = -basis[rows] @ basis.T
+        projector[np.arange(rows.size), rows] += 1.0
+        total += float(((projector**2) ** 2).sum())
+    return total * len(basis) / -(-len(basis) // every)
+
+
+def _autocorrelation(
+    error: Array, basis: Array, run: Ints
+) -> tuple[float, float, tuple[float, ...]]:
+    """Correlation of neighbours, the variance, and which correlations are possible.
+
+    The first two have their expectations matched. The pure error is what the basis B leaves, P y
+    with P = I - B B'. With D, by which e' D e sums the products of neighbours, the expectations are
+    traces of P D P and of P, and the variance of the ratio is by the trace of (P D P)^2 (Durbin and
+    Watson, Biometrika 37 (1950) 409).
+    """
+    neighbours = np.where(run[1:] == run[:-1], 1.0, 0.0)
+    shifted = np.zeros_like(basis)  # D B
+    shifted[:-1] += 0.5 * neighbours[:, None] * basis[1:]
+    shifted[1:] += 0.5 * neighbours[:, None] * basis[:-1]
+    inside = basis.T @ shifted
+    of_products = _lag_sums(basis @ inside - 2.0 * shifted, basis, run)
+    of_products[1] += neighbours.sum()
+    of_squares = -_lag_sums(basis, basis, run)
+    of_squares[0] += run.size
+    powers = _RHOS[:, None] ** np.arange(of_squares.size)
+    observed = float((neighbours * error[1:] * error[:-1]).sum() / (error @ error or np.inf))
+    expected = (powers @ of_products) / (powers @ of_squares)
+    dof, none = of_squares[0], int(np.argmin(np.abs(_RHOS)))
+    squares = neighbours.sum() / 2.0 - 2.0 * (shifted**2).sum() + (inside**2).sum()
+    scatter = np.sqrt(2.0 * (squares - dof * expected[none] ** 2) / (dof * (dof + 2.0)))
+    possible = np.interp(observed + scatter * _POSSIBLE, expected, _RHOS)
+    best = int(np.argmin(np.abs(expected - observed)))
+    if abs(_RHOS[best]) < 2.0 / np.sqrt(dof):
+        best = none
+    rho = float(np.round(_RHOS[best], 6))
+    return rho, float(error @ error / (powers[best] @ of_squares)), tuple(possible.tolist())
+
+
+def _lag_sums(first: Array, second: Array, run: Ints) -> Array:
+    """Sums of ``first @ second.T`` along its diagonals, within runs: trace with rho^lag."""
+    found = np.zeros(_LAGS)
+    for each in distinct(run).tolist():
+        sums = sums_by_lag(first[run == each], second[run == each])[:_LAGS]
+        found[: sums.size] += sums
+    return found
+
+
+def sources(
+    noise: ReadingNoise, counted: Apparatus, record: TumbleRecord, *, free: Collection[str] = ()
+) -> tuple[ErrorSource, ...]:
+    """Tell the errors of the readings with where they come from.
+
+    Of the errors that count, the record declares some and the calibration knew others. Those that
+    are `free` are so in each run where nothing tells their size.
+    """
+    repeated = noise.dof >= FEWEST_REPLICATES
+    dof, origin = (float(noise.dof), "replicates") if repeated else (None, "calibration")
+    found = [ErrorSource("reading", noise.sigma, "g", dof, origin)]
+    for name, unit in _UNITS.items():
+        own, size = (getattr(of, f"{name}_uncertainty") for of in (record.apparatus, counted))
+        missing = "free in each run" if name in free else "none"
+        known = "calibration" if own is None else "declared"
+        found.append(ErrorSource(name, size, unit, None, missing if size is None else known))
+    return tuple(found)
+
+
+def covariance(
+    c: Conditions, noise: ReadingNoise, declared: Apparatus, step: float = 0.0
+) -> Covariance:
+    """Covariance of the errors of n readings.
+
+    What is not declared of head, launch and temperature counts as zero. Where the step of the
+    readings [g] is coarser than their noise, a rounding error repeats in readings of one angle in a
+    run.
+    """
+    rounding = step / np.sqrt(12.0) if step > noise.sigma else 0.0
+    sizes = [(getattr(declared, name), columns) for name, columns in acting(c).items()]
+    sizes.append((rounding, dummies(c.run, np.round(c.angle, 6))))
+    return Covariance(
+        noise=noise.sigma * (np.ones(c.run.size) if noise.relative is None else noise.relative),
+        rho=noise.rho,
+        run=c.run,
+        number=c.number,
+        shared=np.hstack([np.empty((c.run.size, 0)), *(size * own for size, own in sizes if size)]),
+    )
+
+
+def memory(c: Conditions, rho: float, relative: Array | None = None) -> Array:
+    """Covariance of readings of an AR(1) process in each run, of such relative noise, (n, n)."""
+    powers = rho ** np.arange(c.number.size)
+    correlation = np.zeros((c.number.size, c.number.size))
+    for run in distinct(c.run).tolist():
+        own = np.flatnonzero(c.run == run)
+        correlation[own[:, None], own] = powers[np.abs(c.number[own, None] - c.number[own])]
+    return correlation if relative is None else correlation * np.outer(relative, relative)
+
+
+def acting(c: Conditions) -> dict[str, Array]:
+    """What errors of head, launches and chamber do to n readings, by their names in `Apparatus`.
+
+    There is a column for each of k errors of one size, shape (n, k) [g per unit].
+    """
+    runs = dummies(c.run)
+    return {
+        "head_uncertainty": head_columns(c),
+        "launch_uncertainty": c.gain[:, None] * runs,
+        "launch_sf_uncertainty": (c.gain * c.indicated)[:, None] * runs,
+        "temperature_uncertainty": (c.gain * c.per_degree)[:, None] * runs,
+    }

@@ -1,0 +1,107 @@
+"""What no effect explains: the pattern that is left, what comes and goes, a run that scatters."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.columns import saturated
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.factors import Block
+from accelcal.discovery.family import Family, judge
+from accelcal.discovery.instance import Instance, columns_of
+from accelcal.discovery.noise.declared import relative_noise
+from accelcal.discovery.noise.of_runs import TOO_LOUD, LoudRun, loud_run
+from accelcal.discovery.search import Findings
+from accelcal.discovery.spans import orthonormal, squares_in
+from accelcal.discovery.unnamed.drift_anew import drift_anew
+from accelcal.discovery.unnamed.passing import passing
+from accelcal.discovery.unnamed.slow import slow
+from accelcal.discovery.where import pattern, structure
+from accelcal.plural import listed
+from accelcal.results.findings import Unexplained
+
+
+def what_is_left(
+    family: Family,
+    findings: Findings,
+    instead: Unexplained | None,
+    loud: LoudRun | None,
+    alpha: float,
+    seed: int,
+) -> Unexplained | None:
+    """Tell what the effects that were found, if any, do not explain.
+
+    A shift for a time or silent readings may have been found instead, and the loudest run be too
+    loud.
+    """
+    found, comparison = findings.explanations, family.comparison
+    beside = findings.instances
+    if not found and findings.chance_without_name < alpha:
+        told = None if findings.main else drift_anew(family, alpha)
+        left: Unexplained | None = told or instead or _pattern(family, findings)
+    else:
+        left = passing(comparison, beside, alpha, seed) or slow(comparison, beside, alpha, seed)
+    if loud is None or loud.ratio < TOO_LOUD or loud.p_value >= alpha:
+        return left
+    return _scattering(comparison, loud, left)
+
+
+def loudest(comparison: Comparison, instances: tuple[Instance, ...]) -> LoudRun | None:
+    """Find the run that scatters most beside the others, whatever some effects do."""
+    c, record = comparison.model.conditions, comparison.record
+    within = np.hstack([saturated(c, record.mounting), columns_of(instances, c)])
+    residual = comparison.residual
+    return loud_run(c, residual, within, relative_noise(record), comparison.step)
+
+
+def _scattering(comparison: Comparison, loud: LoudRun, left: Unexplained | None) -> Unexplained:
+    """Tell of a run that scatters far more than the others, and what else is left."""
+    label = comparison.record.run_labels[loud.run]
+    told = (
+        f"run {label} scatters {loud.ratio:.2g} times as much as the others: its noise is another,"
+        " or something acts in it for a time; look at its readings, or repeat it"
+    )
+    whole = comparison.noise.sigma**2 * float((comparison.seen**2).sum())
+    share, p_value = min(1.0, loud.squares / whole), loud.p_value
+    if left is not None:
+        told = f"{left.structure}; {told}"
+        share, p_value = max(share, left.share), min(p_value, left.p_value)
+    return Unexplained(told, share, p_value)
+
+
+def _pattern(family: Family, findings: Findings) -> Unexplained:
+    """Pattern of the factor that disagrees most."""
+    near = findings.main or findings.nearest
+    block, taken, p_value = _worst(family, near)
+    space, seen = family.space, family.comparison.seen
+    share = squares_in(block.basis, seen) / float(seen @ seen)
+    shape = pattern(space, seen, block, taken)
+    c, labels = family.comparison.model.conditions, family.comparison.record.run_labels
+    told = structure(c, labels, block.factor, shape)
+    if findings.main is not None:
+        told = f"beside {_named(findings.main)}: {told}"
+    elif near is not None and taken is not None:
+        told = f"beside {_named(near)}, nearest in the catalogue but not accepted: {told}"
+    elif near is not None:
+        told += f"; nearest in the catalogue, but not accepted: {_named(near)}"
+        if near.bent:
+            told += f", as the readings do not follow the law of {listed(near.bent)}"
+    return Unexplained(told, share, p_value)
+
+
+def _named(near: Explanation) -> str:
+    return listed(sorted(near.ids))
+
+
+def _worst(family: Family, near: Explanation | None) -> tuple[Block, Array | None, float]:
+    """Factor that disagrees most beside the nearest effects, these, and the chance of noise.
+
+    Effects that leave nothing, and have no name for another reason, are not taken out.
+    """
+    if near is not None and near.passes:
+        near = None
+    taken = None if near is None else orthonormal(near.directions)
+    judged = judge(family, taken)
+    return family.blocks[int(np.argmin(judged.blocks))], taken, judged.p_value

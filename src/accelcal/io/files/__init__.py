@@ -1,0 +1,1 @@
+"""Files as text: compression and encodings (`text`), Parquet, and rows that are written as CSV."""

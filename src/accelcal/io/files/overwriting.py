@@ -1,0 +1,87 @@
+"""Which files may be written over: those of the same kind, so that no readings are lost."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import os
+import re
+import zlib
+from collections.abc import Callable
+from contextlib import suppress
+from itertools import islice
+
+from accelcal.errors import InputError
+from accelcal.io.files.parquet import headings_of, is_parquet
+
+_BEGINNING = 2**14
+"""Bytes that hold the header lines and headings of a table."""
+
+_LINES = 200
+_SIMULATED = re.compile(r"(?:#.*\n)*# simulated: ")
+
+
+def may_be_replaced(path: str, is_own: Callable[[str], bool]) -> bool:
+    """Tell whether a file is empty or of one kind, so that nothing else is lost with it.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    is_own : callable
+        Tells by the header lines and headings whether a table is of the kind.
+
+    Returns
+    -------
+    bool
+        True where it may be written anew.
+    """
+    if not os.path.isfile(path):  # noqa: PTH113  (nothing, a device, a name that cannot be)
+        return True
+    try:
+        with open(path, "rb") as file:  # noqa: PTH123  (pathlib costs start-up time)
+            beginning = file.read(_BEGINNING)
+    except OSError:
+        return False
+    return not beginning or is_own(_down_to_headings(path, beginning))
+
+
+def is_simulated(text: str) -> bool:
+    r"""Tell whether a text is a table that `accelcal.simulate` has made.
+
+    Parameters
+    ----------
+    text : str
+        The text, or its header lines.
+
+    Returns
+    -------
+    bool
+        True where a header line says so.
+
+    Examples
+    --------
+    >>> is_simulated("# serial: A\n# simulated: seed 1\n"), is_simulated("# serial: A\nT,J,k,Y\n")
+    (True, False)
+    """
+    return _SIMULATED.match(text) is not None
+
+
+def _down_to_headings(path: str, beginning: bytes) -> str:
+    if is_parquet(path):
+        with suppress(InputError):
+            return ",".join(headings_of(path))
+    if beginning.startswith(b"\x1f\x8b"):
+        beginning = _unpacked(beginning)
+    return beginning.decode("utf-8", errors="replace")
+
+
+def _unpacked(beginning: bytes) -> bytes:
+    """First lines of a packed file, of which the end is not there."""
+    lines: list[bytes] = []
+    with suppress(OSError, EOFError, zlib.error):
+        for line in islice(gzip.GzipFile(fileobj=io.BytesIO(beginning)), _LINES):
+            lines.append(line)
+            if not line.startswith(b"#"):
+                break
+    return b"".join(lines)

@@ -1,0 +1,162 @@
+"""Header lines ``# key: value``: what they declare, above a table of any kind."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
+
+from accelcal.arguments.kinds import shown
+from accelcal.errors import TableError
+from accelcal.io.words.vocabulary import KEYS, canonical_key, split_unit
+
+_PAIR = re.compile(r"((?:[^:=,;\t(\[]|[(\[][^)\]]*[)\]])+|[^:=,;\t]+)[:=](.*)")
+IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
+"""Key and value in a cell each."""
+BEGINS_PAIR = re.compile(r"[^\W\d_][^:=]*(?:=|:(?![0-9])|(?<!\s[0-9])(?<!\s[0-9]{2}):)")
+"""A key with its sign, which is not the colon of a time, as in ``at 12:30``."""
+_NUMBER = re.compile(r"[+-]?[.,]?[0-9]")
+_SHORTEST = 6  # letters of a key below which one that is nearly alike means something else
+_ALIKE = 0.85  # least likeness of two keys, of difflib; one wrong letter of seven
+_NAMES = [name for names in KEYS.values() for name in names if len(name) >= _SHORTEST]
+
+
+class Declared(NamedTuple):
+    """Value of a header line ``# key: value``, and its place; of line 0 is what a caller gave."""
+
+    value: str
+    line: int
+    source: str
+
+    def refuse(self, problem: str, remedy: str) -> TableError:
+        """Make the error of the header line."""
+        return TableError(problem, remedy, source=self.source, line=self.line or None)
+
+
+def declare(declared: dict[str, Declared], key: str, new: Declared) -> None:
+    """Take up a header line; one that says something else than the one before is refused."""
+    old = declared.setdefault(key, new)
+    if old.value != new.value:
+        problem = f"{key} is {shown(new.value)}, but {shown(old.value)} in line {old.line}"
+        raise new.refuse(problem, "declare each key once")
+
+
+def header_line(
+    text: str,
+    key_of: Callable[[str], str | None] = canonical_key,
+    form: re.Pattern[str] = _PAIR,
+) -> tuple[str, str]:
+    """Split a header line into its key and value.
+
+    Parameters
+    ----------
+    text : str
+        The line, without ``#``.
+    key_of : callable, optional
+        Tells what a key without its unit declares; None where it is not known.
+    form : pattern, optional
+        How key and value stand beside each other, by default with a colon or an equals sign.
+
+    Returns
+    -------
+    key : str
+        What `key_of` tells, else the key as written; empty where the line is no declaration.
+    value : str
+        The value, with the unit of a known key behind it.
+
+    Examples
+    --------
+    >>> header_line("T0 [degC]: 20"), header_line("Operator = Mia"), header_line("made by hand")
+    (('reference_temperature', '20 degC'), ('Operator', 'Mia'), ('', ''))
+    """
+    match = form.fullmatch(text)
+    if match is None:
+        return "", ""
+    written, value = (part.strip() for part in match.groups())
+    name, unit = split_unit(written)
+    known = key_of(name)
+    return (known, f"{value} {unit}".strip()) if known else (written, value)
+
+
+def declarations_in(text: str) -> list[str]:
+    """Take the declarations of a header line apart, as of ``serial=X1; unit=mA``.
+
+    Parameters
+    ----------
+    text : str
+        The line, without ``#``.
+
+    Returns
+    -------
+    list of str
+        A text for each; the line as it is where it holds one, whose value may have such signs.
+
+    Examples
+    --------
+    >>> declarations_in("serial=X1; made: 1980"), declarations_in("note: warm; unit: by eye")
+    (['serial=X1', 'made: 1980'], ['note: warm; unit: by eye'])
+    """
+    for mark in "\t;,":
+        parts = [part.strip() for part in text.split(mark)] if mark in text else []
+        if parts and all(map(BEGINS_PAIR.match, parts)) and header_line(parts[0])[0] in KEYS:
+            return [own for part in parts for own in declarations_in(part)]
+    return [text]
+
+
+def unquoted(line: str) -> str:
+    """Take blank fields off a line, and the quotes in which Excel saves one with a comma.
+
+    Parameters
+    ----------
+    line : str
+        The line.
+
+    Returns
+    -------
+    str
+        What it says; a quote at its end alone is kept, as it is the unit of seconds of arc.
+
+    Examples
+    --------
+    >>> unquoted('"# comment: first, second";;'), unquoted('# head_uncertainty: 2"')
+    ('# comment: first, second', '# head_uncertainty: 2"')
+    """
+    bare = line.strip(" \t,;")
+    if bare.startswith('"') and bare.endswith('"'):
+        bare = bare[1:-1].replace('""', '"')
+    return bare
+
+
+def uncommented(line: str) -> str | None:
+    """Text of a line that begins with ``#``, None for any other line."""
+    bare = unquoted(line)
+    return bare.lstrip("#").strip() if bare.startswith("#") else None
+
+
+def notes_of_keys(declared: Mapping[str, Declared]) -> Iterator[str]:
+    """Say which header lines are kept as metadata, but nearly have a key that declares something.
+
+    Parameters
+    ----------
+    declared : mapping of str to Declared
+        Header lines by canonical key, or by the key as written where it is not known.
+
+    Yields
+    ------
+    str
+        A note for each line with a number whose key is misspelt.
+
+    Examples
+    --------
+    >>> list(notes_of_keys({"head_uncertainity": Declared("2e-5", 3, "a.csv")}))
+    ["header line 'head_uncertainity' declares nothing: the key may be meant as head_uncertainty"]
+    """
+    for key, written in declared.items():
+        if key in KEYS or not _NUMBER.match(written.value):
+            continue
+        from difflib import get_close_matches  # few files have such a key
+
+        folded = re.sub(r"[\W_]+", "_", key).strip("_").casefold()
+        if near := get_close_matches(folded, _NAMES, n=2, cutoff=_ALIKE):
+            meant = f"the key may be meant as {' or '.join(near)}"
+            yield f"header line {key!r} declares nothing: {meant}"

@@ -1,0 +1,214 @@
+"""Which rows hold the headings of a table."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import pairwise, product, zip_longest
+
+from accelcal.io.words.vocabulary import (
+    ACROSS,
+    BACK,
+    FORWARD,
+    OUTPUTS,
+    Heading,
+    canonical_key,
+    is_unit_of,
+    name_and_unit,
+    read_heading,
+)
+from accelcal.units import is_output_unit, spellings
+
+_CORE = {"temperature", "position", "angle", "stroke", "output"}
+_NONE = read_heading("")
+
+_MEASURED = frozenset(
+    {
+        *("current", "voltage", "frequency", "mean", "average"),
+        *("strom", "spannung", "frequenz", "mittelwert"),
+        *("courant", "tension", "fréquence", "moyenne"),
+        *("ток", "напряжение", "частота", "среднее"),
+    }
+)
+"""What is measured, or how: of one such column without a unit the readings are."""
+
+ANGLE_IN_PARTS = ("angle", "minutes", "seconds")
+"""Roles of the columns of an angle in degrees, minutes and seconds."""
+
+_WORD = re.compile(r"[^\W\d_]{2,}")
+_STROKES = {**dict.fromkeys(FORWARD, 1), **dict.fromkeys(BACK, 2)}
+"""Word of a direction -> the stroke that it is, of two."""
+
+_PARTS = {
+    "deg": "angle",
+    "arcmin": "minutes",
+    "min": "minutes",
+    "arcsec": "seconds",
+    "s": "seconds",
+}
+_PART_OF_ANGLE = {
+    spelling.casefold(): _PARTS[unit]
+    for kind in ("time", "angle")
+    for spelling, unit in spellings(kind).items()
+    if unit in _PARTS
+}
+
+
+def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
+    """Find the column that can only be the outputs.
+
+    Parameters
+    ----------
+    headings : sequence of Heading
+        All headings.
+
+    Returns
+    -------
+    tuple of int and Heading, or None
+        Place and meaning of that which alone of the unknown ones has a unit of outputs, or else is
+        called a current, a voltage, a frequency or a mean. None where a heading says which it is,
+        or several may be.
+
+    Examples
+    --------
+    >>> lone_output([read_heading(text) for text in ("Zeit", "Strom in mA")])[1].unit
+    'mA'
+    """
+    if any(heading.role in OUTPUTS for heading in headings):
+        return None
+    unknown = [i for i, heading in enumerate(headings) if heading.role is None]
+    by_unit = [i for i in unknown if _unit_of(headings[i])]
+    by_name = [i for i in unknown if headings[i].text.strip().casefold() in _MEASURED]
+    found = by_unit or by_name
+    if len(found) != 1:
+        return None
+    heading = headings[found[0]]
+    return found[0], Heading(heading.text, "output", _unit_of(heading))
+
+
+def _unit_of(heading: Heading) -> str | None:
+    """Unit behind a name without a digit, which that of one accelerometer of several may have."""
+    name, unit = name_and_unit(heading.text, is_output_unit)
+    has_digit = any(map(str.isdigit, name))
+    return unit if is_output_unit(unit) and not has_digit else None
+
+
+def are_headings(cells: Sequence[Heading]) -> bool:
+    """Tell whether a row holds headings.
+
+    Examples
+    --------
+    >>> are_headings([read_heading(cell) for cell in ("T", "k", "1", "2")])
+    True
+    >>> are_headings([read_heading(cell) for cell in ("temperature", "20", "serial", "A-7")])
+    False
+    """
+    roles = {cell.role for cell in cells if cell.role and cell.role != "date"}
+    numbered = [cell for cell in cells if cell.role in ACROSS]
+    if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
+        return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing
+    if _is_of_form(cells):
+        return False
+    roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}
+    return len(roles) >= 2 and bool(roles & _CORE)
+
+
+def _is_of_form(cells: Sequence[Heading]) -> bool:
+    """Tell whether names and numbers take turns, as keys and their values in a row of a form."""
+    number = [cell.role in ACROSS and not cell.text[0].isalpha() for cell in cells]
+    name = [cell.role is not None and cell.role not in ACROSS for cell in cells]
+    return any(number) and not any(a and b for kind in (number, name) for a, b in pairwise(kind))
+
+
+def over_time(cells: Sequence[Heading]) -> bool:
+    """Tell whether a row may hold the headings of a record over time: a time, the lone output.
+
+    Examples
+    --------
+    >>> over_time([read_heading(cell) for cell in ("Zeit", "Strom in mA")])
+    True
+    """
+    timed = any(cell.role in ("time", "date") for cell in cells)
+    return timed and lone_output(cells) is not None
+
+
+def read_headings(texts: Sequence[str]) -> tuple[Heading, ...]:
+    """Understand the headings of a row, of which some mean something beside others alone.
+
+    A date with its time, such as Date/Time, tells nothing beside a date. Degrees and minutes,
+    perhaps with seconds, are one angle. An output forward is stroke 1, and the one back stroke 2.
+
+    Examples
+    --------
+    >>> [cell.role for cell in read_headings(["Date", "Time", "DateTime"])]
+    ['date', 'time', None]
+    >>> [cell.role for cell in read_headings(["Hub", "Grad", "Minuten"])]
+    ['stroke', 'angle', 'minutes']
+    >>> [cell[2:] for cell in read_headings(["J", "Hin [mA]", "Rück [mA]"])]
+    [(None, None), ('mA', 1), ('mA', 2)]
+    """
+    return _with_minutes(_with_directions(_dated_once(tuple(map(read_heading, texts)))))
+
+
+def _dated_once(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
+    dates = {cell.text: canonical_key(cell.text) for cell in cells if cell.role == "date"}
+    if "date" not in dates.values():
+        return cells
+    return tuple(
+        cell if dates.get(cell.text, "date") else Heading(cell.text, None) for cell in cells
+    )
+
+
+def _with_minutes(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
+    parts = tuple(None if c.role else _PART_OF_ANGLE.get(c.text.casefold()) for c in cells)
+    for at, size in product(range(len(parts)), (3, 2)):
+        if parts[at : at + size] == ANGLE_IN_PARTS[:size]:
+            told = map(Heading, [cell.text for cell in cells[at : at + size]], ANGLE_IN_PARTS)
+            return (*cells[:at], *told, *cells[at + size :])
+    return cells
+
+
+def _with_directions(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
+    ways = [None if cell.role else _way(cell.text) for cell in cells]
+    told = any(cell.role in ("stroke", *OUTPUTS) for cell in cells)
+    if told or [way.of for way in ways if way] not in ([1, 2], [2, 1]):
+        return cells
+    return tuple(way or cell for way, cell in zip(ways, cells, strict=True))
+
+
+def _way(text: str) -> Heading | None:
+    word = _WORD.match(text)
+    stroke = _STROKES.get(word[0].casefold()) if word else None
+    name, unit = name_and_unit(text, is_output_unit) if stroke else ("", "")
+    return Heading(text, "strokes", unit or None, stroke) if word and name == word[0] else None
+
+
+def numbers_alone(cells: Sequence[Heading]) -> bool:
+    """Tell whether headings number outputs and say nothing else, as a row above others may."""
+    return all(cell.role in ACROSS or not cell.text for cell in cells)
+
+
+def joined(top: Sequence[Heading], own: Sequence[Heading]) -> tuple[Heading, ...]:
+    """Headings in two rows: the upper one numbers the outputs where the lower one does not.
+
+    Examples
+    --------
+    >>> top, own = (",,Pos. 1,Pos. 2".split(","), "T,k,Y [mA],Y [mA]".split(","))
+    >>> [cell.text for cell in joined([*map(read_heading, top)], [*map(read_heading, own)])]
+    ['T', 'k', 'Pos. 1 [mA]', 'Pos. 2 [mA]']
+    """
+    outputs = [cell.role for cell in own if cell.role in OUTPUTS]
+    if len(outputs) == 1 or not {*outputs} <= {"output"}:
+        return tuple(own)
+    return tuple(_numbered(*pair) for pair in zip_longest(top, own, fillvalue=_NONE))
+
+
+def _numbered(above: Heading, cell: Heading) -> Heading:
+    """A heading that says no more than that an output is below, by its number above."""
+    bare = cell.text.strip("[] ()")
+    unit = bare if cell.role is None and is_unit_of("output", bare) else cell.unit
+    if not above.role or not (cell.role == "output" or bare in ("", unit)):
+        return cell
+    if unit and above.unit:
+        return above if unit == above.unit else cell  # which contradict each other
+    return read_heading(f"{above.text} [{unit}]") if unit else above

@@ -1,0 +1,111 @@
+"""Columns of outputs that no heading calls so: of named accelerometers, or the one that can be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from accelcal.arguments.kinds import shown
+from accelcal.io.layout.heading_rows import lone_output
+from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.words.vocabulary import OUTPUTS, Heading
+from accelcal.units import is_output_unit
+
+_BEFORE_UNIT = " _/,[("
+
+
+def with_channels(layout: Layout, given: str = "") -> Layout:
+    r"""Take columns for the outputs of accelerometers, where a list of serials names them.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+    given : str, optional
+        Serials that the caller lists, which win over the header line ``# serials``.
+
+    Returns
+    -------
+    Layout
+        The table with these headings understood; the same where nothing lists serials, or other
+        columns hold outputs or serials.
+
+    Raises
+    ------
+    TableError
+        If a serial is the heading of no column.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "T,J,k,A7 [mA],B2\n20,1,1,1.35,1.31"
+    >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
+    >>> [heading[2:] for heading in with_channels(layout, "A7, B2").headings[3:]]
+    [('mA', 'A7'), (None, 'B2')]
+    """
+    header = layout.declared.get("serials")
+    names = _listed(given or (header.value if header else ""))
+    headings = tuple(_named(heading, names) for heading in layout.headings)
+    others = {heading.role for heading in headings if heading.of not in names}
+    if not names:
+        return layout
+    if others & {"serial", *OUTPUTS}:
+        unused = f"serials {given} was not used: other columns hold the outputs or the serials"
+        return layout._replace(notes=(*layout.notes, unused)) if given else layout
+    for name in names:
+        if name not in {heading.of for heading in headings}:
+            problem = f"no column {shown(name)}, which serials has"
+            raise layout.refuse(problem, "list the serials as the headings have them")
+    return layout._replace(headings=headings)
+
+
+def _listed(text: str) -> list[str]:
+    """Take a list of serials apart."""
+    mark = next((mark for mark in ";,\t" if mark in text), ",")
+    return [name for name in split_line(text, mark) if name]
+
+
+def _named(heading: Heading, names: Sequence[str]) -> Heading:
+    """Meaning of a heading that may be one of some names, with a unit behind it."""
+    for name in names:
+        behind = heading.text.removeprefix(name) if heading.text.startswith(name) else None
+        if behind is None or behind[:1] not in ("", *_BEFORE_UNIT):
+            continue
+        unit = behind.strip(f"{_BEFORE_UNIT}])")
+        if not unit or is_output_unit(unit):
+            return Heading(heading.text, "serials", unit or None, name)
+    return heading
+
+
+def with_lone_output(layout: Layout) -> Layout:
+    r"""Take a column for the outputs, where no heading says so and only one can be.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+
+    Returns
+    -------
+    Layout
+        With the column that alone of the unknown ones has a unit of outputs, or else is called a
+        current, a voltage, a frequency or a mean; and a note of it. The same where there are
+        outputs, or no such column, or several.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "Temperatur;Stellung;Hub;Strom in mA;Raum\n20;1;1;1,35;7"
+    >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
+    >>> [heading[1:3] for heading in with_lone_output(layout).headings[3:]]
+    [('output', 'mA'), (None, None)]
+    """
+    found = lone_output(layout.headings)
+    if found is None:
+        return layout
+    place, taken = found
+    why = "unit" if taken.unit else "name"
+    note = f"column {shown(taken.text)} is taken for the outputs, by its {why}"
+    headings = (*layout.headings[:place], taken, *layout.headings[place + 1 :])
+    return layout._replace(headings=headings, notes=(*layout.notes, note))

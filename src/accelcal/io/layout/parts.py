@@ -1,0 +1,359 @@
+"""The parts of a table file: header lines, headings with their separator, and rows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from accelcal.arguments.kinds import shown
+from accelcal.errors import TableError
+from accelcal.io.files.one_byte import ONE_BYTE
+from accelcal.io.files.text import SourceText, refuse_document
+from accelcal.io.layout.header_lines import (
+    IN_CELLS,
+    Declared,
+    declarations_in,
+    declare,
+    header_line,
+    notes_of_keys,
+    uncommented,
+)
+from accelcal.io.layout.heading_rows import (
+    are_headings,
+    joined,
+    numbers_alone,
+    over_time,
+    read_headings,
+)
+from accelcal.io.layout.rows_above import declared_in_row, label
+from accelcal.io.words.vocabulary import KEYS, Heading
+from accelcal.io.words.wording import lines_named, were
+
+_MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
+_BLANKS = re.compile(r"(?<=[\])])\s+|\s+(?![\[(])")  # between headings; one before a unit is none
+_PREAMBLE_LINES = 200
+_HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
+_EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
+
+_LABVIEW_CHANNELS = "***End_of_Header***"
+"""Line of LabVIEW below which a second header tells of the channels, with words of its own."""
+
+
+_AreHeadings = Callable[[Sequence[Heading]], bool]
+
+Recognise = Callable[[str], Heading]
+"""Tells the meaning of a heading; its role is None where the column is not used."""
+
+
+class Layout(NamedTuple):
+    """A table taken apart, its cells still text.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file.
+    declared : mapping of str to Declared
+        Header lines by canonical key, or by the key as written where it is not known.
+    headings : tuple of Heading
+        One entry a column.
+    headings_line : int
+        Line of the headings.
+    separator : str or None
+        ``","``, ``";"``, ``"|"`` or tab; None for runs of blanks.
+    rows : list of str
+        Lines of the table that are not blank.
+    lines : sequence of int
+        Line number of each row.
+    notes : tuple of str
+        What was set aside.
+    """
+
+    source: str
+    declared: Mapping[str, Declared]
+    headings: tuple[Heading, ...]
+    headings_line: int
+    separator: str | None
+    rows: list[str]
+    lines: Sequence[int]
+    notes: tuple[str, ...]
+
+    def refuse(self, problem: str, remedy: str) -> TableError:
+        """Make the error of the headings."""
+        return TableError(problem, remedy, source=self.source, line=self.headings_line)
+
+
+class _Headings(NamedTuple):
+    cells: tuple[Heading, ...]
+    separator: str | None
+    lines: tuple[int, ...]  # which tell them
+    below: int  # index of the first line below them
+
+
+def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
+    """Take a table apart.
+
+    Parameters
+    ----------
+    source : SourceText
+        The whole text of the file.
+    remedy : str, optional
+        What the headings should be, for the message where there are none.
+
+    Returns
+    -------
+    Layout
+        Header lines, headings and rows.
+
+    Raises
+    ------
+    TableError
+        If there are no headings, no rows, or a key is declared twice with different values.
+    """
+    refuse_document(source.text, source.name)
+    lines = source.text.split("\n")
+    if source.encoding in ONE_BYTE:
+        remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
+    headings = _below_numbers(lines, _find_headings(lines, source.name, remedy))
+    above = [item for item in _filled(lines[: headings.below]) if item[0] not in headings.lines]
+    declared, aside = _declarations(above, source.name, headings.separator)
+    rows, numbers, comments = _rows(lines, headings, source)
+    if comments:
+        aside.append(f"{were(comments, 'comment line')} set aside ({lines_named(comments)})")
+    return Layout(
+        source=source.name,
+        declared=declared,
+        headings=headings.cells,
+        headings_line=headings.lines[-1],
+        separator=headings.separator,
+        rows=rows,
+        lines=[number + source.skipped for number in numbers] if source.skipped else numbers,
+        notes=tuple(aside),
+    )
+
+
+def split_line(line: str, separator: str | None) -> list[str]:
+    """Split a line into cells without surrounding blanks.
+
+    Parameters
+    ----------
+    line : str
+        A row of the table.
+    separator : str or None
+        Separator of the cells, None for runs of blanks.
+
+    Returns
+    -------
+    list of str
+        The cells; quotes around a cell are taken off.
+
+    Examples
+    --------
+    >>> split_line('20; "a;b" ;1', ";")
+    ['20', 'a;b', '1']
+    """
+    if separator is None:
+        return line.replace('"', "").split()
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(separator)]
+    import csv
+
+    reader = csv.reader([line], delimiter=separator, skipinitialspace=True)
+    try:
+        return [cell.strip() for cell in next(reader)]
+    except csv.Error:  # a cell of more than 128 KiB
+        return line.split(separator)
+
+
+def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...], str | None]:
+    """Split headings by the separator that gives the most known ones.
+
+    Parameters
+    ----------
+    line : str
+        The line of the headings.
+    recognise : callable
+        What tells the meaning of a heading.
+
+    Returns
+    -------
+    headings : tuple of Heading
+        One entry a column.
+    separator : str or None
+        ``","``, ``";"``, ``"|"`` or tab; None for runs of blanks.
+    """
+    marks: list[str | None] = [mark for mark in _MARKS if mark in line]
+    if not marks and recognise(line).role:
+        return (recognise(line),), ","
+    split = {mark: tuple(map(recognise, _words(line, mark))) for mark in marks or [None]}
+    best = max(split, key=lambda mark: _known(split[mark]))
+    return split[best], best
+
+
+def _filled(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
+    """Lines that are not blank, with their numbers."""
+    return ((n, line) for n, line in enumerate(lines, 1) if line.strip(" \t,;"))
+
+
+def _find_headings(lines: list[str], name: str, remedy: str) -> _Headings:
+    above: list[tuple[int, str]] = []
+    commented = None
+    for number, line in _filled(lines):
+        if len(above) > _PREAMBLE_LINES:
+            break
+        bare = uncommented(line)
+        found = None
+        if bare is None or not header_line(bare)[0]:
+            found = _headings(line if bare is None else bare, number)
+        if bare is None and found:
+            return found
+        if bare is None and commented:  # headings as numpy.savetxt writes them
+            return commented._replace(below=number - 1)
+        commented = found or commented
+        above.append((number, line))
+    return _find_over_time(above, name, remedy)
+
+
+def _find_over_time(above: list[tuple[int, str]], name: str, remedy: str) -> _Headings:
+    """Where no row tells more, the last that has a time and an output; notes above may look so."""
+    for number, line in reversed(above):
+        if found := _headings(line, number, over_time):
+            return found
+    raise _no_headings(above, name, remedy)
+
+
+def _below_numbers(lines: list[str], top: _Headings) -> _Headings:
+    """Take headings below a row of numbered outputs, and of it what they do not tell."""
+    start = top.below
+    own = _headings(lines[start], start + 1) if start < len(lines) else None
+    if own is None or own.separator != top.separator or not numbers_alone(top.cells):
+        return top
+    both = joined(top.cells, own.cells)
+    return own if both == own.cells else own._replace(cells=both, lines=(*top.lines, *own.lines))
+
+
+def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Headings | None:
+    """Headings that a line holds, split by the separator that gives the most known words.
+
+    Blanks are one only where no other gives headings: they stand within headings too.
+    """
+    marks: list[str | None] = [mark for mark in _MARKS if mark in line]
+    blanks = [None] if " " in line.strip() else []
+    for separators in (marks, blanks):
+        split = [(read_headings(_split_headings(line, own)), own) for own in separators]
+        if told := [own for own in split if are(own[0])]:
+            cells, separator = max(told, key=lambda own: _known(own[0]))
+            return _Headings(cells, separator, (number,), number)
+    return None
+
+
+def _known(cells: Sequence[Heading]) -> int:
+    return sum(cell.role is not None for cell in cells)
+
+
+def _split_headings(line: str, separator: str | None) -> list[str]:
+    cells = _words(line.strip(" "), separator)  # a tab may stand before the first heading
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _words(line: str, separator: str | None) -> list[str]:
+    """Split headings; between blanks, a unit in brackets belongs to the word before it."""
+    if separator is None:
+        return _BLANKS.split(line.replace('"', "").strip())
+    return split_line(line, separator)
+
+
+def _declarations(
+    above: list[tuple[int, str]], name: str, separator: str | None
+) -> tuple[dict[str, Declared], list[str]]:
+    declared: dict[str, Declared] = {}
+    aside: list[int] = []
+    of_channels = False
+    for number, line in above:
+        of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
+        bare = of_channels and uncommented(line) is None
+        for key, value in [("", "")] if bare else _keys_and_values(line, separator):
+            if not key:
+                aside.append(number)
+            elif key == "comment":
+                before = f"{declared[key].value}; " if key in declared else ""
+                declared[key] = Declared(before + value, number, name)
+            else:
+                declare(declared, key, Declared(value, number, name))
+    told = lines_named([*dict.fromkeys(aside)])
+    notes = [f"text above the headings was set aside ({told})"] if aside else []
+    return declared, [*notes, *notes_of_keys(declared)]
+
+
+def _keys_and_values(line: str, separator: str | None) -> list[tuple[str, str]]:
+    """Keys and values of a line above the headings; an empty key where it says nothing."""
+    bare = uncommented(line)
+    if bare is None:  # of sep=; Excel tells the separator
+        return [] if line.casefold().startswith("sep=") else declared_in_row(line, separator)
+    return [_key_and_value(part) for part in declarations_in(bare)] if bare else []
+
+
+def _key_and_value(text: str) -> tuple[str, str]:
+    key, value = header_line(text)
+    if key:
+        return key, value
+    key, value, unit = label(text)  # as of Temperature, °C: 20
+    if key and value:
+        return key, f"{value} {unit}".strip()
+    key, value = header_line(text, form=IN_CELLS)
+    return (key, value) if key in KEYS else ("comment", text)
+
+
+def _rows(
+    lines: list[str], headings: _Headings, source: SourceText
+) -> tuple[list[str], Sequence[int], list[int]]:
+    """Rows with their line numbers, and the lines of comments between them."""
+    blank = ' \t"' + (headings.separator or "")
+    start, end = headings.below, len(lines)
+    while end > start and not lines[end - 1].strip(blank):
+        end -= 1
+    rows, numbers = lines[start:end], range(start + 1, end + 1)
+    kept: Sequence[int] = numbers  # a list takes 40 bytes a row
+    if not all(row.strip(blank) for row in rows):
+        kept = [n for n, row in zip(numbers, rows, strict=True) if row.strip(blank)]
+    comments = list(_comments(lines, kept, source)) if any("#" in row for row in rows) else []
+    if comments:
+        kept = sorted(set(kept).difference(comments))
+    if not kept:
+        problem, remedy = "column headings but no readings", "add a row for each reading"
+        raise TableError(problem, remedy, source=source.name, line=headings.lines[-1])
+    if len(kept) < len(rows):
+        rows = [lines[n - 1] for n in kept]
+    return rows, kept, [n + source.skipped for n in comments]
+
+
+def _comments(lines: list[str], numbers: Sequence[int], source: SourceText) -> Iterator[int]:
+    for number in numbers:
+        line = lines[number - 1]
+        text = uncommented(line)
+        if text is None or re.match(_EXCEL_ERROR, line.strip(' \t"')):
+            continue
+        if header_line(text)[0] in KEYS:
+            problem = f"header line {shown(text)} inside the table"
+            remedy = "write it above the headings; one table a file, or a column serial"
+            place = number + source.skipped
+            raise TableError(problem, remedy, source=source.name, line=place)
+        yield number
+
+
+def _no_headings(above: list[tuple[int, str]], name: str, remedy: str) -> TableError:
+    table = [(number, line) for number, line in above if uncommented(line) is None]
+    if not above:
+        return TableError("the file is empty", remedy, source=name)
+    if not table:
+        return TableError("header lines, but no table", remedy, source=name)
+    number, line = table[0]
+    cells = re.split(r"[;\t]|,(?!\d)|\s+", line.strip())
+    numeric = sum(cell[:1].isdigit() or cell[:1] in "+-." for cell in cells if cell)
+    if 2 * numeric > len(cells):
+        problem = "numbers where the column headings belong"
+    else:
+        problem = f"no column headings in {shown(line.strip())}"
+    return TableError(problem, remedy, source=name, line=number)

@@ -1,0 +1,124 @@
+"""Rows below the headings of a table that belong to them: numbers of the outputs, and units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.values.cells import MISSING
+from accelcal.io.words.vocabulary import ACROSS, Heading, is_unit_of, read_heading
+
+_NO_UNIT = MISSING | {"1"}
+_WORDED = (None, "date", "time")  # columns below which any words may stand, such as hh:mm:ss
+UNITS_BELOW = "the units stand below the headings (line {})"
+
+
+def with_rows_below(layout: Layout) -> Layout:
+    r"""Take first rows that number the outputs or hold units, and no reading, into the headings.
+
+    Returns
+    -------
+    Layout
+        The table without such rows, with a note of each; the same where it has none.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "T;J;Y [mA];;\n;;1;2;3\ndegC;-;mA;mA;mA\n20;1;1.35;1.35;1.35"
+    >>> layout = with_rows_below(read_layout(SourceText("a.csv", text, "utf-8")))
+    >>> [heading.text for heading in layout.headings], layout.rows
+    (['T [degC]', 'J', '1 [mA]', '2 [mA]', '3 [mA]'], ['20;1;1.35;1.35;1.35'])
+    """
+    for told_by, note in (
+        (_headings_with_numbers, "line {} numbers the outputs"),
+        (headings_with_units, UNITS_BELOW),
+    ):
+        row = split_line(layout.rows[0], layout.separator)
+        headings = told_by(layout.headings, row) if len(layout.rows) > 1 else None
+        if headings is not None:
+            layout = layout._replace(
+                headings=headings,
+                rows=layout.rows[1:],
+                lines=layout.lines[1:],
+                notes=(*layout.notes, note.format(layout.lines[0])),
+            )
+    return layout
+
+
+def _headings_with_numbers(
+    headings: Sequence[Heading], row: Sequence[str]
+) -> tuple[Heading, ...] | None:
+    """Headings of outputs by their numbers below the last heading; None where there are none."""
+    *names, last = headings
+    cells = [read_heading(cell) for cell in row]
+    while cells and not cells[-1].text:
+        cells.pop()
+    beside, numbers = cells[: len(names)], cells[len(names) :]
+    if last.role != "output" or not _number_outputs(names, numbers):
+        return None
+    if any(map(str.isdigit, "".join(cell.text for cell in beside))):
+        return None
+    unit = f" [{last.unit}]" if last.unit else ""
+    numbered = (read_heading(cell.text + (unit if not cell.unit else "")) for cell in numbers)
+    return (*_each_with_unit(names, beside), *numbered)
+
+
+def _number_outputs(names: list[Heading], numbers: list[Heading]) -> bool:
+    """Whether the row tells one thing of several outputs, which no other column tells."""
+    kinds = {cell.role for cell in numbers}
+    told = {ACROSS.get(str(kind)) for kind in kinds}
+    return len(numbers) > 1 and len(kinds) == 1 and not told & {None, *(n.role for n in names)}
+
+
+def _each_with_unit(names: list[Heading], cells: list[Heading]) -> Iterator[Heading]:
+    for name, cell in zip(names, cells, strict=True):
+        yield from headings_with_units([name], [cell.text]) or [name]
+
+
+def headings_with_units(
+    headings: Sequence[Heading], row: Sequence[str]
+) -> tuple[Heading, ...] | None:
+    """Join headings and the units below them.
+
+    Parameters
+    ----------
+    headings : sequence of Heading
+        One entry a column.
+    row : sequence of str
+        Cells of the row below.
+
+    Returns
+    -------
+    tuple of Heading or None
+        The headings with their units; None where the row holds something else.
+    """
+    if any(row[len(headings) :]):
+        return None
+    missing = len(headings) - len(row)
+    units = [cell.strip("[] ()") for cell in (*row, *[""] * missing)]
+    pairs = list(zip(headings, units, strict=False))
+    if not all(_may_be_unit(*pair) for pair in pairs) or not any(_is_unit(*pair) for pair in pairs):
+        return None
+    return tuple(_with_unit(*pair) for pair in pairs)
+
+
+def _is_unit(heading: Heading, cell: str) -> bool:
+    if cell.casefold() in _NO_UNIT or heading.role is None:
+        return False
+    return is_unit_of(heading.role, cell) and heading.unit in (None, cell)
+
+
+def _may_be_unit(heading: Heading, cell: str) -> bool:
+    worded = heading.role in _WORDED and not any(map(str.isdigit, cell))
+    is_merged = cell == heading.text  # one cell over both rows
+    return is_merged or worded or cell.casefold() in _NO_UNIT or _is_unit(heading, cell)
+
+
+def _with_unit(heading: Heading, cell: str) -> Heading:
+    if not heading.text:  # of a row above that numbers the outputs alone
+        return read_heading(cell)
+    is_told = heading.role is None and cell.casefold() not in _NO_UNIT
+    if heading.unit or not (is_told or _is_unit(heading, cell)):
+        return heading
+    return read_heading(f"{heading.text} [{cell}]")

@@ -1,0 +1,285 @@
+"""Cells of a column: text to numbers and labels, each refusal with its line."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
+from itertools import compress
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arguments.kinds import shown
+from accelcal.arrays import Array, Ints, Mask
+from accelcal.errors import TableError
+from accelcal.io.values.thousands import first_in_groups
+from accelcal.io.words.signs import with_hyphen
+from accelcal.io.words.vocabulary import OUTPUTS, UNITS_OF, has_unit, is_unit_of
+from accelcal.units import canonical_unit
+
+MISSING = frozenset(
+    {"", "-", "--", "---", "?", "na", "n/a", "n.a.", "nan", "null", "none", "unknown", "missing"}
+    | {"#n/a", "#nv", "k.a."}  # as Excel has it, in English and German; "keine Angabe"
+)
+"""Cells that stand for a missing value, in lower case."""
+
+_REMEDIES = {
+    **dict.fromkeys(("position", "clamping"), "write a number"),
+    "stroke": "write its number; words such as forward and back stand in a column direction",
+    "temperature": "write a number, or 'unknown' where it is not known",
+    "time": "write seconds, a clock time as 14:30:00, or both as 2024-05-31T14:30:00",
+    "angle": "write head angles in degrees, as 22.5 or 22\u00b030'",
+}
+"""Column -> what its cells should be, where one is no number."""
+
+_WITH_UNIT = re.compile(r"([-+\u2212\u2013]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
+
+
+_WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
+
+
+def is_missing(cell: str) -> bool:
+    """Tell whether a cell stands for a missing value."""
+    return cell.casefold() in MISSING
+
+
+class Column(NamedTuple):
+    """One column of the table.
+
+    Attributes
+    ----------
+    role : str
+        What it holds.
+    heading : str
+        Its heading as written.
+    unit : str or None
+        Unit of its heading or cells.
+    cells : sequence of str, or ndarray of float
+        Text, or numbers where the engine has read them already.
+    lines : ndarray of int
+        Line of each cell.
+    source : str
+        Name of the file.
+    decimal : str
+        Decimal mark, ``"."`` or ``","``.
+    """
+
+    role: str
+    heading: str
+    unit: str | None
+    cells: Sequence[str] | Array
+    lines: Ints
+    source: str
+    decimal: str = "."
+
+    def take(self, keep: Mask) -> Column:
+        """Keep the cells where `keep` is true."""
+        if keep.all():
+            return self
+        chosen = (
+            self.cells[keep]
+            if isinstance(self.cells, np.ndarray)
+            else list(compress(self.cells, keep))
+        )
+        return self._replace(cells=chosen, lines=self.lines[keep])
+
+    def without_unit(self, is_unit: Callable[[str], bool] | None = None) -> Column:
+        """Take off the unit that every cell carries, as in ``1.25 mA``; it becomes the column's.
+
+        Parameters
+        ----------
+        is_unit : callable, optional
+            What tells a unit, right or wrong, of the column; by default that of its role.
+        """
+        first = next((cell for cell in self.cells if not is_missing(str(cell))), "")
+        match = _WITH_UNIT.fullmatch(str(first))
+        if not match or not (is_unit or partial(is_unit_of, self.role))(match[2]):
+            return self
+        unit, allowed = match[2], UNITS_OF.get(self.role)
+        if allowed and not has_unit(self.role, unit):
+            problem, remedy = f"{{}} is in {unit}", f"give it in {allowed[0]}"
+            raise self.refuse(list(self.cells).index(first), problem, remedy)
+        if self.unit and canonical_unit(self.unit) != canonical_unit(unit):
+            problem, remedy = f"{{}} under a heading in {self.unit}", "use one unit in a column"
+            raise self.refuse(list(self.cells).index(first), problem, remedy)
+        cells = [self._bare(i, unit) for i in range(len(self.cells))]
+        return self._replace(unit=unit, cells=cells)
+
+    def _bare(self, index: int, unit: str) -> str:
+        cell = str(self.cells[index])
+        match = _WITH_UNIT.fullmatch(cell)
+        if match and match[2] == unit:
+            return match[1]
+        if is_missing(cell):
+            return cell
+        raise self.refuse(index, f"{{}} after cells in {unit}", "use one unit in a column")
+
+    def refuse(self, index: int, problem: str, remedy: str) -> TableError:
+        """Error about one cell; ``{}`` in the problem stands for the column and the cell."""
+        cell = self.cells[index]
+        # beside a cell, a heading that is a number would read as one
+        name = f"column {self.heading}" if self.heading[:1].isdigit() else self.heading
+        what = f"{name} {shown(str(cell))}" if cell != "" else name
+        line = int(self.lines[index])
+        return TableError(problem.format(what), remedy, source=self.source, line=line)
+
+    def check(self, good: Mask, problem: str, remedy: str) -> None:
+        """Refuse the first cell where `good` is false."""
+        if not good.all():
+            raise self.refuse(int(np.argmin(good)), problem, remedy)
+
+
+def numbers(column: Column) -> Array:
+    """Numbers of a column, NaN where a cell is missing.
+
+    Returns
+    -------
+    ndarray of float, shape (n,)
+        Its values.
+
+    Raises
+    ------
+    TableError
+        At the first cell that is not a finite number.
+    """
+    if isinstance(column.cells, np.ndarray):
+        values = column.cells
+    else:
+        values = np.array(_floats(column), dtype=np.float64)
+    column.check(~np.isinf(values), "{} is infinite or too large", "write a finite number")
+    return values
+
+
+def complete_numbers(column: Column) -> Array:
+    """Numbers of a column, of which none is missing.
+
+    Returns
+    -------
+    ndarray of float, shape (n,)
+        Its values.
+
+    Raises
+    ------
+    TableError
+        At the first cell that is missing or no finite number.
+    """
+    values = numbers(column)
+    column.check(~np.isnan(values), "{} is missing", "complete the row or delete it")
+    return values
+
+
+def whole_numbers(column: Column, rule: str) -> Ints:
+    """Whole numbers of a column, 0 where a cell is missing.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+    rule : str
+        What would be right, for the message.
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        Its values.
+
+    Raises
+    ------
+    TableError
+        At the first cell that is not a whole number, 1 or more.
+    """
+    values = numbers(column)
+    missing = np.isnan(values)
+    good = missing | ((values >= 1) & (values == np.floor(values)) & (values < 2**31))
+    column.check(good, "{} is not a whole number from 1", rule)
+    return np.where(missing, 0.0, values).astype(np.int64)
+
+
+def labels(column: Column) -> tuple[Ints, tuple[str, ...]]:
+    """Labels of a column, in order of first appearance.
+
+    Returns
+    -------
+    index : ndarray of int, shape (n,)
+        Index of each cell's label.
+    names : tuple of str
+        The labels.
+
+    Raises
+    ------
+    TableError
+        At the first cell that is empty, or a number that is written in two ways.
+    """
+    cells = [str(cell) for cell in column.cells]
+    place = {name: index for index, name in enumerate(dict.fromkeys(cells))}
+    if "" in place:
+        raise column.refuse(cells.index(""), "{} is empty", f"write the {column.role} in every row")
+    for name, other in written_otherwise(place).items():
+        remedy = f"write each {column.role} in one way"
+        raise column.refuse(cells.index(name), f"{{}} is {shown(other)} in another row", remedy)
+    return np.array([place[cell] for cell in cells], dtype=np.int64), tuple(place)
+
+
+def written_otherwise(labels: Collection[str]) -> dict[str, str]:
+    """Find labels that are the number of another one, as programs write it that know no label.
+
+    Parameters
+    ----------
+    labels : collection of str
+        Different labels.
+
+    Returns
+    -------
+    dict of str to str
+        The label with a point or with zeros before it, and the one without.
+
+    Examples
+    --------
+    >>> written_otherwise(["1", "2", "1.0", "007", "7", "03", "2.10"])
+    {'1.0': '1', '007': '7'}
+    """
+    plain = {name: match[1] for name in labels if (match := _WHOLE.fullmatch(name))}
+    return {name: number for name, number in plain.items() if name != number and number in plain}
+
+
+def _floats(column: Column) -> list[float]:
+    cells: list[str] = list(column.cells)
+    other = "," if column.decimal == "." else "."
+    values = []
+    for index, cell in enumerate(cells):
+        try:
+            values.append(_float(cell, column.decimal, other))
+        except ValueError:
+            raise _not_a_number(column, index) from None
+    place = first_in_groups(cells) if column.role in OUTPUTS else None
+    if place is not None:
+        problem = f"{{}} is one of numbers without decimals or with three: {column.decimal!r} is no"
+        raise column.refuse(
+            place, f"{problem} decimal mark", "write numbers without thousands marks"
+        )
+    return values
+
+
+def _float(cell: str, decimal: str, other: str) -> float:
+    if cell.casefold() in MISSING:
+        return math.nan
+    if other in cell or "_" in cell:
+        raise ValueError(cell)
+    return float(with_hyphen(cell.replace(decimal, ".")))
+
+
+def _not_a_number(column: Column, index: int) -> TableError:
+    cell = str(column.cells[index])
+    if cell.casefold() == column.heading.casefold():
+        remedy = "keep one table in a file, or tell several apart by a column serial or run"
+        return column.refuse(index, "the column headings stand here again", remedy)
+    if re.fullmatch(r"[+-]?[0-9]*[.,][0-9.,]*", cell):
+        problem = f"{{}} does not fit the decimal mark {column.decimal!r}"
+        remedy = "write numbers without thousands marks and with one decimal mark"
+        return column.refuse(index, problem, remedy)
+    if re.fullmatch(r"[+-]?[0-9]{1,3}([ '\u2019][0-9]{3})+([.,][0-9]*)?", re.sub(r"\s", " ", cell)):
+        return column.refuse(index, "{} has a thousands mark", "write numbers without them")
+    usual = "write a number, or nothing where it is missing"
+    return column.refuse(index, "{} is not a number", _REMEDIES.get(column.role, usual))

@@ -1,0 +1,84 @@
+"""Decimal marks that may be thousands marks, as German programs write 135.474 for 135474."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from accelcal.arrays import Array
+from accelcal.io.words.signs import with_hyphen
+
+_GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,][0-9]{3})?")
+"""A number that is grouped, or has nothing to group."""
+
+_FEWEST = 3  # grouped numbers; one or two happen to have three decimals
+
+_OF_WHOLE_NUMBERS = frozenset({"counts", "pulses"})
+
+
+def first_in_groups(cells: Sequence[str]) -> int | None:
+    """Find a number with a thousands mark among numbers of which some have no mark at all.
+
+    A program that writes three decimals writes them everywhere, and one that leaves zeros out does
+    not end with three of them each time.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        The numbers of a column as written; empty ones do not count.
+
+    Returns
+    -------
+    int or None
+        Place of the first one; None where the marks are those of decimals.
+
+    Examples
+    --------
+    >>> first_in_groups(["601", "135.474", "96.029", "-94.903"])
+    1
+    >>> first_in_groups(["1", "1.35", "0.954", "-1.352"])
+    """
+    grouped = _grouped(cells)
+    mixed = len(set(grouped.values())) == 2 and sum(grouped.values()) >= _FEWEST
+    return next(place for place, is_grouped in grouped.items() if is_grouped) if mixed else None
+
+
+def notes_of_thousands(
+    columns: Sequence[Sequence[str] | Array], unit: str | None
+) -> tuple[str, ...]:
+    """Say where all outputs have three decimals, and are in a unit of whole numbers.
+
+    Parameters
+    ----------
+    columns : sequence of sequence of str
+        The outputs of each column as written; what the engine has read already does not count.
+    unit : str or None
+        Output unit.
+
+    Returns
+    -------
+    tuple of str
+        A sentence, or none.
+    """
+    if unit not in _OF_WHOLE_NUMBERS:
+        return ()
+    cells = [cell for column in columns for cell in column if isinstance(cell, str)]
+    grouped = _grouped(cells)
+    if not grouped or not all(grouped.values()):
+        return ()
+    return (
+        f"all outputs have three decimals, though {unit} are whole numbers: if the mark in"
+        f" {cells[0]} is one of thousands, all are a thousand times too small; write them without",
+    )
+
+
+def _grouped(cells: Sequence[str]) -> dict[int, bool]:
+    """Which numbers are grouped, by place; empty where a mark must be that of decimals."""
+    found = {}
+    for place, cell in enumerate(cells):
+        match = _GROUPED.fullmatch(with_hyphen(cell))
+        if match is None and cell != "":
+            return {}
+        if match is not None:
+            found[place] = match[1] is not None
+    return found

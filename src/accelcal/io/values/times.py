@@ -1,0 +1,256 @@
+"""Times of a column: seconds, dates, or clock times and the days on which they were read."""
+
+from __future__ import annotations
+
+import re
+from contextlib import suppress
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.arrays import Array, Ints
+from accelcal.dates import date_of
+from accelcal.io.values.cells import Column, is_missing, numbers
+from accelcal.io.words.vocabulary import TIME_UNITS
+from accelcal.pace import LATEST
+
+DAY = np.timedelta64(1, "D")
+"""A day, to add clock times to."""
+
+HOUR = np.timedelta64(1, "h")
+"""By which clocks are put back."""
+
+_HALF_A_DAY = np.timedelta64(12, "h")
+_MINUTES = r":([0-5]\d)(?::([0-5]\d(?:[.,]\d+)?))?"
+_CLOCKS = (
+    re.compile(rf"([01]?\d|2[0-3]){_MINUTES}()"),
+    re.compile(rf"(0?[1-9]|1[0-2]){_MINUTES} ?([ap])\.?m\.?", re.IGNORECASE),
+)
+_DAY_AND_CLOCK = re.compile(r"(\S+?)[Tt ] *(\d.*)")
+_ISO = re.compile(r"[12]\d{3}-\d\d-\d\d(?:[T ]\d\d:\d\d:\d\d(?:\.\d{1,6})?)?", re.ASCII)
+"""Dates that NumPy reads as `date_of` does, and seven times as fast."""
+
+_ZONE = re.compile(r"[T ]\d[^\n]*[+-]")
+"""A clock time in another zone than UTC."""
+
+_MIDNIGHT = re.compile(r"[0:.,]+(?:Z|[+-].*)?")
+
+
+def times(column: Column, dates: Column | None = None, group: Ints | None = None) -> NDArray[Any]:
+    """Times of a column, of the kind that its first cell is.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+    dates : Column, optional
+        The column of the days of its clock times.
+    group : ndarray of int, shape (n,), optional
+        Groups of cells that follow each other in time, for clock times without a day; by default
+        all do.
+
+    Returns
+    -------
+    ndarray of float, datetime64 or timedelta64, shape (n,)
+        Numbers in the unit of the column; UTC dates; or, of clock times without days, the time
+        since the midnight before the first of their group. One that is more than 12 h before
+        the one above it is of the next day.
+
+    Raises
+    ------
+    TableError
+        At the first cell that is empty or not of the kind of the first.
+
+    Examples
+    --------
+    >>> cells, lines = ["23:59:30", "0:00:30.5"], np.array([2, 3])
+    >>> times(Column("time", "time", None, cells, lines, "a.csv")) / np.timedelta64(1, "s")
+    array([86370. , 86430.5])
+    """
+    first = str(column.cells[0])
+    clock = next((form for form in _CLOCKS if form.fullmatch(first)), None)
+    if clock is not None:
+        found = _clock_times(column, clock)
+        return _with_midnights(found, group) if dates is None else _days(dates) + found
+    if date_of(first) is None or first.isdigit():
+        values = numbers(column)
+        remedy = "write the time of every reading, or leave the column out"
+        column.check(~np.isnan(values), "{} is missing", remedy)
+        return values
+    return _dates(column, "{} is not a date and time", "write it as 2024-05-31T14:30:00")
+
+
+def days(column: Column, found: NDArray[Any]) -> NDArray[np.datetime64] | None:
+    """Days of the times of a column, where the readings were taken.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+    found : ndarray, shape (n,)
+        Its times, as of `times`.
+
+    Returns
+    -------
+    ndarray of datetime64, shape (n,), or None
+        The days as written, which those of UTC need not be; None where the times have no days.
+
+    Examples
+    --------
+    >>> cells = ["2024-06-01T00:30:00+02:00", "2024-06-01T02:30:00+02:00"]
+    >>> column = Column("time", "time", None, cells, np.array([2, 3]), "a.csv")
+    >>> days(column, times(column)).astype(str).tolist()
+    ['2024-06-01', '2024-06-01']
+    """
+    if found.dtype.kind != "M":
+        return None
+    cells = list(map(str, column.cells))
+    if not _ZONE.search("\n".join(cells)):
+        return found.astype("datetime64[D]")
+    return np.array(list(map(_as_written, cells)), dtype="datetime64[D]")
+
+
+def in_seconds(column: Column, values: Array) -> Array:
+    """Turn the numbers of a column of times into seconds.
+
+    Parameters
+    ----------
+    column : Column
+        The column; without a unit it is in seconds, and of ``s since start`` the first word counts.
+    values : ndarray of float, shape (n,)
+        Its numbers.
+
+    Returns
+    -------
+    ndarray of float, shape (n,)
+        The times [s].
+
+    Raises
+    ------
+    TableError
+        If the unit is none of a time, or a time is far from all clocks, as ms since 1970 are.
+
+    Examples
+    --------
+    >>> in_seconds(Column("time", "time", "h", ["2"], np.array([2]), "a.csv"), np.array([2.0]))
+    array([7200.])
+    """
+    unit = (column.unit or "").strip() or "s"
+    factor = TIME_UNITS.get(unit.split()[0].casefold())
+    if factor is None:
+        problem = "{} is in " + unit.replace("{", "{{").replace("}", "}}")
+        raise column.refuse(0, problem, "write the unit of the time, such as time [s]")
+    with np.errstate(over="ignore"):
+        seconds = values * factor
+    remedy = "write seconds, or name the unit of the time in its heading, such as time [ms]"
+    column.check(np.abs(seconds) <= LATEST, "{} is no time of a record", remedy)
+    return seconds
+
+
+def has_clock_times(column: Column) -> bool:
+    """Tell whether a column of times needs the days of its clock times.
+
+    Returns
+    -------
+    bool
+        True where one of its cells is a clock time.
+    """
+    return any(form.fullmatch(str(cell)) for cell in column.cells for form in _CLOCKS)
+
+
+def has_times_of_day(column: Column) -> bool:
+    """Tell whether a column of dates tells the times of the readings as well.
+
+    Returns
+    -------
+    bool
+        True where its cells differ and one has a time of day other than midnight, which is what
+        programs write behind a mere date.
+    """
+    found = {str(cell) for cell in column.cells}
+    return len(found) > 1 and any(map(_is_moment, found))
+
+
+def _is_moment(text: str) -> bool:
+    match = _DAY_AND_CLOCK.fullmatch(text)
+    is_bare = match is None or _MIDNIGHT.fullmatch(match[2])
+    return not is_bare and date_of(text) is not None
+
+
+def one_date(column: Column, *, timed: bool) -> str | None:
+    """Text that stands in all cells of a column of dates.
+
+    Parameters
+    ----------
+    column : Column
+        The column.
+    timed : bool
+        Look at the days only, as its cells have times of day.
+
+    Returns
+    -------
+    str or None
+        None where there are several, or where it stands for nothing.
+    """
+    found = {str(cell) for cell in column.cells}
+    if timed:
+        found = {_DAY_AND_CLOCK.sub(r"\1", text) for text in found}
+    return None if len(found) > 1 or is_missing(next(iter(found))) else found.pop()
+
+
+def _dates(
+    column: Column, problem: str, remedy: str, *, in_utc: bool = True
+) -> NDArray[np.datetime64]:
+    cells = list(map(str, column.cells))
+    if all(map(_ISO.fullmatch, cells)):
+        with suppress(ValueError):  # one is no day of the calendar, as is told below
+            return np.array(cells, dtype="datetime64[us]")
+    dates = list(map(_in_utc if in_utc else _as_written, cells))
+    column.check(np.array([date is not None for date in dates]), problem, remedy)
+    return np.array(dates, dtype="datetime64[us]")
+
+
+def _in_utc(text: str) -> datetime | None:
+    date = date_of(text)
+    try:
+        return date.astimezone(UTC).replace(tzinfo=None) if date and date.tzinfo else date
+    except OverflowError:  # in the first or the last hours of all calendars
+        return None
+
+
+def _as_written(text: str) -> datetime | None:
+    date = date_of(text)
+    return date.replace(tzinfo=None) if date else None
+
+
+def _days(column: Column) -> NDArray[np.datetime64]:
+    remedy = "write it as 2024-05-31 in every row"
+    dates = _dates(column, "{} is not a date", remedy, in_utc=False)
+    return dates.astype("datetime64[D]")
+
+
+def _clock_times(column: Column, form: re.Pattern[str]) -> NDArray[np.timedelta64]:
+    found = [form.fullmatch(str(cell)) for cell in column.cells]
+    remedy = "write it as in the first row, such as 14:30:00, in every row, or times in seconds"
+    column.check(np.array([match is not None for match in found]), "{} is no clock time", remedy)
+    return np.array([_microseconds(match) for match in found if match], dtype="timedelta64[us]")
+
+
+def _microseconds(match: re.Match[str]) -> int:
+    """Time since midnight; 12 AM is midnight and 12 PM noon."""
+    hour, minute, second, half = match.groups("0")
+    hours = int(hour) % 12 + 12 * (half in "pP") if half else int(hour)
+    seconds = float(second.replace(",", "."))
+    return (hours * 60 + int(minute)) * 60_000_000 + round(seconds * 1e6)
+
+
+def _with_midnights(clock: NDArray[np.timedelta64], group: Ints | None) -> NDArray[np.timedelta64]:
+    """Clock times with the days that have passed since the first of their group."""
+    since = clock.copy()
+    groups = np.zeros(clock.size, dtype=np.int64) if group is None else group
+    for own in (groups == index for index in range(groups.max() + 1)):
+        step = np.diff(clock[own], prepend=clock[own][:1])
+        since[own] += np.cumsum(step < -_HALF_A_DAY) * DAY
+    return since
