@@ -39,6 +39,22 @@ def test_a_lag_of_milliradians_leaves_nothing_and_has_its_size(hidden, seed, siz
     assert off_by(again.tables[0].coefficients["K1"], 1.35) < 1.3
 
 
+@pytest.mark.parametrize(
+    ("tilt", "half_width"), [(4e-3, 3e-5), (-4e-3, 2e-4), (-1e-2, 3e-5), (2e-2, 2e-4)]
+)
+def test_a_play_as_wide_as_readings_are_behind_an_extreme_has_its_name(tilt, half_width):
+    """A misalignment of some milliradians puts the readings at 0 and 180 deg there."""
+    accelerometer = accelcal.Accelerometer(misalignment=accelcal.BilinearLaw(tilt))
+    hidden = [effect("hysteresis").of(half_width)]
+    first, second = (accelcal.simulate(accelerometer, effects=hidden, seed=n) for n in (1, 2))
+    found = accelcal.discover(first)
+    assert [item.id for item in found.effects] == ["hysteresis"]
+    assert found.unexplained is None
+    assert off_by(found.effects[0].parameters["half_width"], half_width) < 1.3
+    again = accelcal.fit(second, model=found)
+    assert off_by(again.effects[0].parameters["half_width"], half_width) < 1.3
+
+
 def test_small_effects_leave_the_readings_as_they_are():
     known = effect("backlash").of(2e-5)
     comparison = compared(accelcal.simulate(plan=PLAN, seed=1, effects=[known]), 20.0)

@@ -126,13 +126,16 @@ def visible(
 def instances_of(effect: Effect, c: Conditions) -> Iterator[Instance]:
     """All instances of an effect that are tried, for all values of its nonlinear parameters.
 
-    Of several amplitudes, the first is tried alone, and the last two in all phases.
+    Of several amplitudes, the first is tried alone, and the last two in all phases. One to which
+    the readings are proportional within bounds alone is tried near the sizes that it lists.
     """
+    listed = effect.amplitudes[0].sizes
+    sizes = [None] if listed is None else listed(c).tolist()
     grids = [_grid(item.search(c), discrete=item.discrete) for item in effect.shapes if item.search]
     names = [item.name for item in effect.shapes]
     for values in itertools.product(*grids):
-        for mixture in _mixtures(effect):
-            yield Instance(effect, mixture, dict(zip(names, values, strict=True)))
+        for mixture, near in itertools.product(_mixtures(effect), sizes):
+            yield Instance(effect, mixture, dict(zip(names, values, strict=True)), near)
 
 
 def left_out_around(item: Instance, c: Conditions) -> list[Instance]:

@@ -25,11 +25,14 @@ class Instance(NamedTuple):
         Amplitudes for the size 1.
     shape : mapping of str to float
         Parameters that enter nonlinearly.
+    near : float, optional
+        Size near which the column of the first amplitude is taken; by default a small one.
     """
 
     effect: Effect
     mixture: tuple[float, ...]
     shape: Mapping[str, float]
+    near: float | None = None
 
     @property
     def one_sided(self) -> bool:
@@ -60,7 +63,7 @@ def amplitude_columns(instance: Instance, c: Conditions) -> Array:
     """
     if instance.mixture[0] < 0.0:
         c = replace(c, per_degree=c.per_degree_falling)
-    return np.asarray(c.gain[:, None] * instance.effect.columns(c, **instance.shape))
+    return np.asarray(c.gain[:, None] * instance.effect.columns(c, instance.near, **instance.shape))
 
 
 def own_columns(instance: Instance, c: Conditions) -> Array:
@@ -91,7 +94,8 @@ def instance_of(known: Disturbance) -> Instance:
     norm = float(np.sqrt(sizes @ sizes))
     mixture = sizes / norm if norm else np.eye(sizes.size)[0]
     shape = {item.name: known.values[item.name] for item in known.effect.shapes}
-    return Instance(known.effect, tuple(mixture.tolist()), shape)
+    near = float(sizes[0]) if known.effect.amplitudes[0].sizes and norm else None
+    return Instance(known.effect, tuple(mixture.tolist()), shape, near)
 
 
 def sizes_of(known: Disturbance) -> Array:

@@ -166,13 +166,17 @@ class Effect:
         """
         return Disturbance(self, {self.parameters[0].name: value, **others})
 
-    def columns(self, conditions: Conditions, **shape: float) -> Array:
+    def columns(
+        self, conditions: Conditions, near: float | None = None, /, **shape: float
+    ) -> Array:
         """Change of the readings per unit of each amplitude, for small amplitudes.
 
         Parameters
         ----------
         conditions : Conditions
             Of n readings.
+        near : float, optional
+            Size of the first amplitude, in place of a small one [its unit].
         **shape : float
             Parameters that enter nonlinearly, by name.
 
@@ -200,6 +204,8 @@ class Effect:
         values = self._complete({**dict.fromkeys(names, 0.0), **shape})
         slope = {"angle": conditions.per_radian, "temperature": conditions.per_degree}
         sizes = [(item.name, item.small_at(conditions)) for item in self.amplitudes]
+        if near is not None:
+            sizes[0] = (names[0], near)
         return np.stack(
             [self.addition(conditions, values | {name: size}) / size for name, size in sizes],
             axis=-1,

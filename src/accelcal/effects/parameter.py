@@ -36,6 +36,9 @@ class Parameter:
         For a parameter that enters nonlinearly: `Conditions` -> the values to try, rising.
     discrete : bool
         True where nothing lies between the values of `search`.
+    sizes : callable or None
+        For a first amplitude of which the column of one small size is not that of all:
+        `Conditions` -> sizes near which it is tried.
 
     Examples
     --------
@@ -53,11 +56,12 @@ class Parameter:
     small: float | Callable[[Conditions], float] = 1.0
     search: Callable[[Conditions], Array] | None = None
     discrete: bool = False
+    sizes: Callable[[Conditions], Array] | None = None
 
     def __post_init__(self) -> None:
         check_written(name=self.name, unit=self.unit, meaning=self.meaning)
         check_flag(linear=self.linear, discrete=self.discrete)
-        check_function(search=self.search)
+        check_function(search=self.search, sizes=self.sizes)
         if not isinstance(self.minimum, float) or self.minimum != -math.inf:
             check_number(minimum=self.minimum)
         if not callable(self.small):

@@ -31,6 +31,9 @@ _NARROW, _WIDE = 1e-5, 1e-3
 _AT_EXTREME, _FAR = 5e-6, 4e-3
 """So far behind an extreme of a, readings are at it, as with a tilt of 3 mrad, or far away [g]."""
 
+_MUCH = 64.0
+"""Times as wide as readings are behind an extreme, a play acts there as at the extreme."""
+
 _SENSES = (0.0, -1.0, USUAL)
 """Senses in which it comes there, against or with the stroke; 0 where it is at rest there."""
 
@@ -132,12 +135,26 @@ def _wave(angle: Array, axial: Array) -> tuple[float, float]:
 
 def _usual_width(c: Conditions) -> float:
     """Half width that acts as others do: a wide one, if all readings are at extremes or far."""
+    return _NARROW if _beside_extremes(c).size else _WIDE
+
+
+def _widths(c: Conditions) -> Array:
+    """Half widths that act unlike each other, by readings close behind an extreme of a."""
+    behind = _beside_extremes(c)
+    if not behind.size:
+        return np.array([_WIDE])
+    lowest, highest = 0.5 * float(behind.min()), _MUCH * float(behind.max())
+    return np.geomspace(lowest, highest, 1 + math.ceil(4.0 * math.log2(highest / lowest)))
+
+
+def _beside_extremes(c: Conditions) -> Array:
+    """How far behind an extreme of a readings are that are neither at it nor far away [g]."""
+    behind = []
     for run in distinct(c.run).tolist():
         own = c.run == run
-        behind = _wave(c.angle[own], c.axial[own])[0] - np.abs(c.axial[own])
-        if ((behind > _AT_EXTREME) & (behind < _FAR)).any():
-            return _NARROW
-    return _WIDE
+        behind.append(_wave(c.angle[own], c.axial[own])[0] - np.abs(c.axial[own]))
+    every = np.concatenate(behind)
+    return every[(every > _AT_EXTREME) & (every < _FAR)]
 
 
 def _approaches(c: Conditions) -> Array:
@@ -255,7 +272,12 @@ EFFECTS = (
         " sin th",
         parameters=(
             Parameter(
-                "half_width", "g", "half the width w of the play", minimum=0.0, small=_usual_width
+                "half_width",
+                "g",
+                "half the width w of the play",
+                minimum=0.0,
+                small=_usual_width,
+                sizes=_widths,
             ),
             Parameter(
                 APPROACH,
