@@ -97,6 +97,18 @@ def test_an_effect_of_one_unit_is_its_own():
     assert all(abs(size) < 4.5 for name, size in sizes.items() if name != "S1")
 
 
+def test_what_one_effect_of_a_unit_may_be_is_no_doubt_about_another():
+    """|a_i| may be a_i^4; the warm-up beside it could not, and was said to."""
+    both = [effect("warm-up").of(1e-4), effect("scale-factor-asymmetry").of(3e-4)]
+    quiet = accelcal.NoiseComponents(head=0.0)
+    drawn = [
+        accelcal.simulate(noise=quiet, effects=own, seed=n) for n, own in enumerate(([], both, []))
+    ]
+    units = [replace(record, serial=name) for record, name in zip(drawn, "ABC", strict=True)]
+    told = {item.id: item.indistinguishable for item in discover_stand(units).effects}
+    assert told == {"warm-up": (), "scale-factor-asymmetry": ("fourth-order",)}
+
+
 def test_stand_and_unit_are_told_apart_in_one_archive():
     result = found("all", ("backlash", 4.0), ("fourth-order", 8.0))
     told = verdicts(result)

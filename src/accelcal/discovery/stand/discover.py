@@ -13,6 +13,7 @@ from accelcal.arrays import Mask
 from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import compared
+from accelcal.discovery.dead_zone_or_cube import in_place_of
 from accelcal.discovery.discover import answered, check_search
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.look import Question
@@ -230,9 +231,9 @@ def _own(
             found[number] = Own((), (), (), complete)
             continue
         best = explanations[0]
-        others = frozenset().union(*(item.ids for item in explanations)) - best.ids
+        others = tuple(in_place_of(explanations, best, item.effect.id) for item in best.instances)
         silence = tuple(said_of_silence(looks[number].family.comparison, best))
-        found[number] = Own(best.instances, tuple(sorted(others)), best.p_values, complete, silence)
+        found[number] = Own(best.instances, others, best.p_values, complete, silence)
     return found
 
 

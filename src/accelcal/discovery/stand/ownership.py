@@ -28,8 +28,8 @@ class Own(NamedTuple):
     ----------
     instances : tuple of Instance
         The effects.
-    others : tuple of str
-        Ids of effects that explain it as well.
+    others : tuple of tuple of str
+        For each effect the ids of those that explain it as well.
     p_values : tuple of float
         For each effect the chance that noise makes it look as needed.
     complete : bool
@@ -39,7 +39,7 @@ class Own(NamedTuple):
     """
 
     instances: tuple[Instance, ...]
-    others: tuple[str, ...]
+    others: tuple[tuple[str, ...], ...]
     p_values: tuple[float, ...]
     complete: bool
     silence: tuple[tuple[str, list[str]], ...] = ()
@@ -74,20 +74,20 @@ def own_effects(
 ) -> Iterator[StandEffect]:
     """Tell the effects that were found in single units beside the others, the clearest first."""
     found = [
-        (p, number, item)
+        (p, number, item, others)
         for number, told in own.items()
-        for p, item in zip(told.p_values, told.instances, strict=True)
+        for p, item, others in zip(told.p_values, told.instances, told.others, strict=True)
     ]
     found.sort(key=lambda one: one[:2])
-    for name in dict.fromkeys(item.effect.id for _, _, item in found):
-        p_value, number, item = next(one for one in found if one[2].effect.id == name)
+    for name in dict.fromkeys(item.effect.id for _, _, item, _ in found):
+        p_value, _, item, others = next(one for one in found if one[2].effect.id == name)
         effect = _effect(units, item, shared, names, alpha)
         yield replace(
             effect,
             verdict="unit" if effect.verdict == "stand" else effect.verdict,
             p_value=p_value,
-            found_in=tuple(names[n] for _, n, i in found if i.effect.id == name),
-            indistinguishable=own[number].others,
+            found_in=tuple(names[n] for _, n, i, _ in found if i.effect.id == name),
+            indistinguishable=others,
         )
 
 
