@@ -82,6 +82,19 @@ def test_the_bias_and_its_law_are_within_u_where_a_drift_was_named_a_warm_up():
         assert ALTERNATIVES in each.temperature_model.shares
 
 
+@pytest.mark.parametrize(("width", "first"), [(1.2e-4, -0.9), (3e-4, 0.5)])
+def test_what_the_readings_do_not_tell_of_a_look_alike_counts_as_well(width, first):
+    """Of the first level of a loop its middle alone did: K0 was off by 100 ug with U of 15."""
+    plan = TumblePlan(temperatures=(20.0, 50.0, 80.0, -40.0), timed=True)
+    record = simulated(accelcal.effect("temperature-hysteresis").of(width, first=first), 3, plan)
+    model = accelcal.discover(record)
+    (found,) = model.effects
+    assert "temperature-hysteresis" in found.indistinguishable
+    (bias,) = (each.after for each in model.coefficients if each.coefficient == "K0")
+    assert abs(bias.value - 3.324e-3) < bias.expanded_uncertainty
+    assert within(accelcal.fit(record, model=model), ["k0"]) == [True]
+
+
 def test_laws_from_the_readings_count_what_those_from_the_tables_count():
     """They counted nothing of the effects: U of k0 was 15 ug in place of 36, and 17 ug off."""
     model = taken_for_another(DRIFT, lambda found: found.id == "warm-up", TIMED)

@@ -23,6 +23,7 @@ from accelcal.discovery.explanation import Explanation, explain_as_well
 from accelcal.discovery.instance import Instance, instance_of, replaced
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.solution import changes, solution
+from accelcal.discovery.untold import untold
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance, Effect
 from accelcal.results.discovery import IF_IT_IS, Discovery
@@ -196,18 +197,34 @@ def otherwise(
 ) -> Iterator[Otherwise]:
     """Find which of what explains the readings as well as some effects has other coefficients.
 
-    Alternatives are the effects at other places or by other laws; rivals are given by name.
+    Alternatives are the effects at other places or by other laws; rivals are given by name. Of a
+    rival that the readings do not tell whole, it is where the coefficients are farthest off.
     """
     if not best:
         return
     bare = solution(comparison)
     named = changes(comparison, bare, solution(comparison, best))
-    own = ((other.name, other.instances) for each in alternatives for other in each)
-    for name, instances in (*own, *rivals):
-        within = changes(comparison, bare, solution(comparison, instances))
-        both = zip(named, within, strict=True)
-        if pairs := tuple((old, new) for old, new in both if apart(old, new) > APART):
-            yield Otherwise(name, instances, pairs)
+    own = ((other.name, [other.instances]) for each in alternatives for other in each)
+    all_of_rivals = ((name, _wherever(comparison, instances)) for name, instances in rivals)
+    for name, sets in (*own, *all_of_rivals):
+        found = []
+        for instances in sets:
+            within = changes(comparison, bare, solution(comparison, instances))
+            both = zip(named, within, strict=True)
+            if pairs := tuple((old, new) for old, new in both if apart(old, new) > APART):
+                found.append(Otherwise(name, instances, pairs))
+        if found:
+            yield max(found, key=lambda one: max(apart(*pair) for pair in one.pairs))
+
+
+def _wherever(
+    comparison: Comparison, instances: tuple[Instance, ...]
+) -> Iterator[tuple[Instance, ...]]:
+    """Effects at each place where they explain the readings as well, whatever is untold of them."""
+    for each in (instances, *(one.instances for one in _other_places(comparison, instances))):
+        yield each
+        for one in untold(comparison, each):
+            yield from one.ends(each)
 
 
 def rivals_of(found: Sequence[Explanation]) -> Iterator[tuple[str, tuple[Instance, ...]]]:

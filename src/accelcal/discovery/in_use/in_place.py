@@ -8,7 +8,6 @@ is not counted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -16,19 +15,19 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.candidates import VISIBLE, instances_of, left_out_around
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.doubts.dead_zone_or_cube import apart, in_fit
+from accelcal.discovery.doubts.dead_zone_or_cube import in_fit
 from accelcal.discovery.doubts.otherwise import alternatives, name_of, otherwise
 from accelcal.discovery.exact_law import is_possible
 from accelcal.discovery.explanation import is_needed
 from accelcal.discovery.in_use.own_shape import moved
 from accelcal.discovery.instance import Instance, columns_of, own_columns, replaced
 from accelcal.discovery.spans import all_largest, lengths, orthonormal, without
+from accelcal.discovery.tied import settled
 from accelcal.discovery.untimed import by_pauses
 from accelcal.discovery.untold import fitted_sizes, smooth
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.effects.left_in_use import is_counted_in_use
-from accelcal.effects.parameter import Parameter
 from accelcal.results.beyond_uncertainty import NOT_COUNTED
 from accelcal.results.discovery import IF_IT_IS, Discovery
 
@@ -92,16 +91,14 @@ def in_place(
     c, rivals = comparison.model.conditions, list(_rivals(comparison, fitted, model))
     in_use = {rival.name for rival in rivals if rival.in_use}
     own = alternatives(comparison, fitted)
-    found = otherwise(comparison, fitted, own, [rival[:2] for rival in rivals])
-    for name, alike in groupby(found, lambda other: other.name):
-        other = max(alike, key=lambda one: max(apart(*pair) for pair in one.pairs))
+    for other in otherwise(comparison, fitted, own, [rival[:2] for rival in rivals]):
         sizes = fitted_sizes(comparison, other.instances).of_each
         sized = list(zip(other.instances, sizes, strict=True))
         hanging = {in_fit(new.coefficient) for _, new in other.pairs}
         if all(map(is_possible, *zip(*sized, strict=True))) and not hanging <= set(unbounded):
             adds = sum(own_columns(item, c) @ size for item, size in sized) - taken
             adds *= comparison.model.nominal
-            yield InPlace(other.said, adds, name in in_use, other.instances)
+            yield InPlace(other.said, adds, other.name in in_use, other.instances)
 
 
 def said_in_place(
@@ -138,9 +135,9 @@ def _rivals(
 ) -> Iterator[_Rival]:
     for place, item in enumerate(fitted):
         for name, effect in _named_in_place(model, item.effect.id):
-            for others in _with(comparison, fitted, place, effect):
-                if not is_needed(comparison, item, _span_with_pauses(comparison, others)):
-                    yield _Rival(name, others, is_counted_in_use(item.effect, effect))
+            others = _with(comparison, fitted, place, effect)
+            if others and not is_needed(comparison, item, _span_with_pauses(comparison, others)):
+                yield _Rival(name, others, is_counted_in_use(item.effect, effect))
 
 
 def _span_with_pauses(comparison: Comparison, instances: Sequence[Instance]) -> Array:
@@ -151,27 +148,21 @@ def _span_with_pauses(comparison: Comparison, instances: Sequence[Instance]) -> 
 
 def _with(
     comparison: Comparison, fitted: Sequence[Instance], place: int, effect: Effect
-) -> list[tuple[Instance, ...]]:
-    """Effects with another one in the place of one, wherever it fits best; none if it is hidden."""
+) -> tuple[Instance, ...]:
+    """Effects with another one in the place of one, wherever it fits best; none if it is hidden.
+
+    Of several that fit alike, it is the one in the middle.
+    """
     c, beside = comparison.model.conditions, comparison.span(replaced(fitted, place))
     best = _best(comparison, list(instances_of(effect, c)), beside)
     near = [item for one in best for item in left_out_around(one, c)]
     best = _best(comparison, near, beside) or best
-    for parameter in smooth(effect):
-        if len(best) > 1:
-            best = _ends(best, parameter)
-        else:
-            sets = [replaced(fitted, place, one) for one in best]
-            best = [moved(comparison, own, place, parameter) for own in sets]
-    return [replaced(fitted, place, one) for one in best]
-
-
-def _ends(tied: Sequence[Instance], parameter: Parameter) -> list[Instance]:
-    """Those with a parameter a standard uncertainty off, where all its values are as likely."""
-    values, one = np.array([item.shape[parameter.name] for item in tied]), 1.0 / np.sqrt(12.0)
-    low = np.quantile(values, 0.5 - one, method="lower")
-    high = np.quantile(values, 0.5 + one, method="higher")
-    return [item for item, own in zip(tied, values, strict=True) if own in (low, high)]
+    if not best:
+        return ()
+    others = replaced(fitted, place, best[len(best) // 2])
+    for parameter in smooth(effect) if len(best) == 1 else ():
+        others = replaced(others, place, moved(comparison, others, place, parameter))
+    return tuple(settled(comparison, others))
 
 
 def _best(comparison: Comparison, tried: Sequence[Instance], beside: Array) -> list[Instance]:

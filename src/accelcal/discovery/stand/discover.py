@@ -13,8 +13,8 @@ from accelcal.arrays import Mask
 from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import compared
-from accelcal.discovery.dead_zone_or_cube import in_place_of
 from accelcal.discovery.discover import answered, check_search
+from accelcal.discovery.doubts.dead_zone_or_cube import in_place_of
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.look import Question
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings
