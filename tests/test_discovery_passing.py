@@ -383,3 +383,17 @@ def test_a_shift_that_leaves_most_of_what_nothing_explains_is_not_told():
     found = accelcal.discover(disturbed(loop))
     assert found.effects == ()
     assert "for a time" not in found.unexplained.structure
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_effects_that_take_back_each_other_are_not_sure(seed):
+    """A bias that curves in each run was named a warm-up with a drift against it, both sure."""
+
+    def curved(record):
+        starts = np.array([record.time[record.run == run].min() for run in range(3)])
+        return 1e-4 * ((record.time - starts[record.run]) / 3600.0) ** 2
+
+    found = accelcal.discover(disturbed(curved, seed=seed))
+    assert {item.id for item in found.effects} == set(found.doubtful) == {"bias-drift", "warm-up"}
+    (note,) = (note for note in found.notes if "mostly take back each other" in note)
+    assert note.startswith("bias-drift and warm-up are not sure")

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import Explanation, best_instances, explanation
 from accelcal.discovery.family import Family, Judgement, chance, judge
 from accelcal.discovery.instance import Instance
@@ -86,7 +87,7 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
         needed = [e for e in tried if max(e.p_values) < alpha]
         # a bent law, or one a little less sure, is no name but a doubt about what is named
         passing = [e for e in tried if e.passes]
-        passing.sort(key=lambda e: (not _is_sure(e, alpha), _cancels(family, e)))
+        passing.sort(key=lambda e: (not _is_sure(e, alpha), cancels(family.comparison, e)))
         if passing and _is_sure(passing[0], alpha):
             more = _beside_another_start(family, passing[0], alpha)
             found = silent_first(family.comparison, (*more, *passing), alpha)
@@ -145,9 +146,9 @@ def _is_sure(found: Explanation, alpha: float) -> bool:
     return not found.bent and max(found.p_values) < alpha
 
 
-def _cancels(family: Family, found: Explanation) -> bool:
+def cancels(comparison: Comparison, found: Explanation) -> bool:
     """Whether effects mostly take back what the others of the set do, as large ones seldom will."""
-    sizes = np.linalg.lstsq(found.directions, family.comparison.seen, rcond=None)[0]
+    sizes = np.linalg.lstsq(found.directions, comparison.seen, rcond=None)[0]
     return bool(found.squares < _TAKEN_BACK * (sizes @ sizes))
 
 

@@ -23,6 +23,7 @@ from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of, columns_of
 from accelcal.discovery.parameters import parameters_of
+from accelcal.discovery.search import cancels
 from accelcal.discovery.tied import said_of_tied
 from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
@@ -112,6 +113,7 @@ def caveats(
         yield from (Caveat(other.said) for other in others)
         yield from _put_together(family, found[0])
         yield from _of_any_pattern(family, found[0])
+        yield from _of_cancelling(comparison, found[0])
         silence = list(said_of_silence(comparison, found[0]))
         yield from (Caveat(*said) for said in silence or said_of_rivals(comparison, found))
         yield from _of_the_first_readings(comparison, best)
@@ -159,6 +161,18 @@ def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
             f" {100.0 * each.chance:.0f} % would be explained as well by {len(each.ids)}"
             " effects of it; measure at positions between these",
             each.ids,
+        )
+
+
+def _of_cancelling(comparison: Comparison, best: Explanation) -> Iterator[Caveat]:
+    """Effects that mostly take back each other, whose small difference alone the readings show."""
+    if cancels(comparison, best):
+        ids = sorted(best.ids)
+        yield Caveat(
+            f"{listed(ids)} are not sure: they mostly take back each other, and these readings show"
+            " no more than what is left of them, which something outside the catalogue could as"
+            " well be",
+            ids,
         )
 
 
