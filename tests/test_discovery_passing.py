@@ -297,6 +297,19 @@ def test_too_many_readings_are_not_searched(monkeypatch):
     assert "neighbouring readings are correlated" in " ".join(found.notes)
 
 
+@pytest.mark.parametrize(("back", "slow"), [(-0.8, False), (0.8, True)])
+def test_a_slow_disturbance_looks_like_neighbours_that_go_together(back, slow):
+    def correlated(record):
+        noise = 3.0 * NOISE * np.random.default_rng(1).standard_normal(len(record))
+        place = np.argsort(record.time)
+        noise[place[1:]] += back * noise[place[:-1]]
+        return noise
+
+    notes = accelcal.discover(disturbed(correlated)).notes
+    (note,) = (note for note in notes if note.startswith("neighbouring readings are correlated"))
+    assert ("slow disturbance" in note) is slow
+
+
 @pytest.mark.parametrize(("positions", "strokes"), [(3, 6), (4, 4), (8, 4)])
 def test_small_tests_are_searched(positions, strokes):
     plan = TumblePlan(temperatures=(20.0, 60.0), positions=positions, strokes=strokes, timed=True)

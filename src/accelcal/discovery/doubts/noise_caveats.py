@@ -40,9 +40,10 @@ def noise_caveats(
 def _of_memory(comparison: Comparison) -> Iterator[Caveat]:
     rho = comparison.noise.rho
     if rho:
+        slow = ": a slow disturbance that no entry of the catalogue describes looks like it"
         yield Caveat(
             f"neighbouring readings are correlated ({rho:+.2f}), which counts as noise with a"
-            " memory: a slow disturbance that no entry of the catalogue describes looks like it",
+            f" memory{slow if rho > 0.0 else ''}",
             reservation=f"neighbouring readings are correlated by {rho:+.2f}, as a slow disturbance"
             " makes them"
             if rho >= _SLOW
