@@ -60,8 +60,8 @@ def test_a_lost_file_costs_no_other(archive, pattern):
 
 
 LEFT_OUT = (
-    "files with other endings are left out of folders: 2 *.lvm, 1 without and 1 *.zip; give those"
-    " that are tables by name or glob"
+    "files with other endings are left out of folders: 2 *.lvm, 1 without any and 1 *.zip; give"
+    " those that are tables by name or glob"
 )
 
 
@@ -77,6 +77,8 @@ def test_files_with_other_endings_are_counted(archive, tmp_path, capsys):
     given = accelcal.batch(archive / "below/*.lvm").tables
     assert given["source"].nunique() == 1
     assert given.attrs["notes"] == []
+    beside = accelcal.batch([archive, archive / "below/*.lvm", archive / "below/b.LVM"]).tables
+    assert beside.attrs["notes"] == [LEFT_OUT.replace("2 *.lvm, ", "")]
 
 
 def test_objects_with_other_endings_are_counted():
@@ -85,6 +87,8 @@ def test_objects_with_other_endings_are_counted():
         fsspec.filesystem("memory").pipe_file(f"/others/{name}", EXAMPLE.read_bytes())
     (note,) = accelcal.batch("memory://others").tables.attrs["notes"]
     assert "left out of folders: 1 *.dat;" in note
+    given = accelcal.batch(["memory://others", "memory://others/*.dat"]).tables
+    assert given.attrs["notes"] == []
 
 
 @pytest.fixture
@@ -143,6 +147,12 @@ def test_a_folder_that_cannot_be_read_is_told_whenever_the_batch_runs(
 def test_a_path_that_holds_nothing_to_be_read_is_refused(locked, name):
     with pytest.raises(InputError, match=r"locked-1: the folder cannot be read \(Permission deni"):
         accelcal.batch([locked, locked / name])
+
+
+def test_an_empty_folder_is_not_told_by_another_that_cannot_be_read(locked, tmp_path):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match=r"empty: no table in it; batch takes"):
+        accelcal.batch([locked, tmp_path / "empty"])
 
 
 def test_folders_may_be_deep(tmp_path):

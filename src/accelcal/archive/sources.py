@@ -52,7 +52,7 @@ class Aside(NamedTuple):
     unreadable : dict of str to str
         Folders that cannot be read, each with the line that tells why.
     others : set of str
-        Files that end in none of `SUFFIXES`.
+        Files that end in none of `SUFFIXES`, by their whole paths or URLs.
     """
 
     unreadable: dict[str, str]
@@ -64,7 +64,9 @@ class Aside(NamedTuple):
             return ()
         ends = Counter(os.path.splitext(path.lower())[1] for path in self.others)  # noqa: PTH122
         most_first = sorted(ends.items(), key=lambda item: (-item[1], item[0]))
-        told = listed(f"{number} {f'*{end}' if end else 'without'}" for end, number in most_first)
+        told = listed(
+            f"{number} {f'*{end}' if end else 'without any'}" for end, number in most_first
+        )
         return (
             f"files with other endings are left out of folders: {told}; give those that are tables"
             " by name or glob",
@@ -137,12 +139,16 @@ def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources
         return Sources(_of_path(paths[0], results, aside), aside)
     found: dict[str, str | SourceFile] = {}
     for path in paths:
+        own = Aside({}, set())
         if is_url(path):
-            for source in _of_url(path, aside):
+            for source in _of_url(path, own):
                 found.setdefault(source.path, source)
         else:
-            for name in _of_path(path, results, aside):
+            for name in _of_path(path, results, own):
                 found.setdefault(os.path.abspath(name), name)  # noqa: PTH100
+        aside.unreadable.update(own.unreadable)
+        aside.others.update(own.others)
+    aside.others.difference_update(found)  # by name or glob beside the folder
     return Sources(list(found.values()), aside)
 
 
@@ -281,7 +287,7 @@ def _of_url(url: str, aside: Aside) -> list[SourceFile]:
         if not _MAGIC.isdisjoint(name):
             known = system.glob(name, detail=True)
         elif system.isdir(name):
-            known = _tables(system.find(name, detail=True), aside)
+            known = _tables(system, system.find(name, detail=True), aside)
         else:
             known = {name: system.info(name)}
     except FileNotFoundError:
@@ -291,9 +297,9 @@ def _of_url(url: str, aside: Aside) -> list[SourceFile]:
     return _some([_of_store(system, path, known[path]) for path in sorted(known)], url, aside)
 
 
-def _tables(known: dict[str, Any], aside: Aside) -> dict[str, Any]:
+def _tables(system: Any, known: dict[str, Any], aside: Aside) -> dict[str, Any]:
     tables = {path: info for path, info in known.items() if path.lower().endswith(SUFFIXES)}
-    aside.others.update(known.keys() - tables.keys())
+    aside.others.update(map(system.unstrip_protocol, known.keys() - tables.keys()))
     return tables
 
 
