@@ -439,7 +439,33 @@ def test_tests_of_one_day_count_once(clock):
         assert len(one.points) == 5
         assert one.drift.value == pytest.approx(other.drift.value)
         assert one.drift.expanded_uncertainty == pytest.approx(other.drift.expanded_uncertainty)
-    assert found.notes == ("tests of one day are averaged: 2011-01-01 and 2012-01-01",)
+    assert found.notes[0] == "tests of one day are averaged: 2011-01-01 and 2012-01-01"
+
+
+def test_tests_of_a_day_between_which_the_unit_changed_are_told():
+    """Their mean stood between two levels without a word of it."""
+    noon = frame(8, jump=100.0).assign(date=lambda table: table["date"] + "T12:00")
+    before = noon[4:5].assign(source="before.csv", k0=noon["k0"][3], date="2014-01-01T09:00")
+    found = accelcal.history(pd.concat([noon, before]))
+    assert found.notes[:2] == (
+        "tests of one day are averaged: 2014-01-01",
+        "tests of one day differ by more than their uncertainties: 2014-01-01; if the unit was"
+        " adjusted between them, give one of these",
+    )
+    alike = before.assign(k0=noon["k0"][4] + 5.0 * UG)
+    assert accelcal.history(pd.concat([noon, alike])).notes == found.notes[:1]
+    one = accelcal.history(noon).trends[0].jumps
+    assert [jump.before for jump in one] == ["2014-01-01"]
+
+
+def test_tests_of_a_month_or_year_are_not_of_one_day():
+    """Two calibrations dated by the year alone counted as one, and a note called it a day."""
+    years = frame(6, date=["2018", "2018", "2019", "2020-05", "2020-05", "2021"])
+    found = accelcal.history(years)
+    assert len(found.trends[0].points) == 6
+    assert not any("averaged" in note for note in found.notes)
+    with pytest.raises(InputError, match="calibrations of 2 dates to compare"):
+        accelcal.history(frame(4, date=["2018", "2018", "2019", "2019"]))
 
 
 def test_tests_of_one_day_make_no_jump():

@@ -11,8 +11,9 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.grouping import grouped
+from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.plural import counted, listed
-from accelcal.recalibrations.entries import NO_UNIT, Entry, Numbers, day, year
+from accelcal.recalibrations.entries import NO_UNIT, Entry, Numbers, day, names_day, year
 from accelcal.reference import USUAL_TEMPERATURE
 from accelcal.serials import notes_of_alike, serials_alike
 from accelcal.units import conversion_factor
@@ -97,12 +98,12 @@ def comparable(
     chosen = _dated(chosen, name, notes)
     chosen, level = _at_level(chosen, temperature, notes)
     chosen = _one_a_day(_one_a_test(_whole(chosen, notes), notes), notes)
-    if len(chosen) < FEWEST:
+    dates = len({year(entry.date) for entry in chosen})
+    if dates < FEWEST:
         left_out = f" ({'; '.join(notes)})" if notes else ""
-        dates = counted(len(chosen), "date")
         raise InputError(
-            f"{name} has calibrations of {dates} to compare, and a drift needs {FEWEST}; add"
-            f" results{left_out}"
+            f"{name} has calibrations of {counted(dates, 'date')} to compare, and a drift needs"
+            f" {FEWEST}; add results{left_out}"
         )
     chosen.sort(key=lambda entry: (year(entry.date) or 0.0, entry.source))
     years = tuple(year(entry.date) or 0.0 for entry in chosen)
@@ -295,13 +296,30 @@ def _one_a_test(entries: list[Entry], notes: list[str]) -> list[Entry]:
 
 def _one_a_day(entries: list[Entry], notes: list[str]) -> list[Entry]:
     """Tests of one day as one; they share what scatters from day to day, as runs of a test do."""
-    days: dict[str, list[Entry]] = {}
+    days: dict[tuple[str, ...], list[Entry]] = {}
     for entry in entries:
-        days.setdefault(day(entry.date), []).append(entry)
-    again = [date for date, own in sorted(days.items()) if len(own) > 1]
+        key = (day(entry.date),) if names_day(entry.date) else entry.test
+        days.setdefault(key, []).append(entry)
+    again = {date: own for (date, *_), own in sorted(days.items()) if len(own) > 1}
     if again:
         notes.append(f"tests of one day are averaged: {listed(again)}")
+    differ = [date for date, own in again.items() if _disagree(own)]
+    if differ:
+        notes.append(
+            f"tests of one day differ by more than their uncertainties: {listed(differ)}; if the"
+            " unit was adjusted between them, give one of these"
+        )
     return [_mean(own) for own in days.values()]
+
+
+def _disagree(tests: Sequence[Entry]) -> bool:
+    """Whether 95 % intervals do not meet."""
+    for name in ("bias", "scale_factor"):
+        value, size, *_ = np.array([getattr(test, name) for test in tests], dtype=float).T
+        half = NORMAL_FACTOR * size
+        if (value - half).max() > (value + half).min():
+            return True
+    return False
 
 
 def _by_run(entries: Sequence[Entry]) -> list[list[Entry]]:

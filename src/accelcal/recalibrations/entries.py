@@ -137,6 +137,27 @@ def day(date: str | None) -> str:
     return "" if found is None else found.date().isoformat()
 
 
+def names_day(date: str | None) -> bool:
+    """Whether a date names a day, and not a month or year alone.
+
+    Parameters
+    ----------
+    date : str or None
+        As of `year`.
+
+    Returns
+    -------
+    bool
+        Whether it does.
+
+    Examples
+    --------
+    >>> names_day("31.5.2024"), names_day("2024-05"), names_day("2024")
+    (True, False, False)
+    """
+    return date_of((date or "").strip()) is not None
+
+
 def year(date: str | None) -> float | None:
     """Tell a date as a number of years.
 
