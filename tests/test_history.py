@@ -440,6 +440,8 @@ def test_tests_of_one_day_count_once(clock):
         assert one.drift.value == pytest.approx(other.drift.value)
         assert one.drift.expanded_uncertainty == pytest.approx(other.drift.expanded_uncertainty)
     assert found.notes[0] == "tests of one day are averaged: 2011-01-01 and 2012-01-01"
+    sources = [point.source for point in found.trends[0].points]
+    assert sources == ["2010.csv", "2011.csv; b2011.csv", "2012.csv; b2012.csv", *sources[3:]]
 
 
 def test_tests_of_a_day_between_which_the_unit_changed_are_told():
@@ -937,6 +939,21 @@ def test_a_calibration_apart_from_all_others_is_told():
     warm = table.assign(temperature_degC=np.where(table.index == 7, 21.9, 19.9))
     steep = accelcal.history(warm.assign(k0=frame(8)["k0"] + 70.0 * UG * (table.index == 7)))
     assert not any("all others say" in note for note in steep.notes)
+
+
+@pytest.mark.parametrize(
+    ("place", "cause"),
+    [
+        (0, "a bad calibration, or a jump after it"),
+        (4, "a bad calibration"),
+        (7, "a bad calibration, or a jump that no second one confirms; calibrate again"),
+    ],
+)
+def test_a_calibration_between_others_is_no_jump(place, cause):
+    table = frame(8)
+    table.loc[place, "k0"] += 1000.0 * UG
+    (note,) = accelcal.history(table).notes
+    assert note.partition("): ")[2] == cause
 
 
 def test_values_closer_than_their_uncertainties_are_no_proof_of_no_scatter():

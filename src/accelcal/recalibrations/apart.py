@@ -1,4 +1,4 @@
-"""One calibration that stands apart from all others: a bad one, or the first after a jump.
+"""One calibration that stands apart from all others: a bad one, or one alone beside a jump.
 
 References
 ----------

@@ -309,7 +309,11 @@ def _one_a_day(entries: list[Entry], notes: list[str]) -> list[Entry]:
             f"tests of one day differ by more than their uncertainties: {listed(differ)}; if the"
             " unit was adjusted between them, give one of these"
         )
-    return [_mean(own) for own in days.values()]
+    return [replace(_mean(own), source=_sources(own)) for own in days.values()]
+
+
+def _sources(tests: Sequence[Entry]) -> str:
+    return "; ".join(dict.fromkeys(test.source for test in tests))
 
 
 def _disagree(tests: Sequence[Entry]) -> bool:

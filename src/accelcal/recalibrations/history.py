@@ -282,10 +282,12 @@ def _apart(followed: _Followed, chosen: Comparable, columns: Array, alpha: float
     heat = float(followed.by_heat(alone, chosen.rise)[-1])
     if chance < alpha and abs(size) > NORMAL_FACTOR * abs(heat):
         told = f"{1e6 * size:.1f} {'ug' if followed.unit == 'g' else 'ppm'}"
+        after = ", or a jump that no second one confirms; calibrate again"
         yield (
             f"the {followed.name} of {day(chosen.entries[place].date)} is {told} from what all"
-            f" others say (chance {_QUANTITIES * chance:.1g}): a bad calibration, or a jump that no"
-            " second one confirms; calibrate again"
+            f" others say (chance {_QUANTITIES * chance:.1g}): a bad calibration"
+            + after * (place == values.size - 1)
+            + ", or a jump after it" * (place == 0)
         )
 
 
