@@ -272,6 +272,15 @@ def test_readings_stand_beside_the_interval_of_their_mean(several):
     ]
 
 
+@pytest.mark.parametrize("positions", [48, 72])
+def test_readings_stay_clear_of_the_next_angle(positions):
+    """Those of 48 positions stood at the same place as those of the next one."""
+    record = accelcal.simulate(plan=accelcal.TumblePlan(positions=positions), seed=2)
+    ax = accelcal.fit(record).plot.residuals(run="1")
+    forward, back = (np.unique(points.get_offsets()[:, 0]) for points in ax.collections[::2])
+    assert (forward[1:] - back[:-1] > 0.2 * 360.0 / positions).all()
+
+
 def test_rings_round_the_turn_are_residuals_of_either_sign(several):
     ax = several.plot.tumble(run="2")
     residuals = next(table.residuals for table in several.tables if table.run == "2")

@@ -75,6 +75,8 @@ _MARKERS = (">", "<")
 _LEAST_DOF = 2  # of a scatter that tells an interval; Student's factor of one is 12.7
 _APART = 2.0  # deg of a mean from its head angle, forward one side and back the other
 _BESIDE = 1.8  # deg of the readings from their mean, whose interval would hide them
+_ROOM = 10.0  # deg that both directions take, with what is free up to the next angle
+_ONE_POSITION = 0.1  # deg; encoders read angles of one position that are closer
 _MOST_NAMED = 12  # angles or runs that have each its own label
 _CROWDED = 400  # points; more of them are drawn fainter
 _MOST_ROWS = 720  # angles of a map; more of them, as an encoder measures them, share whole degrees
@@ -94,8 +96,9 @@ def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
     colours, (factor, unit) = palette(), readable("g", readings.value)
     faint = 0.45 if readings.value.size < _CROWDED else 0.15
     ax.axhline(0.0, color=colours.ink, lw=0.8)
+    narrowed = _narrowed(readings.angle)
     for number, name, part in readings.directions():
-        side = 2 * number - 1
+        side = narrowed * (2 * number - 1)
         marked: Any = {"color": colours.series[number], "marker": _MARKERS[number]}
         value, pixels = factor * part.value, part.value.size > _PIXELS
         at = part.angle + side * (_APART + _BESIDE)
@@ -117,6 +120,12 @@ def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
     ax.set(xlabel="head angle [°]", ylabel=f"{what} [{unit}]")
     ax.margins(y=0.08)
     return ax
+
+
+def _narrowed(angles: Array) -> float:
+    """Factor of the distances from an angle, by which both directions stay clear of the next."""
+    gaps = np.diff(np.unique(angles))
+    return min(1.0, gaps[gaps > _ONE_POSITION].min(initial=_ROOM) / _ROOM)
 
 
 def _name_angles(ax: Axes, angles: Any) -> None:
