@@ -125,7 +125,7 @@ def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
 def _narrowed(angles: Array) -> float:
     """Factor of the distances from an angle, by which both directions stay clear of the next."""
     gaps = np.diff(np.unique(angles))
-    return min(1.0, gaps[gaps > _ONE_POSITION].min(initial=_ROOM) / _ROOM)
+    return float(gaps[gaps > _ONE_POSITION].min(initial=_ROOM)) / _ROOM
 
 
 def _name_angles(ax: Axes, angles: Any) -> None:
