@@ -81,6 +81,13 @@ def test_files_with_other_endings_are_counted(archive, tmp_path, capsys):
     assert beside.attrs["notes"] == [LEFT_OUT.replace("2 *.lvm, ", "")]
 
 
+def test_a_folder_of_other_endings_alone_says_how_to_give_them(tmp_path):
+    (tmp_path / "a.lvm").write_bytes(EXAMPLE.read_bytes())
+    told = r"no table in it; files with other endings .*: 1 \*\.lvm; give .* by name or glob"
+    with pytest.raises(InputError, match=told):
+        accelcal.batch(tmp_path)
+
+
 def test_objects_with_other_endings_are_counted():
     fsspec = pytest.importorskip("fsspec")
     for name in ("a.csv", "b.dat"):

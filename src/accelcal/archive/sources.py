@@ -271,7 +271,8 @@ def _leads_to_file(path: str) -> bool:
 
 def _some(found: list[Item], path: str, aside: Aside) -> list[Item]:
     if not found:
-        nothing = f"{path}: no table in it; batch takes {_SUFFIXES_TOLD}"
+        others = (*aside.notes(), f"batch takes {_SUFFIXES_TOLD}")
+        nothing = f"{path}: no table in it; {others[0]}"
         raise InputError(min(aside.unreadable.values(), default=nothing))
     return found
 
