@@ -960,6 +960,7 @@ def test_values_closer_than_their_uncertainties_are_no_proof_of_no_scatter():
     found = accelcal.history(frame(8, K1=1.35, K1_standard_uncertainty=1.35e-4))
     assert found.trends[1].scatter_limits == (0.0, 0.0)
     assert "scatter  none: the values lie closer together" in str(found)
+    assert found.notes == ()  # what rounding leaves of equal values is alike by chance
 
 
 def test_a_unit_that_wanders_is_told_of():

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.recalibrations.regression import shares
+from accelcal.recalibrations.regression import ROUNDING, shares
 
 _FEWEST = 3
 """Residual degrees of freedom below which neighbours tell nothing."""
@@ -45,8 +45,8 @@ def chance_of_neighbours(columns: Array, values: Array, sigma: Array) -> float:
     Returns
     -------
     float
-        One-sided, by values that are drawn; 1 where there are too few. The draws are the same each
-        time.
+        One-sided, by values that are drawn; 1 where there are too few, or rounding alone is left
+        of them. The draws are the same each time.
 
     Examples
     --------
@@ -62,6 +62,8 @@ def chance_of_neighbours(columns: Array, values: Array, sigma: Array) -> float:
     drawn = np.random.default_rng(0).standard_normal((_DRAWS, values.size))
     whole = np.concatenate([(values / sigma)[None], drawn])
     left = whole - (whole @ basis) @ basis.T
+    if (left[0] ** 2).sum() < ROUNDING:
+        return 1.0
     ratio = (np.diff(left, axis=1) ** 2).sum(axis=1) / np.maximum((left**2).sum(axis=1), 1e-300)
     return float(np.mean(ratio[1:] <= ratio[0]))
 
