@@ -1008,3 +1008,14 @@ def test_columns_of_two_axes_of_three_are_refused_by_their_names():
     told = "columns 'x, y, y'; give one for each of x, y and z"
     with pytest.raises(accelcal.InputError, match=told):
         accelcal.calibrate_triad(frame)
+
+
+@pytest.mark.parametrize("heading", ["x deg", "y_deg", "z in rad", "up x deg"])
+def test_an_angle_about_an_axis_is_no_output(heading):
+    """It was a second column of the axis, and the table was refused."""
+    lines = EXAMPLE.read_text("utf-8").splitlines()
+    start = next(i for i, line in enumerate(lines) if not line.startswith("#"))
+    rows = [f"{line},{0 if i else heading}" for i, line in enumerate(lines[start:])]
+    beside = read_triad(io.StringIO("\n".join([*lines[:start], *rows])))
+    np.testing.assert_array_equal(beside.output, read_triad(EXAMPLE).output)
+    assert f"column '{heading}' is not known and was set aside" in beside.notes

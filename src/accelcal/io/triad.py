@@ -111,9 +111,10 @@ def triad_heading(text: str) -> Heading:
     >>> triad_heading("acc_x [mA]")[1:3], triad_heading("up_z")[1], triad_heading("T").role
     (('x', 'mA'), 'up_z', 'temperature')
     """
-    name, unit = name_and_unit(text, _is_known_unit)
+    name, unit = name_and_unit(text, _is_angle)
     if name.casefold() in ("shaft", "angle"):
         return Heading(text, name.casefold(), unit or None)
+    name, unit = name_and_unit(text, is_output_unit)
     axis, behind, is_up = axis_named(name)
     if axis and not behind:
         return Heading(text, f"up_{axis}" if is_up else axis, unit or None)
@@ -121,8 +122,8 @@ def triad_heading(text: str) -> Heading:
     return known if known.role in _OF_THE_ROW else Heading(text, None)
 
 
-def _is_known_unit(unit: str) -> bool:
-    return is_output_unit(unit) or has_unit("angle", unit)
+def _is_angle(unit: str) -> bool:
+    return has_unit("angle", unit)
 
 
 def _is_output_unit(unit: str) -> bool:
