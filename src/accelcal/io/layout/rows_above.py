@@ -19,16 +19,20 @@ _NUMBER = re.compile(r"[-+\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)
 _LISTS = ("serials", "runs")
 _COMMENT = re.compile(
     r"(?:comments?|notes?|remarks?|kommentare?|bemerkung(?:en)?|anmerkung(?:en)?|hinweise?"
-    r"|commentaires?|remarques?|комментари[йи]|примечани[ея])\s*(?:[:=].*)?",
+    r"|commentaires?|remarques?|комментари[йи]|примечани[ея])\s*[:=]\s*\S.*",
     re.IGNORECASE,
 )
-"""A cell that begins a comment, which goes on to the end of its row."""
+"""A cell with the beginning of a comment, which goes on to the end of its row."""
 _INSTRUMENT = re.compile(
     r"(?:volt|multi|thermo)[ -]?(?:meter|mètre)|dmm|вольтметр|мультиметр|термометр"
-    r"|supply|netzteil|oven|chamber|kammer|logger",
+    r"|netzteil|(?:supply|\boven|chamber|kammer|logger)\b",
     re.IGNORECASE,
 )
 """What has a serial number of its own in a stand."""
+_TESTED = re.compile(
+    r"acc[ée]l[ée]ro|beschleunigung|акселеро|\bdut\b|prüfling|\b(?:in|im|with|mit)\b", re.IGNORECASE
+)
+"""An accelerometer, or a test in or with an instrument."""
 
 
 def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
@@ -74,8 +78,10 @@ def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
             value = _value(key, cells)
         if key == "serial" and of_instrument:
             key, of_instrument = "", False
-        elif key or _INSTRUMENT.search(f"{cell} {value}"):
-            of_instrument = not key
+        elif key or _TESTED.search(f"{cell} {value}"):
+            of_instrument = False
+        elif _INSTRUMENT.search(f"{cell} {value}"):
+            of_instrument = True
         found.append((key, f"{value} {unit}".strip()) if key and value else ("", ""))
     return found
 
