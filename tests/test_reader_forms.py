@@ -244,6 +244,38 @@ def test_words_of_directions_beside_a_stroke_are_no_outputs():
     assert (record.output.tolist(), record.stroke.tolist()) == ([1.3, -1.3], [1, 1])
 
 
+def test_words_of_directions_beside_a_lone_output_are_no_outputs():
+    """What stood below them was read for it."""
+    record = read("# stroke: 1\nT,J,I [mA],forward,back\n20,1,1.3,1,0\n20,5,-1.3,1,0\n")
+    assert (record.output.tolist(), record.stroke.tolist()) == ([1.3, -1.3], [1, 1])
+
+
+@pytest.mark.parametrize("name", ["R_1", "B 1", "F-1", "f_fwd", "R_B"])
+def test_letters_and_numbers_of_something_else_are_no_directions(name):
+    """The table was refused, as 100.1 is neither forward nor back."""
+    record = read(f"T,J,k,{name},Y\n20,1,1,100.1,1.3\n20,5,1,100.2,-1.3\n")
+    assert record.notes == (f"column '{name}' is not known and was set aside",)
+
+
+def test_a_column_of_many_words_is_none_of_directions():
+    rows = [(t, p, k, "NSEW"[p % 4], y) for t, p, k, y in ROWS]
+    record = read(long_table(headings=("T", "J", "k", "Dir", "Y"), rows=rows))
+    assert same_readings(record, REFERENCE)
+    assert record.notes == ("column direction does not tell forward from back and was set aside",)
+
+
+@pytest.mark.parametrize("ratio", ["SF, mA/g", "SF_mA/g", "SF mA / g", "Drift in V/V"])
+def test_a_ratio_is_no_unit_of_outputs(ratio):
+    """It was a second column that could be the outputs, and the table was refused."""
+    record = read(f"T;J;k;Strom in mA;{ratio}\n20;1;1;1,3;9\n20;5;1;-1,3;9\n")
+    assert (record.unit, record.output.tolist()) == ("mA", [1.3, -1.3])
+
+
+@pytest.mark.parametrize("blank", ["\u00a0", "\u2003"])
+def test_blanks_of_other_widths_between_columns(blank):
+    assert same_readings(read(long_table(blank)), REFERENCE)
+
+
 @pytest.mark.parametrize("column", ["forward", "back"])
 def test_one_direction_alone_is_no_stroke(column):
     record = read(f"T,J,k,output,{column}\n20,1,1,1.3,x\n20,5,1,-1.3,y\n")
@@ -268,6 +300,17 @@ def test_degrees_and_minutes_in_columns_of_their_own(headings, cells, angles):
 def test_minutes_in_a_column_of_their_own_are_below_60():
     with pytest.raises(TableError, match=r":3: minutes '60' is not from 0 to below 60; minutes"):
         read("T,k,deg,minutes,Y\n20,1,0,0,1\n20,1,22,60,2\n")
+
+
+@pytest.mark.parametrize("place", ["angle", "J"])
+def test_degrees_and_minutes_beside_a_place_are_set_aside(place):
+    """The minutes were added to the angle, or refused beside another."""
+    record = read(f"T,{place},k,deg,min,Y\n20,1,1,0,58,1\n20,5,1,180,59,2\n")
+    plain = read(f"T,{place},k,Y\n20,1,1,1\n20,5,1,2\n")
+    assert record.angle.tolist() == plain.angle.tolist()
+    assert record.notes == tuple(
+        f"column '{name}' is not known and was set aside" for name in ("deg", "min")
+    )
 
 
 def test_minutes_beside_an_angle_may_be_a_time():
@@ -816,6 +859,13 @@ def test_what_a_row_above_a_table_does_not_declare_is_told():
         ("Multimètre;HP;S/N;123;Accelerometer;AL-15;S/N;A-7", "A-7"),
         ("Thermometer;S/N;5;Netzteil;S/N;6;Date;31.05.2024;S/N;A-7", "A-7"),
         ("Accelerometer;AL-15;S/N;A-7", "A-7"),
+        ("Voltmeter;HP;Accelerometer;AL-15;S/N;A-7", "A-7"),
+        ("Chamber;7;DUT;AL-15;Serial;A-7", "A-7"),
+        ("Tumble test in chamber 3;;Serial: A-7", "A-7"),
+        ("Accelerometer with logger;S/N;A-7", "A-7"),
+        ("Operator;P. Kammerer;S/N;A-7", "A-7"),
+        ("Operator: J. Coven;S/N: A-7", "A-7"),
+        ("Klimakammer;S/N;7", None),
     ],
 )
 def test_a_serial_behind_another_instrument_is_not_that_of_the_accelerometer(row, serial):
@@ -830,6 +880,12 @@ def test_a_comment_above_the_headings_goes_on_to_the_end_of_its_row(word, separa
     record = read(f"Serial: A-7\n{word}: warm; unit: by eye\n{long_table(separator)}")
     assert (record.serial, record.unit) == ("A-7", None)
     assert record.notes == ("text above the headings was set aside (line 2)",)
+
+
+@pytest.mark.parametrize("row", ["Bemerkung:;;S/N:;A-7", "Remarks;none;S/N;A-7", "Note;S/N: A-7"])
+def test_behind_the_cell_of_a_comment_a_form_goes_on(row):
+    """The serial was lost."""
+    assert read(f"{row}\nTemperature;20;\n{FORM}").serial == "A-7"
 
 
 def test_a_key_of_a_form_that_was_not_filled_in_declares_nothing():

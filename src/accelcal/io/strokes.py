@@ -93,7 +93,8 @@ def strokes_by_direction(
         if _tell_what_numbers_tell(is_back, label, even):
             return number, ()
         within = (np.diff(number) == 0) & (np.diff(label) != 0)
-        if np.isnan(is_back).all() and not within.any():  # words of something else, as heating
+        two_ways = len(names) <= 2 and within.any()
+        if np.isnan(is_back).all() and not two_ways:  # words of something else, as heating
             return number, (_ASIDE,)
     known = ~np.isnan(is_back)[of_row]
     column.check(known, "{} is neither forward nor back", "write forward or back")

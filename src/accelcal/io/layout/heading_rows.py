@@ -35,6 +35,9 @@ _MEASURED = frozenset(
 ANGLE_IN_PARTS = ("angle", "minutes", "seconds")
 """Roles of the columns of an angle in degrees, minutes and seconds."""
 
+_PLACES = frozenset({"position", "positions", "angle", "angles"})
+"""Roles that tell where the head stood, so that minutes are those of a time."""
+
 _WORD = re.compile(r"[^\W\d_]{2,}")
 _STROKES = {**dict.fromkeys(FORWARD, 1), **dict.fromkeys(BACK, 2)}
 """Word of a direction -> the stroke that it is, of two."""
@@ -87,10 +90,14 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
 
 
 def _unit_of(heading: Heading) -> str | None:
-    """Unit behind a name without a digit, which that of one accelerometer of several may have."""
+    """Unit behind a name without a digit, which that of one accelerometer of several may have.
+
+    Of a ratio, such as ``mA/g``, it is none.
+    """
     name, unit = name_and_unit(heading.text, is_output_unit)
     has_digit = any(map(str.isdigit, name))
-    return unit if is_output_unit(unit) and not has_digit else None
+    is_ratio = heading.text[len(name) :].lstrip().startswith("/") and _unit_of(Heading(name, None))
+    return unit if is_output_unit(unit) and not (has_digit or is_ratio) else None
 
 
 def are_headings(cells: Sequence[Heading]) -> bool:
@@ -136,7 +143,8 @@ def read_headings(texts: Sequence[str]) -> tuple[Heading, ...]:
     """Understand the headings of a row, of which some mean something beside others alone.
 
     A date with its time, such as Date/Time, tells nothing beside a date. Degrees and minutes,
-    perhaps with seconds, are one angle. An output forward is stroke 1, and the one back stroke 2.
+    perhaps with seconds, are one angle where nothing else tells the place. An output forward is
+    stroke 1, and the one back stroke 2, where nothing else tells strokes or outputs.
 
     Examples
     --------
@@ -160,6 +168,8 @@ def _dated_once(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
 
 
 def _with_minutes(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
+    if any(cell.role in _PLACES for cell in cells):
+        return cells
     parts = tuple(None if c.role else _PART_OF_ANGLE.get(c.text.casefold()) for c in cells)
     for at, size in product(range(len(parts)), (3, 2)):
         if parts[at : at + size] == ANGLE_IN_PARTS[:size]:
@@ -170,10 +180,11 @@ def _with_minutes(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
 
 def _with_directions(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
     ways = [None if cell.role else _way(cell.text) for cell in cells]
-    told = any(cell.role in ("stroke", *OUTPUTS) for cell in cells)
-    if told or [way.of for way in ways if way] not in ([1, 2], [2, 1]):
+    if [way.of for way in ways if way] not in ([1, 2], [2, 1]):
         return cells
-    return tuple(way or cell for way, cell in zip(ways, cells, strict=True))
+    lone = lone_output(cells)
+    told = any(cell.role in ("stroke", *OUTPUTS) for cell in cells) or (lone and not ways[lone[0]])
+    return cells if told else tuple(way or cell for way, cell in zip(ways, cells, strict=True))
 
 
 def _way(text: str) -> Heading | None:

@@ -238,7 +238,7 @@ def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Head
     Blanks are one only where no other gives headings: they stand within headings too.
     """
     marks: list[str | None] = [mark for mark in _MARKS if mark in line]
-    blanks = [None] if " " in line.strip() else []
+    blanks = [None] if len(line.split()) > 1 else []
     for separators in (marks, blanks):
         split = [(read_headings(_split_headings(line, own)), own) for own in separators]
         if told := [own for own in split if are(own[0])]:

@@ -374,12 +374,19 @@ def _role(folded: str) -> str | None:
         folded = name
     if folded in _ROLES:
         return _ROLES[folded]
-    first, *others = folded.split("_")
-    if others and {first, *others} <= FORWARD | BACK:  # as of Hin/Rück
+    if _are_directions({*folded.split("_")}):
         return "direction"
+    first, *others = folded.split("_")
     role = _ROLES.get(first)
     symbols = {"t"} if role in ("temperature", "time") else set()
     return role if all(_ROLES.get(word) == role or word in symbols for word in others) else None
+
+
+def _are_directions(words: set[str]) -> bool:
+    """Whether words are of both directions, as in Hin/Rück; R_1 is of something else."""
+    return words <= FORWARD | BACK and all(
+        any(map(str.isalpha, words & way)) for way in (FORWARD, BACK)
+    )
 
 
 def _temperature_or_time(name: str, unit: str | None) -> str:
