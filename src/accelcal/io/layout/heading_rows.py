@@ -96,7 +96,8 @@ def _unit_of(heading: Heading) -> str | None:
     """
     name, unit = name_and_unit(heading.text, is_output_unit)
     has_digit = any(map(str.isdigit, name))
-    is_ratio = heading.text[len(name) :].lstrip().startswith("/") and _unit_of(Heading(name, None))
+    over = name if heading.text[len(name) :].lstrip().startswith("/") else ""
+    is_ratio = is_output_unit(over) or bool(over and _unit_of(Heading(over, None)))
     return unit if is_output_unit(unit) and not (has_digit or is_ratio) else None
 
 
