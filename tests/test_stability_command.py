@@ -182,6 +182,12 @@ def test_a_large_record_is_read_by_pandas_to_the_same_numbers():
     np.testing.assert_array_equal(read(text).launches[0].output, values)
 
 
+def test_a_place_that_stays_is_no_tumble_test():
+    """A record at rest, by the program of the stand, was refused for its headings."""
+    record = read("time,position,stroke,output\n0,3,1,1\n1,3,1,2\n2,3,1,1\n")
+    assert record.launches[0].output.tolist() == [1.0, 2.0, 1.0]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -15,7 +15,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError
 from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.declarations import declared_by_caller
-from accelcal.io.engines import by_an_engine
+from accelcal.io.engines import by_an_engine, split_rows
 from accelcal.io.files.text import Source, read_text
 from accelcal.io.layout.output_columns import with_lone_output
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
@@ -159,8 +159,12 @@ def read_stability(
 
 def _refuse_tumble_test(layout: Layout) -> None:
     """Refuse readings of an accelerometer that was turned: nothing of them is drift or noise."""
-    roles = {heading.role for heading in layout.headings}
-    if "stroke" in roles and roles & {"position", "angle"}:
+    roles = [heading.role for heading in layout.headings]
+    places = [i for i, role in enumerate(roles) if role in ("position", "angle")]
+    if "stroke" not in roles or not places:
+        return
+    rows = split_rows(layout, max(places) + 1)
+    if any(row[i] != rows[0][i] for i in places for row in rows):
         remedy = "give it to accelcal fit, or here a record of the accelerometer at rest"
         raise layout.refuse("a table of strokes and positions, as of a tumble test", remedy)
 
