@@ -1294,6 +1294,17 @@ def test_readings_that_stand_there_several_times_are_told(times):
             work()
 
 
+def test_readings_at_other_temperatures_that_agree_are_no_copies():
+    """As of an accelerometer without noise and temperature laws, in one run."""
+    record = accelcal.simulate(seed=2).select(run="1")
+    again = np.repeat(np.arange(len(record)), 2)
+    twice = replace(record, **{name: own[again] for name, own in record._arrays().items()})
+    warmer = replace(twice, temperature=twice.temperature + np.arange(len(twice)) % 2)
+    assert accelcal.fit(warmer).tables
+    with pytest.raises(accelcal.InputError, match="readings repeat one"):
+        accelcal.fit(twice)
+
+
 @pytest.mark.parametrize("step", [3e-5, 1e-4])
 def test_readings_of_a_coarse_step_that_agree_are_no_copies(step):
     """Two at each position that agree to the last digit, as those of other strokes do."""

@@ -28,10 +28,11 @@ def refuse_copies(record: TumbleRecord) -> None:
     Raises
     ------
     InputError
-        If all that share position, stroke and run agree to the last digit, and others do not.
+        If all that share position, stroke, run and temperature agree to the last digit, and those
+        of other strokes do not, or there are none in the same direction.
     """
     position, every = (record.run, record.mounting, np.round(record.angle, 6)), record.output
-    first = _first_of_each(cells(*position, record.stroke))
+    first = _first_of_each(cells(*position, record.stroke, np.nan_to_num(record.temperature)))
     copies = int(np.sum(first != np.arange(first.size)))
     if copies < _FEWEST or np.any(every != every[first]):
         return
