@@ -302,6 +302,12 @@ def test_minutes_in_a_column_of_their_own_are_below_60():
         read("T,k,deg,minutes,Y\n20,1,0,0,1\n20,1,22,60,2\n")
 
 
+def test_degrees_beside_minutes_are_whole():
+    """Minutes of a time were added to the angle."""
+    with pytest.raises(TableError, match=r":2: deg '22.5' has a fraction beside minutes; write wh"):
+        read("T,k,deg,min,Y\n20,1,22.5,30,1\n20,1,45,31,2\n")
+
+
 @pytest.mark.parametrize("place", ["angle", "J"])
 def test_degrees_and_minutes_beside_a_place_are_set_aside(place):
     """The minutes were added to the angle, or refused beside another."""
@@ -866,6 +872,8 @@ def test_what_a_row_above_a_table_does_not_declare_is_told():
         ("Operator;P. Kammerer;S/N;A-7", "A-7"),
         ("Operator: J. Coven;S/N: A-7", "A-7"),
         ("Klimakammer;S/N;7", None),
+        ("Voltmeter S/N: 123;S/N: A-7", "A-7"),
+        ("Voltmeter S/N;123;S/N;A-7", "A-7"),
     ],
 )
 def test_a_serial_behind_another_instrument_is_not_that_of_the_accelerometer(row, serial):

@@ -81,7 +81,7 @@ def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
         elif key or _TESTED.search(f"{cell} {value}"):
             of_instrument = False
         elif _INSTRUMENT.search(f"{cell} {value}"):
-            of_instrument = True
+            of_instrument = label(_INSTRUMENT.split(cell)[-1].strip())[0] != "serial"
         found.append((key, f"{value} {unit}".strip()) if key and value else ("", ""))
     return found
 

@@ -68,7 +68,7 @@ def with_parts(angle: Column, parts: Sequence[Column]) -> Column:
     Raises
     ------
     TableError
-        At the first cell with 60 minutes or seconds or more.
+        At the first cell with a fraction of a degree, or 60 minutes or seconds or more.
 
     Examples
     --------
@@ -80,6 +80,8 @@ def with_parts(angle: Column, parts: Sequence[Column]) -> Column:
     [22.5, -0.25]
     """
     degrees = numbers(angle)
+    whole = np.isnan(degrees) | (degrees == np.rint(degrees))
+    angle.check(whole, "{} has a fraction beside minutes", "write whole degrees, or no minutes")
     size = np.abs(degrees)
     for part, of_degree in zip(parts, (60.0, 3600.0), strict=False):
         values = np.nan_to_num(numbers(part))
