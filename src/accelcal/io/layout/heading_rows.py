@@ -92,12 +92,11 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
 def _unit_of(heading: Heading) -> str | None:
     """Unit behind a name without a digit, which that of one accelerometer of several may have.
 
-    Of a ratio, such as ``mA/g``, it is none.
+    Of a ratio, as in ``SF mA/g``, it is none; ``V/V`` alone is V in V.
     """
     name, unit = name_and_unit(heading.text, is_output_unit)
     has_digit = any(map(str.isdigit, name))
-    over = name if heading.text[len(name) :].lstrip().startswith("/") else ""
-    is_ratio = is_output_unit(over) or bool(over and _unit_of(Heading(over, None)))
+    is_ratio = heading.text[len(name) :].lstrip().startswith("/") and _unit_of(Heading(name, None))
     return unit if is_output_unit(unit) and not (has_digit or is_ratio) else None
 
 
