@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import accelcal
+from accelcal.discovery import look
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.family import Judgement
 from accelcal.discovery.noise.of_readings import memory
@@ -253,6 +254,23 @@ def test_a_drift_goes_on_in_pauses_that_nobody_wrote_down(hidden):
     assert abs(rate.value - 2e-5) < 1.5 * rate.expanded_uncertainty
     assert "pauses of any length between runs" in " ".join(found.notes)
     assert "not declared" not in " ".join(found.notes)
+
+
+@pytest.mark.parametrize(("declared", "searches"), [(True, 2), (False, 1)])
+def test_runs_whose_bias_is_free_already_are_not_searched_again(monkeypatch, declared, searches):
+    """Tables without times and without declared launches, as most are, took one search more."""
+
+    def unknown(record):
+        forward = (record.stroke % 2) * (record.run == 2)
+        return 9e-5 * forward * np.cos(np.radians(3.0 * record.angle))
+
+    record = disturbed(unknown, plan=TumblePlan())
+    if not declared:
+        record = record.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
+    judged, asked = look._judged, []
+    monkeypatch.setattr(look, "_judged", lambda *given: asked.append(given) or judged(*given))
+    assert accelcal.discover(record).effects == ()
+    assert len(asked) == searches
 
 
 @pytest.mark.parametrize("seed", [2, 3, 4])

@@ -94,6 +94,8 @@ def _with_runs_apart(look: Look, question: Question) -> Look | None:
     if most < 2 or drift_anew(look.family, question.alpha):
         return None
     free = record.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
+    if free.apparatus == record.apparatus:
+        return None
     apart = _judged(free, question)
     best = next(iter(apart.findings.explanations), None)
     if best is None or len(best.ids) >= most:
