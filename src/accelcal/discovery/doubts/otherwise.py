@@ -26,6 +26,7 @@ from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.untold import untold
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance, Effect
+from accelcal.plural import listed
 from accelcal.results.discovery import IF_IT_IS, Discovery
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
@@ -176,16 +177,22 @@ class Otherwise(NamedTuple):
         The effects themselves.
     pairs : tuple of pairs of Change
         Each of these coefficients beside the effects that are named, and beside these.
+    untold : tuple of str
+        Parameters that the readings do not tell; with other values the coefficients are less far
+        off.
     """
 
     name: str
     instances: tuple[Instance, ...]
     pairs: tuple[tuple[Change, Change], ...]
+    untold: tuple[str, ...]
 
     @property
     def said(self) -> str:
         """What the coefficients are if that is the truth."""
         told = ", ".join(_value(old, new) for old, new in self.pairs)
+        if self.untold:
+            told += f", at the farthest, as these readings do not tell {listed(self.untold)}"
         return f"{IF_IT_IS}{self.name} in truth: {told}"
 
 
@@ -204,27 +211,31 @@ def otherwise(
         return
     bare = solution(comparison)
     named = changes(comparison, bare, solution(comparison, best))
-    own = ((other.name, [other.instances]) for each in alternatives for other in each)
+    own = ((other.name, [(other.instances, ())]) for each in alternatives for other in each)
     all_of_rivals = ((name, _wherever(comparison, instances)) for name, instances in rivals)
     for name, sets in (*own, *all_of_rivals):
         found = []
-        for instances in sets:
+        for instances, open_ones in sets:
             within = changes(comparison, bare, solution(comparison, instances))
             both = zip(named, within, strict=True)
             if pairs := tuple((old, new) for old, new in both if apart(old, new) > APART):
-                found.append(Otherwise(name, instances, pairs))
+                found.append(Otherwise(name, instances, pairs, open_ones))
         if found:
             yield max(found, key=lambda one: max(apart(*pair) for pair in one.pairs))
 
 
 def _wherever(
     comparison: Comparison, instances: tuple[Instance, ...]
-) -> Iterator[tuple[Instance, ...]]:
-    """Effects at each place where they explain the readings as well, whatever is untold of them."""
+) -> Iterator[tuple[tuple[Instance, ...], tuple[str, ...]]]:
+    """Effects at each place where they explain the readings as well, and what is untold of them.
+
+    They come with the middle and the ends of what is untold.
+    """
     for each in (instances, *(one.instances for one in _other_places(comparison, instances))):
-        yield each
-        for one in untold(comparison, each):
-            yield from one.ends(each)
+        open_ones = untold(comparison, each)
+        names = tuple(one.parameter.name for one in open_ones)
+        for own in (each, *(end for one in open_ones for end in one.ends(each))):
+            yield own, names
 
 
 def rivals_of(found: Sequence[Explanation]) -> Iterator[tuple[str, tuple[Instance, ...]]]:
