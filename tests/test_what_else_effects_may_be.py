@@ -97,6 +97,30 @@ def test_what_the_readings_do_not_tell_of_a_look_alike_counts_as_well(width, fir
     assert within(accelcal.fit(record, model=model), ["k0"]) == [True]
 
 
+ONE_RUN = TumblePlan(timed=True, temperatures=(20.0,))
+LONGER = "warm-up with tau of 3180 s or any longer explains these readings as well"
+
+
+@pytest.mark.parametrize(
+    ("hidden", "tau", "seed", "also"),
+    [
+        ("warm-up", 4000.0, 1, ": nothing bounds K0, amplitude and tau"),
+        ("warm-up", 9000.0, 3, " as bias-drift, with other values of K0"),
+        ("bias-drift", None, 3, " as bias-drift, with other values of K0"),
+        ("warm-up", 1000.0, 3, None),
+    ],
+)
+def test_a_warm_up_that_may_last_longer_than_the_run_is_told(hidden, tau, seed, also):
+    """K0 was off by up to 20 U without a word: the search of tau ends at the longest run."""
+    kept = {} if tau is None else {"tau": tau}
+    record = simulated(accelcal.effect(hidden).of(2e-4, **kept), seed, ONE_RUN)
+    model = accelcal.discover(record)
+    for said in (model.notes, accelcal.fit(record, model=model).warnings):
+        told = [text for text in said if text.startswith(LONGER)]
+        assert len(told) == (also is not None)
+        assert all(text.startswith(f"{LONGER}{also}") for text in told)
+
+
 def test_laws_from_the_readings_count_what_those_from_the_tables_count():
     """They counted nothing of the effects: U of k0 was 15 ug in place of 36, and 17 ug off."""
     model = taken_for_another(DRIFT, lambda found: found.id == "warm-up", TIMED)

@@ -84,7 +84,7 @@ def undecided(
             if DEAD_ZONE not in (name, item.effect.id) or not entry or len(entry.parameters) != 1:
                 continue
             others = replaced(instances, place, Instance(entry, (1.0,), {}))
-            apart = _unlike(comparison, instances, others)
+            apart = unlike(comparison, instances, others)
             if apart and _as_likely(comparison, instances, others, place):
                 yield Undecided(item.effect.id, name, apart)
 
@@ -99,7 +99,7 @@ def _as_likely(
     return worse < -2.0 * float(np.log(POSSIBLE)) and bool(size > lowest)
 
 
-def _unlike(
+def unlike(
     comparison: Comparison, some: Sequence[Instance], others: Sequence[Instance]
 ) -> tuple[str, ...]:
     """Coefficients that are not the same beside some effects and beside others.
