@@ -48,7 +48,7 @@ def axis_named(name: str) -> AxisName:
     >>> axis_named("acc_x"), axis_named("T").axis
     (AxisName(axis='x', behind='', is_up=False), '')
     >>> axis_named("Up Z [g]")
-    AxisName(axis='z', behind='g]', is_up=True)
+    AxisName(axis='z', behind='[g]', is_up=True)
     """
     found = _NAME.fullmatch(name)
     return AxisName(found[2].casefold(), found[3] or "", bool(found[1])) if found else AxisName("")

@@ -24,7 +24,6 @@ from accelcal.plural import listed
 _BEYOND = 10.0
 """Times the end of the search, where an effect is all but the beginning of itself."""
 
-
 _AT_END = 0.95
 """Share of the end of the search from which a parameter would go on if the search did."""
 
