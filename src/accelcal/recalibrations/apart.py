@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.numerics.left_out import ratios_by_the_others
 from accelcal.numerics.probability import student_survival
 from accelcal.recalibrations.regression import ROUNDING, proportions
 
@@ -59,6 +60,5 @@ def _ratios(columns: Array, values: Array, dof: int) -> Array:
     """Distance of each value from the line of the others, over its standard uncertainty by them."""
     base = np.linalg.qr(columns).Q
     left = values - base @ (base.T @ values)
-    alone = left**2 / np.maximum(1.0 - (base**2).sum(axis=1), ROUNDING)
-    of_others = np.maximum((left**2).sum() - alone, ROUNDING)
-    return np.asarray(np.sqrt(dof * alone / of_others))
+    freedom = np.maximum(1.0 - (base**2).sum(axis=1), ROUNDING)
+    return ratios_by_the_others(left, freedom, dof + 1.0, ROUNDING)

@@ -9,6 +9,7 @@ import numpy as np
 from accelcal.arguments.axes import AXES
 from accelcal.errors import DesignError
 from accelcal.estimate.launch import SAME_LEVEL
+from accelcal.numerics.left_out import ratios_by_the_others
 from accelcal.numerics.probability import f_survival, student_quantile
 from accelcal.plural import degrees_of_freedom
 from accelcal.results.quantity import Gate
@@ -134,8 +135,7 @@ def _outlier(record: TriadRecord, found: Solution) -> Gate:
     if found.dof < 2:
         return Gate("largest residual", "not assessed", "too few degrees of freedom")
     freedom = np.maximum(1.0 - found.leverage, 1e-9)
-    squares = np.sum(residual**2) - residual**2 / freedom
-    t = residual / np.sqrt(np.maximum(squares, 1e-300) / (found.dof - 1) * freedom)
+    t = ratios_by_the_others(residual, freedom, found.dof, 1e-300)
     limit = student_quantile(1.0 - _FALSE_ALARM / t.size, found.dof - 1)
     row = int(np.argmax(t))
     place = "" if record.line is None else f" (line {record.line[row]})"
