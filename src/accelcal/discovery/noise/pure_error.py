@@ -21,6 +21,9 @@ from accelcal.head_angles import head_positions
 TELLING = 0.05
 """Share of its own error that a reading must leave for its replicates to judge it."""
 
+_SETTLING = 0.05
+"""Time constant that stands for those of warm-ups that the cycles leave, over the longest run."""
+
 
 class PureError(NamedTuple):
     """What some columns leave of n readings.
@@ -123,15 +126,19 @@ def moving(c: Conditions, mounting: NDArray[np.str_]) -> Array:
 
 
 def tilting(c: Conditions, mounting: NDArray[np.str_]) -> Array:
-    """The same with a drift of scale factor and misalignment by the time, shape (n, k).
+    """The same with what changes within a cycle, shape (n, k).
 
-    Where the pace is not even, a tilt is another pattern in each cycle. The first reading of a run
-    is no replicate of others, as the head may come to it in another sense.
+    That is a drift of scale factor and misalignment by the time: where the pace is not even, a tilt
+    is another pattern in each cycle. A warm-up is, at the start of each run. And the first reading
+    of a run is no replicate of others, as the head may come to it in another sense.
     """
-    drifts = dummies(c.run) * c.run_time[:, None]
+    runs = dummies(c.run)
+    drifts = runs * c.run_time[:, None]
+    length = max(float(c.run_time.max()), 1e-9)
+    settling = runs * np.exp(-c.run_time / (_SETTLING * length))[:, None]
     first = c.order[np.diff(c.run[c.order], prepend=-1) != 0]
     begun = np.eye(c.order.size)[:, first]
-    return np.hstack([moving(c, mounting), begun, *_by_angle(drifts, c)])
+    return np.hstack([moving(c, mounting), begun, settling, *_by_angle(drifts, c)])
 
 
 def _by_angle(columns: Array, c: Conditions) -> tuple[Array, Array]:
