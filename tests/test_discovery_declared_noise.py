@@ -305,3 +305,19 @@ def test_the_verdict_tells_readings_that_scatter_more_than_their_std():
     assert re.fullmatch(r"the readings scatter [456](\.\d)? times more than their std says", said)
     enough = replace(record, std=np.full(len(record), 1.35 * 5e-6))
     assert accelcal.discover(enough).reservations == ()
+
+
+def test_tails_are_told_where_they_are_no_chance():
+    """They were told of a fifth of the records with normal noise."""
+    even = np.full(162, 1e-5)
+    rng = np.random.default_rng(1)
+    normal = [rng.standard_normal(162) for _ in range(6)]
+    heavy = [rng.standard_t(3, 162) / np.sqrt(3.0) for _ in range(6)]
+
+    def told(noise):
+        record = accelcal.simulate(noise=QUIET, seed=1)
+        record = replace(record, output=record.output + 1.35 * even * noise)
+        return "the noise has heavier tails than a normal one" in str(accelcal.discover(record))
+
+    assert not any(map(told, normal))
+    assert sum(map(told, heavy)) >= 4

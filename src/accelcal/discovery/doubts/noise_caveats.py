@@ -33,7 +33,7 @@ def noise_caveats(
     yield from _of_memory(comparison)
     yield from _of_runs(comparison, instances, loud)
     yield from _of_std(comparison)
-    if np.isfinite(comparison.noise.tails):
+    if comparison.noise.heavy:
         yield Caveat("the noise has heavier tails than a normal one, and is judged accordingly")
 
 

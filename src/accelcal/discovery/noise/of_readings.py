@@ -7,6 +7,7 @@ residuals of a model, which may lack an effect.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from statistics import NormalDist
 from typing import NamedTuple
@@ -52,6 +53,9 @@ _ROWS, _TOGETHER = 2000, 250
 _TAILS = ((1.0, 5.0), (0.4, 9.0))
 """Excess kurtosis, and the Student distribution whose tails count from there on."""
 
+_BEYOND_CHANCE = 2.5
+"""Excess kurtosis over its standard deviation in normal noise from which on the tails are told."""
+
 
 class ReadingNoise(NamedTuple):
     """Noise of the readings.
@@ -72,6 +76,9 @@ class ReadingNoise(NamedTuple):
         their runs; None where alike.
     possible : tuple of float
         Correlations that the replicates leave possible, each as likely; empty where it is known.
+    heavy : bool
+        Whether the tails are heavier than those of a normal one beyond chance; `tails` leans to the
+        safe side before.
     """
 
     sigma: float
@@ -80,6 +87,7 @@ class ReadingNoise(NamedTuple):
     tails: float
     relative: Array | None = None
     possible: tuple[float, ...] = ()
+    heavy: bool = False
 
 
 def refuse_too_many(record: TumbleRecord) -> None:
@@ -142,19 +150,26 @@ def reading_noise(
     rho, variance, possible = _autocorrelation(error, basis, c.run[c.order])
     if not np.sqrt(variance) > max(LEAST_NOISE, _OF_STEP * step):
         raise InputError(ALIKE)
-    tails = _tails(_excess_kurtosis(error, basis, variance))
-    return ReadingNoise(float(np.sqrt(variance)), rho, dof, tails, relative, possible)
+    excess, by_chance = _excess_kurtosis(error, basis, variance)
+    heavy = excess > _BEYOND_CHANCE * by_chance
+    sigma = float(np.sqrt(variance))
+    return ReadingNoise(sigma, rho, dof, _tails(excess), relative, possible, heavy)
 
 
 def _tails(excess: float) -> float:
     return next((dof for least, dof in _TAILS if excess > least), np.inf)
 
 
-def _excess_kurtosis(error: Array, basis: Array, variance: float) -> float:
-    """Excess kurtosis of the noise, of which the pure error is a mixture."""
+def _excess_kurtosis(error: Array, basis: Array, variance: float) -> tuple[float, float]:
+    """Excess kurtosis of the noise, of which the pure error is a mixture, and what chance makes.
+
+    The fourth Hermite polynomials of normal numbers with the correlations P have the covariances
+    24 P^4, element by element; their sum of those is the standard deviation in normal noise.
+    """
     free = 1.0 - (basis**2).sum(axis=1)
     fourth = float((error**4).sum() - 3.0 * ((free * variance) ** 2).sum())
-    return fourth / (_fourth_powers(basis) * variance**2)
+    powers = _fourth_powers(basis)
+    return fourth / (powers * variance**2), math.sqrt(24.0 / powers)
 
 
 def _fourth_powers(basis: Array) -> float:
