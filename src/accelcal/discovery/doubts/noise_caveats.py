@@ -39,7 +39,7 @@ def noise_caveats(
 
 def _of_memory(comparison: Comparison) -> Iterator[Caveat]:
     rho = comparison.noise.rho
-    if rho:
+    if comparison.noise.remembers:
         slow = ": a slow disturbance that no entry of the catalogue describes looks like it"
         yield Caveat(
             f"neighbouring readings are correlated ({rho:+.2f}), which counts as noise with a"

@@ -45,6 +45,9 @@ _RHOS = np.linspace(-0.3, 0.9, 121)
 _POSSIBLE = np.array([NormalDist().inv_cdf((k + 0.5) / 6) for k in range(6)])
 """Standard deviations from what is seen to correlations that are possible, each as likely."""
 
+_CORRELATED = 2.6
+"""Standard deviations of a correlation of neighbours from which on it is told."""
+
 _LAGS = 40
 
 _ROWS, _TOGETHER = 2000, 250
@@ -88,6 +91,13 @@ class ReadingNoise(NamedTuple):
     relative: Array | None = None
     possible: tuple[float, ...] = ()
     heavy: bool = False
+
+    @property
+    def remembers(self) -> bool:
+        """Whether neighbours are correlated beyond chance; `rho` leans to the safe side before."""
+        size = abs(self.rho)
+        least = min((rho * np.sign(self.rho) for rho in self.possible), default=-np.inf)
+        return bool(size > 0.0 and size * _POSSIBLE[-1] > _CORRELATED * (size - least))
 
 
 def refuse_too_many(record: TumbleRecord) -> None:
