@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from accelcal.archive.failures import attempt
+from accelcal.archive.failures import attempt, one_line
 from accelcal.archive.parts import Part, part_content, stretches
 from accelcal.archive.sources import SourceFile, is_url, read_bytes
 from accelcal.errors import TableError
 from accelcal.io.files.parquet import as_csv, is_parquet, read_all, read_rows
 from accelcal.io.files.text import named_bytes, read_text
 from accelcal.io.ordinary.reader import Content, read_arrow, read_ordinary
-from accelcal.io.tables import read_tables, survey_text
+from accelcal.io.sound_serials import SoundSerials, read_sound
+from accelcal.io.tables import survey_text
 from accelcal.record import TumbleRecord
 
 Records = tuple[TumbleRecord, ...]
@@ -69,14 +70,16 @@ def read_files(
     Yields
     ------
     Found or Failure
-        The records of each file in its order, or why it could not be read.
+        The records of each file in its order, and why it or some of its serials could not be read.
     """
     ordinary = attempt("", read_ordinary, map(_content, files), overrides)
     if isinstance(ordinary, str):  # a bug, which the general reader need not have
         ordinary = [None] * len(files)
     for index, (file, read) in enumerate(zip(files, ordinary, strict=True)):
-        records = attempt(file.path, _read, file.path, overrides) if read is None else read
-        yield from _found(index, file.path, records)
+        if read is None:
+            yield from _read_odd(index, file.path, overrides)
+        else:
+            yield from _found(index, file.path, read)
 
 
 def _content(file: SourceFile) -> Content:
@@ -159,7 +162,15 @@ def _read_stretch(piece: Content, overrides: Mapping[str, Any]) -> Records:
     return survey_text(text._replace(sha256=None, skipped=skipped), overrides)[1]
 
 
-def _read(path: str, overrides: Mapping[str, Any]) -> Records:
+def _read_odd(index: int, path: str, overrides: Mapping[str, Any]) -> Iterator[Found | Failure]:
     """Read a file out of the ordinary by the general reader, which has the words for its faults."""
-    source = named_bytes(read_bytes(path), path) if is_url(path) else path
-    return read_tables(source, overrides=overrides)
+    read = attempt(path, _read, path, overrides)
+    if isinstance(read, str):
+        yield Failure(index, path, read)
+        return
+    yield from _found(index, path, read.records)
+    yield from (Failure(index, path, one_line(fault)) for fault in read.faults)
+
+
+def _read(path: str, overrides: Mapping[str, Any]) -> SoundSerials:
+    return read_sound(named_bytes(read_bytes(path), path) if is_url(path) else path, overrides)

@@ -51,8 +51,8 @@ def batch(
 
     PATH is a file, a folder with all its subfolders, a glob, or a URL such as s3://bucket/2024.
     RESULTS gets one row for each serial, run and mounting; RESULTS.laws the temperature laws;
-    RESULTS.errors.csv one row for each file that cannot be used; the exit code is then 1. The order
-    of the rows does not depend on --jobs.
+    RESULTS.errors.csv one row for each file or serial that cannot be used; the exit code is then 1.
+    The order of the rows does not depend on --jobs.
 
     \b
     Examples:

@@ -202,7 +202,7 @@ def survey(source: Source, *, overrides: Mapping[str, object] | None = None) -> 
 
 def _survey_sheets(sheets: Sequence[SourceText], overrides: Mapping[str, object]) -> Survey:
     """Read sheets: accelerometers, each of its own, or parts of one table."""
-    layouts = [_layout(sheet) for sheet in sheets]
+    layouts = [layout_of(sheet) for sheet in sheets]
     found = [_survey(*sheet, overrides) for sheet in zip(sheets, layouts, strict=True)]
     require_same_columns(layouts)
     records = tuple(record for _, records in found for record in records)
@@ -222,7 +222,9 @@ def _survey_sheets(sheets: Sequence[SourceText], overrides: Mapping[str, object]
         raise TableError(problem, remedy, source=name) from None
 
 
-def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
+def survey_text(
+    text: SourceText, overrides: Mapping[str, object], layout: Layout | None = None
+) -> Survey:
     """Read the text of a table and tell how it was written.
 
     Parameters
@@ -231,6 +233,8 @@ def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
         The text.
     overrides : mapping of str to object
         As for `read_tables`.
+    layout : Layout, optional
+        Some rows of the table that `layout_of` takes apart; by default all.
 
     Returns
     -------
@@ -242,10 +246,17 @@ def survey_text(text: SourceText, overrides: Mapping[str, object]) -> Survey:
     TableError
         If the table is unusable.
     """
-    return _survey(text, _layout(text), overrides)
+    return _survey(text, layout or layout_of(text), overrides)
 
 
-def _layout(text: SourceText) -> Layout:
+def layout_of(text: SourceText) -> Layout:
+    """Take the text of a table apart.
+
+    Raises
+    ------
+    TableError
+        If it has no headings or no rows.
+    """
     layout = with_cycles(with_rows_below(read_layout(text)))
     return with_temperature_of_sheet(layout, text.sheet)
 

@@ -1,0 +1,205 @@
+"""A batch of tables of many accelerometers, some of which have faulty rows."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import accelcal
+from accelcal.archive import journal, parts
+from accelcal.errors import TableError
+
+PLAN = accelcal.TumblePlan(temperatures=(20.0,), positions=8, strokes=2)
+SERIALS = [f"S{n:02d}" for n in range(12)]
+HEADINGS = "serial,temperature,position,stroke,output"
+
+
+def rows_of(serial, seed):
+    record = accelcal.simulate(seed=seed, plan=PLAN)
+    readings = zip(record.position, record.stroke, record.output.tolist(), strict=True)
+    return [f"{serial},20.0,{j},{k},{y!r}" for j, k, y in readings]
+
+
+def write(path, rows, head=f"# unit: mA\n{HEADINGS}"):
+    path.write_text("\n".join([head, *rows]) + "\n")
+    return path
+
+
+def good_rows():
+    return [row for seed, serial in enumerate(SERIALS) for row in rows_of(serial, seed)]
+
+
+def spoilt(rows, place, **cells):
+    """The rows, with other cells in one of them."""
+    names = HEADINGS.split(",")
+    old = dict(zip(names, rows[place].split(","), strict=True))
+    return [*rows[:place], ",".join((old | cells).values()), *rows[place + 1 :]]
+
+
+def frames_alike(found, expected):
+    for one, other in zip(found, expected, strict=True):
+        aside = [name for name in ("line", "sha256") if name in one]
+        pd.testing.assert_frame_equal(one.drop(columns=aside), other.drop(columns=aside))
+
+
+FAULTS = {
+    "text": {"output": "OL"},
+    "infinite": {"output": "inf"},
+    "marker": {"output": "9999"},
+    "position": {"position": "99"},
+    "stroke": {"stroke": "0"},
+    "kelvin": {"temperature": "293.15"},
+    "decimal comma": {"output": "1,3"},
+}
+
+
+@pytest.mark.parametrize("cells", FAULTS.values(), ids=FAULTS)
+@pytest.mark.parametrize("mixed", [False, True], ids=["sorted", "in any order"])
+def test_a_faulty_cell_costs_its_serial_alone(tmp_path, cells, mixed):
+    rows = good_rows()
+    if mixed:
+        rows = [rows[i] for i in np.random.default_rng(1).permutation(len(rows))]
+    path, place = tmp_path / "a.csv", 40
+    serial = rows[place].split(",")[0]
+    left = [row for row in rows if not row.startswith(serial)]
+    expected = accelcal.batch(write(path, left))
+    found = accelcal.batch(write(path, spoilt(rows, place, **cells)))
+    assert set(expected.tables["serial"]) == set(SERIALS) - {serial}
+    frames_alike(found[:2], expected[:2])
+    with pytest.raises(TableError) as refused:
+        accelcal.read_tables(path)
+    assert found.errors.to_numpy().tolist() == [[str(path), str(refused.value)]]
+    assert str(refused.value).startswith(f"{path}:{place + 3}: ")
+
+
+def test_each_faulty_serial_is_told_with_its_own_line(tmp_path):
+    rows = spoilt(spoilt(good_rows(), 150, output="OL"), 20, position="0")
+    rows[-1] = rows[-1].rsplit(",", 2)[0]  # cut short
+    path = write(tmp_path / "a.csv", rows)
+    found = accelcal.batch(path)
+    assert [message.split(": ")[0] for message in found.errors["message"]] == [
+        f"{path}:{line}" for line in (23, 153, len(rows) + 2)
+    ]
+    assert found.tables["serial"].nunique() == len(SERIALS) - 3
+
+
+@pytest.mark.parametrize("cells", FAULTS.values(), ids=FAULTS)
+def test_a_large_table_follows_the_same_rule(tmp_path, monkeypatch, cells):
+    path = write(tmp_path / "a.csv", spoilt(good_rows(), 40, **cells))
+    whole = accelcal.batch(path)
+    monkeypatch.setattr(parts, "LARGE", 3000)
+    monkeypatch.setattr(parts, "PART", 1500)
+    found = accelcal.batch(path)
+    assert found.errors.equals(whole.errors)
+    assert found.tables[["serial", "K1"]].equals(whole.tables[["serial", "K1"]])
+
+
+@pytest.mark.parametrize("form", ["csv.gz", "parquet"])
+def test_other_forms_of_the_table(tmp_path, form):
+    pytest.importorskip("pyarrow")
+    frame = pd.DataFrame([row.split(",") for row in good_rows()], columns=HEADINGS.split(","))
+    frame.loc[40, "output"] = "OL"
+    path = tmp_path / f"a.{form}"
+    frame.to_parquet(path) if form == "parquet" else frame.to_csv(path, index=False)
+    found = accelcal.batch(path)
+    assert found.tables["serial"].nunique() == len(SERIALS) - 1
+    assert found.errors["message"].str.startswith(f"{path}:42: output 'OL' is not").tolist() == [
+        True
+    ]
+
+
+def semicolons(rows):
+    return [*rows[:60], *(row.replace(",", ";") for row in rows[60:])]
+
+
+def with_a_decimal_comma():
+    """Rows of serials 1 to 8; of one reading the cells to its right are those of serial 5."""
+    rows = []
+    for serial in range(1, 9):
+        for row in rows_of(str(serial), serial):
+            _, temperature, position, stroke, output = row.split(",")
+            rows.append(",".join([output, position, temperature, str(serial), stroke]))
+    rows[40] = rows[40].replace(",20.0,", ",20,5,")
+    return rows
+
+
+STRUCTURE = {
+    "a column is missing": ([row.rsplit(",", 1)[0] for row in good_rows()], HEADINGS[:-7]),
+    "mixed delimiters": (semicolons(good_rows()), HEADINGS),
+    "most with others": ([row.replace(",", ";") for row in good_rows()], HEADINGS),
+    "no rows": ([], HEADINGS),
+    "whose row is it": (spoilt(good_rows(), 40, serial=""), HEADINGS),
+    "one serial in two ways": (
+        spoilt([row.replace("S0", "").replace("S", "") for row in good_rows()], 40, serial="02.0"),
+        HEADINGS,
+    ),
+    "cells may be shifted": (
+        with_a_decimal_comma(),
+        "output,position,temperature,serial,stroke",
+    ),
+    "units differ": (
+        [row + " mA" if "S05" in row else row + " V" for row in good_rows()],
+        HEADINGS,
+    ),
+    "a header line inside": ([*good_rows(), "# T0: 30"], HEADINGS),
+    "serial is declared as well": (good_rows(), f"# serial: X\n{HEADINGS}"),
+}
+
+
+@pytest.mark.parametrize(("rows", "head"), STRUCTURE.values(), ids=STRUCTURE)
+def test_faults_of_the_whole_table_are_one_error(tmp_path, rows, head):
+    path = write(tmp_path / "a.csv", rows, head)
+    found = accelcal.batch(path)
+    with pytest.raises(TableError) as refused:
+        accelcal.read_tables(path)
+    assert found.tables.empty
+    assert found.errors["message"].tolist() == [str(refused.value)]
+
+
+def test_all_serials_faulty_is_one_error(tmp_path):
+    rows = good_rows()[:32]
+    path = write(tmp_path / "a.csv", spoilt(spoilt(rows, 3, output="OL"), 20, output="OL"))
+    (message,) = accelcal.batch(path).errors["message"]
+    assert message.startswith(f"{path}:6: output 'OL' is not a number")
+
+
+def test_a_serial_given_by_the_caller_names_no_other_one(tmp_path):
+    rows = good_rows()[:32]
+    path = write(tmp_path / "a.csv", spoilt(rows, 3, output="OL"))
+    found = accelcal.batch(path, overrides={"serial": "X"})
+    assert (len(found.tables), len(found.errors)) == (0, 1)
+
+
+def test_the_command(tmp_path):
+    path = write(tmp_path / "a.csv", spoilt(good_rows(), 40, output="OL"))
+    command = [sys.executable, "-m", "accelcal"]
+    batch = [*command, "batch", path, "-o", tmp_path / "r.csv"]
+    done = subprocess.run(batch, capture_output=True, text=True, check=False)
+    errors = tmp_path / "r.errors.csv"
+    assert done.returncode == 1
+    assert done.stderr == f"11 calibrations from 1 file; 1 error, see {errors}\n"
+    fit = subprocess.run([*command, "fit", path], capture_output=True, text=True, check=False)
+    assert (fit.returncode, fit.stdout) == (2, "")
+    assert pd.read_csv(errors)["message"].tolist() == [fit.stderr.strip()]
+
+
+def test_processes_and_resumption_write_the_same_bytes(tmp_path, monkeypatch):
+    for name in "abc":
+        write(tmp_path / f"{name}.csv", spoilt(good_rows(), 16 * ord(name) % 192, output="OL"))
+    paths = sorted(tmp_path.glob("*.csv"))
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(journal.Journal, "publish", stop)
+        with pytest.raises(KeyboardInterrupt):
+            accelcal.write_batch(paths, tmp_path / "r1.csv")
+    accelcal.write_batch(paths, tmp_path / "r1.csv", resume=True)
+    accelcal.write_batch(paths, tmp_path / "r2.csv", jobs=2)
+    for name in ("", ".laws", ".errors"):
+        one, other = (tmp_path / f"r{n}{name}.csv" for n in (1, 2))
+        assert one.read_bytes() == other.read_bytes()
+    assert len(pd.read_csv(tmp_path / "r1.errors.csv")) == len(paths)
