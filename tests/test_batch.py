@@ -32,6 +32,7 @@ from accelcal.io.engines import exact_numbers
 
 ROOT = Path(__file__).parents[1]
 PLAN = accelcal.TumblePlan(temperatures=(20.0,), strokes=2)
+NOTHING = "note: no interrupted batch left anything to resume; all files were fitted"
 
 read_csv = partial(pd.read_csv, **exact_numbers())
 
@@ -666,8 +667,21 @@ def test_resume_takes_nothing_of_other_files_or_options(tmp_path):
     accelcal.write_batch(folder, output, resume=True)
     assert (read_csv(output)["K1"] == accelcal.batch(folder).tables["K1"]).all()
     begin(robust=True)
-    accelcal.write_batch(folder, output, resume=True)
+    counts = accelcal.write_batch(folder, output, resume=True)
     assert not pd.read_csv(output)["robust"].any()
+    assert counts.notes == (
+        "what an interrupted batch left is of other files, options or another version of accelcal,"
+        " or damaged; all files were fitted anew",
+    )
+    begin()
+    assert accelcal.write_batch(folder, output, resume=True).notes == ()
+
+
+def test_resume_tells_that_there_is_nothing_to_resume(archive, tmp_path, run_cli):
+    command = ["batch", archive / "2024" / "t001.csv", "-o", tmp_path / "r.csv"]
+    for options, notes in (([], []), (["--resume"], [NOTHING]), (["--resume"], [NOTHING])):
+        done = run_cli(*command, *options)
+        assert (done.returncode, done.stderr.splitlines()[1:]) == (0, notes)
 
 
 def test_results_are_on_the_disk_before_they_take_their_names(archive, tmp_path, monkeypatch):

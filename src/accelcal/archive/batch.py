@@ -48,6 +48,13 @@ __all__ = ["BatchCounts", "BatchFrames", "batch", "write_batch"]
 _MOST_JOBS = 1024
 """More processes than that are a slip of the pen."""
 
+_ANEW = {
+    False: "no interrupted batch left anything to resume; all files were fitted",
+    True: "what an interrupted batch left is of other files, options or another version of"
+    " accelcal, or damaged; all files were fitted anew",
+}
+"""What is told of a batch that resumes nothing, by whether an interrupted one left something."""
+
 
 class BatchCounts(NamedTuple):
     """What became of a batch.
@@ -63,8 +70,8 @@ class BatchCounts(NamedTuple):
     failed : int
         Records that failed the data sheet.
     notes : tuple of str
-        Files of folders that are left out, counted by their endings, and serial numbers that count
-        as several units by their spelling alone.
+        That there was nothing to resume, files of folders that are left out, counted by their
+        endings, and serial numbers that count as several units by their spelling alone.
 
     Examples
     --------
@@ -265,6 +272,7 @@ def write_batch(
     names = results(target)
     sources = _sources(_texts(paths), names)
     with open_journal(target, settings, form, resume=resume) as journal:
+        interrupted = journal.remains()
         function = (
             partial(work, settings=settings, form=form)
             if dask
@@ -281,7 +289,8 @@ def write_batch(
         with journal.draft("errors") as file, journal.refusals_told():
             write_errors(counts.errors, file)
         journal.publish({name: names[name] for name in ("errors", "laws", "tables")})
-    return counts
+    nothing = (_ANEW[interrupted],) if resume and not growing.resumed else ()
+    return counts._replace(notes=(*nothing, *counts.notes))
 
 
 def _check_workers(jobs: int | None, dask: str | None, progress: Progress | None) -> None:

@@ -259,12 +259,15 @@ class GrowingResults:
     ----------
     told : list of Told
         What the blocks tell whose rows are taken, in their order.
+    resumed : int
+        How many blocks were finished already.
     outdated : bool
         Whether rows were taken of blocks that are done anew.
     """
 
     def __init__(self, journal: Journal, frames: Sequence[Callable[[bytes], object]]) -> None:
         self.told: list[Told] = []
+        self.resumed = 0
         self.outdated = False
         self._journal = journal
         self._frames = frames
@@ -281,6 +284,7 @@ class GrowingResults:
             self._paths.append(path)
         finished = self._journal.has(path)
         if finished:
+            self.resumed += 1
             self._finish(block)
         return finished
 
