@@ -23,7 +23,7 @@ import pytest
 from rows_of_calibrations import law_rows, table_rows, warnings
 
 import accelcal
-from accelcal.archive import journal, parts, reading, through, workers
+from accelcal.archive import fitting, journal, parts, reading, through, workers
 from accelcal.archive.columns import LAWS, ROWS, gate_column
 from accelcal.archive.sources import find_sources
 from accelcal.cli.main import main
@@ -788,6 +788,24 @@ def test_parts_of_a_large_table_are_the_whole(tmp_path, monkeypatch, odd):
     found = in_parts(monkeypatch, path)
     assert len(found.tables) == 20
     same_frames(found, accelcal.batch(path), "sha256", "notes")
+
+
+def test_a_table_that_is_read_whole_is_fitted_in_parts(tmp_path, monkeypatch):
+    path = many_serials(tmp_path / "a.csv", [f"S{n:02d}" for n in range(20)])
+    expected = accelcal.batch(path)
+    fitted = []
+    calibrate = fitting.calibrate_many
+
+    def noted(records, options):
+        fitted.append(sum(map(len, records)))
+        return calibrate(records, options)
+
+    monkeypatch.setattr(fitting, "calibrate_many", noted)
+    monkeypatch.setattr(fitting, "_AT_A_TIME", 60)
+    found = accelcal.batch(path)
+    assert max(fitted) <= 60
+    assert len(fitted) > 5
+    same_frames(found, expected)
 
 
 def test_a_wrong_row_of_a_large_table_costs_one_serial(tmp_path, monkeypatch):

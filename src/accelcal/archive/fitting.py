@@ -16,6 +16,9 @@ from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.record import TumbleRecord
 
+_AT_A_TIME = 2**19
+"""Readings that are fitted together: a block of small files, but a part of a large table."""
+
 
 class FittedRecords(NamedTuple):
     """Rows of the records of a block.
@@ -49,13 +52,28 @@ class _Piece(NamedTuple):
 def fit_records(records: Sequence[TumbleRecord], settings: Settings) -> FittedRecords:
     """Fit records, and judge them where there is a data sheet."""
     failures: dict[int, str] = {}
-    pieces = list(_pieces(records, range(len(records)), settings, failures))
+    pieces = [
+        piece
+        for places in _parts(records)
+        for piece in _pieces(records, places, settings, failures)
+    ]
     return FittedRecords(
         _merged([(piece.tables, piece.of_table) for piece in pieces], ROWS),
         _merged([(piece.laws, piece.of_law) for piece in pieces], LAWS),
         failures,
         sum(piece.failed for piece in pieces),
     )
+
+
+def _parts(records: Sequence[TumbleRecord]) -> Iterator[range]:
+    """Places of records that follow each other and have few enough readings."""
+    start = readings = 0
+    for place, record in enumerate(records):
+        if place > start and readings + len(record) > _AT_A_TIME:
+            yield range(start, place)
+            start, readings = place, 0
+        readings += len(record)
+    yield range(start, len(records))
 
 
 def _pieces(
