@@ -56,6 +56,7 @@ FUNCTIONS = {
     "effect": (accelcal.effect, set()),
     "estimate_tables": (accelcal.estimate_tables, set(), [0, 45, 90]),
     "fit": (accelcal.fit, {"a record"}),
+    "fleet_history": (accelcal.fleet_history, set()),
     "history": (accelcal.history, set()),
     "judge": (accelcal.judge, {"a calibration"}, DATA_SHEET),
     "output": (accelcal.output, {"a mapping"}, TURN),

@@ -643,7 +643,11 @@ def test_tests_in_a_unit_of_another_quantity_are_left_out():
         (frame(date=None), {}, "10 of 10 tables have no date that can be read, first 2010.csv"),
         (frame(), {"serial": "B"}, "no serial 'B' in the results; there is A"),
         (frame(serial=42), {"serial": "0042"}, r"there is 42; read them .* dtype={'serial': str}"),
-        (frame(serial=list("ABABABABAB")), {}, "several units; choose one by its serial: A and B"),
+        (
+            frame(serial=list("ABABABABAB")),
+            {},
+            "several units; choose one by its serial, or take fleet_history: A and B",
+        ),
         (frame(), {"mounting": "p+"}, "no mounting 'p\\+' in the results; there is o\\+"),
         (frame(), {"temperature": 80.0}, "no calibration at 80 degC; there is 20 degC"),
         (frame(), {"alpha": 2.0}, "alpha is 2; it is a chance from 0.001 to 1"),

@@ -84,6 +84,7 @@ CALLS = {
     "discover_stand": lambda **asked: accelcal.discover_stand([RECORD, OTHER], **asked),
     "estimate_tables": lambda **asked: accelcal.estimate_tables([ANGLES], ANGLES, **asked),
     "fit": lambda **asked: accelcal.fit(RECORD, **asked),
+    "fleet_history": lambda **asked: accelcal.fleet_history([CALIBRATION], **asked),
     "history": lambda **asked: accelcal.history([CALIBRATION], **asked),
     "optimal_design": lambda **asked: accelcal.optimal_design(
         **{"criterion": "D", "hours": 9.0, **asked}
@@ -300,6 +301,12 @@ WRONG = {
         "delta0": ["0"],
     },
     "fit": OF_FIT,
+    "fleet_history": {
+        "mounting": [5, ""],
+        "temperature": ["20", np.nan, [20.0]],
+        "alpha": ["1", 2],
+        "due_before": [5, "soon", pd.NA],
+    },
     "history": {
         "serial": [5, np.array(["a", "b"]), pd.NA],
         "mounting": [5, ""],

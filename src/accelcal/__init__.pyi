@@ -57,6 +57,7 @@ from .model import output as output
 from .planning.compare import design as design
 from .planning.optimum import optimal_design as optimal_design
 from .planning.pace import Pace as Pace
+from .recalibrations.fleet import fleet_history as fleet_history
 from .recalibrations.history import history as history
 from .record import TumbleRecord as TumbleRecord
 from .results.calibration import Calibration as Calibration
@@ -65,6 +66,7 @@ from .results.designs import TestDesign as TestDesign
 from .results.disagreement import Disagreement as Disagreement
 from .results.discovery import Discovery as Discovery
 from .results.error_budget import ErrorBudget as ErrorBudget
+from .results.fleet_history import FleetHistory as FleetHistory
 from .results.head_calibration import HeadCalibration as HeadCalibration
 from .results.optimal_design import OptimalDesign as OptimalDesign
 from .results.quantity import Quantity as Quantity

@@ -18,12 +18,13 @@ from accelcal.cli.options import (
     temperature_option,
     text_option,
 )
+from accelcal.errors import InputError
 
 
 @click.command(cls=Command)
 @click.argument("results", type=FileToRead(), metavar="RESULTS...", nargs=-1, required=True)
 @output_option("the history as JSON", metavar="HISTORY.json", file=JSON)
-@text_option("--serial", "TEXT", "Unit to follow; not needed if there is only one.")
+@text_option("--serial", "TEXT", "Unit to follow [default: all, a line each].")
 @mounting_option
 @temperature_option(
     "--temperature", "DEG", "Temperature at which to compare [degC; default: that of most dates]."
@@ -35,7 +36,8 @@ from accelcal.cli.options import (
     default="0.01",
     show_default=True,
 )
-@picture_option("the history (png, svg or pdf)")
+@text_option("--due-before", "DATE", "Of all units, those last calibrated before are due.")
+@picture_option("the history of one unit (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def history(
     results: Sequence[str],
@@ -44,25 +46,40 @@ def history(
     mounting: str | None,
     temperature: float | None,
     alpha: float,
+    due_before: str | None,
     picture: str | None,
     form: str,
 ) -> None:
-    """Follow a unit through its recalibrations RESULTS.
+    """Follow units through their recalibrations RESULTS.
 
     RESULTS are tables of accelcal batch (CSV or Parquet), documents of accelcal fit (JSON), or
     both. Gives the drift of bias and scale factor per year, with 95 % intervals that include the
-    scatter from one calibration to the next, and jumps with their dates.
+    scatter from one calibration to the next, and jumps with their dates. Of several units each has
+    a line, those that need attention first.
 
     \b
     Examples:
+      accelcal history results.csv
+      accelcal history results.csv --due-before 2024-01-01 --format csv
       accelcal history results.csv --serial AL-15
       accelcal history 2019.json 2021.json 2023.json --plot history.png
     """
     from accelcal.io.documents.recalibrations import read_entries
+    from accelcal.recalibrations.fleet import fleet_history_of
     from accelcal.recalibrations.history import history_of
 
-    found = history_of(
-        read_entries(results), serial, mounting=mounting, temperature=temperature, alpha=alpha
-    )
+    entries = read_entries(results)
+    several = len({entry.serial for entry in entries}) > 1
+    if serial is None and (several or due_before is not None):
+        if picture is not None:
+            raise InputError("the picture is of one unit; choose it by --serial")
+        fleet = fleet_history_of(
+            entries, mounting=mounting, temperature=temperature, alpha=alpha, due_before=due_before
+        )
+        deliver_result(fleet, path, form)
+        return
+    if due_before is not None:
+        raise InputError("--due-before looks at all units; leave out --serial")
+    found = history_of(entries, serial, mounting=mounting, temperature=temperature, alpha=alpha)
     deliver_picture(lambda: found.plot.trends(), picture)
     deliver_result(found, path, form)

@@ -115,7 +115,9 @@ def _of_unit(entries: Sequence[Entry], serial: str | None) -> list[Entry]:
     if not have:
         raise InputError("no calibration is given; give what accelcal batch or fit wrote")
     if serial is None and len(have) > 1:
-        raise InputError(f"several units; choose one by its serial: {listed(have)}")
+        raise InputError(
+            f"several units; choose one by its serial, or take fleet_history: {listed(have)}"
+        )
     chosen = [entry for entry in entries if serial is None or _name(entry) == serial]
     if not chosen:
         as_number = serial is not None and serial.lstrip("0") in have

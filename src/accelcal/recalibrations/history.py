@@ -43,7 +43,8 @@ if TYPE_CHECKING:
 
 __all__ = ["history", "history_of"]
 
-_QUANTITIES = 2
+QUANTITIES = 2
+"""Bias and scale factor: a chance of either is twice that of one."""
 
 _ALIKE = 0.02
 """Chance of neighbours as much alike by independent scatter, below which a note says it."""
@@ -125,6 +126,14 @@ def history_of(
     InputError
         As of `history`.
     """
+    check_options(serial, mounting, temperature, alpha)
+    return judged_history(entries, serial, mounting, temperature, alpha).history
+
+
+def check_options(
+    serial: str | None, mounting: str | None, temperature: float | None, alpha: float
+) -> None:
+    """Demand options of `history` that keep their rules."""
     check_number(alpha=alpha)
     check_text(serial=serial, mounting=mounting)
     check_number_or_none(temperature=temperature)
@@ -132,18 +141,37 @@ def history_of(
         raise InputError(
             f"alpha is {alpha:g}; it is a chance from {SMALLEST_CHANCE:g} to 1, such as 0.01"
         )
+
+
+class Judged(NamedTuple):
+    """A history, and those of its notes that tell what was found in the values."""
+
+    history: History
+    remarks: tuple[str, ...]
+
+
+def judged_history(
+    entries: Sequence[Entry],
+    serial: str | None,
+    mounting: str | None,
+    temperature: float | None,
+    alpha: float,
+) -> Judged:
+    """Follow a unit, with options that are checked; raises an InputError as `history` does."""
     chosen = comparable(entries, serial, mounting, temperature)
     followed = (_bias(chosen), _scale_factor(chosen))
-    trends, heated = zip(*(_trend(each, chosen, alpha) for each in followed), strict=True)
-    return History(
+    trends, told = zip(*(_trend(each, chosen, alpha) for each in followed), strict=True)
+    remarks = (*told[0], *told[1])
+    history = History(
         serial=chosen.entries[0].serial,
         mounting=chosen.entries[0].mounting,
         temperature_degC=chosen.temperature,
         trends=trends,
         alpha=alpha,
-        notes=(*chosen.notes, *heated[0], *heated[1], *_few(chosen), *_warned(chosen)),
+        notes=(*chosen.notes, *remarks, *_few(chosen), *_warned(chosen)),
         software=SOFTWARE,
     )
+    return Judged(history, remarks)
 
 
 def _few(chosen: Comparable) -> tuple[str, ...]:
@@ -218,7 +246,7 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> tuple[Trend
     values, uncertainty, told = followed.measured.T
     expanded = np.where(np.isnan(told), NORMAL_FACTOR * uncertainty, told)
     time, unit = np.array(chosen.years), followed.unit
-    search, heated = followed.searched(time, chosen.rise, alpha / _QUANTITIES)
+    search, heated = followed.searched(time, chosen.rise, alpha / QUANTITIES)
     columns = line_with_steps(time, search.places)
     heat = np.abs(followed.by_heat(columns, chosen.rise))
     fit = replace(fit_line(columns, values, uncertainty), shared=heat)
@@ -241,13 +269,13 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> tuple[Trend
         scatter=fit.scatter,
         scatter_limits=fit.scatter_limits,
         jumps=_jumps(search, fit, chosen, unit),
-        no_other_jump=None if search.rest is None else min(1.0, _QUANTITIES * search.rest),
+        no_other_jump=None if search.rest is None else min(1.0, QUANTITIES * search.rest),
         points=points,
         reference=followed.reference,
         reference_unit=followed.reference_unit,
     )
     walks = _wandering(followed.name, chance_of_neighbours(columns, values, sigma))
-    apart = _apart(followed, chosen, columns, alpha / _QUANTITIES)
+    apart = _apart(followed, chosen, columns, alpha / QUANTITIES)
     bent = _bent(followed, chosen, search.places)
     return trend, (*_heated(followed.name, chosen, heated), *bent, *apart, *walks)
 
@@ -285,7 +313,7 @@ def _apart(followed: _Followed, chosen: Comparable, columns: Array, alpha: float
         after = ", or a jump that no second one confirms; calibrate again"
         yield (
             f"the {followed.name} of {day(chosen.entries[place].date)} is {told} from what all"
-            f" others say (chance {_QUANTITIES * chance:.1g}): a bad calibration"
+            f" others say (chance {QUANTITIES * chance:.1g}): a bad calibration"
             + after * (place == values.size - 1)
             + ", or a jump after it" * (place == 0)
         )
@@ -318,7 +346,7 @@ def _jumps(search: Search, fit: Fit, chosen: Comparable, unit: str) -> tuple[Jum
             after=day(chosen.entries[place - 1].date),
             before=day(chosen.entries[place].date),
             size=_told(fit, 2 + number, unit, searched=search.gaps),
-            p_value=min(1.0, _QUANTITIES * chance),
+            p_value=min(1.0, QUANTITIES * chance),
         )
         for number, (place, chance) in enumerate(zip(search.places, search.p_values, strict=True))
     ]

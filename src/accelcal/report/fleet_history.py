@@ -1,0 +1,83 @@
+"""Many units through their recalibrations, as text for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from accelcal.escapes import visible
+from accelcal.plural import counted
+from accelcal.report.lines import aligned, hanging, visible_lines
+from accelcal.report.numbers import SMALL_UNITS, in_millionths
+from accelcal.results.fleet_history import DOUBT, FleetHistory, UnitOfFleet
+from accelcal.results.unit_history import Jump
+
+_SHOWN = 40
+
+_HEADINGS = ("serial", "attention", "n", "last", "ug/year", "U", "ppm/year", "U", "jump before")
+_RIGHT = {2, 4, 5, 6, 7}
+
+
+def fleet_text(fleet: FleetHistory) -> str:
+    """Write a fleet as a table, a line for each unit, and what chance makes of so many."""
+    lines = [*_heading(fleet), ""]
+    lines += aligned([_HEADINGS, *map(_cells, fleet.units[:_SHOWN])], right=_RIGHT)
+    if len(fleet.units) > _SHOWN:
+        lines.append(f"and {len(fleet.units) - _SHOWN} others (CSV and JSON have all)")
+    lines += ["", *_legend(fleet)]
+    for note in fleet.notes:
+        lines += hanging(f"note: {visible(note)}")
+    return visible_lines(lines)
+
+
+def _heading(fleet: FleetHistory) -> Iterator[str]:
+    units = fleet.units
+    yield f"History of {counted(len(units), 'unit')}; intervals are of 95 %"
+    left = len(units) - fleet.judged
+    yield (
+        f"jumps    {_number(fleet, 'jump')} of {counted(fleet.searched, 'unit')} at alpha ="
+        f" {fleet.alpha:g}; noise alone: {fleet.jumps_by_chance:.2g}"
+    )
+    yield (
+        f"drifts   {_number(fleet, 'drift')} of {counted(fleet.judged, 'unit')}; noise alone: up to"
+        f" {fleet.drifts_by_chance:.2g}"
+    )
+    if fleet.due_before is not None:
+        yield f"due      {_number(fleet, 'due')}, last calibrated before {fleet.due_before}"
+    if left:
+        yield f"{counted(left, 'unit')} cannot be judged: CSV and JSON tell why"
+
+
+def _number(fleet: FleetHistory, finding: str) -> int:
+    return sum({finding, finding + DOUBT} & {*unit.attention} != set() for unit in fleet.units)
+
+
+def _cells(unit: UnitOfFleet) -> tuple[str, ...]:
+    drifts = [cell for trend in unit.trends for cell in in_millionths(trend.drift_of_a_walk)]
+    jumps = [jump for trend in unit.trends for jump in trend.jumps]
+    told = "; ".join(map(_jump, sorted(jumps, key=lambda jump: jump.before)))
+    return (
+        visible(unit.serial),
+        ", ".join(unit.attention),
+        str(unit.calibrations),
+        unit.last or "",
+        *(drifts or [""] * 4),
+        told,
+    )
+
+
+def _jump(jump: Jump) -> str:
+    unit = SMALL_UNITS[jump.size.unit]
+    return f"{jump.before}: {in_millionths(jump.size)[0]} {unit}"
+
+
+def _legend(fleet: FleetHistory) -> Iterator[str]:
+    yield from hanging(
+        "Drifts of the bias [ug/year] and of the scale factor [ppm/year] have the U of units that"
+        " may wander. drift: beyond its U. remark: see the notes of the unit."
+    )
+    yield from hanging(
+        f"{DOUBT}: noise alone shows as much in one unit or more of such a fleet. Without it, in"
+        " less than one."
+    )
+    if any(unit.attention for unit in fleet.units):
+        yield "--serial tells all of one unit."

@@ -1,0 +1,206 @@
+"""Many units through their recalibrations: who needs attention, and what noise makes of so many."""
+
+import io
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.errors import InputError
+from accelcal.results.fleet_history import FleetHistory
+
+UG = 1e-6
+
+
+def unit(serial, rng, count=8, *, drift=0.0, jump=0.0, wander=0.0):
+    """Calibrations of a unit at random dates of ten years; sizes in ug and ppm."""
+    days = np.sort(rng.choice(3653, count, replace=False))
+    stated = 10.0 * np.exp(rng.normal(0.0, 0.3, count))
+    noise = np.hypot(stated, 10.0) * rng.standard_normal((2, count))
+    walk = wander * np.cumsum(rng.standard_normal(count))
+    late = np.arange(count) >= count // 2
+    bias = 3000.0 + drift * days / 365.25 + jump * late + walk + noise[0]
+    return pd.DataFrame({
+        "serial": serial,
+        "source": [f"{serial}-{day}.csv" for day in days],
+        "mounting": "o+",
+        "date": [str(np.datetime64("2014-01-01") + int(day)) for day in days],
+        "temperature_degC": 20.0,
+        "k0": UG * bias,
+        "k0_standard_uncertainty": UG * stated,
+        "K1": 1.35 * (1.0 + 1e-6 * noise[1]),
+        "K1_standard_uncertainty": 1.35e-6 * stated,
+        "output_unit": "mA",
+    })  # fmt: skip
+
+
+def calm_fleet(seed, units=60, count=None):
+    rng = np.random.default_rng(seed)
+    frames = [unit(f"U{i:03d}", rng, count or int(rng.integers(5, 10))) for i in range(units)]
+    return pd.concat(frames, ignore_index=True)
+
+
+@pytest.fixture(scope="module")
+def frame():
+    """Twenty calm units, one that drifts, one that jumped, one with two calibrations."""
+    rng = np.random.default_rng(5)
+    odd = [
+        unit("DRIFTS", rng, drift=80.0),
+        unit("JUMPED", rng, 10, jump=400.0),
+        unit("NEW", rng, 2),
+    ]
+    return pd.concat([calm_fleet(2, 20), *odd], ignore_index=True)
+
+
+@pytest.fixture(scope="module")
+def fleet(frame):
+    return accelcal.fleet_history(frame)
+
+
+def test_units_that_need_attention_are_first(fleet):
+    first = {own.serial: own.attention for own in fleet.units[:2]}
+    assert "drift" in first["DRIFTS"]
+    assert "jump" in first["JUMPED"]
+    assert fleet.units[-1].serial == "NEW"
+    assert (fleet.judged, len(fleet.units)) == (22, 23)
+    assert not any({"jump", "drift"} & {*own.attention} for own in fleet.units[2:])
+
+
+def test_each_unit_is_judged_as_its_history_does(frame, fleet):
+    for own in fleet.units[:-1]:
+        alone = accelcal.history(frame, own.serial)
+        for told, trend in zip(own.trends, alone.trends, strict=True):
+            assert told.drift == trend.drift
+            assert told.drift_of_a_walk == trend.drift_of_a_walk
+            assert told.jumps == trend.jumps
+        assert {*own.remarks, *own.notes} == {*alone.notes}
+        chances = [jump.p_value for trend in alone.trends for jump in trend.jumps]
+        chances += [trend.no_other_jump for trend in alone.trends]
+        assert own.jump_p_value == min(chances)
+        assert own.jumps_by_chance == pytest.approx(22 * own.jump_p_value)
+
+
+def test_a_unit_that_cannot_be_judged_says_why(fleet):
+    last = fleet.units[-1]
+    assert last.notes[0].startswith("serial NEW has calibrations of 2 dates to compare")
+    assert (last.calibrations, last.trends, last.jumps_by_chance) == (2, (), None)
+
+
+def test_units_are_due_by_their_last_date(frame):
+    last = frame.groupby("serial")["date"].max()
+    day = str(np.sort(last.to_numpy())[3])
+    fleet = accelcal.fleet_history(frame, due_before=day)
+    due = {own.serial for own in fleet.units if "due" in own.attention}
+    assert due == set(last.index[last < day])
+    assert len(due) == 3
+    calm = [own.attention for own in fleet.units if "DRIFTS" != own.serial != "JUMPED"]
+    assert calm == sorted(calm, key=lambda found: (not {*found} - {"due"}, "due" not in found))
+
+
+def test_false_jumps_of_a_fleet_are_as_many_as_it_says():
+    """Of 8 fleets of 60 units that do nothing, by fixed seeds."""
+    fleets = [accelcal.fleet_history(calm_fleet(seed)) for seed in range(10, 18)]
+    units = [own for fleet in fleets for own in fleet.units]
+    assert fleets[0].jumps_by_chance == pytest.approx(0.6)
+    named = sum(any(trend.jumps for trend in own.trends) for own in units)
+    expected = sum(fleet.jumps_by_chance for fleet in fleets)
+    assert abs(named - expected) < 3.0 * np.sqrt(expected)
+    by_chance = np.array([own.jumps_by_chance for own in units])
+    for limit in (0.5, 1.0, 3.0, 10.0):
+        count = np.count_nonzero(by_chance < limit)
+        assert abs(count - 8 * limit) < 3.0 * np.sqrt(8 * limit)
+    sure = sum("jump" in own.attention for own in units)
+    assert sure < 8 + 3.0 * np.sqrt(8)
+    drifts = np.array([own.drifts_by_chance for own in units])
+    assert np.count_nonzero(drifts < 1.0) < 8 + 3.0 * np.sqrt(8)
+    assert sum("drift" in own.attention or "drift?" in own.attention for own in units) < sum(
+        fleet.drifts_by_chance for fleet in fleets
+    )
+
+
+def test_a_finding_that_so_many_units_have_by_noise_is_marked():
+    fleet = accelcal.fleet_history(calm_fleet(3, 200, 6), alpha=0.05)
+    marked = [own for own in fleet.units if "jump?" in own.attention]
+    assert len(marked) > 3
+    assert all(own.jumps_by_chance >= 1.0 for own in marked)
+    sure = [own for own in fleet.units if "jump" in own.attention]
+    assert all(own.jumps_by_chance < 1.0 for own in sure)
+
+
+def test_units_that_wander_do_not_fill_the_list():
+    rng = np.random.default_rng(4)
+    frame = pd.concat([unit(f"U{i}", rng, 10, wander=30.0) for i in range(60)], ignore_index=True)
+    found = [own.attention for own in accelcal.fleet_history(frame).units]
+    assert sum("drift" in own for own in found) <= 3
+
+
+def test_the_forms(frame, fleet, tmp_path, capsys):
+    frame.to_csv(tmp_path / "r.csv", index=False)
+    arguments = ["history", str(tmp_path / "r.csv")]
+    assert main([*arguments, "-o", str(tmp_path / "f.json")]) == 0
+    assert FleetHistory.from_json(tmp_path / "f.json") == fleet
+    assert capsys.readouterr().out == f"{fleet}\n"
+    assert main([*arguments, "--format", "csv"]) == 0
+    table = pd.read_csv(io.StringIO(capsys.readouterr().out), keep_default_na=False)
+    assert table["serial"].tolist() == [own.serial for own in fleet.units]
+    assert main([*arguments, "--format", "json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "accelcal/fleet-history/1"
+    assert document["units"][0]["serial"] == fleet.units[0].serial
+    tabulated = fleet.to_frame()
+    assert tabulated.columns.tolist() == table.columns.tolist()
+    assert tabulated.attrs["units"]["k0_drift_of_a_walk"] == "g/year"
+    assert tabulated.attrs["units"]["K1_last_jump"] == "1"
+
+
+def test_lines_of_the_text_fit_a_terminal(fleet):
+    assert max(map(len, str(fleet).splitlines())) <= 100
+    assert str(fleet).startswith("History of 23 units; intervals are of 95 %\njumps    ")
+    assert "1 unit cannot be judged: CSV and JSON tell why" in str(fleet)
+    assert repr(fleet).startswith("<FleetHistory: 23 units, ")
+
+
+def test_tables_without_a_serial_are_left_out(frame):
+    nameless = frame[frame["serial"] == "NEW"].assign(serial=None)
+    found = accelcal.fleet_history(pd.concat([frame, nameless], ignore_index=True))
+    assert found.notes == ("2 tables without a serial number: left out",)
+    assert len(found.units) == 23
+
+
+def test_serials_that_are_alike_are_told(frame):
+    again = frame[frame["serial"] == "DRIFTS"].assign(serial="drifts")
+    (note,) = accelcal.fleet_history(pd.concat([frame, again], ignore_index=True)).notes
+    assert "DRIFTS" in note
+    assert "drifts" in note
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"due_before": "soon"}, "due_before is 'soon'; it is a date such as 2024-05-31"),
+        ({"alpha": 1e-6}, "alpha is 1e-06"),
+        ({"mounting": "p-"}, "none of 23 units can be judged; first: no mounting 'p-' in the res"),
+    ],
+)
+def test_wrong_options(frame, options, told):
+    with pytest.raises(InputError, match=told):
+        accelcal.fleet_history(frame, **options)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--plot", "a.png"], "error: the picture is of one unit; choose it by --serial\n"),
+        (
+            ["--serial", "NEW", "--due-before", "2020"],
+            "error: --due-before looks at all units; leave out --serial\n",
+        ),
+    ],
+)
+def test_options_of_one_unit_or_of_all(frame, tmp_path, capsys, options, told):
+    frame.to_csv(tmp_path / "r.csv", index=False)
+    assert main(["history", str(tmp_path / "r.csv"), *options]) == 2
+    assert capsys.readouterr().err == told
