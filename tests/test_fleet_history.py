@@ -190,17 +190,25 @@ def test_wrong_options(frame, options, told):
         accelcal.fleet_history(frame, **options)
 
 
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (["--plot", "a.png"], "error: the picture is of one unit; choose it by --serial\n"),
-        (
-            ["--serial", "NEW", "--due-before", "2020"],
-            "error: --due-before looks at all units; leave out --serial\n",
-        ),
-    ],
-)
-def test_options_of_one_unit_or_of_all(frame, tmp_path, capsys, options, told):
+def test_due_before_is_of_all_units(frame, tmp_path, capsys):
     frame.to_csv(tmp_path / "r.csv", index=False)
-    assert main(["history", str(tmp_path / "r.csv"), *options]) == 2
-    assert capsys.readouterr().err == told
+    command = ["history", str(tmp_path / "r.csv"), "--due-before", "2020"]
+    assert main([*command, "--serial", "NEW"]) == 2
+    assert capsys.readouterr().err == "error: --due-before looks at all units; leave out --serial\n"
+    frame[frame["serial"] == "DRIFTS"].to_csv(tmp_path / "r.csv", index=False)
+    assert main(command) == 0
+    assert capsys.readouterr().out.startswith("History of 1 unit; ")
+
+
+def test_the_picture_names_the_units_that_drift_or_jumped(fleet, frame, tmp_path):
+    pytest.importorskip("matplotlib")
+    bias, scale_factor = fleet.plot.drifts()
+    labels = bias.get_legend_handles_labels()[1]
+    assert labels == ["drift, 95 %", "beyond its U: DRIFTS", "with a jump: JUMPED"]
+    assert scale_factor.get_xlabel() == "units by their drift, of 22"
+    drawn = np.concatenate([own.lines[0].get_ydata() for own in bias.containers])
+    walks = [own.trends[0].drift_of_a_walk.value / UG for own in fleet.units if own.trends]
+    assert np.sort(drawn) == pytest.approx(np.sort(walks))
+    frame.to_csv(tmp_path / "r.csv", index=False)
+    assert main(["history", str(tmp_path / "r.csv"), "--plot", str(tmp_path / "r.png")]) == 0
+    assert (tmp_path / "r.png").read_bytes()[:4] == b"\x89PNG"

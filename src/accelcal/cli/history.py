@@ -37,7 +37,7 @@ from accelcal.errors import InputError
     show_default=True,
 )
 @text_option("--due-before", "DATE", "Of all units, those last calibrated before are due.")
-@picture_option("the history of one unit (png, svg or pdf)")
+@picture_option("the history, or the drifts of all units (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def history(
     results: Sequence[str],
@@ -71,11 +71,10 @@ def history(
     entries = read_entries(results)
     several = len({entry.serial for entry in entries}) > 1
     if serial is None and (several or due_before is not None):
-        if picture is not None:
-            raise InputError("the picture is of one unit; choose it by --serial")
         fleet = fleet_history_of(
             entries, mounting=mounting, temperature=temperature, alpha=alpha, due_before=due_before
         )
+        deliver_picture(lambda: fleet.plot.drifts(), picture)
         deliver_result(fleet, path, form)
         return
     if due_before is not None:

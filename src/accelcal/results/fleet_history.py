@@ -18,6 +18,8 @@ from accelcal.results.unit_history import Jump
 if TYPE_CHECKING:
     import pandas as pd
 
+    from accelcal.plot.fleet_history import FleetHistoryPlot
+
 __all__ = ["DOUBT", "SCHEMA", "FleetHistory", "UnitOfFleet", "UnitTrend"]
 
 SCHEMA = "accelcal/fleet-history/1"
@@ -179,6 +181,13 @@ class FleetHistory(StoredResult, TabularResult):
         count = sum(bool(unit.attention) for unit in self.units)
         told = counted(len(self.units), "unit")
         return visible(f"<FleetHistory: {told}, {count} with something to look at>")
+
+    @property
+    def plot(self) -> FleetHistoryPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.fleet_history import FleetHistoryPlot
+
+        return FleetHistoryPlot(self)
 
     @property
     def judged(self) -> int:

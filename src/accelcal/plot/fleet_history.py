@@ -1,0 +1,89 @@
+"""Pictures of many units through their recalibrations, as ``fleet.plot``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from accelcal.arrays import Array, Mask
+from accelcal.escapes import visible
+from accelcal.plot.pictures import Pictures
+from accelcal.plot.style import canvases, entitled, palette, styled
+from accelcal.plural import listed
+from accelcal.report.numbers import in_small_unit
+from accelcal.results.fleet_history import DOUBT, FleetHistory, UnitOfFleet
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["FleetHistoryPlot"]
+
+_NAMED = 5
+"""Units that are named of each kind."""
+
+_ROOM = 1.3
+"""Height of the axes over what the drifts themselves and a usual interval take."""
+
+
+class FleetHistoryPlot(Pictures[FleetHistory]):
+    """Pictures of many units through their recalibrations."""
+
+    __slots__ = ()
+
+    @styled
+    def drifts(self, axes: Any = None) -> Any:
+        """Draw the drifts of all units, sorted.
+
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            Two axes to draw into.
+
+        Returns
+        -------
+        ndarray of Axes, shape (2,)
+            Drifts of bias and scale factor of units that may wander, with their 95 % intervals; the
+            longest may leave the axes.
+        """
+        panels = canvases(axes, 2, 1, (7.6, 6.2))
+        units = [unit for unit in self.result.units if unit.trends]
+        for place, (ax, name) in enumerate(zip(panels, ("bias", "scale factor"), strict=True)):
+            _draw(ax, units, place, name)
+        panels[-1].set_xlabel(f"units by their drift, of {len(units)}")
+        return panels
+
+
+def _draw(ax: Axes, units: list[UnitOfFleet], place: int, name: str) -> None:
+    colours = palette()
+    units = sorted(units, key=lambda unit: unit.trends[place].drift_of_a_walk.value or 0.0)
+    trends = [unit.trends[place] for unit in units]
+    factor, unit = in_small_unit(trends[0].drift.unit.removesuffix("/year"))
+    drifts = [trend.drift_of_a_walk for trend in trends]
+    value = factor * np.array([own.value for own in drifts], dtype=float)
+    wide = factor * np.array([own.expanded_uncertainty for own in drifts], dtype=float)
+    jumped = np.array([bool(trend.jumps) for trend in trends])
+    size = np.abs(value)
+    beyond = (size > wide) & ~jumped
+    for chosen, colour, label in (
+        (~beyond & ~jumped, colours.muted, "drift, 95 %"),
+        (beyond, colours.series[3], f"beyond its U: {_names(units, beyond, 'drift', size)}"),
+        (jumped, colours.series[1], f"with a jump: {_names(units, jumped, 'jump', size)}"),
+    ):
+        if chosen.any():
+            shown = np.flatnonzero(chosen) + 1, value[chosen], wide[chosen]
+            drawn: Any = {"ls": "", "marker": "o", "ms": 3, "lw": 0.8, "capsize": 0}
+            ax.errorbar(*shown, color=colour, label=label, **drawn)
+    largest = _ROOM * (size.max() + np.median(wide))
+    ax.set_ylim(-largest, largest)
+    ax.set_ylabel(f"drift [{unit}/year]")
+    entitled(ax, name.capitalize(), columns=1)
+
+
+def _names(units: list[UnitOfFleet], chosen: Mask, finding: str, size: Array) -> str:
+    """Serial numbers of chosen units, the largest first, with a mark where they are in doubt."""
+    places = np.flatnonzero(chosen)
+    found = [units[place] for place in places[np.argsort(-size[places], kind="stable")]]
+    doubtful = finding + DOUBT
+    names = [f"{visible(unit.serial)}{DOUBT * (doubtful in unit.attention)}" for unit in found]
+    return listed(names, _NAMED)
