@@ -100,6 +100,17 @@ def test_units_are_due_by_their_last_date(frame):
     assert calm == sorted(calm, key=lambda found: (not {*found} - {"due"}, "due" not in found))
 
 
+def test_a_test_at_another_temperature_counts_where_a_unit_is_due(frame):
+    later = (
+        frame[frame["serial"] == "DRIFTS"].tail(1).assign(date="2030-01-01", temperature_degC=60.0)
+    )
+    found = accelcal.fleet_history(pd.concat([frame, later]), due_before="2029-01-01")
+    kept = [own for own in found.units if "due" not in own.attention]
+    assert [(own.serial, own.last, own.calibrations) for own in kept] == [
+        ("DRIFTS", "2030-01-01", 8)
+    ]
+
+
 def test_false_jumps_of_a_fleet_are_as_many_as_it_says():
     """Of 8 fleets of 60 units that do nothing, by fixed seeds."""
     fleets = [accelcal.fleet_history(calm_fleet(seed)) for seed in range(10, 18)]

@@ -169,18 +169,17 @@ def _alone(
     alpha: float,
 ) -> UnitOfFleet:
     """What the history of a unit tells, whatever the fleet."""
+    days = sorted({day(entry.date) for entry in entries if year(entry.date) is not None})
+    first, last = (days[0], days[-1]) if days else (None, None)
     try:
         history, remarks = judged_history(entries, None, mounting, temperature, alpha)
     except InputError as error:
-        days = sorted({day(entry.date) for entry in entries if year(entry.date) is not None})
-        first, last = (days[0], days[-1]) if days else (None, None)
         return UnitOfFleet(serial, len(days), first, last, notes=(str(error),))
-    points = history.trends[0].points
     return UnitOfFleet(
         serial=serial,
-        calibrations=len(points),
-        first=points[0].date,
-        last=points[-1].date,
+        calibrations=len(history.trends[0].points),
+        first=first,
+        last=last,
         mounting=history.mounting,
         temperature_degC=history.temperature_degC,
         trends=tuple(UnitTrend(t.symbol, t.drift, _walk(t), t.jumps) for t in history.trends),

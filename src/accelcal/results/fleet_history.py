@@ -59,9 +59,10 @@ class UnitOfFleet(StoredPart):
     serial : str
         Serial number.
     calibrations : int
-        Dates with calibrations that are compared; of a unit that cannot be judged, of all.
+        Calibrations that are compared; of a unit that cannot be judged, all dates.
     first, last : str or None
-        Dates of the first and the last of them, ISO 8601; None where none can be read.
+        Dates of its first and last calibration, compared or not, ISO 8601; None where none can be
+        read.
     attention : tuple of str
         Why it needs attention: ``"jump"``, ``"drift"``, ``"remark"``, ``"due"``; the first two with
         `DOUBT` behind them where noise alone makes as much in one unit or more of the fleet.
