@@ -1,13 +1,17 @@
 """Cells of a frame: the same values, however many parts are put together."""
 
 import gc
+import gzip
 import weakref
 
 import numpy as np
+import pytest
 
 import accelcal
-from accelcal.archive.columns import put_together
+from accelcal.archive import formats
+from accelcal.archive.columns import ROWS, put_together
 from accelcal.archive.fitting import fit_records
+from accelcal.archive.formats import encode
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import stacked_tables
 from accelcal.arrays import Labels
@@ -53,3 +57,21 @@ def test_readings_go_as_soon_as_their_rows_are_there():
     finally:
         gc.enable()
     assert found.failures == {}
+
+
+@pytest.mark.parametrize("form", [".csv", ".csv.gz"])
+@pytest.mark.parametrize("rows", [0, 1, 4, 5, 11])
+def test_text_made_in_parts_is_that_of_all_rows(monkeypatch, form, rows):
+    numbers = np.arange(rows) / 3.0
+    columns = {
+        "serial": Labels(np.arange(rows) % 2, ["A", None]),
+        "line": Labels.of(list(range(rows))),
+        "k0": np.where(numbers == 1.0, np.nan, numbers),
+    }
+    kinds = {name: ROWS[name] for name in columns}
+    whole = encode(columns, kinds, form)
+    monkeypatch.setattr(formats, "_ROWS", 5)
+    parts = encode(columns, kinds, form)
+    assert parts == whole
+    text = gzip.decompress(whole) if form == ".csv.gz" else whole
+    assert text.count(b"\n") == rows

@@ -12,12 +12,16 @@ import numpy as np
 from accelcal.archive.arrow import arrow_bytes, parquet_frame
 from accelcal.archive.columns import ERRORS, Cells, Columns, FrameColumn
 from accelcal.arguments.endings import ending_of
+from accelcal.arrays import Labels
 from accelcal.errors import not_installed
 from accelcal.escapes import ESCAPED
 from accelcal.io.files.csv_text import csv_text, quoted
 
 FORMS = (".csv", ".csv.gz", ".parquet")
 """Ends of the names of results."""
+
+_ROWS = 2**12
+"""Rows that are text at a time: those of a block of small files, but a part of a large table."""
 
 _PACKED = 4  # level of gzip: 9, its default, takes more than twice as long for a twentieth less
 
@@ -106,7 +110,9 @@ def encode(columns: Columns, kinds: Mapping[str, FrameColumn], form: str) -> byt
     """
     if form == ".parquet":
         return arrow_bytes(columns, kinds)
-    text = _csv_lines([_written(columns[name], kinds[name].kind) for name in kinds])
+    written = [_written(columns[name], kinds[name].kind) for name in kinds]
+    parts = [slice(start, start + _ROWS) for start in range(0, len(written[0]), _ROWS)]
+    text = b"".join(_csv_lines([_texts(cells, rows) for cells in written]) for rows in parts)
     return text if form == ".csv" else _packed(text)
 
 
@@ -161,13 +167,19 @@ def _packed(text: bytes) -> bytes:
 
 def _csv_lines(cells: Sequence[Sequence[str]]) -> bytes:
     lines = map(",".join, zip(*cells, strict=True))
-    text = "\n".join(lines)
-    return (text + "\n").encode("utf-8", errors=ESCAPED) if text else b""
+    return ("\n".join(lines) + "\n").encode("utf-8", errors=ESCAPED)
 
 
-def _written(cells: Cells, kind: str) -> list[str]:
-    """Cells as CSV has them; a label is written once however often it comes."""
+def _written(cells: Cells, kind: str) -> Cells:
+    """Cells whose labels are as CSV has them, each written once however often it comes."""
     if isinstance(cells, np.ndarray):
-        return ["" if cell != cell else repr(cell) for cell in cells.tolist()]  # NaN
+        return cells
     write: Callable[[Any], str] = quoted if kind == "text" else repr
-    return cells.cells(["" if value is None else write(value) for value in cells.values])
+    return Labels(cells.code, ["" if value is None else write(value) for value in cells.values])
+
+
+def _texts(cells: Cells, rows: slice) -> list[str]:
+    """Some cells as CSV has them."""
+    if isinstance(cells, Labels):
+        return cells.taken(rows).cells()
+    return ["" if cell != cell else repr(cell) for cell in cells[rows].tolist()]  # NaN
