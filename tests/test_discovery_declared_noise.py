@@ -325,7 +325,7 @@ def test_tails_are_told_where_they_are_no_chance():
 
 @pytest.mark.parametrize(("seed", "told"), [(702, False), (704, True)])
 def test_correlated_neighbours_are_told_where_they_are_no_chance(seed, told):
-    """Of both records, whose noise is independent: one in eight was told of, one in a hundred is."""
+    """The noise of both is independent: one record in eight was told of, one in a hundred is."""
     plan = accelcal.TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0), timed=True)
     notes = accelcal.discover(accelcal.simulate(plan=plan, seed=seed)).notes
     assert any("neighbouring readings" in note for note in notes) is told
