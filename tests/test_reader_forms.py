@@ -856,29 +856,65 @@ def test_what_a_row_above_a_table_does_not_declare_is_told():
 
 
 @pytest.mark.parametrize(
-    ("row", "serial"),
+    ("rows", "serial"),
     [
-        ("Voltmeter;HP;S/N;123", None),
-        ("Voltmeter: HP 3458A;S/N: 123", None),
-        ("Instrument;Digital voltmeter;S/N;123", None),
         ("Serial;A-7;Voltmeter;HP;S/N;123", "A-7"),
         ("Multimètre;HP;S/N;123;Accelerometer;AL-15;S/N;A-7", "A-7"),
         ("Thermometer;S/N;5;Netzteil;S/N;6;Date;31.05.2024;S/N;A-7", "A-7"),
         ("Accelerometer;AL-15;S/N;A-7", "A-7"),
         ("Voltmeter;HP;Accelerometer;AL-15;S/N;A-7", "A-7"),
         ("Chamber;7;DUT;AL-15;Serial;A-7", "A-7"),
-        ("Tumble test in chamber 3;;Serial: A-7", "A-7"),
-        ("Accelerometer with logger;S/N;A-7", "A-7"),
-        ("Operator;P. Kammerer;S/N;A-7", "A-7"),
-        ("Operator: J. Coven;S/N: A-7", "A-7"),
-        ("Klimakammer;S/N;7", None),
-        ("Voltmeter S/N: 123;S/N: A-7", "A-7"),
-        ("Voltmeter S/N;123;S/N;A-7", "A-7"),
+        ("Messrahmen;Q;S/N;123\nSerial;A-7", "A-7"),
+        ("S/N (DMM);123;S/N;A-7", "A-7"),
+        ("Accelerometer S/N;A-7;DMM S/N;123", "A-7"),
+        ("Seriennummer Netzteil;123;Seriennummer Prüfling;A-7", "A-7"),
+        ("Operator;N. N.\nSerial;A-7\nDMM;S/N;123", "A-7"),
+        ("Netzteil;X;S/N (DUT);A-7", "A-7"),
+        ("Voltmeter S/N: 123", None),
     ],
 )
-def test_a_serial_behind_another_instrument_is_not_that_of_the_accelerometer(row, serial):
+def test_a_serial_of_the_accelerometer_is_told_from_those_of_instruments(rows, serial):
     """The voltmeter was calibrated."""
-    assert read(f"{row}\nTemperature;20;\n{FORM}").serial == serial
+    record = read(f"{rows}\nTemperature;20;\n{FORM}")
+    assert record.serial == serial
+    assert not any("accelerometer" in note for note in record.notes)
+
+
+@pytest.mark.parametrize(
+    ("rows", "serial", "behind"),
+    [
+        ("Voltmeter;HP;S/N;123", "123", "Voltmeter HP"),
+        ("Voltmeter: HP 3458A;S/N: 123", "123", "Voltmeter: HP 3458A"),
+        ("Voltmeter;HP;Date;31.05.2024;S/N;123", "123", "Voltmeter HP"),
+        ("Accelerometer;AL-15;Messrahmen;Q;S/N;123", "123", "Messrahmen Q"),
+        ("Accelerometer stand;Q;S/N;123", "123", "Accelerometer stand Q"),
+        ("Tumble test in chamber 3;;Serial: A-7", "A-7", "Tumble test in chamber 3"),
+        ("Accelerometer with logger;S/N;A-7", "A-7", "Accelerometer with logger"),
+        ("Operator: J. Coven;S/N: A-7", "A-7", "Operator: J. Coven"),
+        ("Voltmeter S/N;123;S/N;A-7", "A-7", "Voltmeter S/N 123"),
+        ("Klimakammer;S/N;7", "7", "Klimakammer"),
+        ("Klimakammer;S/N;7;DMM;S/N;7", "7", "Klimakammer"),
+        ("S/N (DMM);123", "123", "DMM"),
+    ],
+)
+def test_a_serial_that_may_be_of_an_instrument_is_taken_with_a_note(rows, serial, behind):
+    record = read(f"{rows}\nTemperature;20;\n{FORM}")
+    told = f"serial '{serial}' stands behind '{behind}' (line {1 + rows.count(chr(10))})"
+    assert record.serial == serial
+    assert f"{told} and is taken for that of the accelerometer" in record.notes
+
+
+def test_of_several_serials_that_may_be_of_instruments_none_is_taken():
+    """The record was refused."""
+    record = read(f"Model;Q-7;S/N;A-7\nDVM;K 2002;S/N;123\nTemperature;20;\n{FORM}")
+    told = "serials 'A-7, 123' above the headings were set aside"
+    assert record.serial is None
+    assert f"{told}: nothing tells which is that of the accelerometer" in record.notes
+
+
+def test_a_column_of_serials_tells_more_than_a_serial_that_may_be_of_an_instrument():
+    text = "Voltmeter;HP;S/N;123\nserial;temperature;position;stroke;output\n"
+    assert read(f"{text}A-7;20;1;1;1,3\nA-7;20;5;1;-1,3\n").serial == "A-7"
 
 
 @pytest.mark.parametrize("separator", [",", ";"])

@@ -11,12 +11,8 @@ from accelcal.errors import TableError
 from accelcal.io.files.one_byte import ONE_BYTE
 from accelcal.io.files.text import SourceText, refuse_document
 from accelcal.io.layout.header_lines import (
-    IN_CELLS,
     Declared,
-    declarations_in,
-    declare,
     header_line,
-    notes_of_keys,
     uncommented,
 )
 from accelcal.io.layout.heading_rows import (
@@ -26,7 +22,7 @@ from accelcal.io.layout.heading_rows import (
     over_time,
     read_headings,
 )
-from accelcal.io.layout.rows_above import declared_in_row, label
+from accelcal.io.layout.rows_above import declarations_above
 from accelcal.io.words.vocabulary import KEYS, Heading
 from accelcal.io.words.wording import lines_named, were
 
@@ -35,10 +31,6 @@ _BLANKS = re.compile(r"(?<=[\])])\s+|\s+(?![\[(])")  # between headings; one bef
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
-
-_LABVIEW_CHANNELS = "***End_of_Header***"
-"""Line of LabVIEW below which a second header tells of the channels, with words of its own."""
-
 
 _AreHeadings = Callable[[Sequence[Heading]], bool]
 
@@ -116,7 +108,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
     headings = _below_numbers(lines, _find_headings(lines, source.name, remedy))
     above = [item for item in _filled(lines[: headings.below]) if item[0] not in headings.lines]
-    declared, aside = _declarations(above, source.name, headings.separator)
+    declared, aside = declarations_above(above, source.name, headings.separator, headings.cells)
     rows, numbers, comments = _rows(lines, headings, source)
     if comments:
         aside.append(f"{were(comments, 'comment line')} set aside ({lines_named(comments)})")
@@ -263,47 +255,6 @@ def _words(line: str, separator: str | None) -> list[str]:
     if separator is None:
         return _BLANKS.split(line.replace('"', "").strip())
     return split_line(line, separator)
-
-
-def _declarations(
-    above: list[tuple[int, str]], name: str, separator: str | None
-) -> tuple[dict[str, Declared], list[str]]:
-    declared: dict[str, Declared] = {}
-    aside: list[int] = []
-    of_channels = False
-    for number, line in above:
-        of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
-        bare = of_channels and uncommented(line) is None
-        for key, value in [("", "")] if bare else _keys_and_values(line, separator):
-            if not key:
-                aside.append(number)
-            elif key == "comment":
-                before = f"{declared[key].value}; " if key in declared else ""
-                declared[key] = Declared(before + value, number, name)
-            else:
-                declare(declared, key, Declared(value, number, name))
-    told = lines_named([*dict.fromkeys(aside)])
-    notes = [f"text above the headings was set aside ({told})"] if aside else []
-    return declared, [*notes, *notes_of_keys(declared)]
-
-
-def _keys_and_values(line: str, separator: str | None) -> list[tuple[str, str]]:
-    """Keys and values of a line above the headings; an empty key where it says nothing."""
-    bare = uncommented(line)
-    if bare is None:  # of sep=; Excel tells the separator
-        return [] if line.casefold().startswith("sep=") else declared_in_row(line, separator)
-    return [_key_and_value(part) for part in declarations_in(bare)] if bare else []
-
-
-def _key_and_value(text: str) -> tuple[str, str]:
-    key, value = header_line(text)
-    if key:
-        return key, value
-    key, value, unit = label(text)  # as of Temperature, °C: 20
-    if key and value:
-        return key, f"{value} {unit}".strip()
-    key, value = header_line(text, form=IN_CELLS)
-    return (key, value) if key in KEYS else ("comment", text)
 
 
 def _rows(

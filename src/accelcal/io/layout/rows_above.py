@@ -1,13 +1,33 @@
-"""Rows above a table that are no header lines: cells of a form, of which some declare."""
+"""What stands above a table: header lines, and cells of a form, of which some declare."""
 
 from __future__ import annotations
 
 import csv
 import re
 from collections import deque
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
-from accelcal.io.layout.header_lines import BEGINS_PAIR, declarations_in
-from accelcal.io.words.vocabulary import KINDS_OF, LONGEST, canonical_key, name_and_unit
+from accelcal.arguments.kinds import shown
+from accelcal.io.layout.header_lines import (
+    BEGINS_PAIR,
+    IN_CELLS,
+    Declared,
+    declarations_in,
+    declare,
+    header_line,
+    notes_of_keys,
+    uncommented,
+)
+from accelcal.io.words.vocabulary import (
+    KEYS,
+    KINDS_OF,
+    LONGEST,
+    Heading,
+    canonical_key,
+    name_and_unit,
+)
+from accelcal.io.words.wording import lines_named
 from accelcal.units import UNITS, is_output_unit, size_of
 
 _MARKS = "\t;|,"
@@ -17,30 +37,141 @@ _COMMA = re.compile(r"[0-9],[0-9]|.,\s")
 """A comma of a number or of language, behind which no program would begin a cell."""
 _NUMBER = re.compile(r"[-+\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)?")
 _LISTS = ("serials", "runs")
+_LABVIEW_CHANNELS = "***End_of_Header***"
+"""Line of LabVIEW below which a second header tells of the channels, with words of its own."""
 _COMMENT = re.compile(
     r"(?:comments?|notes?|remarks?|kommentare?|bemerkung(?:en)?|anmerkung(?:en)?|hinweise?"
     r"|commentaires?|remarques?|комментари[йи]|примечани[ея])\s*[:=]\s*\S.*",
     re.IGNORECASE,
 )
 """A cell with the beginning of a comment, which goes on to the end of its row."""
-_INSTRUMENT = re.compile(
-    r"(?:volt|multi|thermo)[ -]?(?:meter|mètre)|dmm|вольтметр|мультиметр|термометр"
-    r"|netzteil|(?:supply|\boven|chamber|kammer|logger)\b",
-    re.IGNORECASE,
-)
-"""What has a serial number of its own in a stand."""
 _TESTED = re.compile(
-    r"acc[ée]l[ée]ro|beschleunigung|акселеро|\bdut\b|prüfling|\b(?:in|im|with|mit)\b", re.IGNORECASE
+    r"(?:acc[ée]l[ée]ro|beschleunigung|акселеро)\w*|[du]ut|prüflings?|加速度计", re.IGNORECASE
 )
-"""An accelerometer, or a test in or with an instrument."""
+"""A name of the accelerometer."""
 
 
-def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
+class Said(NamedTuple):
+    """What a cell of a form says, alone or with the next one that has its value.
+
+    Attributes
+    ----------
+    key : str
+        Canonical key; empty where it declares nothing.
+    value : str
+        What it declares.
+    behind : str
+        What stands before a serial number in its row, and may be another instrument.
+    """
+
+    key: str
+    value: str
+    behind: str = ""
+
+
+_NOTHING = Said("", "")
+
+
+def declarations_above(
+    above: Sequence[tuple[int, str]], name: str, separator: str | None, headings: Sequence[Heading]
+) -> tuple[dict[str, Declared], list[str]]:
+    """Take what header lines and rows of a form declare above a table.
+
+    Parameters
+    ----------
+    above : sequence of (int, str)
+        The lines that are not blank, with their numbers.
+    name : str
+        Name of the file.
+    separator : str or None
+        Separator of the table below.
+    headings : sequence of Heading
+        Its headings.
+
+    Returns
+    -------
+    declared : dict of str to Declared
+        Values by canonical key, or by the key as written where a header line has another one.
+    notes : list of str
+        What was set aside, and what is not sure.
+
+    Raises
+    ------
+    TableError
+        If a key is declared twice with different values.
+    """
+    declared: dict[str, Declared] = {}
+    unsure: list[tuple[Declared, str]] = []
+    aside: list[int] = []
+    for number, said in _said(above, separator):
+        new = Declared(said.value, number, name)
+        if not said.key:
+            aside.append(number)
+        elif said.key == "comment":
+            before = f"{declared[said.key].value}; " if said.key in declared else ""
+            declared[said.key] = new._replace(value=before + said.value)
+        elif said.behind:
+            unsure.append((new, said.behind))
+        else:
+            declare(declared, said.key, new)
+    is_told = {"serial", "serials"} & {*declared, *(heading.role for heading in headings)}
+    serial, told = (None, []) if is_told else _serial_of_unsure(unsure)
+    if serial:
+        declared["serial"] = serial
+    else:
+        aside = sorted([*aside, *(own.line for own, _ in unsure)])
+    lines = lines_named([*dict.fromkeys(aside)])
+    notes = [f"text above the headings was set aside ({lines})"] if aside else []
+    return declared, [*notes, *told, *notes_of_keys(declared)]
+
+
+def _serial_of_unsure(
+    unsure: Sequence[tuple[Declared, str]],
+) -> tuple[Declared | None, list[str]]:
+    """Take the one serial number of a form, though it may be that of another instrument."""
+    values = {own.value: (own, behind) for own, behind in reversed(unsure)}
+    if len(values) > 1:
+        names = shown(", ".join(reversed(values)))
+        which = "nothing tells which is that of the accelerometer"
+        return None, [f"serials {names} above the headings were set aside: {which}"]
+    for serial, behind in values.values():
+        where = f"stands behind {shown(behind)} (line {serial.line})"
+        whose = "is taken for that of the accelerometer"
+        return serial, [f"serial {shown(serial.value)} {where} and {whose}"]
+    return None, []
+
+
+def _said(above: Sequence[tuple[int, str]], separator: str | None) -> Iterator[tuple[int, Said]]:
+    """What the lines above the headings say, with their numbers."""
+    of_channels = False
+    for number, line in above:
+        bare = uncommented(line)
+        of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
+        if bare:
+            told = [Said(*_key_and_value(part)) for part in declarations_in(bare)]
+        elif bare is not None or line.casefold().startswith("sep="):  # as Excel tells the separator
+            told = []
+        else:
+            told = [_NOTHING] if of_channels else said_in_row(line, separator)
+        yield from ((number, said) for said in told)
+
+
+def _key_and_value(text: str) -> tuple[str, str]:
+    key, value = header_line(text)
+    if key:
+        return key, value
+    key, value, unit = label(text)  # as of Temperature, °C: 20
+    if key and value:
+        return key, f"{value} {unit}".strip()
+    key, value = header_line(text, form=IN_CELLS)
+    return (key, value) if key in KEYS else ("comment", text)
+
+
+def said_in_row(line: str, separator: str | None) -> list[Said]:
     """Take the declarations of a row apart.
 
     The value of a key is in its own cell, behind a colon, or in the next cell that is not empty;
-    the unit of a number may be in the cell behind it. A comment goes on to the end of the row, and
-    a serial number behind the name of another instrument is that of the instrument.
+    the unit of a number may be in the cell behind it. A comment goes on to the end of the row.
 
     Parameters
     ----------
@@ -51,38 +182,41 @@ def declared_in_row(line: str, separator: str | None) -> list[tuple[str, str]]:
 
     Returns
     -------
-    list of tuple of str
-        Canonical key and value; both are empty for a text that declares nothing.
+    list of Said
+        What it says, cell by cell.
 
     Examples
     --------
-    >>> declared_in_row("Serial;A-7;;Temperature, °C:;20", ";")
+    >>> [said[:2] for said in said_in_row("Serial;A-7;;Temperature, °C:;20", ";")]
     [('serial', 'A-7'), ('temperature', '20 °C')]
-    >>> declared_in_row("Tumble test;;Seriennummer:;;Datum: 31.05.2024", ";")
+    >>> [said[:2] for said in said_in_row("Tumble test;;Seriennummer:;;Datum: 31.05.2024", ";")]
     [('', ''), ('', ''), ('date', '31.05.2024')]
-    >>> declared_in_row("Serial;A-7;Voltmeter;S/N;123", ";")
-    [('serial', 'A-7'), ('', ''), ('', '')]
+    >>> [said[1:] for said in said_in_row("Voltmeter;HP;S/N;123;DUT;AL-15;S/N;A-7", ";")[1::2]]
+    [('123', 'Voltmeter HP'), ('A-7', '')]
     """
     cells = deque(_cells(line, separator))
-    found: list[tuple[str, str]] = []
-    of_instrument = False
+    found: list[Said] = []
+    behind = ""
     while cells:
         cell = cells.popleft()
         if _COMMENT.fullmatch(cell):
-            return [*found, ("", "")]
+            return [*found, _NOTHING]
         key, value, unit = label(cell)
+        name, text = re.split("[:=]", cell)[0].strip(), cell
         if key in _LISTS:
             value = ",".join(filter(None, [value, *cells]))
             cells.clear()
         elif not value and cells and not _is_label(cells[0]):
             value = _value(key, cells)
-        if key == "serial" and of_instrument:
-            key, of_instrument = "", False
-        elif key or _TESTED.search(f"{cell} {value}"):
-            of_instrument = False
-        elif _INSTRUMENT.search(f"{cell} {value}"):
-            of_instrument = label(_INSTRUMENT.split(cell)[-1].strip())[0] != "serial"
-        found.append((key, f"{value} {unit}".strip()) if key and value else ("", ""))
+            text = f"{cell} {value}"
+        if key == "serial":
+            is_own = _TESTED.fullmatch(unit) or _is_of_tested(name)
+            said, behind = Said(key, value, "" if is_own else unit or behind), ""
+        elif key:
+            said = Said(key, f"{value} {unit}".strip())
+        else:
+            said, behind = _NOTHING, "" if _TESTED.fullmatch(name) else text
+        found.append(said if said.value else _NOTHING)
     return found
 
 
@@ -111,7 +245,16 @@ def label(cell: str) -> tuple[str, str, str]:
     pair = _PAIR.fullmatch(cell)
     name, value = (pair[1].strip(), pair[2].strip()) if pair else (cell, "")
     bare, unit = name_and_unit(name, _is_unit, behind_blanks=False)
-    return canonical_key(bare) or "", value, unit
+    key = "serial" if _is_of_tested(bare) else canonical_key(bare)
+    return key or "", value, unit
+
+
+def _is_of_tested(name: str) -> bool:
+    """Tell whether a name is that of a serial number of the accelerometer, as in ``DUT S/N``."""
+    first, _, rest = name.partition(" ")
+    start, _, last = name.rpartition(" ")
+    pairs = ((first, rest), (last, start))
+    return any(_TESTED.fullmatch(own) and canonical_key(key) == "serial" for own, key in pairs)
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
