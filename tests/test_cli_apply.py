@@ -64,6 +64,14 @@ def test_several_declarations_in_a_line(run):
     assert "V" in err
 
 
+@pytest.mark.parametrize("line", ["# Temperature, °C: 60", "# Temperature in degC: 60"])
+def test_a_header_line_with_a_unit_behind_its_key(run, line):
+    """The temperature was not read."""
+    plain = run("# serial: AL-15\n# unit: mA\n# temperature: 60\noutput\n1.3\n")
+    assert run(f"# serial: AL-15\n# unit: mA\n{line}\noutput\n1.3\n") == plain
+    assert plain[0] == 0
+
+
 @pytest.mark.parametrize("start", ["", '"time",', '"","time",'])
 def test_headings_in_quotes(run, start):
     """The first heading kept a quote: R's output was no column, and a time went missing."""

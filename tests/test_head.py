@@ -361,6 +361,16 @@ def test_units_of_one_stroke_and_clamping_are_calibrated(runs):
             assert 0.0 < unit.coefficients["k2_o"].after.expanded_uncertainty < 1e-3
 
 
+def test_a_certificate_may_have_several_declarations_in_a_line():
+    """The line was one uncertainty, and refused."""
+    text = "# {}\nangle,error [arcsec]\n0,1\n90,-1\n"
+    plain = text.format("uncertainty: 1 arcsec\n# coverage: 2")
+    told = text.format("uncertainty, arcsec: 1; k=2; head: H-1")
+    one, other = (accelcal.read_head(io.StringIO(own)) for own in (plain, told))
+    assert other.covariance_matrix == one.covariance_matrix
+    assert other.head_name == "H-1"
+
+
 def test_the_words_of_a_certificate_may_have_other_signs():
     rows = "\n".join(f"{45 * i};{i};1.2" for i in range(8))
     columns = "Winkel;Abweichung in Winkelsekunden;Erweiterte Messunsicherheit U in Winkelsekunden"

@@ -831,6 +831,12 @@ def test_header_lines():
     }
 
 
+@pytest.mark.parametrize("key", ["T0 [degC]", "T0, degC", "T0 in degC", "T0 / degC"])
+def test_a_unit_of_a_header_line_may_stand_behind_its_key(key):
+    """Behind `in` or a slash it made the key an unknown one."""
+    assert read(f"# {key}: 20\n{TEXT}").reference_temperature == 20.0
+
+
 FORM = "Position;Stroke 1;Stroke 2\n1;1,301;1,302\n3;0,004;0,004\n5;-1,293;-1,294\n"
 
 

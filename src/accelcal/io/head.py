@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from accelcal.io.words.head_words import (
     kind_of_uncertainty,
     without_cover,
 )
+from accelcal.io.words.vocabulary import is_unit_of
 from accelcal.plural import listed
 from accelcal.results.covariance import rows_of
 from accelcal.results.head_calibration import HeadCalibration
@@ -119,7 +121,7 @@ def _certificate(table: SmallTable) -> HeadCalibration:
 
 def _bare(column: Column) -> Column:
     """Without the unit of an angle that every cell carries."""
-    return column.without_unit(lambda unit: size_of(unit, "angle") is not None)
+    return column.without_unit(partial(is_unit_of, "angle"))
 
 
 def _factor(column: Column, default: str | None = None) -> float:

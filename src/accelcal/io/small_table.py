@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
@@ -10,7 +10,7 @@ from accelcal.errors import TableError
 from accelcal.io.columns import places_of
 from accelcal.io.engines import columns_by_split, decimal_mark
 from accelcal.io.files.text import SourceText, refuse_document
-from accelcal.io.layout.header_lines import Declared, declare, header_line, uncommented, unquoted
+from accelcal.io.layout.header_lines import Declared, KeyOf, declare, keys_and_values, unquoted
 from accelcal.io.layout.parts import Layout, Recognise, split_headings
 from accelcal.io.values.cells import Column
 from accelcal.io.words.vocabulary import canonical_key
@@ -37,7 +37,7 @@ def small_table(
     recognise: Recognise,
     needed: Sequence[str],
     remedy: str,
-    key_of: Callable[[str], str | None] = canonical_key,
+    key_of: KeyOf = canonical_key,
 ) -> SmallTable:
     """Take a small table out of a text.
 
@@ -81,21 +81,21 @@ def small_table(
 
 
 def _header_lines(
-    given: SourceText, key_of: Callable[[str], str | None]
+    given: SourceText, key_of: KeyOf
 ) -> tuple[dict[str, Declared], list[int], list[tuple[int, str]]]:
     """What is declared, the lines of comments, and the lines of the table with their numbers."""
     declared: dict[str, Declared] = {}
     aside: list[int] = []
     table: list[tuple[int, str]] = []
     for number, line in enumerate(given.text.split("\n"), 1):
-        text = uncommented(line)
-        key, value = header_line(text or "", key_of)
-        if text is None and unquoted(line):
+        pairs = keys_and_values(line, key_of)
+        if pairs is None and unquoted(line):
             table.append((number, line))
-        elif key_of(key):
-            declare(declared, key, Declared(value, number, given.name))
-        elif text is not None and not key:
-            aside.append(number)
+        for key, value in pairs or ():
+            if key_of(key):
+                declare(declared, key, Declared(value, number, given.name))
+            elif not key:
+                aside.append(number)
     return declared, aside, table
 
 

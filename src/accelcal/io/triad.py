@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -80,7 +81,7 @@ def read_triad(
     serial, of_serial = serial_of_file(
         table.layout, table.columns.get("serial"), given.get("serial"), _ONE_FILE_EACH
     )
-    channels = [table.columns[axis].without_unit(_is_output_unit) for axis in AXES]
+    channels = [table.columns[axis].without_unit(partial(is_unit_of, "output")) for axis in AXES]
     written = units_written(table.layout, channels, table.columns.get("unit"))
     unit, of_unit = unit_of_outputs(written, given.get("unit"), table.layout.source, _TWO_UNITS)
     output = np.column_stack([complete_numbers(column) for column in channels])
@@ -111,7 +112,7 @@ def triad_heading(text: str) -> Heading:
     >>> triad_heading("acc_x [mA]")[1:3], triad_heading("up_z")[1], triad_heading("T").role
     (('x', 'mA'), 'up_z', 'temperature')
     """
-    name, unit = name_and_unit(text, _is_angle)
+    name, unit = name_and_unit(text, partial(is_unit_of, "angle"))
     if name.casefold() in ("shaft", "angle"):
         return Heading(text, name.casefold(), unit or None)
     name, unit = name_and_unit(text, is_output_unit)
@@ -120,14 +121,6 @@ def triad_heading(text: str) -> Heading:
         return Heading(text, f"up_{axis}" if is_up else axis, unit or None)
     known = read_heading(text)
     return known if known.role in _OF_THE_ROW else Heading(text, None)
-
-
-def _is_angle(unit: str) -> bool:
-    return has_unit("angle", unit)
-
-
-def _is_output_unit(unit: str) -> bool:
-    return is_unit_of("output", unit)
 
 
 def _up(table: SmallTable) -> Array | None:

@@ -8,11 +8,15 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.words.vocabulary import KEYS, canonical_key, split_unit
+from accelcal.io.words.vocabulary import KEYS, canonical_key, name_and_unit
+from accelcal.units import UNITS, is_output_unit, size_of
 
-_PAIR = re.compile(r"((?:[^:=,;\t(\[]|[(\[][^)\]]*[)\]])+|[^:=,;\t]+)[:=](.*)")
-IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
-"""Key and value in a cell each."""
+KeyOf = Callable[[str], str | None]
+"""Tells what a key without its unit declares; None where it is not known."""
+
+PAIR = re.compile(r"((?:[^:=(\[]|[(\[][^)\]]*[)\]])+|[^:=]+)[:=](.*)")
+"""Key and value with a sign between them."""
+_ONE_CELL = re.compile(r"(?:[^,;\t(\[]|[(\[][^)\]]*[)\]])+|[^,;\t]+")
 BEGINS_PAIR = re.compile(r"[^\W\d_][^:=]*(?:=|:(?![0-9])|(?<!\s[0-9])(?<!\s[0-9]{2}):)")
 """A key with its sign, which is not the colon of a time, as in ``at 12:30``."""
 _NUMBER = re.compile(r"[+-]?[.,]?[0-9]")
@@ -41,11 +45,36 @@ def declare(declared: dict[str, Declared], key: str, new: Declared) -> None:
         raise new.refuse(problem, "declare each key once")
 
 
-def header_line(
-    text: str,
-    key_of: Callable[[str], str | None] = canonical_key,
-    form: re.Pattern[str] = _PAIR,
-) -> tuple[str, str]:
+def keys_and_values(line: str, key_of: KeyOf = canonical_key) -> list[tuple[str, str]] | None:
+    """Take what a header line declares.
+
+    Parameters
+    ----------
+    line : str
+        The line as it stands in the file.
+    key_of : callable, optional
+        As of `header_line`.
+
+    Returns
+    -------
+    list of tuple of str, or None
+        Key and value of each declaration, as of `header_line`, with an empty key for a text that
+        declares nothing; None where the line has no ``#``.
+
+    Examples
+    --------
+    >>> keys_and_values('"# serial: X1; T0, degC: 20";;'), keys_and_values("20;1;1.35")
+    ([('serial', 'X1'), ('reference_temperature', '20 degC')], None)
+    """
+    text = uncommented(line)
+    if text is None:
+        return None
+    parts = declarations_in(text, key_of) if text else []
+    pairs = [(part, header_line(part, key_of)) for part in parts]
+    return [pair if pair[0] else ("", part) for part, pair in pairs]
+
+
+def header_line(text: str, key_of: KeyOf = canonical_key) -> tuple[str, str]:
     """Split a header line into its key and value.
 
     Parameters
@@ -54,8 +83,6 @@ def header_line(
         The line, without ``#``.
     key_of : callable, optional
         Tells what a key without its unit declares; None where it is not known.
-    form : pattern, optional
-        How key and value stand beside each other, by default with a colon or an equals sign.
 
     Returns
     -------
@@ -66,25 +93,59 @@ def header_line(
 
     Examples
     --------
-    >>> header_line("T0 [degC]: 20"), header_line("Operator = Mia"), header_line("made by hand")
+    >>> header_line("T0 in degC: 20"), header_line("Operator = Mia"), header_line("made by hand")
     (('reference_temperature', '20 degC'), ('Operator', 'Mia'), ('', ''))
     """
-    match = form.fullmatch(text)
+    match = PAIR.fullmatch(text)
     if match is None:
         return "", ""
     written, value = (part.strip() for part in match.groups())
-    name, unit = split_unit(written)
-    known = key_of(name)
-    return (known, f"{value} {unit}".strip()) if known else (written, value)
+    known, unit = key_and_unit(written, key_of)
+    if known:
+        return known, f"{value} {unit}".strip()
+    return (written, value) if _ONE_CELL.fullmatch(written) else ("", "")
 
 
-def declarations_in(text: str) -> list[str]:
+def key_and_unit(text: str, key_of: KeyOf = canonical_key) -> tuple[str, str]:
+    """Split a key from its unit, in brackets or behind a comma, a slash or ``in``.
+
+    Parameters
+    ----------
+    text : str
+        The key as written.
+    key_of : callable, optional
+        As of `header_line`.
+
+    Returns
+    -------
+    key : str
+        What `key_of` tells; empty for an unknown one.
+    unit : str
+        The unit, empty where there is none.
+
+    Examples
+    --------
+    >>> key_and_unit("T0 [degC]"), key_and_unit("Temperature, °C"), key_and_unit("Friday, 31 May")
+    (('reference_temperature', 'degC'), ('temperature', '°C'), ('', ''))
+    """
+    name, unit = name_and_unit(text, is_any_unit, behind_blanks=False)
+    return key_of(name) or "", unit
+
+
+def is_any_unit(text: str) -> bool:
+    """Tell whether a text is a unit of outputs or of what can be declared."""
+    return is_output_unit(text) or size_of(text, *UNITS) is not None
+
+
+def declarations_in(text: str, key_of: KeyOf = canonical_key) -> list[str]:
     """Take the declarations of a header line apart, as of ``serial=X1; unit=mA``.
 
     Parameters
     ----------
     text : str
         The line, without ``#``.
+    key_of : callable, optional
+        As of `header_line`.
 
     Returns
     -------
@@ -98,8 +159,9 @@ def declarations_in(text: str) -> list[str]:
     """
     for mark in "\t;,":
         parts = [part.strip() for part in text.split(mark)] if mark in text else []
-        if parts and all(map(BEGINS_PAIR.match, parts)) and header_line(parts[0])[0] in KEYS:
-            return [own for part in parts for own in declarations_in(part)]
+        are_pairs = parts and all(map(BEGINS_PAIR.match, parts))
+        if are_pairs and key_of(header_line(parts[0], key_of)[0]):
+            return [own for part in parts for own in declarations_in(part, key_of)]
     return [text]
 
 

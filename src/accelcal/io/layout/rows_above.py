@@ -11,27 +11,25 @@ from typing import NamedTuple
 from accelcal.arguments.kinds import shown
 from accelcal.io.layout.header_lines import (
     BEGINS_PAIR,
-    IN_CELLS,
+    PAIR,
     Declared,
     declarations_in,
     declare,
-    header_line,
+    is_any_unit,
+    key_and_unit,
+    keys_and_values,
     notes_of_keys,
-    uncommented,
 )
 from accelcal.io.words.vocabulary import (
-    KEYS,
     KINDS_OF,
     LONGEST,
     Heading,
     canonical_key,
-    name_and_unit,
 )
 from accelcal.io.words.wording import lines_named
-from accelcal.units import UNITS, is_output_unit, size_of
 
 _MARKS = "\t;|,"
-_PAIR = re.compile(r"([^:=]+)[:=](.*)")
+_IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
 _QUOTED = re.compile(r'"((?:[^"]|"")*)"')
 _COMMA = re.compile(r"[0-9],[0-9]|.,\s")
 """A comma of a number or of language, behind which no program would begin a cell."""
@@ -145,26 +143,22 @@ def _said(above: Sequence[tuple[int, str]], separator: str | None) -> Iterator[t
     """What the lines above the headings say, with their numbers."""
     of_channels = False
     for number, line in above:
-        bare = uncommented(line)
+        pairs = keys_and_values(line)
         of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
-        if bare:
-            told = [Said(*_key_and_value(part)) for part in declarations_in(bare)]
-        elif bare is not None or line.casefold().startswith("sep="):  # as Excel tells the separator
+        if pairs is not None:
+            told = [Said(*(pair if pair[0] else _in_cells(pair[1]))) for pair in pairs]
+        elif line.casefold().startswith("sep="):  # as Excel tells the separator
             told = []
         else:
             told = [_NOTHING] if of_channels else said_in_row(line, separator)
         yield from ((number, said) for said in told)
 
 
-def _key_and_value(text: str) -> tuple[str, str]:
-    key, value = header_line(text)
-    if key:
-        return key, value
-    key, value, unit = label(text)  # as of Temperature, °C: 20
-    if key and value:
-        return key, f"{value} {unit}".strip()
-    key, value = header_line(text, form=IN_CELLS)
-    return (key, value) if key in KEYS else ("comment", text)
+def _in_cells(text: str) -> tuple[str, str]:
+    """Key and value of a header line in a cell each, or a comment."""
+    match = _IN_CELLS.fullmatch(text)
+    key, unit = key_and_unit(match[1].strip()) if match else ("", "")
+    return (key, f"{match[2].strip()} {unit}".strip()) if match and key else ("comment", text)
 
 
 def said_in_row(line: str, separator: str | None) -> list[Said]:
@@ -242,11 +236,14 @@ def label(cell: str) -> tuple[str, str, str]:
     >>> label("Temperature, °C: 20"), label("T0 [degC]"), label("Friday, 31 May")
     (('temperature', '20', '°C'), ('reference_temperature', '', 'degC'), ('', '', ''))
     """
-    pair = _PAIR.fullmatch(cell)
+    pair = PAIR.fullmatch(cell)
     name, value = (pair[1].strip(), pair[2].strip()) if pair else (cell, "")
-    bare, unit = name_and_unit(name, _is_unit, behind_blanks=False)
-    key = "serial" if _is_of_tested(bare) else canonical_key(bare)
-    return key or "", value, unit
+    key, unit = key_and_unit(name, _key_of)
+    return key, value, unit
+
+
+def _key_of(name: str) -> str | None:
+    return "serial" if _is_of_tested(name) else canonical_key(name)
 
 
 def _is_of_tested(name: str) -> bool:
@@ -273,7 +270,7 @@ def _cells(line: str, separator: str | None) -> list[str]:
 
 def _is_one(text: str, mark: str | None) -> bool:
     """Tell whether a row is a key, perhaps with its unit behind a comma, a colon and the value."""
-    pair = _PAIR.fullmatch(text)
+    pair = PAIR.fullmatch(text)
     if pair is None:
         return False
     key = label(text)[0]
@@ -307,10 +304,6 @@ def _begins(cell: str) -> bool:
 
 def _value(key: str, cells: deque[str]) -> str:
     value = cells.popleft()
-    if key and cells and _NUMBER.fullmatch(value) and _is_unit(cells[0]):
+    if key and cells and _NUMBER.fullmatch(value) and is_any_unit(cells[0]):
         value = f"{value} {cells.popleft()}"
     return value
-
-
-def _is_unit(text: str) -> bool:
-    return is_output_unit(text) or size_of(text, *UNITS) is not None

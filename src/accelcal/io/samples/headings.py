@@ -11,7 +11,13 @@ from accelcal.errors import TableError
 from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.declarations import declared_temperature
 from accelcal.io.files.text import refuse_document
-from accelcal.io.layout.header_lines import Declared, declarations_in, declare, header_line
+from accelcal.io.layout.header_lines import (
+    Declared,
+    declare,
+    keys_and_values,
+    uncommented,
+    unquoted,
+)
 from accelcal.io.layout.output_columns import with_channels, with_lone_output
 from accelcal.io.layout.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, split_headings, split_line
@@ -27,7 +33,6 @@ _USED = ("unit", "serial", "temperature", "serials")
 _TEXTS = ("time", "serial", "unit")
 _LOCAL_G = ("g", "g_local")
 _TWO_UNITS = "units {} and {} for the outputs; name one unit"
-_AROUND = ' \t\r\n"'
 _JSON_LINES = 5
 """Lines in which a document says what it is."""
 
@@ -117,15 +122,14 @@ class SampleHeadings:
             If it has another unit, serial number or temperature, and no column tells that.
         """
         declared = self.layout.declared
-        for part in declarations_in(comment.strip(_AROUND + ",;").lstrip("# ")):
-            key, value = header_line(part)
+        for key, value in keys_and_values(comment.strip("\r\n")) or ():
             if key in self.columns:
                 continue
             above = declared[key].value if key in declared else ""
             if key == "unit":
                 above = self.output_unit or above
             if key in _USED and value and _meaning(key, value) != _meaning(key, above):
-                problem = f"header line {shown(part)} between the samples"
+                problem = f"header line {shown(f'{key}: {value}')} between the samples"
                 remedy = (
                     "write it above the headings, and samples that differ into a file of their own"
                 )
@@ -238,14 +242,14 @@ def _down_to_headings(
     line = 0
     while row := readline():
         line += 1
-        bare = row.strip(_AROUND)
-        if bare.startswith("#"):
-            commented = bare.lstrip("# ")
-            for part in declarations_in(commented.rstrip(' \t,;"')):
-                key, value = header_line(part)
+        bare = row.strip("\r\n")
+        pairs = keys_and_values(bare)
+        if pairs is not None:
+            commented = uncommented(bare) or ""
+            for key, value in pairs:
                 if key in KEYS and value:
                     declare(declared, key, Declared(value, line, source))
-        elif bare.strip(",;") and not bare.casefold().startswith("sep="):  # as Excel has it
+        elif unquoted(bare) and not bare.casefold().startswith("sep="):  # as Excel has it
             return declared, commented, row, line
     raise TableError("no samples", form.remedy, source=source)
 

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
-from accelcal.io.words.vocabulary import COLUMNS, LONGEST, Heading, canonical_key, name_and_unit
-from accelcal.units import size_of
+from accelcal.io.words.vocabulary import (
+    COLUMNS,
+    LONGEST,
+    Heading,
+    canonical_key,
+    is_unit_of,
+    name_and_unit,
+)
 
 STANDARD = (
     *("standard_uncertainty", "standardunsicherheit", "incertitude_type"),
@@ -180,11 +187,8 @@ def head_heading(text: str) -> Heading:
 def _name_and_unit(heading: str) -> tuple[str, str]:
     """Take unit and coverage factor off a heading."""
     bare = without_cover(heading).rest
-    return (bare, "") if _plain(bare) in _ROLES else name_and_unit(bare, _is_angle)
-
-
-def _is_angle(unit: str) -> bool:
-    return size_of(unit, "angle") is not None
+    is_name = _plain(bare) in _ROLES
+    return (bare, "") if is_name else name_and_unit(bare, partial(is_unit_of, "angle"))
 
 
 def head_key(key: str) -> str | None:
