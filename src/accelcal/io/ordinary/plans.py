@@ -16,7 +16,7 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.geometry import MOUNTINGS
 from accelcal.head_angles import angular_distance
 from accelcal.io.ordinary.cell_blocks import CellBlock
-from accelcal.io.ordinary.parts import Stretches, met_before
+from accelcal.io.ordinary.stretches import Stretches, met_before
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.runs import LEVEL_GAP
 from accelcal.io.values.places import MAXIMUM_ANGLE

@@ -17,8 +17,8 @@ import numpy as np
 from accelcal.arrays import Ints, Mask
 from accelcal.geometry import MOUNTINGS
 from accelcal.io.ordinary.cell_blocks import CellBlock
-from accelcal.io.ordinary.parts import Leading, Parts, Stretches, leading_of, parts_of
 from accelcal.io.ordinary.plans import PLANNED, Plans, read_plans, without_gaps
+from accelcal.io.ordinary.stretches import Leading, Parts, Stretches, leading_of, parts_of
 from accelcal.io.readings import FEWEST_IN_TURN, MARKERS
 from accelcal.io.values.places import notes_of_minutes
 from accelcal.pace import LATEST, QUICKEST
