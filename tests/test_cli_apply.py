@@ -674,6 +674,7 @@ FORMS = {
     .replace("Температура;", "Температура,")
     .replace(".", ",")
     .encode("windows-1251"),
+    "gbk": PLAIN.replace("temperature", "温度").replace("output", "输出").encode("gbk"),
     "trailing separators": PLAIN.replace("\n0", "\n0").replace("5\n", "5,,\n"),
     "numpy.savetxt": "# unit: mA\n# time,output,temperature\n0.0,1.25,20.5\n0.1,-1.25,21\n",
     "comments": PLAIN.replace("\n0.1", "\n# a remark\n\n0.1"),

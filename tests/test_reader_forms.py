@@ -1278,7 +1278,7 @@ def test_a_direction_of_the_temperature_is_set_aside_with_a_note():
 
 def test_headings_in_letters_of_another_encoding_are_told_of_it(tmp_path):
     path = tmp_path / "cyrillic.csv"
-    path.write_bytes("Температура;Положение;Ход;Выход\n20;1;1;1,35\n".encode("cp866"))
+    path.write_bytes("Температура;Положение;Ход;Выход\n20;1;1;1,35\n".encode("iso8859-5"))
     with pytest.raises(accelcal.TableError, match="the text is not UTF-8: export it so"):
         accelcal.read_table(path)
 
@@ -1301,6 +1301,33 @@ def test_a_table_of_a_russian_program(tmp_path, headings):
     assert (record.unit, record.output[3]) == ("mA", -0.95)
     assert record.metadata == {"оператор": "Ёлкин"}
     assert record.notes[0] == "the text is not UTF-8 and was read as windows-1251"
+
+
+@pytest.mark.parametrize(
+    ("encoding", "read_as", "headings"),
+    [
+        ("gbk", "gb18030", "温度（°C）;位置;行程;输出（mA）"),
+        ("gb2312", "gb18030", "T;position;stroke;读数 [mA]"),
+        ("koi8-r", "koi8-r", "Температура;Положение;Ход;Выход, мА"),
+        ("cp866", "cp866", "Температура;Положение;Ход;Выход, мА"),
+        ("windows-1252", "windows-1252", "Température;Position;Passage;Sortie [mA]"),
+    ],
+)
+def test_a_table_in_an_older_encoding_is_told_by_its_headings(encoding, read_as, headings):
+    """It was refused, as no heading was known."""
+    text = f"# note: – {headings}\n{headings}\n20;1;1;1,35\n20;3;1;0,01\n20;5;1;-1,3\n"
+    record = read(text.encode(encoding, "replace"))
+    assert record.output.tolist() == [1.35, 0.01, -1.3]
+    assert (record.unit, record.temperature[0]) == ("mA", 20.0)
+    assert headings in record.metadata["note"]
+    assert record.notes[0] == f"the text is not UTF-8 and was read as {read_as}"
+
+
+def test_damaged_letters_of_two_bytes_are_refused():
+    """The second byte could be a separator."""
+    text = "温度;位置;行程;输出;备注\n" + "20;1;1;1,35;好\n" * 5000
+    with pytest.raises(TableError, match="the gb18030 text is damaged; export the file again"):
+        read(text.encode("gbk") + b"20;5;1;-1,3;\xb0;\n")
 
 
 @pytest.mark.parametrize("heading", ["Position n°", "N° Position", "position N°"])

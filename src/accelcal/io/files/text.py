@@ -6,6 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from io import BytesIO
 from typing import IO, NamedTuple, TypeVar, cast
 
@@ -13,7 +14,7 @@ from accelcal.arguments.kinds import kind_of
 from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.files.csv_text import is_batch_result
 from accelcal.io.files.digest import sha256_of
-from accelcal.io.files.one_byte import one_byte_encoding
+from accelcal.io.files.legacy import errors_of, legacy_encoding, note_of_legacy
 
 Source = str | os.PathLike[str] | IO[bytes] | IO[str]
 """A path, ``"-"`` for standard input, or an open file."""
@@ -340,18 +341,16 @@ def _texts(data: bytes, name: str) -> tuple[SourceText, ...]:
 
 def _decode(data: bytes, name: str) -> SourceText:
     wide = _utf16(data)
-    if wide:
-        try:
-            return SourceText(name, data.decode(wide), wide)
-        except UnicodeDecodeError:
-            remedy = "export the file again, best as UTF-8"
-            raise TableError("the UTF-16 text is damaged", remedy, source=name) from None
+    if not wide:
+        with suppress(UnicodeDecodeError):
+            return SourceText(name, data.decode("utf-8-sig"), "utf-8")
+    encoding = wide or legacy_encoding(data)
+    notes = () if wide else (note_of_legacy(encoding),)
     try:
-        return SourceText(name, data.decode("utf-8-sig"), "utf-8")
+        return SourceText(name, data.decode(encoding, errors_of(encoding)), encoding, notes=notes)
     except UnicodeDecodeError:
-        encoding = one_byte_encoding(data)
-        notes = (f"the text is not UTF-8 and was read as {encoding}",)
-        return SourceText(name, data.decode(encoding, "replace"), encoding, notes=notes)
+        what, remedy = "UTF-16" if wide else encoding, "export the file again, best as UTF-8"
+        raise TableError(f"the {what} text is damaged", remedy, source=name) from None
 
 
 def _utf16(data: bytes) -> str:

@@ -1,0 +1,87 @@
+"""Encodings of text that is not UTF-8: told by the words that it has in one of them alone."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+
+from accelcal.io.words.vocabulary import BACK, COLUMNS, FORWARD, KEYS
+from accelcal.units import OUTPUT_UNITS, UNITS, spellings
+
+ONE_BYTE = ("latin-1", "windows-1252", "windows-1251", "koi8-r", "cp866")
+"""Encodings of one byte a letter; each takes nearly any bytes."""
+
+LEGACY = (*ONE_BYTE, "gb18030")
+"""What a text that is not UTF-8 may be in. GB18030 has the letters of GBK and GB2312."""
+
+_START = 1 << 16
+"""Bytes in which headings and header lines stand."""
+_CYRILLIC = re.compile(rb"[\xc0-\xff\xa8\xb8]{4}")
+"""Four letters of windows-1251; in Latin-1 they are four with accents, and no word has these."""
+_OF_WINDOWS = re.compile(rb"[\x80-\x9f]")
+"""What Latin-1 has no letters or signs for."""
+_BETWEEN = re.compile(r"[\s_,;|:=/\-.\[\]()（）\"'#]+")
+
+
+def legacy_encoding(data: bytes) -> str:
+    r"""Tell the encoding of a text that is not UTF-8.
+
+    Parameters
+    ----------
+    data : bytes
+        The text, or the start of it.
+
+    Returns
+    -------
+    str
+        One of `LEGACY`: the one in which the text has the most known words of letters beyond
+        ASCII. Where several have, the third where there are words in Cyrillic letters, else one of
+        the first two.
+
+    Examples
+    --------
+    >>> legacy_encoding("Prüfgerät; Größe".encode("latin-1"))
+    'latin-1'
+    >>> legacy_encoding("Оператор".encode("windows-1251"))
+    'windows-1251'
+    >>> [legacy_encoding("Температура, °С".encode(name)) for name in ("koi8-r", "windows-1251")]
+    ['koi8-r', 'windows-1251']
+    >>> legacy_encoding("温度,位置,输出\n".encode("gbk"))
+    'gb18030'
+    """
+    start = data[: data.rfind(b"\n", 0, _START) + 1] or data[:_START]  # letters may be of two bytes
+    counts = [_known_words(start, encoding) for encoding in LEGACY]
+    if counts.count(max(counts)) == 1:
+        return LEGACY[counts.index(max(counts))]
+    if _CYRILLIC.search(data):
+        return "windows-1251"
+    return "windows-1252" if _OF_WINDOWS.search(data) else "latin-1"
+
+
+def errors_of(encoding: str) -> str:
+    """What to do with bytes that are no letters: of two bytes one could be that of a separator."""
+    return "replace" if encoding in ONE_BYTE else "strict"
+
+
+def note_of_legacy(encoding: str) -> str:
+    """Tell in which encoding a text was read."""
+    return f"the text is not UTF-8 and was read as {encoding}"
+
+
+def _known_words(start: bytes, encoding: str) -> int:
+    """Known words of letters beyond ASCII that a text has in an encoding."""
+    try:
+        text = start.decode(encoding, errors_of(encoding))
+    except UnicodeDecodeError:
+        return 0
+    return sum(word in _words() for word in _BETWEEN.split(text.casefold()))
+
+
+@cache
+def _words() -> frozenset[str]:
+    """Words of headings, header lines and units, of two letters or more, one beyond ASCII."""
+    names = [name for own in (*COLUMNS.values(), *KEYS.values()) for name in own]
+    units = [way for kind in UNITS for way in spellings(kind)]
+    units += [way for own in OUTPUT_UNITS.values() for way in own]
+    every = " ".join([*names, *units, *FORWARD, *BACK]).casefold()
+    return frozenset(w for w in _BETWEEN.split(every) if len(w) > 1 and not w.isascii())
