@@ -80,6 +80,21 @@ def test_cycles_with_a_direction_are_two_strokes_each(words):
     assert same_readings(read("\n".join(["T,J,direction,Y1", *wide])), REFERENCE)
 
 
+@pytest.mark.parametrize("words", [("CW", "CCW"), ("runter", "rauf"), ("2", "7")])
+@pytest.mark.parametrize("heading", ["k", "cycle"])
+def test_unknown_words_of_a_direction_are_told_by_the_angles(heading, words):
+    """They were refused."""
+    done = sorted(ROWS, key=lambda row: (row[0], row[2], row[1] if row[2] == 1 else -row[1]))
+    rows = [(t, p, 1, words[k - 1], y) for t, p, k, y in done]
+    record = read(long_table(headings=("T", "J", heading, "dir", "Y"), rows=rows))
+    assert same_readings(record, read(long_table(rows=done)))
+    told = f"direction '{words[0]}' is forward and '{words[1]}' back, as the angles show"
+    assert record.notes[0] == told
+    by_place = [(t, p, 1, words[k - 1], y) for t, p, k, y in ROWS]
+    with pytest.raises(TableError, match=f"'{words[0]}' is neither forward nor back"):
+        read(long_table(headings=("T", "J", heading, "dir", "Y"), rows=by_place))
+
+
 def test_cycles_are_no_strokes_without_a_direction_or_beside_strokes():
     rows = [(t, p, 1, k, y) for t, p, k, y in ROWS]
     beside = read(long_table(headings=("T", "J", "cycle", "k", "Y"), rows=rows))

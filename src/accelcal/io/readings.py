@@ -165,7 +165,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     if "direction" in columns:
         cycles = "stroke" in columns and are_cycles(columns["stroke"].heading)
         values["stroke"], stroke_notes = strokes_by_direction(
-            columns["direction"], values["stroke"], row, cycles=cycles
+            columns["direction"], values["stroke"], row, values["angle"], cycles=cycles
         )
     return Readings(
         **values,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.layout.parts import Layout
 from accelcal.io.values.cells import Column, labels, whole_numbers
@@ -20,6 +21,9 @@ _BY_CYCLE = (
 
 _FEW = 0.25
 """Part of the readings against the direction of their stroke that may still be mistakes."""
+
+_FEWEST_STEPS = 3
+"""Steps of the head in each direction that tell which it is."""
 
 
 def with_cycles(layout: Layout) -> Layout:
@@ -59,7 +63,7 @@ def are_cycles(heading: str) -> bool:
 
 
 def strokes_by_direction(
-    column: Column, number: Ints, row: Ints, *, cycles: bool = False
+    column: Column, number: Ints, row: Ints, angle: Array, *, cycles: bool = False
 ) -> tuple[Ints, tuple[str, ...]]:
     """Count strokes by number and direction.
 
@@ -71,6 +75,8 @@ def strokes_by_direction(
         Number of each reading's stroke, or of its cycle of one stroke forward and one back.
     row : ndarray of int, shape (m,)
         Row of each reading.
+    angle : ndarray of float, shape (m,)
+        Head angle of each reading [deg].
     cycles : bool, default False
         Whether the numbers are called cycles, so that nothing but the direction tells the strokes.
 
@@ -89,13 +95,18 @@ def strokes_by_direction(
     of_row, names = labels(column)
     is_back = np.array([_is_back(with_hyphen(name.casefold())) for name in names])
     label, even = of_row[row], number % 2 == 0
-    if not cycles:
-        if _tell_what_numbers_tell(is_back, label, even):
-            return number, ()
+    if not cycles and _tell_what_numbers_tell(is_back, label, even):
+        return number, ()
+    told: tuple[str, ...] = ()
+    if np.isnan(is_back).all():
         within = (np.diff(number) == 0) & (np.diff(label) != 0)
-        two_ways = len(names) <= 2 and within.any()
-        if np.isnan(is_back).all() and not two_ways:  # words of something else, as heating
+        two_ways = len(names) == 2 and within.any()
+        if not cycles and not two_ways:  # words of something else, as heating
             return number, (_ASIDE,)
+        if two_ways and not np.isnan(ways := _ways(label, angle)).any():
+            is_back = ways
+            forward, back = (shown(names[i]) for i in np.argsort(ways))
+            told = (f"direction {forward} is forward and {back} back, as the angles show",)
     known = ~np.isnan(is_back)[of_row]
     column.check(known, "{} is neither forward nor back", "write forward or back")
     back = is_back[label] == 1.0
@@ -106,7 +117,16 @@ def strokes_by_direction(
         remedy = "odd strokes go forward and even ones back, so correct one of both"
         column.check(right, "{} contradicts the number of the stroke", remedy)
     strokes = np.where(back, 2 * number, 2 * number - 1)
-    return strokes, (f"{_BY_CYCLE}, up to {strokes.max()}",)
+    return strokes, (*told, f"{_BY_CYCLE}, up to {strokes.max()}")
+
+
+def _ways(label: Ints, angle: Array) -> Array:
+    """1 for a word with which most angles fall from row to row, 0 where they rise, else NaN."""
+    step, same = np.sign(np.diff(angle)), np.diff(label) == 0
+    ways = np.array([np.sum(step[same & (label[1:] == own)]) for own in (0, 1)])
+    count = np.array([np.sum(same & (label[1:] == own)) for own in (0, 1)])
+    are_ways = np.all((2 * abs(ways) > count) & (count >= _FEWEST_STEPS)) and ways.prod() < 0
+    return np.where(are_ways, ways < 0, np.nan)
 
 
 def _is_back(word: str) -> float:
