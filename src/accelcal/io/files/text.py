@@ -14,7 +14,7 @@ from accelcal.arguments.kinds import kind_of
 from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.files.csv_text import is_batch_result
 from accelcal.io.files.digest import sha256_of
-from accelcal.io.files.legacy import errors_of, legacy_encoding, note_of_legacy
+from accelcal.io.files.encodings import encoding_of, errors_of, note_of_encoding
 
 Source = str | os.PathLike[str] | IO[bytes] | IO[str]
 """A path, ``"-"`` for standard input, or an open file."""
@@ -344,8 +344,8 @@ def _decode(data: bytes, name: str) -> SourceText:
     if not wide:
         with suppress(UnicodeDecodeError):
             return SourceText(name, data.decode("utf-8-sig"), "utf-8")
-    encoding = wide or legacy_encoding(data)
-    notes = () if wide else (note_of_legacy(encoding),)
+    encoding = wide or encoding_of(data)
+    notes = () if wide else (note_of_encoding(encoding),)
     try:
         return SourceText(name, data.decode(encoding, errors_of(encoding)), encoding, notes=notes)
     except UnicodeDecodeError:

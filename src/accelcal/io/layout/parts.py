@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.files.legacy import LEGACY
+from accelcal.io.files.encodings import ENCODINGS
 from accelcal.io.files.text import SourceText, refuse_document
 from accelcal.io.layout.header_lines import (
     Declared,
@@ -104,7 +104,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     """
     refuse_document(source.text, source.name)
     lines = source.text.split("\n")
-    if source.encoding in LEGACY:
+    if source.encoding in ENCODINGS:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
     headings = _below_numbers(lines, _find_headings(lines, source.name, remedy))
     above = [item for item in _filled(lines[: headings.below]) if item[0] not in headings.lines]

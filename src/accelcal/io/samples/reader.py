@@ -24,7 +24,7 @@ import numpy as np
 from accelcal.arrays import Array, Ints
 from accelcal.errors import TableError
 from accelcal.io.engines import BulkEngineGivesUp, decimal_mark, read_frame, split_rows
-from accelcal.io.files.legacy import LEGACY, errors_of, legacy_encoding, note_of_legacy
+from accelcal.io.files.encodings import ENCODINGS, encoding_of, errors_of, note_of_encoding
 from accelcal.io.files.parquet import CsvOfParquet
 from accelcal.io.files.text import (
     PARQUET,
@@ -313,15 +313,15 @@ def open_samples(
             stream = _of_parquet(stream, raw, name)
             start = stream.peek(1)
         encoding = _encoding(start)
-        legacy = encoding in LEGACY
-        errors = errors_of(encoding) if legacy else "replace"
+        is_other = encoding in ENCODINGS
+        errors = errors_of(encoding) if is_other else "replace"
         text = io.TextIOWrapper(stream, encoding, errors=errors)
         headings = read_sample_headings(
             lambda: _guarded(text.readline, _LONGEST_LINE, name), name, form, unit
         )
         is_file = source != "-" and raw.seekable() and not of_parquet
         size = os.fstat(raw.fileno()).st_size if is_file else None
-        notes = (note_of_legacy(encoding),) if legacy else ()
+        notes = (note_of_encoding(encoding),) if is_other else ()
         yield SampleReader(headings, size, text, raw, notes)
         text.detach()  # standard input stays open
     finally:
@@ -379,7 +379,7 @@ def _encoding(start: bytes) -> str:
     try:
         start[: start.rfind(b"\n") + 1].decode("utf-8")
     except UnicodeDecodeError:
-        return legacy_encoding(start)
+        return encoding_of(start)
     return "utf-8-sig"
 
 

@@ -11,7 +11,7 @@ from accelcal.units import OUTPUT_UNITS, UNITS, spellings
 ONE_BYTE = ("latin-1", "windows-1252", "windows-1251", "koi8-r", "cp866")
 """Encodings of one byte a letter; each takes nearly any bytes."""
 
-LEGACY = (*ONE_BYTE, "gb18030")
+ENCODINGS = (*ONE_BYTE, "gb18030")
 """What a text that is not UTF-8 may be in. GB18030 has the letters of GBK and GB2312."""
 
 _START = 1 << 16
@@ -23,7 +23,7 @@ _OF_WINDOWS = re.compile(rb"[\x80-\x9f]")
 _BETWEEN = re.compile(r"[\s_,;|:=/\-.\[\]()（）\"'#]+")
 
 
-def legacy_encoding(data: bytes) -> str:
+def encoding_of(data: bytes) -> str:
     r"""Tell the encoding of a text that is not UTF-8.
 
     Parameters
@@ -34,25 +34,25 @@ def legacy_encoding(data: bytes) -> str:
     Returns
     -------
     str
-        One of `LEGACY`: the one in which the text has the most known words of letters beyond
+        One of `ENCODINGS`: the one in which the text has the most known words of letters beyond
         ASCII. Where several have, the third where there are words in Cyrillic letters, else one of
         the first two.
 
     Examples
     --------
-    >>> legacy_encoding("Prüfgerät; Größe".encode("latin-1"))
+    >>> encoding_of("Prüfgerät; Größe".encode("latin-1"))
     'latin-1'
-    >>> legacy_encoding("Оператор".encode("windows-1251"))
+    >>> encoding_of("Оператор".encode("windows-1251"))
     'windows-1251'
-    >>> [legacy_encoding("Температура, °С".encode(name)) for name in ("koi8-r", "windows-1251")]
+    >>> [encoding_of("Температура, °С".encode(name)) for name in ("koi8-r", "windows-1251")]
     ['koi8-r', 'windows-1251']
-    >>> legacy_encoding("温度,位置,输出\n".encode("gbk"))
+    >>> encoding_of("温度,位置,输出\n".encode("gbk"))
     'gb18030'
     """
     start = data[: data.rfind(b"\n", 0, _START) + 1] or data[:_START]  # letters may be of two bytes
-    counts = [_known_words(start, encoding) for encoding in LEGACY]
+    counts = [_known_words(start, encoding) for encoding in ENCODINGS]
     if counts.count(max(counts)) == 1:
-        return LEGACY[counts.index(max(counts))]
+        return ENCODINGS[counts.index(max(counts))]
     if _CYRILLIC.search(data):
         return "windows-1251"
     return "windows-1252" if _OF_WINDOWS.search(data) else "latin-1"
@@ -63,7 +63,7 @@ def errors_of(encoding: str) -> str:
     return "replace" if encoding in ONE_BYTE else "strict"
 
 
-def note_of_legacy(encoding: str) -> str:
+def note_of_encoding(encoding: str) -> str:
     """Tell in which encoding a text was read."""
     return f"the text is not UTF-8 and was read as {encoding}"
 
