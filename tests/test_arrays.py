@@ -315,3 +315,18 @@ def test_the_remedy_for_a_frame_of_several_accelerometers_works():
         accelcal.read_arrays(frame)
     records = [accelcal.read_arrays(part) for _, part in frame.groupby("serial")]
     assert [record.serial for record in records] == ["A1", "A2"]
+
+
+@pytest.mark.parametrize("text", ["U4", "S4", object])
+def test_an_array_with_fields_is_read_by_their_names(text):
+    """It was refused, and bytes would have been texts as b'A-7'."""
+    names = ("temperature", "position", "stroke", "Y [mA]", "serial")
+    rows = [(20.0, j, 1, y, "A-7") for j, y in ((1, 1.35), (3, np.nan), (5, -1.3))]
+    array = np.array(rows, dtype=list(zip(names, (float, int, int, float, text), strict=True)))
+    record = accelcal.read_arrays(array)
+    assert (record.serial, record.unit, record.output.tolist()) == ("A-7", "mA", [1.35, -1.3])
+    assert record.notes == ("1 missing reading was left out (line 3)",)
+    for other in (array.view(np.recarray), np.ma.array(array)):
+        assert accelcal.read_arrays(other).output.tolist() == [1.35, -1.3]
+    with pytest.raises(accelcal.InputError, match="columns of different shapes"):
+        accelcal.read_arrays(array.reshape(3, 1))

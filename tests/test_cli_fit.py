@@ -389,7 +389,14 @@ def test_bad_option_is_one_line(run, options, said):
 
 @pytest.mark.parametrize(
     "options",
-    [["--t0", "nan"], ["--delta0", "x"], ["--method", "magic"], ["--format", "xml"], ["--magic"]],
+    [
+        ["--t0", "nan"],
+        ["--t0", "500"],
+        ["--delta0", "x"],
+        ["--method", "magic"],
+        ["--format", "xml"],
+        ["--magic"],
+    ],
 )
 def test_bad_usage_is_2(run, options):
     code, out, err = run("eight.csv", *options)

@@ -19,6 +19,7 @@ from accelcal.cli.values import (
     size,
     step_of_output,
     target,
+    temperature_of_test,
 )
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -194,8 +195,12 @@ def format_option(*forms: str) -> Callable[[Function], Function]:
     )
 
 
-reference_temperature_option = temperature_option(
-    "--t0", "DEG", "Reference temperature T0 [degC].", name="reference_temperature"
+reference_temperature_option = valued_option(
+    temperature_of_test,
+    "--t0",
+    "DEG",
+    "Reference temperature T0 [degC].",
+    name="reference_temperature",
 )
 
 local_gravity_option = gravity_option("Local gravity [m/s^2].", name="local_gravity")

@@ -164,6 +164,17 @@ def fixture_angle(text: str) -> float:
         raise click.BadParameter(f"{error}.") from None
 
 
+def temperature_of_test(text: str) -> float:
+    """Type of an option: a temperature of a test [degC], perhaps with its unit."""
+    from accelcal.io.readings import MAXIMUM_TEMPERATURE
+
+    value = quantity("degC", "temperature")(text)
+    if not -273.15 <= value <= MAXIMUM_TEMPERATURE:
+        allowed = f"from -273.15 to {MAXIMUM_TEMPERATURE:g} degC"
+        raise click.BadParameter(f"{text!r} is no temperature of a test, {allowed}.")
+    return value
+
+
 def setting(text: str) -> tuple[str, float]:
     """Type of an option: a name and its number, as in ``K4=2e-5``."""
     name, value = named(text, "NAME=NUMBER")

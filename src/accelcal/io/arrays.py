@@ -31,13 +31,15 @@ _LINE = re.compile(r"a line '# (\w+): (\w+)'")
 
 
 def read_arrays(
-    columns: Mapping[str, Any] | pd.DataFrame, *, overrides: Mapping[str, object] | None = None
+    columns: Mapping[str, Any] | pd.DataFrame | NDArray[Any],
+    *,
+    overrides: Mapping[str, object] | None = None,
 ) -> TumbleRecord:
-    """Make a record of arrays or of a DataFrame.
+    """Make a record of arrays, of a DataFrame or of an array with fields.
 
     Parameters
     ----------
-    columns : mapping of str to array_like of shape (n,), or pandas.DataFrame
+    columns : mapping of str to array_like of shape (n,), pandas.DataFrame, or structured array
         Columns by the headings that a table may have, such as ``"position"``, ``"stroke"``,
         ``"output"`` or ``"Y [mA]"``. A single value stands for all readings. Levels of an index
         that have names are columns too. A mapping of columns to units in ``frame.attrs["units"]``
@@ -105,8 +107,10 @@ def _declared(record: TumbleRecord, declared: Mapping[str, Any]) -> TumbleRecord
     return replace(record, **given, metadata=metadata)
 
 
-def _arrays(columns: Mapping[str, Any] | pd.DataFrame) -> list[tuple[str, NDArray[Any]]]:
+def _arrays(columns: Any) -> list[tuple[str, NDArray[Any]]]:
     """Columns with their names, single values repeated."""
+    if fields_of := getattr(getattr(columns, "dtype", None), "names", None):
+        columns = {name: columns[name] for name in fields_of}
     if not hasattr(columns, "items"):
         convertible = hasattr(columns, "to_pandas")  # a frame of polars, or a table of pyarrow
         raise InputError(

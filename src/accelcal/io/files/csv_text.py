@@ -58,7 +58,8 @@ def cell_text(value: Any) -> str:
     if isinstance(value, float):
         is_whole = value.is_integer() and abs(value) < _EXACT
         return str(int(value)) if is_whole else repr(float(value))
-    return " ".join(str(value).split())
+    text = value.decode(errors="replace") if isinstance(value, bytes) else str(value)
+    return " ".join(text.split())
 
 
 def needs_quotes(text: str) -> bool:
