@@ -330,3 +330,23 @@ def test_an_array_with_fields_is_read_by_their_names(text):
         assert accelcal.read_arrays(other).output.tolist() == [1.35, -1.3]
     with pytest.raises(accelcal.InputError, match="columns of different shapes"):
         accelcal.read_arrays(array.reshape(3, 1))
+
+
+def test_a_pivot_table_by_cycle_and_direction():
+    """Names of several levels were texts with brackets, and no headings."""
+    frame = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=20.0, strokes=4)).to_frame()
+    frame["cycle"] = (frame["stroke"] + 1) // 2
+    frame["direction"] = np.where(frame["stroke"] % 2, "forward", "back")
+    long = accelcal.read_arrays(frame[["temperature", "position", "stroke", "output"]])
+    for levels in (["cycle", "direction"], ["direction", "cycle"]):
+        wide = frame.pivot(index=["temperature", "position"], columns=levels, values="output")
+        of_text = accelcal.read_table(io.StringIO(wide.to_csv()))
+        for record in (
+            accelcal.read_arrays(wide),
+            accelcal.read_arrays(wide.reset_index()),
+            of_text,
+        ):
+            found = zip(record.position, record.stroke, record.output, strict=True)
+            assert sorted(found) == sorted(
+                zip(long.position, long.stroke, long.output, strict=True)
+            )

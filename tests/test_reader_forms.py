@@ -95,6 +95,43 @@ def test_unknown_words_of_a_direction_are_told_by_the_angles(heading, words):
         read(long_table(headings=("T", "J", heading, "dir", "Y"), rows=by_place))
 
 
+PIVOT = "20;1;1,30;1,31;1,32;1,33\n20;3;0,01;0,02;0,03;0,04\n20;5;-1,30;-1,31;-1,32;-1,33\n"
+
+
+@pytest.mark.parametrize(
+    ("headings", "strokes"),
+    [
+        (";;Zyklus 1;;Zyklus 2;\nT;J;Hin;Rück;Hin;Rück", [1, 2, 3, 4]),
+        (";;forward;;back;\nT;J;1;2;1;2", [1, 3, 2, 4]),
+        ("T;J;1;1;2;2\n;;aller [mA];retour [mA];aller [mA];retour [mA]", [1, 2, 3, 4]),
+        ("cycle;;1;1;2;2\ndir;;back;forward;back;forward\nT;J;;;;", [2, 1, 4, 3]),
+        ("T;J;fwd 1;bwd 1;fwd 2;bwd 2", [1, 2, 3, 4]),
+        ("T;J;cycle 1 forward;cycle 1 back;cycle 2 forward;cycle 2 back", [1, 2, 3, 4]),
+        ("T;J;forward 1;back 2;forward 3;back 4", [1, 2, 3, 4]),
+    ],
+)
+def test_a_pivot_table_by_cycle_and_direction(headings, strokes):
+    """It was refused."""
+    record = read(f"{headings}\n{PIVOT}")
+    assert record.stroke.tolist() == strokes * 3
+    assert record.output.tolist()[:4] == [1.30, 1.31, 1.32, 1.33]
+    assert record.notes == ()
+
+
+@pytest.mark.parametrize(
+    "headings",
+    [
+        "T;J;forward 1;back 1;forward 2;back 3",
+        "T;J;forward 0;back 0;forward 1;back 1",
+        ";;1;1;2;2\nT;J;up;down;up;down",
+        ";;A-7;;A-8;\nT;J;forward;back;forward;back",
+    ],
+)
+def test_a_pivot_table_by_something_else_is_refused(headings):
+    with pytest.raises(TableError):
+        read(f"{headings}\n{PIVOT}")
+
+
 def test_cycles_are_no_strokes_without_a_direction_or_beside_strokes():
     rows = [(t, p, 1, k, y) for t, p, k, y in ROWS]
     beside = read(long_table(headings=("T", "J", "cycle", "k", "Y"), rows=rows))

@@ -144,6 +144,8 @@ def _with_index(columns: Any) -> list[tuple[Any, Any]]:
 
 def _heading(columns: Any, name: Any) -> str:
     """Name of a column, with the unit that the attributes of a frame have for it."""
+    if isinstance(name, tuple):  # of a pivot table with several levels
+        name = " ".join(map(str, name)).strip()
     units = getattr(columns, "attrs", {}).get("units")
     unit = units.get(name) if isinstance(units, Mapping) else None
     return f"{name} [{unit}]" if unit and not split_unit(str(name))[1] else str(name)

@@ -9,9 +9,7 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.layout.parts import Layout
 from accelcal.io.values.cells import Column, labels, whole_numbers
 from accelcal.io.words.signs import with_hyphen
-from accelcal.io.words.vocabulary import BACK, FORWARD
-
-_CYCLES = frozenset({"cycle", "zyklus", "цикл"})
+from accelcal.io.words.vocabulary import BACK, CYCLES, FORWARD
 
 _ASIDE = "column direction does not tell forward from back and was set aside"
 _BY_CYCLE = (
@@ -59,7 +57,7 @@ def with_cycles(layout: Layout) -> Layout:
 
 def are_cycles(heading: str) -> bool:
     """Whether a heading says that its column counts cycles of two strokes."""
-    return heading.casefold() in _CYCLES
+    return heading.casefold() in CYCLES
 
 
 def strokes_by_direction(

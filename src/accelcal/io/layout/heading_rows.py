@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from itertools import pairwise, product, zip_longest
+from typing import NamedTuple
 
 from accelcal.io.words.vocabulary import (
     ACROSS,
     BACK,
+    COLUMNS,
+    CYCLES,
     FORWARD,
     OUTPUTS,
     Heading,
@@ -38,7 +41,7 @@ ANGLE_IN_PARTS = ("angle", "minutes", "seconds")
 _PLACES = frozenset({"position", "positions", "angle", "angles"})
 """Roles that tell where the head stood, so that minutes are those of a time."""
 
-_WORD = re.compile(r"[^\W\d_]{2,}")
+_WORDS = re.compile(r"[^\W\d_]+|[0-9]{1,6}")
 _STROKES = {**dict.fromkeys(FORWARD, 1), **dict.fromkeys(BACK, 2)}
 """Word of a direction -> the stroke that it is, of two."""
 
@@ -95,7 +98,7 @@ def _unit_of(heading: Heading) -> str | None:
     Of a ratio, as in ``SF mA/g``, it is none; ``V/V`` alone is V in V.
     """
     name, unit = name_and_unit(heading.text, is_output_unit)
-    has_digit = any(map(str.isdigit, name))
+    has_digit = any(map(str.isdecimal, name))
     is_ratio = heading.text[len(name) :].lstrip().startswith("/") and _unit_of(Heading(name, None))
     return unit if is_output_unit(unit) and not (has_digit or is_ratio) else None
 
@@ -144,7 +147,8 @@ def read_headings(texts: Sequence[str]) -> tuple[Heading, ...]:
 
     A date with its time, such as Date/Time, tells nothing beside a date. Degrees and minutes,
     perhaps with seconds, are one angle where nothing else tells the place. An output forward is
-    stroke 1, and the one back stroke 2, where nothing else tells strokes or outputs.
+    stroke 1, and the one back stroke 2, where nothing else tells strokes or outputs; with a number
+    those of a cycle.
 
     Examples
     --------
@@ -180,18 +184,90 @@ def _with_minutes(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
 
 def _with_directions(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
     ways = [None if cell.role else _way(cell.text) for cell in cells]
-    if [way.of for way in ways if way] not in ([1, 2], [2, 1]):
+    strokes = _strokes_of([way for way in ways if way])
+    if not strokes:
         return cells
     lone = lone_output(cells)
-    told = any(cell.role in ("stroke", *OUTPUTS) for cell in cells) or (lone and not ways[lone[0]])
-    return cells if told else tuple(way or cell for way, cell in zip(ways, cells, strict=True))
+    if any(cell.role in ("stroke", *OUTPUTS) for cell in cells) or (lone and not ways[lone[0]]):
+        return cells
+    return tuple(
+        Heading(cell.text, "strokes", way.unit, strokes[way[:2]]) if way else cell
+        for cell, way in zip(cells, ways, strict=True)
+    )
 
 
-def _way(text: str) -> Heading | None:
-    word = _WORD.match(text)
-    stroke = _STROKES.get(word[0].casefold()) if word else None
-    name, unit = name_and_unit(text, is_output_unit) if stroke else ("", "")
-    return Heading(text, "strokes", unit or None, stroke) if word and name == word[0] else None
+class _Way(NamedTuple):
+    """Direction of an output, 1 forward and 2 back, and the number beside it, 0 without."""
+
+    number: int
+    stroke: int
+    unit: str | None
+
+
+def _strokes_of(ways: Sequence[_Way]) -> dict[tuple[int, int], int]:
+    """Stroke of each number and direction: one of two, of its cycle, or that of the number."""
+    pairs = {way[:2] for way in ways}
+    numbers = {number for number, _ in pairs}
+    if len(pairs) < len(ways) or (0 in numbers and len(numbers) > 1):
+        return {}
+    if len(pairs) == 2 * len(numbers):
+        return {(number, way): max(2 * number - 2, 0) + way for number, way in pairs}
+    are_strokes = all(number and number % 2 == way % 2 for number, way in pairs)
+    return {(number, way): number for number, way in pairs} if are_strokes else {}
+
+
+def _way(text: str) -> _Way | None:
+    name, unit = name_and_unit(text, is_output_unit)
+    words = _WORDS.findall(name.casefold())
+    told = [_STROKES[word] for word in words if word in _STROKES and len(word) > 1]
+    numbers = [int(word) for word in words if word.isdecimal()]
+    if len(told) != 1 or len(numbers) > 1 or len(words) > len(told + numbers) + 1:
+        return None
+    known = all(word in _STROKES or word in CYCLES or word.isdecimal() for word in words)
+    return _Way(next(iter(numbers), 0), told[0], unit or None) if known else None
+
+
+def by_cycle(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
+    """Join headings in several rows that tell the cycle and the direction of each output.
+
+    Parameters
+    ----------
+    rows : sequence of sequence of str
+        Cells of each row, the uppermost first. One that is empty may be merged with that before it.
+
+    Returns
+    -------
+    tuple of Heading or None
+        The headings; None where the rows tell something else.
+
+    Examples
+    --------
+    >>> rows = [row.split(",") for row in (",,cycle 1,,cycle 2", "T,J,forward,back,forward,back")]
+    >>> [cell.of for cell in by_cycle(rows)]
+    [None, None, 1, 2, 3, 4]
+    """
+    if not any(_way(cell) for row in rows for cell in row):
+        return None
+    texts: list[str] = []
+    above: Sequence[str] = rows[0][:0]
+    for column in zip_longest(*rows, fillvalue=""):
+        named = [own for own in column if read_heading(own).role in COLUMNS]
+        if named and any(map(str.isdecimal, "".join(set(column).difference(named)))):
+            return None  # a row of readings
+        if not named and any(map(_is_of_cycle, column)):
+            above = [own or before for own, before in zip_longest(column, above, fillvalue="")]
+            texts.append(" ".join(above))
+        else:
+            texts.append((named or column)[-1])
+    cells = read_headings(texts)
+    outputs = [cell for cell in cells if cell.role == "strokes"]
+    return cells if len(outputs) > 2 and are_headings(cells) else None
+
+
+def _is_of_cycle(cell: str) -> bool:
+    """Tell whether a cell has a direction or a number, with no more than a cycle beside it."""
+    told = _way(cell) or (any(map(str.isdecimal, cell)) and _way(f"{cell} forward"))
+    return bool(told)
 
 
 def numbers_alone(cells: Sequence[Heading]) -> bool:

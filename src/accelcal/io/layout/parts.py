@@ -17,6 +17,7 @@ from accelcal.io.layout.header_lines import (
 )
 from accelcal.io.layout.heading_rows import (
     are_headings,
+    by_cycle,
     joined,
     numbers_alone,
     over_time,
@@ -106,7 +107,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     lines = source.text.split("\n")
     if source.encoding in ENCODINGS:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
-    headings = _below_numbers(lines, _find_headings(lines, source.name, remedy))
+    headings = _in_rows(lines, _below_numbers(lines, _find_headings(lines, source.name, remedy)))
     above = [item for item in _filled(lines[: headings.below]) if item[0] not in headings.lines]
     declared, aside = declarations_above(above, source.name, headings.separator, headings.cells)
     rows, numbers, comments = _rows(lines, headings, source)
@@ -222,6 +223,17 @@ def _below_numbers(lines: list[str], top: _Headings) -> _Headings:
         return top
     both = joined(top.cells, own.cells)
     return own if both == own.cells else own._replace(cells=both, lines=(*top.lines, *own.lines))
+
+
+def _in_rows(lines: list[str], own: _Headings) -> _Headings:
+    """Take the rows above or below headings that tell the cycles and directions of outputs."""
+    first, last = own.lines[0], own.lines[-1]
+    for start, end in ((first, last + 1), (first - 1, last), (first - 2, last)):
+        rows = [_split_headings(line, own.separator) for line in lines[max(start - 1, 0) : end]]
+        if cells := by_cycle(rows):
+            numbers = tuple(range(max(start, 1), end + 1))
+            return own._replace(cells=cells, lines=numbers, below=max(end, own.below))
+    return own
 
 
 def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Headings | None:

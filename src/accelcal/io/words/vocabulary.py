@@ -37,15 +37,8 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
-            *(
-                "seriennr",
-                "serien_nr",
-                "numéro_de_série",
-                "заводской_номер",
-                "зав_№",
-                "编号",
-                "序列号",
-            ),
+            *("seriennr", "serien_nr", "numéro_de_série", "заводской_номер", "зав_№"),
+            *("编号", "序列号"),
         ),
         "mounting": ("mounting",),
         "clamping": ("clamping",),
@@ -69,6 +62,9 @@ BACK = frozenset(
     | {"rückwärts", "rück", "zurück", "retour", "обратный", "обратно", "反向"}
 )
 """What a direction may be called, in lower case."""
+
+CYCLES = frozenset({"cycle", "zyklus", "цикл", "循环"})
+"""What a stroke forward and the one back together may be called, in lower case."""
 
 LABELS = frozenset({"run", "serial", "mounting", "direction", "lot"})
 """Columns whose cells are names, even where they look like numbers."""
