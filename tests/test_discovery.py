@@ -1305,6 +1305,16 @@ def test_readings_at_other_temperatures_that_agree_are_no_copies():
         accelcal.fit(twice)
 
 
+def test_readings_of_a_coarse_step_with_one_stroke_each_way_are_no_copies():
+    """Two at each position that agree to the last digit, as those of the other stroke do."""
+    record = accelcal.simulate(seed=2, plan=accelcal.TumblePlan(temperatures=20.0, strokes=2))
+    again = np.repeat(np.arange(len(record)), 2)
+    twice = replace(record, **{name: own[again] for name, own in record._arrays().items()})
+    assert accelcal.fit(replace(twice, output=np.round(twice.output, 4))).tables
+    with pytest.raises(accelcal.InputError, match="readings repeat one"):
+        accelcal.fit(twice)
+
+
 @pytest.mark.parametrize("step", [3e-5, 1e-4])
 def test_readings_of_a_coarse_step_that_agree_are_no_copies(step):
     """Two at each position that agree to the last digit, as those of other strokes do."""

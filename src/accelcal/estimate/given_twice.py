@@ -18,7 +18,8 @@ _FEWEST = 8
 def refuse_copies(record: TumbleRecord) -> None:
     """Refuse a record whose readings stand there several times, as each would count as a replicate.
 
-    Those of a coarse step are no copies: of one position they agree from stroke to stroke too.
+    Those of a coarse step are no copies: of one position they agree from stroke to stroke too, with
+    the next one in the same direction or, with one stroke each way, the one back.
 
     Parameters
     ----------
@@ -29,15 +30,18 @@ def refuse_copies(record: TumbleRecord) -> None:
     ------
     InputError
         If all that share position, stroke, run and temperature agree to the last digit, and those
-        of other strokes do not, or there are none in the same direction.
+        of other strokes do not, or there are none.
     """
     position, every = (record.run, record.mounting, np.round(record.angle, 6)), record.output
     first = _first_of_each(cells(*position, record.stroke, np.nan_to_num(record.temperature)))
     copies = int(np.sum(first != np.arange(first.size)))
     if copies < _FEWEST or np.any(every != every[first]):
         return
-    before = _first_of_each(cells(*position, record.stroke % 2))
-    anew = np.flatnonzero((first == np.arange(first.size)) & (before != first))
+    for direction in (record.stroke % 2, 0 * record.stroke):  # back may differ by a play
+        before = _first_of_each(cells(*position, direction))
+        anew = np.flatnonzero((first == np.arange(first.size)) & (before != first))
+        if anew.size:
+            break
     if 2 * np.sum(every[anew] == every[before[anew]]) <= anew.size:
         told = "repeat one of the same position, stroke and run to the last digit"
         with naming(record):
