@@ -124,6 +124,7 @@ def test_a_pivot_table_by_cycle_and_direction(headings, strokes):
         "T;J;forward 1;back 1;forward 2;back 3",
         "T;J;forward 0;back 0;forward 1;back 1",
         ";;1;1;2;2\nT;J;up;down;up;down",
+        "T;J;+ 1;- 1;+ 2;- 2",
         ";;A-7;;A-8;\nT;J;forward;back;forward;back",
     ],
 )
