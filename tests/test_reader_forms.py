@@ -890,6 +890,14 @@ def test_a_unit_of_a_header_line_may_stand_behind_its_key(key):
     assert read(f"# {key}: 20\n{TEXT}").reference_temperature == 20.0
 
 
+@pytest.mark.parametrize("line", ["# run in h: 5", "# stroke / mm: 30"])
+def test_what_has_a_unit_is_no_label_or_count(line):
+    """All readings would have been one run, of the name 5 h."""
+    record = read(f"{line}\n{TEXT}")
+    assert record.run_labels == ("20", "80", "-40")
+    assert not any("header line" in note for note in record.notes)
+
+
 FORM = "Position;Stroke 1;Stroke 2\n1;1,301;1,302\n3;0,004;0,004\n5;-1,293;-1,294\n"
 
 

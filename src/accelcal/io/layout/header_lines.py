@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.words.vocabulary import KEYS, canonical_key, name_and_unit
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF, canonical_key, name_and_unit, split_unit
 from accelcal.units import UNITS, is_output_unit, size_of
 
 KeyOf = Callable[[str], str | None]
@@ -20,6 +20,7 @@ _ONE_CELL = re.compile(r"(?:[^,;\t(\[]|[(\[][^)\]]*[)\]])+|[^,;\t]+")
 BEGINS_PAIR = re.compile(r"[^\W\d_][^:=]*(?:=|:(?![0-9])|(?<!\s[0-9])(?<!\s[0-9]{2}):)")
 """A key with its sign, which is not the colon of a time, as in ``at 12:30``."""
 _NUMBER = re.compile(r"[+-]?[.,]?[0-9]")
+_WITHOUT_UNIT = frozenset(KEYS).difference(KINDS_OF, ("resolution", "std", "clamping"))
 _SHORTEST = 6  # letters of a key below which one that is nearly alike means something else
 _ALIKE = 0.85  # least likeness of two keys, of difflib; one wrong letter of seven
 _NAMES = [name for names in KEYS.values() for name in names if len(name) >= _SHORTEST]
@@ -125,11 +126,13 @@ def key_and_unit(text: str, key_of: KeyOf = canonical_key) -> tuple[str, str]:
 
     Examples
     --------
-    >>> key_and_unit("T0 [degC]"), key_and_unit("Temperature, °C"), key_and_unit("Friday, 31 May")
+    >>> key_and_unit("T0 [degC]"), key_and_unit("Temperature, °C"), key_and_unit("Run in h")
     (('reference_temperature', 'degC'), ('temperature', '°C'), ('', ''))
     """
     name, unit = name_and_unit(text, is_any_unit, behind_blanks=False)
-    return key_of(name) or "", unit
+    key = key_of(name) or ""
+    in_brackets = split_unit(text)[1] == unit
+    return (key, unit) if in_brackets or key not in _WITHOUT_UNIT else ("", "")
 
 
 def is_any_unit(text: str) -> bool:
