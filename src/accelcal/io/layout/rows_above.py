@@ -25,6 +25,7 @@ from accelcal.io.words.vocabulary import (
     LONGEST,
     Heading,
     canonical_key,
+    split_unit,
 )
 from accelcal.io.words.wording import lines_named
 
@@ -112,10 +113,11 @@ def declarations_above(
             unsure.append((new, said.behind))
         else:
             declare(declared, said.key, new)
-    is_told = {"serial", "serials"} & {*declared, *(heading.role for heading in headings)}
-    serial, told = (None, []) if is_told else _serial_of_unsure(unsure)
-    if serial:
-        declared["serial"] = serial
+    told: list[str] = []
+    if unsure and not {"serial", "serials"} & {*declared, *(own.role for own in headings)}:
+        told = [_note_of_serial(unsure)]
+    if told and len({own.value for own, _ in unsure}) == 1:
+        declared["serial"] = unsure[0][0]
     else:
         aside = sorted([*aside, *(own.line for own, _ in unsure)])
     lines = lines_named([*dict.fromkeys(aside)])
@@ -123,20 +125,16 @@ def declarations_above(
     return declared, [*notes, *told, *notes_of_keys(declared)]
 
 
-def _serial_of_unsure(
-    unsure: Sequence[tuple[Declared, str]],
-) -> tuple[Declared | None, list[str]]:
-    """Take the one serial number of a form, though it may be that of another instrument."""
-    values = {own.value: (own, behind) for own, behind in reversed(unsure)}
-    if len(values) > 1:
-        names = shown(", ".join(reversed(values)))
+def _note_of_serial(unsure: Sequence[tuple[Declared, str]]) -> str:
+    """Tell what becomes of serial numbers that may be those of other instruments."""
+    serials = dict.fromkeys(own.value for own, _ in unsure)
+    names = shown(", ".join(serials))
+    if len(serials) > 1:
         which = "nothing tells which is that of the accelerometer"
-        return None, [f"serials {names} above the headings were set aside: {which}"]
-    for serial, behind in values.values():
-        where = f"stands behind {shown(behind)} (line {serial.line})"
-        whose = "is taken for that of the accelerometer"
-        return serial, [f"serial {shown(serial.value)} {where} and {whose}"]
-    return None, []
+        return f"serials {names} above the headings were set aside: {which}"
+    own, behind = unsure[0]
+    where = f"stands behind {shown(behind)} (line {own.line})"
+    return f"serial {names} {where} and is taken for that of the accelerometer"
 
 
 def _said(above: Sequence[tuple[int, str]], separator: str | None) -> Iterator[tuple[int, Said]]:
@@ -204,7 +202,7 @@ def said_in_row(line: str, separator: str | None) -> list[Said]:
             value = _value(key, cells)
             text = f"{cell} {value}"
         if key == "serial":
-            is_own = _TESTED.fullmatch(unit) or _is_of_tested(name)
+            is_own = _TESTED.fullmatch(unit) or canonical_key(split_unit(name)[0]) != key
             said, behind = Said(key, value, "" if is_own else unit or behind), ""
         elif key:
             said = Said(key, f"{value} {unit}".strip())
@@ -243,15 +241,13 @@ def label(cell: str) -> tuple[str, str, str]:
 
 
 def _key_of(name: str) -> str | None:
-    return "serial" if _is_of_tested(name) else canonical_key(name)
-
-
-def _is_of_tested(name: str) -> bool:
-    """Tell whether a name is that of a serial number of the accelerometer, as in ``DUT S/N``."""
+    """Name of what a key declares; ``DUT S/N`` is the serial number as well."""
     first, _, rest = name.partition(" ")
     start, _, last = name.rpartition(" ")
-    pairs = ((first, rest), (last, start))
-    return any(_TESTED.fullmatch(own) and canonical_key(key) == "serial" for own, key in pairs)
+    for own, key in ((first, rest), (last, start)):
+        if _TESTED.fullmatch(own) and canonical_key(key) == "serial":
+            return "serial"
+    return canonical_key(name)
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
