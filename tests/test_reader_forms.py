@@ -125,6 +125,7 @@ def test_a_pivot_table_by_cycle_and_direction(headings, strokes):
         "T;J;forward 0;back 0;forward 1;back 1",
         ";;1;1;2;2\nT;J;up;down;up;down",
         "T;J;+ 1;- 1;+ 2;- 2",
+        "T;J;1 +;2 -;3 +;4 -",
         ";;A-7;;A-8;\nT;J;forward;back;forward;back",
     ],
 )

@@ -129,6 +129,8 @@ def key_and_unit(text: str, key_of: KeyOf = canonical_key) -> tuple[str, str]:
     >>> key_and_unit("T0 [degC]"), key_and_unit("Temperature, °C"), key_and_unit("Run in h")
     (('reference_temperature', 'degC'), ('temperature', '°C'), ('', ''))
     """
+    if known := key_of(text):
+        return known, ""
     name, unit = name_and_unit(text, is_any_unit, behind_blanks=False)
     key = key_of(name) or ""
     in_brackets = split_unit(text)[1] == unit

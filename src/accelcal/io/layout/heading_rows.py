@@ -44,6 +44,7 @@ _PLACES = frozenset({"position", "positions", "angle", "angles"})
 _WORDS = re.compile(r"[^\W\d_]+|[0-9]{1,6}")
 _STROKES = {**dict.fromkeys(FORWARD, 1), **dict.fromkeys(BACK, 2)}
 """Word of a direction -> the stroke that it is, of two."""
+_DIRECTIONS = frozenset(word for word in _STROKES if word.isalpha() and len(word) > 1)
 
 _PARTS = {
     "deg": "angle",
@@ -216,14 +217,21 @@ def _strokes_of(ways: Sequence[_Way]) -> dict[tuple[int, int], int]:
     return {(number, way): number for number, way in pairs} if are_strokes else {}
 
 
+def tells_direction(text: str) -> bool:
+    """Tell whether a text has the word of a direction."""
+    return not _DIRECTIONS.isdisjoint(_WORDS.findall(text.casefold()))
+
+
 def _way(text: str) -> _Way | None:
+    if not tells_direction(text):
+        return None
     name, unit = name_and_unit(text, is_output_unit)
     words = _WORDS.findall(name.casefold())
-    told = [_STROKES[word] for word in words if word in _STROKES and len(word) > 1]
+    told = [_STROKES[word] for word in words if word in _DIRECTIONS]
     numbers = [int(word) for word in words if word.isdecimal()]
     if len(told) != 1 or len(numbers) > 1 or len(words) > len(told + numbers) + 1:
         return None
-    known = all(word in _STROKES or word in CYCLES or word.isdecimal() for word in words)
+    known = all(word in _DIRECTIONS or word in CYCLES or word.isdecimal() for word in words)
     return _Way(next(iter(numbers), 0), told[0], unit or None) if known else None
 
 
@@ -246,8 +254,6 @@ def by_cycle(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
     >>> [cell.of for cell in by_cycle(rows)]
     [None, None, 1, 2, 3, 4]
     """
-    if not any(_way(cell) for row in rows for cell in row):
-        return None
     texts: list[str] = []
     above: Sequence[str] = rows[0][:0]
     for column in zip_longest(*rows, fillvalue=""):

@@ -22,6 +22,7 @@ from accelcal.io.layout.heading_rows import (
     numbers_alone,
     over_time,
     read_headings,
+    tells_direction,
 )
 from accelcal.io.layout.rows_above import declarations_above
 from accelcal.io.words.vocabulary import KEYS, Heading
@@ -228,6 +229,8 @@ def _below_numbers(lines: list[str], top: _Headings) -> _Headings:
 def _in_rows(lines: list[str], own: _Headings) -> _Headings:
     """Take the rows above or below headings that tell the cycles and directions of outputs."""
     first, last = own.lines[0], own.lines[-1]
+    if not tells_direction(" ".join(lines[max(first - 3, 0) : last + 1])):
+        return own
     for start, end in ((first, last + 1), (first - 1, last), (first - 2, last)):
         rows = [_split_headings(line, own.separator) for line in lines[max(start - 1, 0) : end]]
         if cells := by_cycle(rows):

@@ -339,7 +339,7 @@ def _known(text: str, name: str, unit: str | None) -> Heading:
     if role and not (role == "lot" and unit):  # an electric charge has a unit
         in_degrees = role == "position" and unit and has_unit("angle", unit)
         return Heading(text, "angle" if in_degrees else role, unit)
-    if name.startswith(("-", "+")):  # of a direction, or a number that counts nothing
+    if name.strip("-+") != name:  # of a direction, or a number that counts nothing
         return _measured(text, name, unit)
     for role, forms in (("strokes", _STROKES), ("positions", (_POSITIONS,))):
         if found := next(filter(None, (form.fullmatch(folded) for form in forms)), None):
