@@ -266,7 +266,7 @@ def by_cycle(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
         else:
             texts.append((named or column)[-1])
     cells = read_headings(texts)
-    outputs = [cell for cell in cells if cell.role == "strokes"]
+    outputs = [cell for cell in cells if cell.role == "strokes" and tells_direction(cell.text)]
     return cells if len(outputs) > 2 and are_headings(cells) else None
 
 
