@@ -5,7 +5,7 @@ The derivatives by all coefficients carry the errors.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,14 +18,14 @@ from accelcal.model import COEFFICIENTS
 
 @dataclass(frozen=True, slots=True)
 class Linearised:
-    """A function of all P coefficients of a record, or of each of a stack.
+    """Functions of all P coefficients of a record, or of each of a stack.
 
     Attributes
     ----------
     value : ndarray, shape (...)
-        Its value.
+        Their values; where they are of the t tables, that is the last axis.
     by_all : ndarray, shape (..., P)
-        Its derivatives by the coefficients.
+        Their derivatives by the coefficients.
 
     Examples
     --------
@@ -42,11 +42,31 @@ class Linearised:
 
     @classmethod
     def of(cls, estimate: JointEstimate, table: int, name: str) -> Linearised:
-        """Take a coefficient of a table."""
+        """Take a coefficient of a table, 0 where it is not estimated."""
         value = np.asarray(estimate.coefficients[table][..., COEFFICIENTS.index(name)])
         by_all = np.zeros((*value.shape, sum(map(len, estimate.names))))
-        by_all[..., estimate.place(table, name)] = 1.0
+        if name in estimate.names[table]:
+            by_all[..., estimate.place(table, name)] = 1.0
         return cls(value, by_all)
+
+    @classmethod
+    def of_tables(cls, each: Sequence[Linearised]) -> Linearised:
+        """Put functions of one table each side by side, shape (..., t)."""
+        values, by_all = [one.value for one in each], [one.by_all for one in each]
+        return cls(np.stack(values, axis=-1), np.stack(by_all, axis=-2))
+
+    def weighted(self, weights: Array) -> Linearised:
+        """Sum those of the tables with weights, shape (k, t), to shape (..., k)."""
+        return Linearised(self.value @ weights.T, weights @ self.by_all)
+
+    def arctan(self) -> Linearised:
+        """Take the angles of which they are the tangents."""
+        return Linearised(np.arctan(self.value), self.by_all / (1.0 + self.value**2)[..., None])
+
+    def tan(self) -> Linearised:
+        """Take their tangents."""
+        found = np.tan(self.value)
+        return Linearised(found, self.by_all * (1.0 + found**2)[..., None])
 
     def plus(self, number: float) -> Linearised:
         """Add a number."""
@@ -73,7 +93,7 @@ class Linearised:
 
 
 def adjusted(
-    estimate: JointEstimate, names: list[tuple[int, str]], change: Array, through: Array
+    estimate: JointEstimate, names: Sequence[tuple[int, str]], change: Linearised
 ) -> JointEstimate:
     """Add to some coefficients what depends on all of them.
 
@@ -81,12 +101,10 @@ def adjusted(
     ----------
     estimate : JointEstimate
         Coefficients of all tables of a record, or of a stack of records.
-    names : list of tuple of int and str
+    names : sequence of tuple of int and str
         Table and name of each of m coefficients to change.
-    change : ndarray, shape (..., m)
+    change : Linearised, shape (..., m)
         What is added to them [output unit / g^n].
-    through : ndarray, shape (..., m, P)
-        Its derivatives by all coefficients.
 
     Returns
     -------
@@ -95,11 +113,11 @@ def adjusted(
     """
     coefficients = [values.copy() for values in estimate.coefficients]
     for row, (table, name) in enumerate(names):
-        coefficients[table][..., COEFFICIENTS.index(name)] += change[..., row]
+        coefficients[table][..., COEFFICIENTS.index(name)] += change.value[..., row]
     at = np.array([estimate.place(table, name) for table, name in names])
 
     def passed(components: Mapping[str, Component]) -> dict[str, Component]:
-        return {source: _passed(part, at, through) for source, part in components.items()}
+        return {source: _passed(part, at, change.by_all) for source, part in components.items()}
 
     return estimate._replace(
         coefficients=tuple(coefficients),

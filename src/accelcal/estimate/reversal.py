@@ -23,7 +23,7 @@ import numpy as np
 from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
-from accelcal.estimate.linearised import adjusted
+from accelcal.estimate.linearised import Linearised, adjusted
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import (
     Component,
@@ -31,11 +31,8 @@ from accelcal.estimate.uncertainty import (
     propagate,
 )
 from accelcal.geometry import side_of
-from accelcal.model import COEFFICIENTS
 from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.fixture_angle import FixtureAngle
-
-_K1, _M = (COEFFICIENTS.index(name) for name in ("K1", "M"))
 
 _G = "g/g^2"
 
@@ -103,7 +100,8 @@ def fixture_angle_stack(tables: Sequence[PreparedTable], estimate: JointEstimate
     reversals = list(_reversals(tables, estimate))
     if not reversals:
         return None
-    whole, _ = _weighted(_angles(estimate), np.stack([each.angle for each in reversals]))
+    weights = np.stack([each.angle for each in reversals])
+    whole = _quotients(estimate).arctan().weighted(weights).value
     largest = np.abs(whole).argmax(axis=-1)
     return np.asarray(np.take_along_axis(whole, largest[..., None], axis=-1)[..., 0])
 
@@ -132,10 +130,10 @@ def misalignment_stack(
     axes = np.array([table.axis for table in tables])
     for reversal in reversed(list(_reversals(tables, estimate))):  # the first of an axis counts
         weights, own = reversal.misalignments, np.flatnonzero(axes == reversal.axis)
-        free, through = _tangents(*_weighted(_angles(estimate), weights))
-        known = interval_stack(propagate(estimate.components, through))
+        free = _quotients(estimate).arctan().weighted(weights).tan()
+        known = interval_stack(propagate(estimate.components, free.by_all))
         level = _nearest(temperatures[:, own], _means(temperatures, weights != 0.0))
-        value[:, own] = np.take_along_axis(free, level, axis=1)
+        value[:, own] = np.take_along_axis(free.value, level, axis=1)
         expanded[:, own] = np.take_along_axis(known.expanded, level, axis=1)
     return value, expanded
 
@@ -153,15 +151,15 @@ def _nearest(temperatures: Array, levels: Array) -> Places:
 
 
 def _told(reversal: _Reversal, estimate: JointEstimate, delta0: float) -> FixtureAngle:
-    angles, levels = _angles(estimate), len(reversal.levels)
-    angle, by_all = _weighted(angles, reversal.angle[None])
-    free, of_free = _tangents(*_weighted(angles, reversal.misalignments))
-    values, through = np.concatenate([angle + delta0, free]), np.vstack([by_all, of_free])
+    angles, levels = _quotients(estimate).arctan(), len(reversal.levels)
+    parts = [
+        angles.weighted(reversal.angle[None]).plus(delta0),
+        angles.weighted(reversal.misalignments).tan(),
+    ]
     if _tells_couplings(estimate, reversal.misalignments):
-        coupling, by_all = _effective(estimate, "M_ip")
-        values = np.concatenate([values, reversal.misalignments @ coupling])
-        through = np.vstack([through, reversal.misalignments @ by_all])
-    components = propagate(estimate.components, through)
+        parts.append(_quotients(estimate, "M_ip").weighted(reversal.misalignments))
+    values = np.concatenate([part.value for part in parts])
+    components = propagate(estimate.components, np.vstack([part.by_all for part in parts]))
     units = ["rad" if i <= levels else _G for i in range(values.size)]
     fixture, *rest = interval_stack(components).around(values, units)
     names, matrix = _covariance(components, levels)
@@ -214,17 +212,11 @@ def free_of_fixture_angle(
     if not corrections:
         return estimate
     correction = np.sum(corrections, axis=0)
-    effective, jacobian = _effective(estimate)
-    whole = np.eye(len(correction)) + correction
-    free, by_all = _tangents(*_weighted(_angles(estimate), whole))
-    change, by_all = free - effective, by_all - jacobian
-    chosen = np.flatnonzero(correction.any(axis=1)).tolist()
-    scale_factor = np.stack([estimate.coefficients[i][..., _K1] for i in chosen], axis=-1)
-    through = scale_factor[..., None] * by_all[..., chosen, :]
-    for row, i in enumerate(chosen):
-        through[..., row, estimate.place(i, "K1")] += change[..., i]
-    names = [(i, "M") for i in chosen]
-    return adjusted(estimate, names, scale_factor * change[..., chosen], through)
+    effective, chosen = _quotients(estimate), np.flatnonzero(correction.any(axis=1))
+    free = effective.arctan().weighted(np.eye(len(correction)) + correction).tan()
+    change = _of_tables(estimate, "K1") * (free - effective)
+    own = Linearised(change.value[..., chosen], change.by_all[..., chosen, :])
+    return adjusted(estimate, [(i, "M") for i in chosen.tolist()], own)
 
 
 def _reversals(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iterator[_Reversal]:
@@ -285,32 +277,11 @@ def _mean(chosen: Mask) -> Array:
     return np.asarray(chosen / chosen.sum(axis=-1, keepdims=True))
 
 
-def _effective(estimate: JointEstimate, name: str = "M") -> tuple[Array, Array]:
-    """Quotient by K1 of a coefficient of each table, and its derivatives by all coefficients."""
-    place = COEFFICIENTS.index(name)
-    size = sum(len(names) for names in estimate.names)
-    whole = np.stack(estimate.coefficients, axis=-2)
-    jacobian = np.zeros((*whole.shape[:-1], size))
-    scale_factor, own = whole[..., _K1], whole[..., place]
-    for i, names in enumerate(estimate.names):
-        if name in names:
-            jacobian[..., i, estimate.place(i, name)] = 1.0 / scale_factor[..., i]
-            by_scale_factor = -own[..., i] / scale_factor[..., i] ** 2
-            jacobian[..., i, estimate.place(i, "K1")] = by_scale_factor
-    return own / scale_factor, jacobian
+def _quotients(estimate: JointEstimate, name: str = "M") -> Linearised:
+    """Quotient by K1 of a coefficient of each table."""
+    return _of_tables(estimate, name) / _of_tables(estimate, "K1")
 
 
-def _angles(estimate: JointEstimate) -> tuple[Array, Array]:
-    """Angles whose tangents are the effective misalignments, and their derivatives."""
-    effective, jacobian = _effective(estimate)
-    return np.arctan(effective), jacobian / (1.0 + effective**2)[..., None]
-
-
-def _weighted(known: tuple[Array, Array], weights: Array) -> tuple[Array, Array]:
-    values, jacobian = known
-    return values @ weights.T, weights @ jacobian
-
-
-def _tangents(angles: Array, jacobian: Array) -> tuple[Array, Array]:
-    found = np.tan(angles)
-    return found, jacobian * (1.0 + found**2)[..., None]
+def _of_tables(estimate: JointEstimate, name: str) -> Linearised:
+    tables = range(len(estimate.names))
+    return Linearised.of_tables([Linearised.of(estimate, i, name) for i in tables])

@@ -11,8 +11,6 @@ import functools
 import operator
 from collections.abc import Iterator, Mapping, Sequence
 
-import numpy as np
-
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.linearised import Linearised, adjusted
 from accelcal.estimate.tables import PreparedTable
@@ -80,12 +78,7 @@ def with_one_meaning(tables: Sequence[PreparedTable], estimate: JointEstimate) -
     if not alone:
         return estimate
     changes = [new - Linearised.of(estimate, *of) for of, new in alone.items()]
-    found = adjusted(
-        estimate,
-        list(alone),
-        np.stack([each.value for each in changes], axis=-1),
-        np.stack([each.by_all for each in changes], axis=-2),
-    )
+    found = adjusted(estimate, list(alone), Linearised.of_tables(changes))
     return found._replace(stands_for=_meanings(tables, estimate))
 
 
