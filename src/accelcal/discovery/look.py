@@ -20,7 +20,8 @@ from accelcal.discovery.unnamed.drift_anew import drift_anew
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
-from accelcal.discovery.untimed import going_on, is_timed
+from accelcal.discovery.untimed import going_on
+from accelcal.effects.conditions import is_timed
 from accelcal.effects.effect import Effect
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Unexplained

@@ -18,10 +18,9 @@ from accelcal.discovery.instance import (
     instance_of,
 )
 from accelcal.discovery.untold import fitted_sizes
-from accelcal.effects.conditions import Conditions
+from accelcal.effects.conditions import Conditions, is_timed
 from accelcal.effects.effect import Disturbance
 from accelcal.plural import listed
-from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
 
 _HOURS = 24
@@ -81,12 +80,6 @@ def by_pauses(comparison: Comparison, effects: Sequence[Instance]) -> Array:
         later = replace(c, time=c.time + HOUR * (place >= run))
         columns.append(all_own_columns(effects, later) - all_own_columns(effects, c))
     return np.hstack(columns)
-
-
-def is_timed(record: TumbleRecord) -> bool:
-    """Whether the time of each reading is known."""
-    time = record.time
-    return time is not None and bool(np.isfinite(time).all())
 
 
 def going_on(

@@ -169,17 +169,21 @@ def conditions_of(
 
 def _sequence(record: TumbleRecord) -> tuple[Ints, Array]:
     """Numbers of the readings in the order of measuring, and their times from the first one."""
-    time = record.time if record.time is not None else np.full(len(record), np.nan)
-    timed = bool(np.isfinite(time).all())
-    if timed and (said := too_quick(time)):
+    time = record.time if is_timed(record) else None
+    if time is not None and (said := too_quick(time)):
         raise InputError(f"{said}; times are in s, so name their unit, as in the heading time [d]")
     travel = np.where(record.stroke % 2 == 1, record.angle, -record.angle)
     by_layout = (travel, record.stroke, record.mounting, record.run)
-    order = np.argsort(time, kind="stable") if timed else np.lexsort(by_layout)
+    order = np.lexsort(by_layout) if time is None else np.argsort(time, kind="stable")
     number = np.empty(len(record), dtype=np.int64)
     number[order] = np.arange(1, len(record) + 1)
     steps = np.asarray(number - 1, dtype=np.float64)
-    return number, time - np.min(time) if timed else steps * SECONDS_PER_READING
+    return number, steps * SECONDS_PER_READING if time is None else time - np.min(time)
+
+
+def is_timed(record: TumbleRecord) -> bool:
+    """Whether the time of each reading is known."""
+    return record.time is not None and bool(np.isfinite(record.time).all())
 
 
 def _since_start_of_run(run: Ints, time: Array) -> Array:
