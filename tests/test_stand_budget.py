@@ -310,6 +310,12 @@ def test_what_is_common_leaves_the_slopes_and_what_is_not_does_not():
     assert of(apart, "lam1") == pytest.approx(math.sqrt(2.0) * U / 60.0, rel=1e-6)
 
 
+def test_a_slope_goes_through_the_levels_as_that_of_a_fit_does():
+    """A level 4 degC below T0, where no slope is measured, counted as one at T0."""
+    found = alone(one("launch-bias", varies=("run",)), temperatures=(16.0, 80.0))
+    assert of(found, "lam1") == pytest.approx(math.sqrt(2.0) * U / 64.0, rel=1e-6)
+
+
 def test_strokes_average_what_is_new_in_each():
     sizes = {}
     for varies in (("reading",), ("position",)):

@@ -13,9 +13,9 @@ from accelcal.calibrate.plan import OnePlan
 from accelcal.estimate.joint import estimate_stack
 from accelcal.estimate.tables import prepare
 from accelcal.gates.record import RecordStack, gates_of_records
+from accelcal.reference import bilinear_design
 from accelcal.simulation import NoiseComponents, TumblePlan
 from accelcal.temperature import product_fit as steps
-from accelcal.temperature.bilinear import bilinear_design
 from accelcal.temperature.generalised_least_squares import law_maps
 from accelcal.temperature.laws import laws_of_stack
 from accelcal.temperature.product_errors import errors_at, product_fit, sizes_at

@@ -1,6 +1,11 @@
-"""What coefficients refer to: the reference temperature T0 and the fixture angle of a record."""
+"""What coefficients refer to: the reference temperature T0 and the fixture angle of a record.
+
+The laws of temperature are bilinear about T0: a value there and one slope on either side.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -150,3 +155,63 @@ def level_of(temperatures: Array) -> Array:
     number = known.sum(axis=1)
     total = np.where(known, temperatures, 0.0).sum(axis=1)
     return np.where(number > 0, total / np.maximum(number, 1), np.nan)
+
+
+def measured_sides(rise: Array) -> tuple[str, ...]:
+    """Find the sides of T0 on which a slope can be had.
+
+    Parameters
+    ----------
+    rise : ndarray
+        T - T0 of the levels [degC].
+
+    Returns
+    -------
+    tuple of str
+        ``"above"`` and ``"below"``, as far as measured.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> measured_sides(np.array([0.0, 60.0]))
+    ('above',)
+    """
+    measured = {
+        "above": rise.max(initial=0.0) > LEAST_RISE,
+        "below": rise.min(initial=0.0) < -LEAST_RISE,
+    }
+    return tuple(side for side, has in measured.items() if has)
+
+
+def bilinear_design(rise: Array, sides: Sequence[str], axis: int = -1) -> Array:
+    """Columns of one law: value at T0, then the slopes that were measured.
+
+    With one slope the line goes straight on through T0: levels and readings less than `LEAST_RISE`
+    on its other side, such as those of a run at T0 whose temperature scatters, change by it too.
+
+    Parameters
+    ----------
+    rise : ndarray, shape (..., n)
+        T - T0 [degC].
+    sides : sequence of str
+        See `measured_sides`.
+    axis : int, default -1
+        Where the columns go; -2 puts them one below another.
+
+    Returns
+    -------
+    ndarray, shape (..., n, 1 + len(sides))
+        Design matrix.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> bilinear_design(np.array([-60.0, 0.0, 60.0]), ("above", "below")).tolist()
+    [[1.0, 0.0, -60.0], [1.0, 0.0, 0.0], [1.0, 60.0, 0.0]]
+    >>> bilinear_design(np.array([-0.2, 60.0]), ("above",)).tolist()
+    [[1.0, -0.2], [1.0, 60.0]]
+    """
+    if len(sides) == 1:
+        return np.stack([np.ones_like(rise), rise], axis=axis)
+    parts = {"above": np.maximum(rise, 0.0), "below": np.minimum(rise, 0.0)}
+    return np.stack([np.ones_like(rise), *(parts[side] for side in sides)], axis=axis)

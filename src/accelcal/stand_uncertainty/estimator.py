@@ -21,12 +21,12 @@ from accelcal.model import (
     COEFFICIENTS,
     ERROR_TERMS,
     ERROR_UNITS,
-    LAWS,
+    SLOPES,
     coefficient_unit,
     law_units,
 )
 from accelcal.record import TumbleRecord
-from accelcal.reference import LEAST_RISE
+from accelcal.reference import bilinear_design, measured_sides
 from accelcal.results.stand_budget import BudgetedCoefficient
 from accelcal.stand_uncertainty.readings import Readings
 
@@ -152,17 +152,21 @@ class Estimator:
         """Slopes of the bilinear laws, from the tables of one mounting."""
         mounting = self.tables[0].mounting
         levels = [t for t in self.tables if t.mounting == mounting and set(t.names) >= _LAWFUL]
-        sides, matrix = _law(np.array([table.rise for table in levels]))
+        rise = np.array([table.rise for table in levels])
+        design = bilinear_design(rise, sides := measured_sides(rise))
+        if np.linalg.matrix_rank(design) < design.shape[1]:
+            return
+        matrix = np.linalg.pinv(design)
         values = {
             "k0": [table.quotient("K0") for table in levels],
             "K1": [table.value("K1") for table in levels],
             "delta": [table.quotient("M") for table in levels],
         }
-        for law, (_, unit) in law_units().items():
-            for side, row in zip(sides, matrix[1:], strict=True):
-                named = BudgetedCoefficient(f"{LAWS[law]}{side}", "", unit)
+        for symbol, (law, side) in SLOPES.items():
+            if side in sides:
+                named = BudgetedCoefficient(symbol, "", law_units()[law][1])
                 over = matrix[0] if law == "K1" else None
-                yield named, _weighted(values[law], row, over)
+                yield named, _weighted(values[law], matrix[1 + sides.index(side)], over)
 
     def _reversals(self) -> Iterator[Rule]:
         """Misalignment and fixture angle, which changes its sign in M - K1 d0 of the other side."""
@@ -195,16 +199,6 @@ class Estimator:
 
 def _same_level(one: _Table, other: _Table) -> bool:
     return abs(one.rise - other.rise) < SAME_LEVEL
-
-
-def _law(rise: Array) -> tuple[tuple[int, ...], Array]:
-    """Sides of T0 (1 above, 2 below), and the matrix from levels to value and slopes."""
-    parts = {1: np.maximum(rise, 0.0), 2: np.minimum(rise, 0.0)}
-    sides = tuple(side for side, part in parts.items() if np.any(np.abs(part) > LEAST_RISE))
-    design = np.column_stack([np.ones_like(rise), *(parts[side] for side in sides)])
-    if np.linalg.matrix_rank(design) < design.shape[1]:
-        return (), design.T[:1]
-    return sides, np.linalg.pinv(design)
 
 
 def _weighted(

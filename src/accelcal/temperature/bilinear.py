@@ -27,63 +27,6 @@ _ALL_OF_A_SLOPE = 0.5
 """Standard uncertainty of a slope that is taken from the other side, +- all of it, over itself."""
 
 
-def measured_sides(rise: Array) -> tuple[str, ...]:
-    """Find the sides of T0 on which a slope can be had.
-
-    Parameters
-    ----------
-    rise : ndarray
-        T - T0 of the levels [degC].
-
-    Returns
-    -------
-    tuple of str
-        ``"above"`` and ``"below"``, as far as measured.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> measured_sides(np.array([0.0, 60.0]))
-    ('above',)
-    """
-    measured = {"above": rise.max() > LEAST_RISE, "below": rise.min() < -LEAST_RISE}
-    return tuple(side for side, has in measured.items() if has)
-
-
-def bilinear_design(rise: Array, sides: Sequence[str], axis: int = -1) -> Array:
-    """Columns of one law: value at T0, then the slopes that were measured.
-
-    With one slope the line goes straight on through T0: levels and readings less than `LEAST_RISE`
-    on its other side, such as those of a run at T0 whose temperature scatters, change by it too.
-
-    Parameters
-    ----------
-    rise : ndarray, shape (..., n)
-        T - T0 [degC].
-    sides : sequence of str
-        See `measured_sides`.
-    axis : int, default -1
-        Where the columns go; -2 puts them one below another.
-
-    Returns
-    -------
-    ndarray, shape (..., n, 1 + len(sides))
-        Design matrix.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> bilinear_design(np.array([-60.0, 0.0, 60.0]), ("above", "below")).tolist()
-    [[1.0, 0.0, -60.0], [1.0, 0.0, 0.0], [1.0, 60.0, 0.0]]
-    >>> bilinear_design(np.array([-0.2, 60.0]), ("above",)).tolist()
-    [[1.0, -0.2], [1.0, 60.0]]
-    """
-    if len(sides) == 1:
-        return np.stack([np.ones_like(rise), rise], axis=axis)
-    parts = {"above": np.maximum(rise, 0.0), "below": np.minimum(rise, 0.0)}
-    return np.stack([np.ones_like(rise), *(parts[side] for side in sides)], axis=axis)
-
-
 def tell_a_law(rise: Array, sides: Sequence[str]) -> Mask:
     """Tell which levels determine a law, once they span a slope.
 
@@ -92,7 +35,7 @@ def tell_a_law(rise: Array, sides: Sequence[str]) -> Mask:
     rise : ndarray, shape (R, n)
         T - T0 of the levels of R records [degC].
     sides : sequence of str
-        See `measured_sides`; of all records alike.
+        See `accelcal.reference.measured_sides`; of all records alike.
 
     Returns
     -------
@@ -121,7 +64,7 @@ def taken_from_the_other_side(rise: Array, sides: Sequence[str]) -> Array:
     rise : ndarray
         T - T0 of the levels [degC].
     sides : sequence of str
-        See `measured_sides`.
+        See `accelcal.reference.measured_sides`.
 
     Returns
     -------
@@ -146,7 +89,7 @@ def local_slopes(rise: Array, sides: Sequence[str], axis: int = -1) -> Array:
     rise : ndarray, shape (..., n)
         T - T0 [degC]; at T0 the mean of both slopes counts, if there are two.
     sides : sequence of str
-        See `measured_sides`.
+        See `accelcal.reference.measured_sides`.
     axis : int, default -1
         As for `bilinear_design`.
 
@@ -171,7 +114,7 @@ class LawStack(NamedTuple):
     Attributes
     ----------
     sides : tuple of str
-        See `measured_sides`.
+        See `accelcal.reference.measured_sides`.
     values : ndarray, shape (R, 3 p)
         Value at T0 and slopes of k0 [g], of K1 [output unit / g] and of delta [rad]; the slopes of
         K1 are relative.
@@ -239,7 +182,7 @@ def named_model(
     components : mapping of str to Component
         Components of their errors.
     sides : sequence of str
-        See `measured_sides`.
+        See `accelcal.reference.measured_sides`.
     unit : str or None
         Output unit.
     hysteresis : Quantity or None

@@ -17,13 +17,12 @@ from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.uncertainty import Component, Intervals, combined, propagate
 from accelcal.model import LAWS
 from accelcal.numerics.probability import f_survival
+from accelcal.reference import bilinear_design, measured_sides
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.sentences import Told, of_each
 from accelcal.temperature.bilinear import (
     LawStack,
-    bilinear_design,
     local_slopes,
-    measured_sides,
     relative_slopes,
     taken_from_the_other_side,
     tell_a_law,

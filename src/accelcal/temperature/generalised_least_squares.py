@@ -19,7 +19,7 @@ def law_maps(law: Array, pairs: Array, covariance: Array) -> Array:
     Parameters
     ----------
     law : ndarray, shape (R, n, p)
-        Columns of one law, see `accelcal.temperature.bilinear.bilinear_design`; one for all
+        Columns of one law, see `accelcal.reference.bilinear_design`; one for all
         records where it is alike.
     pairs : ndarray, shape (n, L)
         Columns of the half widths, see `accelcal.temperature.hysteresis.Branches`.

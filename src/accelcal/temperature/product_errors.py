@@ -172,7 +172,7 @@ def product_fit(
     rows : ndarray of int, shape (R,)
         The records.
     sides : sequence of str
-        See `accelcal.temperature.bilinear.measured_sides`.
+        See `accelcal.reference.measured_sides`.
 
     Returns
     -------

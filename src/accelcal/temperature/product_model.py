@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.temperature.bilinear import bilinear_design, local_slopes
+from accelcal.reference import bilinear_design
+from accelcal.temperature.bilinear import local_slopes
 
 
 class Readings(NamedTuple):
@@ -33,7 +34,7 @@ class Readings(NamedTuple):
     table : ndarray of int, shape (n,)
         Table of each reading.
     sides : sequence of str
-        See `accelcal.temperature.bilinear.measured_sides`.
+        See `accelcal.reference.measured_sides`.
     """
 
     output: Array
