@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from numbers import Real
+from types import MappingProxyType
 
 import numpy as np
 
@@ -11,6 +13,11 @@ from accelcal.arguments.numbers import check_number
 from accelcal.errors import InputError
 
 __all__ = ["Apparatus"]
+
+SOURCE_UNITS: Mapping[str, str] = MappingProxyType(
+    {"head": "rad", "launch": "g", "launch_sf": "1", "temperature": "degC"}
+)
+"""Source of error whose uncertainty may be declared -> unit of it."""
 
 _LARGEST = {
     "head_uncertainty": (0.1, "rad"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from accelcal.apparatus import SOURCE_UNITS
 from accelcal.model import COEFFICIENT_OF, COEFFICIENTS, SLOPES
 from accelcal.report.lines import aligned, sections, wrapped
 from accelcal.report.numbers import SMALL_UNITS, in_small_unit, plain, readable, significant
@@ -18,7 +19,7 @@ _LETTERS = {
     "temperature": "t",
     "resolution": "q",
 }
-_UNITS = {"launch": "g", "reading": "g", "resolution": "g", "head": "rad", "launch_sf": "1"}
+_UNITS = {**SOURCE_UNITS, "reading": "g", "resolution": "g"}
 _LARGE_FACTOR = 2.2
 _ABREAST = 7
 _NAMED = 3
@@ -67,9 +68,7 @@ def _groups(found: DesignComparison) -> tuple[Sequence[str], ...]:
 
 def stand_line(stand: Mapping[str, float], *, declared: bool) -> str:
     """Write the errors of a stand in one line."""
-    parts = [
-        f"{name} {scaled(size, _UNITS.get(name, 'degC'))}" for name, size in stand.items() if size
-    ]
+    parts = [f"{name} {scaled(size, _UNITS[name])}" for name, size in stand.items() if size]
     how = "" if declared else "; none of it declared to the fit"
     return f"stand (standard uncertainties): {', '.join(parts) or 'no errors'}{how}"
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.apparatus import Apparatus
+from accelcal.apparatus import SOURCE_UNITS, Apparatus
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.columns import dummies, head_columns
 from accelcal.discovery.noise.covariance import Covariance
@@ -38,8 +38,6 @@ _OF_STEP = 1e-2
 
 _MOST_NUMBERS = 2**26
 """Above it the columns of all that repeats take half a gigabyte, and there are several."""
-
-_UNITS = {"head": "rad", "launch": "g", "launch_sf": "1", "temperature": "degC"}
 
 _RHOS = np.linspace(-0.3, 0.9, 121)
 _POSSIBLE = np.array([NormalDist().inv_cdf((k + 0.5) / 6) for k in range(6)])
@@ -250,7 +248,7 @@ def sources(
     repeated = noise.dof >= FEWEST_REPLICATES
     dof, origin = (float(noise.dof), "replicates") if repeated else (None, "calibration")
     found = [ErrorSource("reading", noise.sigma, "g", dof, origin)]
-    for name, unit in _UNITS.items():
+    for name, unit in SOURCE_UNITS.items():
         own, size = (getattr(of, f"{name}_uncertainty") for of in (record.apparatus, counted))
         missing = "free in each run" if name in free else "none"
         known = "calibration" if own is None else "declared"
