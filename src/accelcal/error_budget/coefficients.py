@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import combinations
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -12,9 +11,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import InputError
-from accelcal.model import ERROR_TERMS
 from accelcal.results.calibration import Calibration
-from accelcal.results.covariance import CorrelatedBySource
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
@@ -34,21 +31,6 @@ class CrossAxis(NamedTuple):
     name: str
     misalignment: str
     coupling: str
-
-
-class Shared(NamedTuple):
-    """What the errors of two coefficients have in common.
-
-    Attributes
-    ----------
-    correlation : float
-        Their covariance over both standard uncertainties.
-    over_dof : float
-        The same with each source of error over its degrees of freedom.
-    """
-
-    correlation: float
-    over_dof: float
 
 
 AXES: Mapping[str, CrossAxis] = MappingProxyType(
@@ -72,8 +54,8 @@ class Coefficients:
     slopes : mapping of str to TemperatureLaw
         Slopes of k0 [g/degC], K1 [1/degC] and of delta_O, delta_P [rad/degC], the axis of the laws
         first.
-    correlations : mapping of (str, str) to Shared
-        Correlations of the coefficients at T0, each pair once.
+    main : TableCalibration
+        Table nearest to T0 in the mounting of the laws.
     reference : float or None
         T0, or the temperature of the only level [degC].
     range : tuple of float, or None
@@ -84,7 +66,7 @@ class Coefficients:
 
     at_T0: Mapping[str, Quantity]
     slopes: Mapping[str, TemperatureLaw]
-    correlations: Mapping[tuple[str, str], Shared]
+    main: TableCalibration
     reference: float | None
     range: tuple[float, float] | None
     model: TemperatureModel | None
@@ -163,7 +145,7 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     return Coefficients(
         at_T0={name: q for name, q in found.items() if q.value is not None},
         slopes=laws,
-        correlations=_correlations(main, AXES[law_axis]),
+        main=main,
         reference=calibration.T0_degC if model is not None else main.temperature_degC,
         range=(min(levels), max(levels)) if levels else None,
         model=model,
@@ -187,39 +169,3 @@ def nearest_tables(calibration: Calibration) -> dict[str, TableCalibration]:
     for table in calibration.tables:
         of_axes.setdefault(table.mounting[0], []).append(table)
     return {axis: nearest_table(own, calibration.T0_degC) for axis, own in of_axes.items()}
-
-
-def _correlations(table: TableCalibration, axis: CrossAxis) -> dict[tuple[str, str], Shared]:
-    """Correlations of (1) stand for those of (2): the quotient by K1 changes next to nothing."""
-    renamed = {**ERROR_TERMS, "M": axis.misalignment, "M_ip": axis.coupling}
-    return shared_by_pairs(table, [renamed.get(name, name) for name in table.covariance_names])
-
-
-def shared_by_pairs(
-    known: CorrelatedBySource, symbols: Sequence[str | None], sign: Array | float = 1.0
-) -> dict[tuple[str, str], Shared]:
-    """What the errors of each pair of quantities have in common.
-
-    Parameters
-    ----------
-    known : CorrelatedBySource
-        Quantities with their covariance.
-    symbols : sequence of str or None
-        Their symbols; None leaves one out, as an exact one is.
-    sign : ndarray or float, default 1
-        Signs that they are to have.
-
-    Returns
-    -------
-    dict of (str, str) to Shared
-        Each pair once.
-    """
-    covariance, over_dof = known.covariance, known.over_dof
-    sigma = sign * np.sqrt(np.diagonal(covariance))
-    kept = [(i, symbol) for i, symbol in enumerate(symbols[: sigma.size]) if symbol and sigma[i]]
-    return {
-        (one, two): Shared(
-            *(float(m[i, j] / (sigma[i] * sigma[j])) for m in (covariance, over_dof))
-        )
-        for (i, one), (j, two) in combinations(kept, 2)
-    }

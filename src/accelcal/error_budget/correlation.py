@@ -3,16 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.error_budget.coefficients import AXES, Coefficients, Shared, shared_by_pairs
+from accelcal.error_budget.coefficients import AXES, Coefficients
 from accelcal.error_budget.components import SLOPES, sensitivity
 from accelcal.error_budget.conditions import Conditions
-from accelcal.model import LAWS
+from accelcal.model import ERROR_TERMS, LAWS
+from accelcal.results.covariance import CorrelatedBySource
 from accelcal.results.error_budget import ErrorComponent
+
+
+class Shared(NamedTuple):
+    """What the errors of two coefficients have in common.
+
+    Attributes
+    ----------
+    correlation : float
+        Their covariance over both standard uncertainties.
+    over_dof : float
+        The same with each source of error over its degrees of freedom.
+    """
+
+    correlation: float
+    over_dof: float
+
 
 Correlations = dict[tuple[str, str], Shared]
 """Symbols of two components -> what the errors of their coefficients share."""
@@ -90,8 +108,7 @@ def correlations_of(coefficients: Coefficients) -> list[Correlations]:
 def _correlations(coefficients: Coefficients, side: str) -> Correlations:
     model = coefficients.model
     if model is None:
-        known = coefficients.at_T0.keys()
-        return {pair: r for pair, r in coefficients.correlations.items() if set(pair) <= known}
+        return _of_table(coefficients)
     symbols = {name: name for name in ("k2", "k3")}
     for name, law in zip(coefficients.slopes, LAWS, strict=False):
         symbols |= {f"{law} at_T0": name, f"{law} {side}": SLOPES[name][1]}
@@ -100,4 +117,30 @@ def _correlations(coefficients: Coefficients, side: str) -> Correlations:
     names = model.covariance_names
     turned = (coefficients.at_T0["K1"].value or 0.0) < 0.0  # the laws have K1, (4) has dK1/K1
     sign = np.array([-1.0 if turned and name == "K1 at_T0" else 1.0 for name in names])
-    return shared_by_pairs(model, [symbols.get(name) for name in names], sign)
+    return _by_pairs(model, [symbols.get(name) for name in names], sign)
+
+
+def _of_table(coefficients: Coefficients) -> Correlations:
+    """Correlations of (1) stand for those of (2): the quotient by K1 changes next to nothing."""
+    table, axis = coefficients.main, AXES[coefficients.main.mounting[0]]
+    renamed = {**ERROR_TERMS, "M": axis.misalignment, "M_ip": axis.coupling}
+    symbols = [renamed.get(name, name) for name in table.covariance_names]
+    return _by_pairs(table, [name if name in coefficients.at_T0 else None for name in symbols])
+
+
+def _by_pairs(
+    known: CorrelatedBySource, symbols: Sequence[str | None], sign: Array | float = 1.0
+) -> Correlations:
+    """What the errors of each pair of quantities have in common, with the signs they are to have.
+
+    The symbol None leaves one out, as an exact one is.
+    """
+    covariance, over_dof = known.covariance, known.over_dof
+    sigma = sign * np.sqrt(np.diagonal(covariance))
+    kept = [(i, symbol) for i, symbol in enumerate(symbols[: sigma.size]) if symbol and sigma[i]]
+    return {
+        (one, two): Shared(
+            *(float(m[i, j] / (sigma[i] * sigma[j])) for m in (covariance, over_dof))
+        )
+        for (i, one), (j, two) in combinations(kept, 2)
+    }
