@@ -159,6 +159,21 @@ def test_readings_that_tell_which_it_is_leave_the_other_one_out(entry, not_of_fo
     assert counted is (entry is FOURTH_ORDER)
 
 
+def test_its_own_readings_do_not_judge_a_discovery_anew():
+    """They chose the drift, which suits their noise: U of k0 was 14 ug beside the discovery's 39."""
+    hidden, plan = accelcal.effect("bias-drift").of(1.332e-5), TumblePlan(positions=12)
+    record = replace(simulated(hidden, 655978676, plan), sha256="0" * 64)
+    model = accelcal.discover(record)
+    assert model.effects[0].indistinguishable == ("warm-up",)
+    (of_discovery,) = (c.after for c in model.coefficients if c.coefficient == "K0")
+    own, others = (
+        accelcal.fit(each, model=model).tables[0].error_model["k0"].expanded_uncertainty
+        for each in (record, replace(record, sha256="1" * 64))
+    )
+    assert own == pytest.approx(of_discovery.expanded_uncertainty, rel=0.02)
+    assert others < 0.5 * own
+
+
 def test_what_is_like_no_other_effect_keeps_its_u():
     hidden = accelcal.effect("hysteresis").of(3e-5)
     model = accelcal.discover(simulated(hidden, 1))

@@ -74,7 +74,7 @@ class Meeting(NamedTuple):
         """Whether both are known to be of the same accelerometer."""
         ours, theirs = self.record, self.model
         if None in (ours.serial, theirs.serial):
-            return ours.sha256 is not None and ours.sha256 == theirs.sha256
+            return of_one_file(ours, theirs)
         return ours.serial == theirs.serial
 
     def foreign(self, item: Instance, c: Conditions) -> tuple[str, str] | None:
@@ -115,9 +115,14 @@ class Meeting(NamedTuple):
         return replace(c, excess=c.excess + (self.T0 - self.model.T0_degC))
 
 
+def of_one_file(record: TumbleRecord, model: Discovery) -> bool:
+    """Whether a discovery was made in the file of a record."""
+    return record.sha256 is not None and record.sha256 == model.sha256
+
+
 def on_one_head(record: TumbleRecord, model: Discovery) -> bool | None:
     """Whether a record and a discovery are of one head; None where nothing tells it."""
-    if record.sha256 is not None and record.sha256 == model.sha256:
+    if of_one_file(record, model):
         return True
     theirs = {HEAD: model.head_name, STAND: model.stand_name}
     return same_head(theirs, names_of(record.metadata))

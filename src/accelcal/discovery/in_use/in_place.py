@@ -1,8 +1,9 @@
 """What may be in the place of the effects that are taken out of another record.
 
-The discovery named one of several effects that its readings cannot tell apart. Those of the other
+The discovery named one of several effects that its readings cannot tell apart. Those of another
 record judge them anew: what explains these as well has a size of its own here, and what they deny
-is not counted.
+is not counted. Its own readings chose the effect that suits their noise best, and so they deny the
+others too easily: there the discovery has judged.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from accelcal.discovery.doubts.dead_zone_or_cube import in_fit
 from accelcal.discovery.doubts.otherwise import alternatives, name_of, otherwise
 from accelcal.discovery.exact_law import is_possible
 from accelcal.discovery.explanation import is_needed
+from accelcal.discovery.in_use.carrying_over import of_one_file
 from accelcal.discovery.in_use.own_shape import moved
 from accelcal.discovery.instance import Instance, columns_of, own_columns, replaced
 from accelcal.discovery.spans import all_largest, lengths, orthonormal, without
@@ -133,17 +135,20 @@ def _named_in_place(model: Discovery, name: str) -> Iterator[tuple[str, Effect]]
 def _rivals(
     comparison: Comparison, fitted: Sequence[Instance], model: Discovery
 ) -> Iterator[_Rival]:
+    record = comparison.record
+    is_judged = record.serial == model.serial and of_one_file(record, model)
     for place, item in enumerate(fitted):
         for name, effect in _named_in_place(model, item.effect.id):
             others = _with(comparison, fitted, place, effect)
-            if others and not is_needed(comparison, item, _span_with_pauses(comparison, others)):
+            if others and (is_judged or not _denied(comparison, item, others)):
                 yield _Rival(name, others, is_counted_in_use(item.effect, effect))
 
 
-def _span_with_pauses(comparison: Comparison, instances: Sequence[Instance]) -> Array:
-    """Orthonormal basis of effects and of what pauses between runs may do to them."""
-    by_times = comparison.space.see(by_pauses(comparison, instances))
-    return orthonormal(np.hstack([comparison.span(instances), by_times]))
+def _denied(comparison: Comparison, item: Instance, others: Sequence[Instance]) -> bool:
+    """Whether an effect is needed beside others and what pauses between runs may do to them."""
+    by_times = comparison.space.see(by_pauses(comparison, others))
+    beside = orthonormal(np.hstack([comparison.span(others), by_times]))
+    return is_needed(comparison, item, beside)
 
 
 def _with(
