@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,6 +42,7 @@ from accelcal.geometry import MOUNTINGS, Acceleration
 __all__ = [
     "COEFFICIENTS",
     "COEFFICIENT_OF",
+    "CROSS_AXES",
     "ERROR_TERMS",
     "ERROR_UNITS",
     "LAWS",
@@ -48,6 +50,7 @@ __all__ = [
     "SCALE_FACTOR",
     "SEEN_IN_MOUNTING",
     "SLOPES",
+    "AxisTerms",
     "acceleration_error",
     "bias_bound",
     "coefficient_unit",
@@ -114,6 +117,34 @@ SEEN_IN_MOUNTING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Terms of (1) that `COEFFICIENTS` stand for, by the axis that lies along the shaft."""
+
+
+class AxisTerms(NamedTuple):
+    """What a cross axis that a tumble test turns through the vertical is called, with its terms.
+
+    Attributes
+    ----------
+    acceleration : str
+        The acceleration along it, ``"a_p"`` or ``"a_o"``.
+    name : str
+        The same as a field of `accelcal.geometry.Acceleration`.
+    misalignment, coupling : str
+        Its terms in the error model (2).
+    """
+
+    acceleration: str
+    name: str
+    misalignment: str
+    coupling: str
+
+
+CROSS_AXES: Mapping[str, AxisTerms] = MappingProxyType(
+    {
+        "o": AxisTerms("a_p", "pendulous", "delta_O", "delta_ip"),
+        "p": AxisTerms("a_o", "output", "delta_P", "delta_io"),
+    }
+)
+"""Axis along the shaft of the head -> the cross axis that is turned."""
 
 
 def coefficient_unit(name: str, output_unit: str | None = None) -> str:

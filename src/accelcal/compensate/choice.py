@@ -159,7 +159,7 @@ def _next_launch(calibration: Calibration) -> Launch:
 def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:
     """One table, or one of each cross axis."""
     tables = _one_side(calibration, tables)
-    axes = [cross_name(table) for table in tables]
+    axes = [cross_name(table.mounting) for table in tables]
     if len(set(axes)) < len(axes):
         names = ", ".join(f"{table.run} ({table.mounting})" for table in tables)
         raise InputError(
@@ -190,7 +190,7 @@ def _from_laws(
     main, levels = nearest_table(chosen, T0), known_temperatures(chosen)
     common = {name: nearest_table(_telling(chosen, name) or [main], T0) for name in _COMMON}
     found = _by_laws(calibration, model, main, common)
-    others = [t for t in tables if cross_name(t) != cross_name(main)]
+    others = [t for t in tables if cross_name(t.mounting) != cross_name(main.mounting)]
     groups, said = [chosen], []
     if others:
         groups.append(others)
@@ -229,7 +229,7 @@ def _by_laws(
         K1=laws["K1"],
         k2=values["k2"],
         k3=values["k3"],
-        cross=CrossAxis(cross_name(table), laws["delta"], values["delta_ip"]),
+        cross=CrossAxis(cross_name(table.mounting), laws["delta"], values["delta_ip"]),
         **errors_of_laws(model, laws, alone)._asdict(),
         T0_degC=calibration.T0_degC,
         temperatures=None,

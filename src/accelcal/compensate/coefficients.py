@@ -13,7 +13,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.inversion import FARTHEST
 from accelcal.compensate.propagation import Part, linear_sum, propagated
 from accelcal.effects.static import Samples, StaticEffects
-from accelcal.model import LAWS
+from accelcal.model import CROSS_AXES, LAWS
 from accelcal.results.covariance import Rows
 
 __all__ = [
@@ -38,9 +38,6 @@ SLOPES = tuple(f"{name}_slope_{side}" for side in ("above", "below") for name in
 OF_ONE_AXIS = ("delta", "delta_ip", "delta_slope_above", "delta_slope_below")
 """Those of one cross axis, in the order of its covariance."""
 
-_OF_AXIS = {"a_p": ("delta_O", "delta_ip"), "a_o": ("delta_P", "delta_io")}
-"""Cross axis -> symbols of its misalignment and cross-coupling in the error model (2)."""
-
 
 def symbol_of(name: str, cross_axis: str) -> str:
     """Symbol in the error model (2) of one of `PARAMETERS` and `SLOPES`.
@@ -50,8 +47,8 @@ def symbol_of(name: str, cross_axis: str) -> str:
     >>> symbol_of("delta_slope_above", "a_p"), symbol_of("delta_ip", "a_o"), symbol_of("k0", "a_o")
     ('delta_O_slope_above', 'delta_io', 'k0')
     """
-    delta, coupling = _OF_AXIS[cross_axis]
-    return coupling if name == "delta_ip" else name.replace("delta", delta)
+    (own,) = (axis for axis in CROSS_AXES.values() if axis.acceleration == cross_axis)
+    return own.coupling if name == "delta_ip" else name.replace("delta", own.misalignment)
 
 
 @dataclass(frozen=True, slots=True)

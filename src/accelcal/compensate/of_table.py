@@ -21,14 +21,11 @@ from accelcal.compensate.coefficients import (
 from accelcal.compensate.covariance import errors_of_table
 from accelcal.errors import InputError
 from accelcal.geometry import accelerations
-from accelcal.model import ERROR_TERMS
+from accelcal.model import CROSS_AXES, ERROR_TERMS
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
 from accelcal.results.table import TableCalibration
 from accelcal.results.usable import undetermined
-
-_CROSS_AXES = {"o": "a_p", "p": "a_o"}
-"""Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""
 
 
 def by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
@@ -52,7 +49,7 @@ def by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
         K1=Law(values["K1"]),
         k2=values["k2"],
         k3=values["k3"],
-        cross=CrossAxis(cross_name(table), Law(values["delta"]), values["delta_ip"]),
+        cross=CrossAxis(cross_name(table.mounting), Law(values["delta"]), values["delta_ip"]),
         **errors_of_table(calibration, table)._asdict(),
         T0_degC=level,
         temperatures=None if level is None else (level, level),
@@ -110,9 +107,9 @@ def with_other(found: Compensation, other: Compensation) -> Compensation:
     return replace(found, other=axis)
 
 
-def cross_name(table: TableCalibration) -> str:
-    """Tell the cross axis that a table turned, ``"a_p"`` or ``"a_o"``."""
-    return _CROSS_AXES[table.mounting[:1]]
+def cross_name(mounting: str) -> str:
+    """Tell the cross axis that is turned in a mounting, ``"a_p"`` or ``"a_o"``."""
+    return CROSS_AXES[mounting[:1]].acceleration
 
 
 def lost_symbols(groups: Sequence[Sequence[TableCalibration]]) -> tuple[str, ...]:
@@ -129,7 +126,7 @@ def lost_symbols(groups: Sequence[Sequence[TableCalibration]]) -> tuple[str, ...
         Such as ``"k3"`` and ``"delta_ip"``.
     """
     return tuple(
-        symbol_of(ERROR_TERMS[name], cross_name(tables[0]))
+        symbol_of(ERROR_TERMS[name], cross_name(tables[0].mounting))
         for tables in groups
         for name in undetermined(tables)
     )

@@ -4,42 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import InputError
+from accelcal.model import CROSS_AXES
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
-
-
-class CrossAxis(NamedTuple):
-    """What (4) has of the cross axis that a tumble test turns through the vertical.
-
-    Attributes
-    ----------
-    name : str
-        The acceleration along it, as a field of `accelcal.geometry.Acceleration`.
-    misalignment, coupling : str
-        Its terms.
-    """
-
-    name: str
-    misalignment: str
-    coupling: str
-
-
-AXES: Mapping[str, CrossAxis] = MappingProxyType(
-    {
-        "o": CrossAxis("pendulous", "delta_O", "delta_ip"),
-        "p": CrossAxis("output", "delta_P", "delta_io"),
-    }
-)
-"""Axis along the shaft of the head -> the cross axis that is turned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,13 +105,13 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     found = {"k0": main.error_model["k0"], "K1": main.coefficients["K1"]}
     found |= {name: main.error_model[name] for name in ("k2", "k3")}
     for axis, table in nearest.items():
-        found[AXES[axis].misalignment] = calibration.misalignment(table)
-        found[AXES[axis].coupling] = table.error_model["delta_ip"]
-    model, delta = calibration.temperature_model, AXES[law_axis].misalignment
+        found[CROSS_AXES[axis].misalignment] = calibration.misalignment(table)
+        found[CROSS_AXES[axis].coupling] = table.error_model["delta_ip"]
+    model, delta = calibration.temperature_model, CROSS_AXES[law_axis].misalignment
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, delta: model.delta}
     second = calibration.second_axis_model
     if second is not None and model is not None and second.delta.at_T0 is not None:
-        laws[AXES["p" if law_axis == "o" else "o"].misalignment] = second.delta
+        laws[CROSS_AXES["p" if law_axis == "o" else "o"].misalignment] = second.delta
     found |= {name: law.at_T0 for name, law in laws.items() if law.at_T0 is not None}
     if found["k0"].value is None:
         raise InputError("the calibration has no bias k0; fit a record that determines K0")

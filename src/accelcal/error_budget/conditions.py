@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import check_side_by_side, number_array
 from accelcal.arrays import Array, Mask
-from accelcal.error_budget.coefficients import AXES, Coefficients
+from accelcal.error_budget.coefficients import Coefficients
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.geometry import Acceleration
+from accelcal.model import CROSS_AXES
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +113,7 @@ def _check_finite(**arrays: Array) -> None:
 
 
 def _check_axis(name: str, values: Array, mounting: str, coefficients: Coefficients) -> None:
-    misalignment = AXES[mounting].misalignment
+    misalignment = CROSS_AXES[mounting].misalignment
     if values.any() and misalignment not in coefficients.at_T0:
         raise InputError(
             f"{name} is {values[values != 0.0][0]:g} g, but no table in mounting {mounting} tells"

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.error_budget.coefficients import AXES, Coefficients
+from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.components import SLOPES, sensitivity
 from accelcal.error_budget.conditions import Conditions
-from accelcal.model import ERROR_TERMS, LAWS
+from accelcal.model import CROSS_AXES, ERROR_TERMS, LAWS
 from accelcal.results.covariance import CorrelatedBySource
 from accelcal.results.error_budget import ErrorComponent
 
@@ -113,7 +113,7 @@ def _correlations(coefficients: Coefficients, side: str) -> Correlations:
     for name, law in zip(coefficients.slopes, LAWS, strict=False):
         symbols |= {f"{law} at_T0": name, f"{law} {side}": SLOPES[name][1]}
     main = list(coefficients.slopes)[2]
-    symbols["delta_ip"] = next(a.coupling for a in AXES.values() if a.misalignment == main)
+    symbols["delta_ip"] = next(a.coupling for a in CROSS_AXES.values() if a.misalignment == main)
     names = model.covariance_names
     turned = (coefficients.at_T0["K1"].value or 0.0) < 0.0  # the laws have K1, (4) has dK1/K1
     sign = np.array([-1.0 if turned and name == "K1 at_T0" else 1.0 for name in names])
@@ -122,7 +122,7 @@ def _correlations(coefficients: Coefficients, side: str) -> Correlations:
 
 def _of_table(coefficients: Coefficients) -> Correlations:
     """Correlations of (1) stand for those of (2): the quotient by K1 changes next to nothing."""
-    table, axis = coefficients.main, AXES[coefficients.main.mounting[0]]
+    table, axis = coefficients.main, CROSS_AXES[coefficients.main.mounting[0]]
     renamed = {**ERROR_TERMS, "M": axis.misalignment, "M_ip": axis.coupling}
     symbols = [renamed.get(name, name) for name in table.covariance_names]
     return _by_pairs(table, [name if name in coefficients.at_T0 else None for name in symbols])

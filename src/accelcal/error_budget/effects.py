@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from accelcal.effects.static import Samples, StaticEffects, static_effects
-from accelcal.error_budget.coefficients import AXES, Coefficients
+from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.conditions import Conditions
 from accelcal.estimate.uncertainty import combined
+from accelcal.model import CROSS_AXES
 from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorComponent
 
@@ -66,7 +67,7 @@ def _samples(coefficients: Coefficients, points: Conditions) -> Samples:
     }
     still, cross = np.zeros(points.rise.size), []
     tilt, linear = still, np.ones(still.size)
-    for axis in AXES.values():
+    for axis in CROSS_AXES.values():
         delta = axis.misalignment
         if delta in value:
             along = getattr(points.acceleration, axis.name)

@@ -19,6 +19,7 @@ from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import prepare
 from accelcal.model import (
     COEFFICIENTS,
+    CROSS_AXES,
     ERROR_TERMS,
     ERROR_UNITS,
     SLOPES,
@@ -32,7 +33,6 @@ from accelcal.stand_uncertainty.readings import Readings
 
 _LAWFUL = {"K0", "K1", "M"}
 """What a table must have determined to take part in the temperature laws."""
-_SEEN = {"o": "O", "p": "P"}
 _ROUNDING = 1e-13
 _DIFFERENCE = np.array([-1.0, 1.0])
 
@@ -172,12 +172,13 @@ class Estimator:
         """Misalignment and fixture angle, which changes its sign in M - K1 d0 of the other side."""
         near = [t for t in self.tables if _same_level(t, self.tables[0])]
         by_side = {table.mounting: table for table in near if "M" in table.names}
-        for axis, seen in _SEEN.items():
+        for axis, seen in CROSS_AXES.items():
             if {f"{axis}+", f"{axis}-"} <= set(by_side):
                 plus, minus = (by_side[f"{axis}{side}"] for side in "+-")
                 where = f"{plus.label} and {minus.label}"
                 both = [plus.quotient("M"), minus.quotient("M")]
-                for symbol, weights in ((f"delta_{seen}", (0.5, 0.5)), (f"d0_{axis}", (-0.5, 0.5))):
+                rules = ((seen.misalignment, (0.5, 0.5)), (f"d0_{axis}", (-0.5, 0.5)))
+                for symbol, weights in rules:
                     named = BudgetedCoefficient(symbol, where, "rad")
                     yield named, _weighted(both, np.array(weights))
 

@@ -20,12 +20,11 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.compensate.coefficients import PARAMETERS, Compensation
+from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.repeatability import known_noise
 from accelcal.discovery.new_record.simulated import (
     ERRORS,
-    SHAFT,
     Simulated,
-    axis_of,
     freed_angle,
     simulated_readings,
 )
@@ -218,10 +217,10 @@ def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Arra
         return _NOT_TOLD
     by_head = np.zeros((len(ERRORS), positions.size))
     for place, axis in enumerate(found.axes):
-        own = [table for table in tables if axis_of(table.calibrated.mounting) == axis.name]
+        own = [table for table in tables if cross_name(table.calibrated.mounting) == axis.name]
         sides = _nearest(own, found.T0_degC)
         influence = {side: _influence(table, positions) for side, table in sides.items()}
-        freed = axis.name in {SHAFT[told.axis] for told in calibration.fixture_angle}
+        freed = axis.name in {cross_name(told.axis) for told in calibration.fixture_angle}
         _tell(by_head, place, list(influence.values()), list(sides), freed=freed)
     return positions, by_head @ _missed(calibration, found, tables, positions)
 

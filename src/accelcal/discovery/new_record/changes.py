@@ -16,8 +16,9 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
-from accelcal.discovery.new_record.simulated import SHAFT, Simulated
+from accelcal.discovery.new_record.simulated import Simulated
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
+from accelcal.model import CROSS_AXES
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
@@ -106,7 +107,7 @@ def _weights(columns: Array, spread: Covariance, own: Mask) -> tuple[Array, Arra
 def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, Mask]]:
     """Readings of each run and cross axis."""
     for index, label in enumerate(record.run_labels):
-        for axis in SHAFT:
+        for axis in CROSS_AXES:
             own = (record.run == index) & np.char.startswith(record.mounting, axis)
             if own.any():
                 yield label, own

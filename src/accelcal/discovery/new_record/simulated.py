@@ -10,22 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Mask
-from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, CrossAxis
+from accelcal.compensate.coefficients import (
+    OF_ONE_AXIS,
+    PARAMETERS,
+    SLOPES,
+    Compensation,
+    CrossAxis,
+)
+from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.instance import contribution
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.effects.found import disturbances, total
 from accelcal.errors import InputError
+from accelcal.model import CROSS_AXES
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 
-SHAFT = {"o": "a_p", "p": "a_o"}
-"""Axis along the shaft -> acceleration along the cross axis in the plane of rotation."""
-
 ERRORS = (
     *(*PARAMETERS, *SLOPES),
-    *("other delta", "other delta_ip", "other delta_slope_above", "other delta_slope_below"),
+    *(f"other {name}" for name in OF_ONE_AXIS),
     *("delta0", "other delta0"),
 )
 """What of a calibration may be wrong: its parameters and slopes, those of the misalignment of the
@@ -61,15 +66,10 @@ class Simulated(NamedTuple):
         return self.conditions.gain * self.conditions.per_radian
 
 
-def axis_of(mounting: str) -> str:
-    """Cross axis in the plane of rotation, ``"a_p"`` or ``"a_o"``, by the mounting."""
-    return SHAFT[mounting[:1]]
-
-
 def freed_angle(calibration: Calibration, axis: str) -> Quantity:
     """Fixture angle that both sides of a cross axis told apart, else the one taken as given."""
     taken = Quantity(calibration.delta0_rad, 0.0, "rad")
-    return next((f.angle for f in calibration.fixture_angle if SHAFT[f.axis] == axis), taken)
+    return next((f.angle for f in calibration.fixture_angle if cross_name(f.axis) == axis), taken)
 
 
 def simulated_readings(
@@ -119,12 +119,12 @@ def _full(
 def _along(found: Compensation, record: TumbleRecord) -> NDArray[np.str_]:
     """Cross axis of each reading."""
     known = [axis.name for axis in found.axes]
-    along = np.array([axis_of(str(mounting)) for mounting in record.mounting])
-    missing = [axis for axis, name in SHAFT.items() if name in along and name not in known]
+    along = np.array([cross_name(str(mounting)) for mounting in record.mounting])
+    missing = [a for a in CROSS_AXES if cross_name(a) in along and cross_name(a) not in known]
     if missing:
         raise InputError(
             f"{record.source}: mounting {missing[0]}, which the calibration has not; compare a"
-            f" record in mounting {' or '.join(a for a, name in SHAFT.items() if name in known)}"
+            f" record in mounting {' or '.join(a for a in CROSS_AXES if cross_name(a) in known)}"
         )
     return along
 
