@@ -7,6 +7,6 @@ warns, or says why it could not look.
 those on what several tables say together. The gates are in `replicates` (closure, forward against
 back, outlier), `drift`, `order`, `resolution` and `sizes` (proportions, units); `verdict` words
 what they find. The others help: `turns`, `swaps`, `stroke_groups` and `stroke_sets` look for the
-mistake behind a warning, `copies` and `range_ends` for readings that say nothing of their own, and
-`replicate_plan` and `cells` are the statistics below.
+mistake behind a warning, `copies` for readings that say nothing of their own, and `replicate_plan`
+and `cells` are the statistics below.
 """

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.gates.copies import copied_strokes, copy_said
-from accelcal.gates.range_ends import range_ends
+from accelcal.gates.copies import NO_CHANCE, chance_of_agreement, copied_strokes, copy_said
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
-from accelcal.numerics.decimal_steps import common_steps
+from accelcal.numerics.decimal_steps import common_steps, decimal_step
 
 _HARMLESS = 1e-6  # g, well below the noise of any reading
 _HIDING = 0.5  # noise over step below which rounding is no longer random
@@ -18,6 +19,8 @@ _ALIKE = 1.5  # visible over declared step above which the two contradict each o
 _FINER = 20.0  # declared step over that of the digits above which the two may be unlike
 _OFF = 0.1  # declared steps by which a reading is off the multiples of the step
 _MANY = 0.1  # share of such readings that contradicts the declaration
+_FEWEST = 4  # readings that are equal at the end of a range
+_FINE = 0.2  # chance that two agree: coarser ones leave readings of less noise equal as well
 
 
 def resolution(stack: TableStack) -> GateStack:
@@ -70,16 +73,14 @@ def resolution(stack: TableStack) -> GateStack:
 
 def _faults(stack: TableStack, step: Array, noise: Array) -> dict[int, str]:
     """Tables with other faults than a coarse step, and what is said of each."""
-    unit = stack.table.record.unit or "output units"
     finer = {
         index: _finer_said(stack, index) for index in np.flatnonzero(_finer(stack, noise)).tolist()
     }
-    ends = {index: end.said(unit) for index, end in range_ends(stack, step).items()}
     copies = {
         index: copy_said(*(f"stroke {stroke}" for stroke in strokes))
         for index, strokes in copied_strokes(stack).items()
     }
-    return {**finer, **ends, **copies}
+    return {**finer, **_range_ends(stack, step), **copies}
 
 
 def _finer(stack: TableStack, noise: Array) -> Mask:
@@ -102,3 +103,44 @@ def _finer_said(stack: TableStack, index: int) -> str:
     size = f"{step:.6g} {unit} ({acceleration(step / float(stack.scale[index]))})"
     counted = f"U counts the rounding of the declared step of {size}"
     return f"{counted}, but the readings have steps of {digit:.6g}: check it and its unit"
+
+
+def _range_ends(stack: TableStack, step: Array) -> dict[int, str]:
+    """Tables of which several readings have the largest output, or the least, and how many.
+
+    The steps of their readings, shape (T,), are 0 where there is none.
+    """
+    unit = stack.table.record.unit or "output units"
+    high, low = stack.output.max(axis=0), stack.output.min(axis=0)
+    found: dict[int, str] = {}
+    for word, end, other in (("largest", high, low), ("least", low, high)):
+        equal = stack.output == end
+        number = equal.sum(axis=0)
+        for table in np.flatnonzero(number >= _FEWEST).tolist():
+            far = stack.output[:, table] == other[table]
+            if _is_no_chance(stack, table, equal[:, table], far, float(step[table])):
+                said = (
+                    f"{number[table]} readings have the {word} output, {end[table]:.9g} {unit}, to"
+                    " the last digit: the range seems to end there; use a wider one"
+                )
+                found.setdefault(table, said)
+    return found
+
+
+def _is_no_chance(stack: TableStack, table: int, equal: Mask, far: Mask, step: float) -> bool:
+    """Tell whether equal readings of a table are so by more than chance.
+
+    Of others m agree with one by the m-th power of the chance that two do, for each choice of m
+    among those at the positions of the equal ones. The noise is that at the other end, as it may
+    be smaller at the ends than between them; the step is no finer than the digits of the reading,
+    as numbers of so many digits have coarser ones where they are larger.
+    """
+    head, output = stack.plan.head, stack.output[:, table]
+    noise, there = float(stack.noise[table] * stack.scatter[table]), output[head == head[far][0]]
+    if there.size > 1:
+        noise = min(noise, float(np.std(there, ddof=1)))
+    smallest = float(np.spacing(np.abs(output).max()))
+    written = max(step, decimal_step(output[equal][:1]))
+    share = chance_of_agreement(written, noise, smallest)
+    others, near = int(equal.sum()) - 1, int(np.isin(head, head[equal]).sum())
+    return share < _FINE and math.comb(near - 1, others) * share**others < NO_CHANCE
