@@ -79,6 +79,11 @@ class Acceleration(NamedTuple):
     pendulous: Array
     output: Array
 
+    @property
+    def cross(self) -> Array:
+        """Along the cross axis in the plane of rotation: in a tumble test the other one is zero."""
+        return self.pendulous + self.output
+
     def __eq__(self, other: object) -> bool:
         return equal(tuple(self), other)
 

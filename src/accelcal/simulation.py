@@ -292,7 +292,7 @@ class _Simulation:
         angle = c.angle + np.degrees(turned)
         excess = c.excess + self.errors("temperature", c.run) + self.total("temperature", c)
         sensed = accelerations(angle, self.plan.delta0, blank.mounting)
-        a_i, a_p = sensed.input, sensed.pendulous + sensed.output  # one of the two is zero
+        a_i, a_p = sensed.input, sensed.cross
         misalignment = self.accelerometer.misalignment
         return replace(
             c,

@@ -163,7 +163,7 @@ def turned(model: BaseModel, record: TumbleRecord, angle: Array) -> BaseModel:
         model.conditions,
         angle=degrees,
         input=sensed.input,
-        cross=sensed.pendulous + sensed.output,  # one of the two is zero
+        cross=sensed.cross,
         axial=sensed.input,
     )
     gain, inside, _ = _brackets(record, c)

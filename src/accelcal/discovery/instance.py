@@ -103,6 +103,11 @@ def sizes_of(known: Disturbance) -> Array:
     return np.array([known.values[item.name] for item in known.effect.amplitudes])
 
 
+def contributions(known: Iterable[Disturbance], c: Conditions) -> Array:
+    """What effects add to the readings together over K1 at T0 [g], shape (n,)."""
+    return sum((contribution(item, c) for item in known), start=np.zeros(c.angle.size))
+
+
 def contribution(known: Disturbance, c: Conditions) -> Array:
     """What an effect adds to the readings over K1 at T0 [g], shape (n,)."""
     return np.asarray(amplitude_columns(instance_of(known), c) @ sizes_of(known))

@@ -14,7 +14,7 @@ from accelcal.discovery.instance import (
     Instance,
     all_own_columns,
     amplitude_columns,
-    contribution,
+    contributions,
     instance_of,
 )
 from accelcal.discovery.untold import fitted_sizes
@@ -110,6 +110,5 @@ def _taken(
     c = comparison.model.conditions
     c = replace(c, time=c.time + later)
     then = comparison._replace(model=replace(comparison.model, conditions=c))
-    whole = sum((contribution(item, c) for item in held), start=np.zeros(c.angle.size))
-    whole += all_own_columns(effects, c) @ fitted_sizes(then, effects).whole
-    return whole
+    fitted = all_own_columns(effects, c) @ fitted_sizes(then, effects).whole
+    return contributions(held, c) + fitted

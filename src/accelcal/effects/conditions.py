@@ -150,7 +150,7 @@ def conditions_of(
         number=number,
         angle=record.angle,
         input=sensed.input,
-        cross=sensed.pendulous + sensed.output,  # one of the two is zero
+        cross=sensed.cross,
         axial=sensed.input,
         excess=excess,
         approach=_approach(record.run, excess),

@@ -59,7 +59,7 @@ def run_of_another_size(
 def _scale_factors(record: TumbleRecord, delta0: float) -> dict[int, float]:
     """Scale factor of each run that tells it [output unit / g]."""
     sensed = accelerations(record.angle, delta0, record.mounting)
-    cross = sensed.pendulous + sensed.output
+    cross = sensed.cross
     design = np.stack([np.ones(len(record)), sensed.input, cross], axis=1)
     found = {}
     for run in np.unique(record.run).tolist():

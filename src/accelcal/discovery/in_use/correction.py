@@ -35,7 +35,7 @@ from accelcal.discovery.instance import (
     all_own_columns,
     amplitude_columns,
     column_of,
-    contribution,
+    contributions,
     instance_of,
     sizes_of,
 )
@@ -272,12 +272,11 @@ def _held(
 ) -> tuple[Array, Array]:
     """What effects do that have the sizes of the discovery, and what these leave open [g]."""
     c, known = comparison.model.conditions, disturbances(held)
-    taken = sum((contribution(item, c) for item in known), start=np.zeros(c.angle.size))
     columns = [np.empty((c.angle.size, 0))]
     for found, item in zip(held, known, strict=True):
         own = [_uncertainty(found.parameters.get(p.name)) for p in item.effect.amplitudes]
         columns.append(amplitude_columns(instance_of(item), c) * np.array(own))
-    return taken, _beside(comparison, fitted, np.hstack(columns))
+    return contributions(known, c), _beside(comparison, fitted, np.hstack(columns))
 
 
 def _of_rest(
@@ -369,7 +368,6 @@ def _taken(
     The parameters that enter nonlinearly are uncertain together with the amplitudes.
     """
     c, known = comparison.model.conditions, disturbances(effects)
-    added = sum((contribution(item, c) for item in known), start=np.zeros(c.angle.size))
     columns, told = [np.empty((c.angle.size, 0))], []
     for item, parameters in zip(known, by_noise, strict=True):
         instance, sizes = instance_of(item), sizes_of(item)
@@ -379,7 +377,8 @@ def _taken(
         told += [_uncertainty(parameters.get(p.name)) for p in own]
     uncertain = np.array(told)
     changing = np.hstack(columns)[:, uncertain > 0.0]
-    return added, changing * uncertain[uncertain > 0.0] @ _correlation_root(comparison, changing)
+    acting = changing * uncertain[uncertain > 0.0] @ _correlation_root(comparison, changing)
+    return contributions(known, c), acting
 
 
 def _correlation_root(comparison: Comparison, changing: Array) -> Array:
