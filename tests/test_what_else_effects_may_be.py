@@ -160,7 +160,7 @@ def test_readings_that_tell_which_it_is_leave_the_other_one_out(entry, not_of_fo
 
 
 def test_its_own_readings_do_not_judge_a_discovery_anew():
-    """They chose the drift, which suits their noise: U of k0 was 14 ug beside the discovery's 39."""
+    """They chose the drift, as it suits their noise: U of k0 was 14 ug, that of discover 39."""
     hidden, plan = accelcal.effect("bias-drift").of(1.332e-5), TumblePlan(positions=12)
     record = replace(simulated(hidden, 655978676, plan), sha256="0" * 64)
     model = accelcal.discover(record)
