@@ -12,6 +12,7 @@ from accelcal.discovery.family import Family, Judgement, chance, judge
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.discovery.unnamed.wide_dead_zone import silent_first
+from accelcal.discovery.untold import scales
 from accelcal.effects.time import APPROACH, USUAL
 
 _BEAM = 12
@@ -29,6 +30,9 @@ _TAKEN_BACK = 0.1
 
 _UNNAMED = 0.5
 """Part of the false-alarm rate of a disagreement that has no name."""
+
+_WORTH = 6.6
+"""Squares that a time constant must take up: by noise alone it does so once in a hundred."""
 
 
 class Findings(NamedTuple):
@@ -166,9 +170,15 @@ def _larger(family: Family, beam: list[frozenset[int]], alpha: float) -> list[Ex
     fitted.sort(key=lambda item: -item[1])
     kept = fitted if beam == [frozenset()] else fitted[:_TRIED]
     found = [explanation(family, places, alpha) for places, _ in kept]
-    return sorted(found, key=lambda one: (*_rank(one), sorted(_indices(family, one))))
+    worth = 0.0 if family.comparison.noise.rho else _WORTH
+    return sorted(found, key=lambda one: (*_rank(one, worth), sorted(_indices(family, one))))
 
 
-def _rank(found: Explanation) -> tuple[float, float]:
-    """The better fit first, then what noise makes rarer; rounding alone orders nothing."""
-    return -float(f"{found.squares:.6g}"), float(f"{max(found.p_values):.6g}")
+def _rank(found: Explanation, worth: float) -> tuple[float, float]:
+    """The better fit first, then what noise makes rarer; rounding alone orders nothing.
+
+    A decay of any length fits a straight drift and its noise, and must be worth its time constant.
+    Where it passes for noise with a memory, nothing tells that yet.
+    """
+    spent = worth * sum(len(scales(item.effect)) for item in found.instances)
+    return -float(f"{found.squares - spent:.6g}"), float(f"{max(found.p_values):.6g}")

@@ -71,8 +71,12 @@ class Untold(NamedTuple):
 
     @property
     def spread(self) -> float:
-        """Its standard uncertainty."""
-        return (self.highest - self.lowest) / float(np.sqrt(12.0))
+        """Its standard uncertainty; that of a time constant is in proportion to it."""
+        if self.parameter.minimum > 0.0:
+            width = self.value * float(np.log(self.highest / self.lowest))
+        else:
+            width = self.highest - self.lowest
+        return width / float(np.sqrt(12.0))
 
     def ends(self, instances: Sequence[Instance]) -> tuple[tuple[Instance, ...], ...]:
         """Effects with the parameter a standard uncertainty below and above its value."""
@@ -165,6 +169,11 @@ def _possible(comparison: Comparison, instances: Sequence[Instance]) -> Iterator
 def smooth(effect: Effect) -> list[Parameter]:
     """Parameters of an effect that enter nonlinearly and are no places."""
     return [parameter for parameter in effect.shapes if not parameter.discrete]
+
+
+def scales(effect: Effect) -> list[Parameter]:
+    """Parameters as a time constant, which is above zero and has no largest value."""
+    return [parameter for parameter in smooth(effect) if parameter.minimum > 0.0]
 
 
 def slopes(instance: Instance, size: Array, c: Conditions) -> Array:

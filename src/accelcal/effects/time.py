@@ -37,13 +37,16 @@ _MUCH = 64.0
 _SENSES = (0.0, -1.0, USUAL)
 """Senses in which it comes there, against or with the stroke; 0 where it is at rest there."""
 
+_RUNS = 10.0
+"""Time constants are searched to so many runs, in which a decay is all but straight."""
+
 
 def _time_constants(c: Conditions) -> Array:
-    """From half the interval between readings to the longest run, about two a factor of e."""
+    """From half the interval between readings to several longest runs, about two a factor of e."""
     intervals = np.diff(np.sort(c.time))
     intervals = intervals[intervals > 0.0]
     shortest = 0.5 * float(np.median(intervals)) if intervals.size else 1.0
-    longest = max(float(c.run_time.max()), 2.0 * shortest)
+    longest = _RUNS * max(float(c.run_time.max()), 2.0 * shortest)
     return np.geomspace(shortest, longest, 1 + math.ceil(2.0 * math.log(longest / shortest)))
 
 

@@ -8,6 +8,7 @@ or a reading beside that of a step. And other effects of the catalogue may fit a
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
@@ -23,9 +24,10 @@ from accelcal.discovery.explanation import Explanation, explain_as_well
 from accelcal.discovery.instance import Instance, instance_of, replaced
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.solution import changes, solution
-from accelcal.discovery.untold import untold
+from accelcal.discovery.untold import scales, untold
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance, Effect
+from accelcal.effects.parameter import Parameter
 from accelcal.plural import listed
 from accelcal.results.discovery import IF_IT_IS, Discovery
 from accelcal.results.findings import Change
@@ -33,6 +35,15 @@ from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
 _MOST_RIVALS = 3
+
+_BENT = 3.0
+"""Standard uncertainties from which on a coefficient does not follow a time constant linearly.
+
+If it does, it is 2.6 of them off, as far as the time constant explains the readings as well.
+"""
+
+_TOWARDS = 33
+"""Time constants from the one that fits best to either end; those between two that fit do so."""
 
 _TOLD = {
     "g": "ug",
@@ -57,11 +68,14 @@ class Alternative(NamedTuple):
         Where it is, or the parameters of its other law.
     instances : tuple of Instance
         All of them.
+    least : float
+        Standard uncertainties from which on a coefficient is another one with them.
     """
 
     effect: Effect
     what: str
     instances: tuple[Instance, ...]
+    least: float = APART
 
     @property
     def place(self) -> dict[str, float]:
@@ -80,18 +94,19 @@ class Alternatives(NamedTuple):
 
     Attributes
     ----------
-    places, laws : tuple of Alternative
-        Those at another place, and those by another law.
+    places, laws, scales : tuple of Alternative
+        Those at another place, those by another law, and those with another time constant.
     """
 
     places: tuple[Alternative, ...]
     laws: tuple[Alternative, ...]
+    scales: tuple[Alternative, ...]
 
 
 def alternatives(comparison: Comparison, instances: Sequence[Instance]) -> Alternatives:
-    """Find other places and other laws of some effects, which explain the readings as well."""
-    places, laws = (each(comparison, instances) for each in (_other_places, _other_laws))
-    return Alternatives(tuple(places), tuple(laws))
+    """Find what else some effects may be otherwise and explain the readings as well."""
+    kinds = (_other_places, _other_laws, _other_scales)
+    return Alternatives(*(tuple(each(comparison, instances)) for each in kinds))
 
 
 def _other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
@@ -106,6 +121,36 @@ def _other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterat
 def _other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
     for place, others in _instead(comparison, instances, places_of):
         yield Alternative(others[place].effect, where_is(others[place]), others)
+
+
+def _other_scales(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
+    """Effects with the shortest and the longest time constant that explain the readings as well."""
+    for place, item in enumerate(instances):
+        for p in scales(item.effect):
+            values = p.search(comparison.model.conditions).tolist() if p.search else []
+            for end in values[:1] + values[-1:]:
+                farthest = _farthest(comparison, instances, place, p, end)
+                if farthest is not None:
+                    more = " or more" if farthest >= values[-1] else ""
+                    others = replaced(instances, place, item.at(p.name, farthest))
+                    yield Alternative(
+                        item.effect, f"{p.name} = {farthest:.3g} {p.unit}{more}", others, _BENT
+                    )
+
+
+def _farthest(
+    comparison: Comparison, instances: Sequence[Instance], place: int, p: Parameter, end: float
+) -> float | None:
+    """Value of a parameter nearest to an end with which an effect explains the readings as well."""
+    item = instances[place]
+
+    def fails(value: float) -> bool:
+        others = replaced(instances, place, item.at(p.name, value))
+        return not explain_as_well(comparison, others, item)
+
+    towards = np.geomspace(item.shape[p.name], end, _TOWARDS)[1:].tolist()
+    count = bisect_left(towards, True, key=fails)
+    return towards[count - 1] if count else None
 
 
 def where_is(item: Instance) -> str:
@@ -211,14 +256,14 @@ def otherwise(
         return
     bare = solution(comparison)
     named = changes(comparison, bare, solution(comparison, best))
-    own = ((other.name, [(other.instances, ())]) for each in alternatives for other in each)
-    all_of_rivals = ((name, _wherever(comparison, instances)) for name, instances in rivals)
-    for name, sets in (*own, *all_of_rivals):
+    own = ((o.name, [(o.instances, ())], o.least) for each in alternatives for o in each)
+    all_of_rivals = ((name, _wherever(comparison, instances), APART) for name, instances in rivals)
+    for name, sets, least in (*own, *all_of_rivals):
         found = []
         for instances, open_ones in sets:
             within = changes(comparison, bare, solution(comparison, instances))
             both = zip(named, within, strict=True)
-            if pairs := tuple((old, new) for old, new in both if apart(old, new) > APART):
+            if pairs := tuple((old, new) for old, new in both if apart(old, new) > least):
                 found.append(Otherwise(name, instances, pairs, open_ones))
         if found:
             yield max(found, key=lambda one: max(apart(*pair) for pair in one.pairs))
@@ -229,13 +274,16 @@ def _wherever(
 ) -> Iterator[tuple[tuple[Instance, ...], tuple[str, ...]]]:
     """Effects at each place where they explain the readings as well, and what is untold of them.
 
-    They come with the middle and the ends of what is untold.
+    They come with the middle and the ends of what is untold, and as far off as it may be.
     """
     for each in (instances, *(one.instances for one in _other_places(comparison, instances))):
-        open_ones = untold(comparison, each)
-        names = tuple(one.parameter.name for one in open_ones)
-        for own in (each, *(end for one in open_ones for end in one.ends(each))):
-            yield own, names
+        far = list(_other_scales(comparison, each))
+        names = {p.name for other in far for p in scales(other.effect)}
+        open_ones = [one for one in untold(comparison, each) if one.parameter.name not in names]
+        told = (*names, *(one.parameter.name for one in open_ones))
+        ends = (end for one in open_ones for end in one.ends(each))
+        for own in (each, *(other.instances for other in far), *ends):
+            yield own, told
 
 
 def rivals_of(found: Sequence[Explanation]) -> Iterator[tuple[str, tuple[Instance, ...]]]:

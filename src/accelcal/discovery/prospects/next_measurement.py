@@ -18,6 +18,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, amplitude_columns, column_of, columns_of
 from accelcal.discovery.prospects.further_readings import Block
 from accelcal.discovery.prospects.outlook import Outlook
+from accelcal.discovery.untold import scales
 from accelcal.effects.conditions import Conditions
 
 Instances = Sequence[Instance]
@@ -29,7 +30,7 @@ MOST = 64
 """Blocks that are worth while."""
 
 _STEP = 0.01
-"""Step of a nonlinear parameter for a derivative, in the range that is searched."""
+"""Step of a nonlinear parameter for a derivative, in the range searched or in a time constant."""
 
 
 class Proposal(NamedTuple):
@@ -138,8 +139,9 @@ def _span(instances: Instances, c: Conditions) -> Array:
         columns.append(amplitude_columns(item, c))
         for parameter in item.effect.shapes:
             if not parameter.discrete and parameter.search is not None:
-                step = _STEP * float(np.ptp(parameter.search(c)))
                 value = item.shape[parameter.name]
+                is_scale = parameter in scales(item.effect)
+                step = _STEP * (value if is_scale else float(np.ptp(parameter.search(c))))
                 low = max(value - step, parameter.minimum)
                 above, below = (
                     column_of(item.at(parameter.name, at), c) for at in (value + step, low)
