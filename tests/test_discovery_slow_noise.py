@@ -56,7 +56,9 @@ def test_a_warm_up_within_the_only_run_is_no_noise(seed):
 @pytest.mark.parametrize("seed", [6, 7, 8])
 def test_a_bias_that_walks_is_told_beside_the_name_that_it_gets(seed):
     found = accelcal.discover(walked(seed, 1.5e-6))
-    assert {item.id for item in found.effects} >= {"bias-step", "warm-up"}
+    names = {item.id for item in found.effects}
+    assert "bias-step" in names
+    assert names & {"bias-drift", "warm-up"}  # it is neither
     assert doubted(found)
 
 
