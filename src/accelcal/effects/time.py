@@ -42,7 +42,7 @@ _RUNS = 10.0
 
 
 def _time_constants(c: Conditions) -> Array:
-    """From half the interval between readings to several longest runs, about two a factor of e."""
+    """From half the interval between readings to ten longest runs, about two a factor of e."""
     intervals = np.diff(np.sort(c.time))
     intervals = intervals[intervals > 0.0]
     shortest = 0.5 * float(np.median(intervals)) if intervals.size else 1.0
