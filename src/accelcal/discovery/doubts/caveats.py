@@ -14,6 +14,7 @@ from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.dead_zone_or_cube import said_of_rivals
+from accelcal.discovery.doubts.open_end import said_of_ends
 from accelcal.discovery.doubts.otherwise import (
     Alternatives,
     Otherwise,
@@ -109,6 +110,7 @@ def caveats(
         best = found[0].instances
         yield from map(Caveat, said_of_untold(comparison, best))
         yield from map(Caveat, said_of_tied(comparison, best))
+        yield from map(Caveat, said_of_ends(comparison, best))
         yield from map(Caveat, said_of_alternatives(alternatives))
         yield from (Caveat(other.said) for other in others)
         yield from _put_together(family, found[0])

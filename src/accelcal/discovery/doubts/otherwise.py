@@ -123,12 +123,15 @@ def _other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iter
         yield Alternative(others[place].effect, where_is(others[place]), others)
 
 
-def _other_scales(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
+def _other_scales(
+    comparison: Comparison, instances: Sequence[Instance], *, within_runs: bool = False
+) -> Iterator[Alternative]:
     """Effects with the shortest and the longest time constant that explain the readings as well."""
     for place, item in enumerate(instances):
         for p in scales(item.effect):
             values = p.search(comparison.model.conditions).tolist() if p.search else []
-            for end in values[:1] + values[-1:]:
+            most = _longest(comparison, p) if within_runs else values[-1:]
+            for end in values[:1] + most:
                 farthest = _farthest(comparison, instances, place, p, end)
                 if farthest is not None:
                     more = " or more" if farthest >= values[-1] else ""
@@ -136,6 +139,11 @@ def _other_scales(comparison: Comparison, instances: Sequence[Instance]) -> Iter
                     yield Alternative(
                         item.effect, f"{p.name} = {farthest:.3g} {p.unit}{more}", others, _BENT
                     )
+
+
+def _longest(comparison: Comparison, p: Parameter) -> list[float]:
+    """Longest run, for a time constant."""
+    return [float(comparison.model.conditions.run_time.max())] if p.unit == "s" else []
 
 
 def _farthest(
@@ -274,16 +282,32 @@ def _wherever(
 ) -> Iterator[tuple[tuple[Instance, ...], tuple[str, ...]]]:
     """Effects at each place where they explain the readings as well, and what is untold of them.
 
-    They come with the middle and the ends of what is untold, and as far off as it may be.
+    They come with the middle and the ends of what is untold, and as far off as it may be within the
+    runs: what goes on for longer is told by `said_of_ends`, and nothing bounds it.
     """
     for each in (instances, *(one.instances for one in _other_places(comparison, instances))):
-        far = list(_other_scales(comparison, each))
+        inside = _within_runs(comparison, each)
+        if not inside:
+            continue
+        far = list(_other_scales(comparison, inside, within_runs=True))
         names = {p.name for other in far for p in scales(other.effect)}
-        open_ones = [one for one in untold(comparison, each) if one.parameter.name not in names]
+        open_ones = [one for one in untold(comparison, inside) if one.parameter.name not in names]
         told = (*names, *(one.parameter.name for one in open_ones))
-        ends = (end for one in open_ones for end in one.ends(each))
-        for own in (each, *(other.instances for other in far), *ends):
+        ends = (end for one in open_ones for end in one.ends(inside))
+        for own in (inside, *(other.instances for other in far), *ends):
             yield own, told
+
+
+def _within_runs(comparison: Comparison, instances: tuple[Instance, ...]) -> tuple[Instance, ...]:
+    """Effects with no time constant beyond the longest run; none if they do not fit as well so."""
+    for place, item in enumerate(instances):
+        for p in scales(item.effect):
+            for most in _longest(comparison, p):
+                if item.shape[p.name] > most:
+                    instances = replaced(instances, place, item.at(p.name, most))
+                    if not explain_as_well(comparison, instances, item):
+                        return ()
+    return instances
 
 
 def rivals_of(found: Sequence[Explanation]) -> Iterator[tuple[str, tuple[Instance, ...]]]:

@@ -24,6 +24,7 @@ from accelcal.discovery.as_searched import (
 from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.comparison import Comparison, compared
 from accelcal.discovery.doubts.dead_zone_or_cube import in_fit, left_undecided
+from accelcal.discovery.doubts.open_end import said_of_ends
 from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.gaps import gaps_along
 from accelcal.discovery.in_use.carrying_over import LeftIn, Meeting, with_a_place
@@ -223,6 +224,7 @@ def _said(
     model: Discovery,
 ) -> Iterator[str]:
     yield from said_in_place(others, model, fitted)
+    yield from said_of_ends(comparison, fitted)
     yield from said_of_denied(comparison, fitted)
     yield from said_of_places(comparison, fitted, model.effects)
 
