@@ -9,6 +9,7 @@ import pytest
 import accelcal
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
+from accelcal.cli.main import main
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import AccelcalWarning
 from accelcal.results.covariance import ALTERNATIVES, BY_OTHERS, LOOK_ALIKES, rows_of
@@ -307,3 +308,20 @@ def test_the_document_keeps_it(not_of_fourth_order):
     document["tables"][0]["covariance"]["shares"][LOOK_ALIKES].pop()
     with pytest.raises(accelcal.DocumentError, match="shares"):
         accelcal.Calibration.from_json(json.dumps(document))
+
+
+def test_an_effect_that_the_unit_does_not_have_is_left_out(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    hidden = accelcal.effect("bias-drift").of(2e-4)
+    accelcal.write_table(simulated(hidden, 3, EACH_LEVEL_ONCE), "table.csv")
+
+    def told(*options):
+        code = main(["discover", "table.csv", *options])
+        return code, " ".join(capsys.readouterr().out.split())
+
+    assert "drift of the bias (or warm-up of the bias)" in told()[1]
+    code, part = told("--without", "warm-up")
+    assert code == 0
+    assert "drift of the bias." in part
+    assert "warm-up" not in part
+    assert told("--without", "warmup")[0] == 2

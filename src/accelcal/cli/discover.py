@@ -29,6 +29,7 @@ from accelcal.cli.options import (
 from accelcal.errors import AccelcalWarning, InputError
 
 if TYPE_CHECKING:
+    from accelcal.effects.effect import Effect
     from accelcal.record import TumbleRecord
     from accelcal.results.discovery import Discovery
     from accelcal.results.stand_discovery import StandDiscovery
@@ -38,6 +39,12 @@ if TYPE_CHECKING:
 @data_argument(many=True)
 @output_option("the discovery, with the extended model, as JSON", metavar="MODEL.json", file=JSON)
 @effects_option
+@click.option(
+    "--without",
+    metavar="ID",
+    multiple=True,
+    help="Leave this effect out, as you know that the unit does not have it; may be repeated.",
+)
 @number_option(
     "--alpha",
     "P",
@@ -67,6 +74,7 @@ if TYPE_CHECKING:
 def discover(
     data: Sequence[str],
     path: str | None,
+    without: Sequence[str],
     alpha: float,
     max_effects: int,
     delta0: float | None,
@@ -93,6 +101,7 @@ def discover(
       accelcal discover unit1.csv unit2.csv unit3.csv
       accelcal discover table.csv --head-uncertainty 1e-5 -o model.json
       accelcal discover table.csv --effects mine.toml
+      accelcal discover table.csv --without dead-zone
     """
     from accelcal.discovery.discover import discover as search
     from accelcal.io.documents.of_serial import records_of_serial
@@ -103,7 +112,7 @@ def discover(
     records = records_of_serial(given, serial)
     remark_alike(records)
     asked: dict[str, Any] = {"alpha": alpha, "max_effects": max_effects}
-    asked |= {"delta0": delta0, "seed": seed}
+    asked |= {"delta0": delta0, "seed": seed, "effects": _searched(without)}
     with click.progressbar(
         records, label="searching", file=sys.stderr, hidden=not sys.stderr.isatty()
     ) as shown:
@@ -121,6 +130,14 @@ def discover(
         "json": lambda: all_to_json(found, stand=stand),
     }
     deliver_forms(forms, path, form)
+
+
+def _searched(without: Sequence[str]) -> list[Effect] | None:
+    """Effects to look for; None for all."""
+    from accelcal.effects.catalogue import catalogue, effect
+
+    left_out = {effect(name).id for name in without}
+    return [entry for entry in catalogue() if entry.id not in left_out] if left_out else None
 
 
 def _extended(found: Discovery, record: TumbleRecord) -> Discovery:

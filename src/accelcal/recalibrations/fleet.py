@@ -126,7 +126,7 @@ def fleet_history_of(
         due_before=due_before,
         searched=searched,
         jumps_by_chance=alpha * searched,
-        drifts_by_chance=QUANTITIES * (1.0 - LEVEL) * judged,
+        drifts_by_chance=round(QUANTITIES * (1.0 - LEVEL) * judged, 9),
         notes=tuple(_notes(entries, named)),
         software=SOFTWARE,
     )

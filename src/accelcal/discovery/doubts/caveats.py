@@ -110,7 +110,7 @@ def caveats(
         best = found[0].instances
         yield from map(Caveat, said_of_untold(comparison, best))
         yield from map(Caveat, said_of_tied(comparison, best))
-        yield from map(Caveat, said_of_ends(comparison, best))
+        yield from map(Caveat, said_of_ends(comparison, best, family.candidates.effects))
         yield from map(Caveat, said_of_alternatives(alternatives))
         yield from (Caveat(other.said) for other in others)
         yield from _put_together(family, found[0])

@@ -14,15 +14,18 @@ from accelcal.discovery.doubts.dead_zone_or_cube import unlike
 from accelcal.discovery.explanation import explain_as_well
 from accelcal.discovery.instance import Instance, replaced
 from accelcal.discovery.untold import scales
-from accelcal.effects.catalogue import catalogue
+from accelcal.effects.effect import Effect
 from accelcal.plural import listed
 
 
-def said_of_ends(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[str]:
-    """Say what explains the readings in place of an effect, however long it goes on."""
+def said_of_ends(
+    comparison: Comparison, instances: Sequence[Instance], entries: Sequence[Effect]
+) -> Iterator[str]:
+    """Say which of some effects explain the readings in place of one, however long they go on."""
     named = {item.effect.id for item in instances}
+    unnamed = [entry for entry in entries if entry.id not in named]
     for place, item in enumerate(instances):
-        for long, end in _longest(comparison, named):
+        for long, end in _longest(comparison, unnamed):
             others = replaced(instances, place, long)
             if not explain_as_well(comparison, others, item):
                 continue
@@ -34,9 +37,9 @@ def said_of_ends(comparison: Comparison, instances: Sequence[Instance]) -> Itera
                 )
 
 
-def _longest(comparison: Comparison, named: set[str]) -> Iterator[tuple[Instance, str]]:
-    """Effects that are not named, each with a time constant at the end of the search."""
-    for effect in (entry for entry in catalogue() if entry.id not in named):
+def _longest(comparison: Comparison, entries: Sequence[Effect]) -> Iterator[tuple[Instance, str]]:
+    """Effects with a time constant, at the end of the search."""
+    for effect in entries:
         for parameter in scales(effect):
             if parameter.search is not None:
                 end = float(parameter.search(comparison.model.conditions).max())

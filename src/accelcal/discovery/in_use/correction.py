@@ -51,6 +51,7 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
 )
 from accelcal.discovery.untimed import in_pauses
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes, smooth, untold
+from accelcal.effects.catalogue import catalogue
 from accelcal.effects.found import disturbances
 from accelcal.numerics.covariance_root import covariance_root
 from accelcal.record import TumbleRecord
@@ -224,7 +225,7 @@ def _said(
     model: Discovery,
 ) -> Iterator[str]:
     yield from said_in_place(others, model, fitted)
-    yield from said_of_ends(comparison, fitted)
+    yield from said_of_ends(comparison, fitted, catalogue())
     yield from said_of_denied(comparison, fitted)
     yield from said_of_places(comparison, fitted, model.effects)
 
