@@ -108,6 +108,10 @@ PIVOT = "20;1;1,30;1,31;1,32;1,33\n20;3;0,01;0,02;0,03;0,04\n20;5;-1,30;-1,31;-1
         ("T;J;fwd 1;bwd 1;fwd 2;bwd 2", [1, 2, 3, 4]),
         ("T;J;cycle 1 forward;cycle 1 back;cycle 2 forward;cycle 2 back", [1, 2, 3, 4]),
         ("T;J;forward 1;back 2;forward 3;back 4", [1, 2, 3, 4]),
+        ("T;J;stroke 1 forward;stroke 2 back;stroke 3 forward;stroke 4 back", [1, 2, 3, 4]),
+        ("T;J;Y1 fwd;Y1 bwd;Y2 fwd;Y2 bwd", [1, 2, 3, 4]),
+        ("T;J;Hub 1;Hub 2;Hub 3;Hub 4\n;;hin;rück;hin;rück", [1, 2, 3, 4]),
+        (";;cycle 3;;cycle 4;\nT;J;hin;rück;hin;rück", [5, 6, 7, 8]),
     ],
 )
 def test_a_pivot_table_by_cycle_and_direction(headings, strokes):
@@ -127,6 +131,9 @@ def test_a_pivot_table_by_cycle_and_direction(headings, strokes):
         "T;J;+ 1;- 1;+ 2;- 2",
         "T;J;1 +;2 -;3 +;4 -",
         ";;A-7;;A-8;\nT;J;forward;back;forward;back",
+        ";;7;;8;\nT;J;forward;back;forward;back",
+        ";;20;;60;\nT;J;forward;back;forward;back",
+        "T;J;output 20 forward;output 20 back;output 60 forward;output 60 back",
     ],
 )
 def test_a_pivot_table_by_something_else_is_refused(headings):

@@ -203,13 +203,19 @@ class _Way(NamedTuple):
     number: int
     stroke: int
     unit: str | None
+    counted: bool  # beside a word that tells what the number counts
 
 
 def _strokes_of(ways: Sequence[_Way]) -> dict[tuple[int, int], int]:
-    """Stroke of each number and direction: one of two, of its cycle, or that of the number."""
+    """Stroke of each number and direction: one of two, of its cycle, or that of the number.
+
+    Numbers without a word count from 1; others may be temperatures or serials.
+    """
     pairs = {way[:2] for way in ways}
     numbers = {number for number, _ in pairs}
     if len(pairs) < len(ways) or (0 in numbers and len(numbers) > 1):
+        return {}
+    if max(numbers, default=0) > len(numbers) and not all(way.counted for way in ways):
         return {}
     if len(pairs) == 2 * len(numbers):
         return {(number, way): max(2 * number - 2, 0) + way for number, way in pairs}
@@ -231,8 +237,12 @@ def _way(text: str) -> _Way | None:
     numbers = [int(word) for word in words if word.isdecimal()]
     if len(told) != 1 or len(numbers) > 1 or len(words) > len(told + numbers) + 1:
         return None
-    known = all(word in _DIRECTIONS or word in CYCLES or word.isdecimal() for word in words)
-    return _Way(next(iter(numbers), 0), told[0], unit or None) if known else None
+    beside = {word for word in words if word not in _DIRECTIONS and not word.isdecimal()}
+    roles = {read_heading(word).role for word in beside.difference(CYCLES)}
+    if not roles <= {"stroke", "output"}:
+        return None
+    counted = "stroke" in roles or not beside.isdisjoint(CYCLES)
+    return _Way(next(iter(numbers), 0), told[0], unit or None, counted)
 
 
 def by_cycle(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
