@@ -578,9 +578,14 @@ ERRORS = {
         "# positions: many\n" + OK,
         "1: positions is 'many'; it is the number of positions in a full turn, such as 8",
     ),
+    "unit twice": (
+        "# unit: V\n# unit: mA\n" + OK,
+        "2: unit is 'mA', but 'V' in line 1; declare each key once",
+    ),
     "key twice": (
         "# serial: A\n# S/N: B\n" + OK,
-        "2: serial is 'B', but 'A' in line 1; declare each key once",
+        "2: serial is 'B', but 'A' in line 1; declare each key once"
+        "; that of an instrument is called by its name, as DMM S/N",
     ),
 }
 

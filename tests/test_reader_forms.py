@@ -946,6 +946,15 @@ def test_what_a_row_above_a_table_does_not_declare_is_told():
         ("Operator;N. N.\nSerial;A-7\nDMM;S/N;123", "A-7"),
         ("Netzteil;X;S/N (DUT);A-7", "A-7"),
         ("Voltmeter S/N: 123", None),
+        ("S/N;;DMM S/N;123", None),
+        ("Accelerometer S/N: A-7, Voltmeter S/N: 123", "A-7"),
+        ("Unit under test;AL-15;S/N;A-7;DMM;HP;S/N;123", "A-7"),
+        ("Prüfling Typ;AL-15;Seriennr.;A-7;DMM;HP;Seriennr.;1", "A-7"),
+        ("Изделие;АК-15;Зав. №;1234\nВольтметр;В7-78;Зав. №;555", "1234"),
+        ("# DUT S/N: A-7\n# DMM S/N: 123", "A-7"),
+        ("# accelerometer_serial: A-7", "A-7"),
+        ("# S/N (DMM): 123\n# S/N (DUT): A-7", "A-7"),
+        ("# S/N (DMM),123", None),
     ],
 )
 def test_a_serial_of_the_accelerometer_is_told_from_those_of_instruments(rows, serial):
@@ -963,6 +972,7 @@ def test_a_serial_of_the_accelerometer_is_told_from_those_of_instruments(rows, s
         ("Voltmeter;HP;Date;31.05.2024;S/N;123", "123", "Voltmeter HP"),
         ("Accelerometer;AL-15;Messrahmen;Q;S/N;123", "123", "Messrahmen Q"),
         ("Accelerometer stand;Q;S/N;123", "123", "Accelerometer stand Q"),
+        ("Beschleunigungsnormal;Q;S/N;123", "123", "Beschleunigungsnormal Q"),
         ("Tumble test in chamber 3;;Serial: A-7", "A-7", "Tumble test in chamber 3"),
         ("Accelerometer with logger;S/N;A-7", "A-7", "Accelerometer with logger"),
         ("Operator: J. Coven;S/N: A-7", "A-7", "Operator: J. Coven"),
@@ -985,6 +995,13 @@ def test_of_several_serials_that_may_be_of_instruments_none_is_taken():
     told = "serials 'A-7, 123' above the headings were set aside"
     assert record.serial is None
     assert f"{told}: nothing tells which is that of the accelerometer" in record.notes
+
+
+def test_two_serials_that_stand_alone_are_refused_with_what_to_call_that_of_an_instrument():
+    told = "serial is '123', but 'A-7' in line 1; declare each key once; that of an instrument"
+    with pytest.raises(TableError, match=told):
+        read(f"Serial;A-7\nSerial;123\nTemperature;20;\n{FORM}")
+    assert read(f"Serial;A-7\nDMM S/N;123\nTemperature;20;\n{FORM}").serial == "A-7"
 
 
 def test_a_column_of_serials_tells_more_than_a_serial_that_may_be_of_an_instrument():

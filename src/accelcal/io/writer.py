@@ -14,8 +14,7 @@ from accelcal.arguments.kinds import each_of, path_text
 from accelcal.errors import InputError
 from accelcal.escapes import ESCAPED
 from accelcal.io.files.csv_text import csv_text
-from accelcal.io.layout.header_lines import header_line
-from accelcal.io.words.vocabulary import canonical_key
+from accelcal.io.layout.header_lines import header_line, table_key
 from accelcal.pace import LATEST
 from accelcal.record import TumbleRecord
 
@@ -138,7 +137,7 @@ def _runs_by_appearance(record: TumbleRecord) -> tuple[str, ...]:
 
 def _metadata_line(key: str, value: str) -> str:
     line = f"{key}: {value}"
-    if key != "delta0" and (canonical_key(key) or header_line(line)[0] != key or not key):
+    if key != "delta0" and (table_key(key) or header_line(line)[0] != key or not key):
         raise InputError(f"metadata key {key!r} does not fit into a header line; rename it")
     return f"# {line}"
 

@@ -26,6 +26,34 @@ _ALIKE = 0.85  # least likeness of two keys, of difflib; one wrong letter of sev
 _NAMES = [name for names in KEYS.values() for name in names if len(name) >= _SHORTEST]
 
 
+TESTED = re.compile(
+    r"(?:acc[ée]l[ée]rom[eè]t\w+|beschleunigungs(?:messer|aufnehmer|sensor|geber)s?|акселерометр\w*"
+    r"|[du]ut|(?:device|unit) under test|test item|prüflings?|изделие|加速度计|被测件)"
+    r"(?:[ -](?:under test|type?|mod[eè]le?|modell|тип))?",
+    re.IGNORECASE,
+)
+"""A name of the accelerometer, or of its type."""
+
+
+def table_key(text: str) -> str | None:
+    """Name of what a key of a table declares; ``DUT S/N`` is the serial number as well.
+
+    Examples
+    --------
+    >>> table_key("Accelerometer S/N"), table_key("DMM S/N"), table_key("T0")
+    ('serial', None, 'reference_temperature')
+    """
+    key = canonical_key(text)
+    places = [at for at, sign in enumerate(text) if sign in " _"] if key is None else []
+    pairs = [(text[:at], text[at + 1 :]) for at in places]
+    own = any(
+        TESTED.fullmatch(name) and canonical_key(rest) == "serial"
+        for pair in pairs
+        for name, rest in (pair, pair[::-1])
+    )
+    return "serial" if own else key
+
+
 class Declared(NamedTuple):
     """Value of a header line ``# key: value``, and its place; of line 0 is what a caller gave."""
 
@@ -43,10 +71,11 @@ def declare(declared: dict[str, Declared], key: str, new: Declared) -> None:
     old = declared.setdefault(key, new)
     if old.value != new.value:
         problem = f"{key} is {shown(new.value)}, but {shown(old.value)} in line {old.line}"
-        raise new.refuse(problem, "declare each key once")
+        other = "; that of an instrument is called by its name, as DMM S/N"
+        raise new.refuse(problem, f"declare each key once{other if key == 'serial' else ''}")
 
 
-def keys_and_values(line: str, key_of: KeyOf = canonical_key) -> list[tuple[str, str]] | None:
+def keys_and_values(line: str, key_of: KeyOf = table_key) -> list[tuple[str, str]] | None:
     """Take what a header line declares.
 
     Parameters
@@ -75,7 +104,7 @@ def keys_and_values(line: str, key_of: KeyOf = canonical_key) -> list[tuple[str,
     return [pair if pair[0] else ("", part) for part, pair in pairs]
 
 
-def header_line(text: str, key_of: KeyOf = canonical_key) -> tuple[str, str]:
+def header_line(text: str, key_of: KeyOf = table_key) -> tuple[str, str]:
     """Split a header line into its key and value.
 
     Parameters
@@ -102,12 +131,14 @@ def header_line(text: str, key_of: KeyOf = canonical_key) -> tuple[str, str]:
         return "", ""
     written, value = (part.strip() for part in match.groups())
     known, unit = key_and_unit(written, key_of)
+    if known == "serial" and unit:  # of what
+        return (known if TESTED.fullmatch(unit) else written), value
     if known:
         return known, f"{value} {unit}".strip()
     return (written, value) if _ONE_CELL.fullmatch(written) else ("", "")
 
 
-def key_and_unit(text: str, key_of: KeyOf = canonical_key) -> tuple[str, str]:
+def key_and_unit(text: str, key_of: KeyOf = table_key) -> tuple[str, str]:
     """Split a key from its unit, in brackets or behind a comma, a slash or ``in``.
 
     Parameters
@@ -142,7 +173,7 @@ def is_any_unit(text: str) -> bool:
     return is_output_unit(text) or size_of(text, *UNITS) is not None
 
 
-def declarations_in(text: str, key_of: KeyOf = canonical_key) -> list[str]:
+def declarations_in(text: str, key_of: KeyOf = table_key) -> list[str]:
     """Take the declarations of a header line apart, as of ``serial=X1; unit=mA``.
 
     Parameters

@@ -12,15 +12,18 @@ from accelcal.arguments.kinds import shown
 from accelcal.io.layout.header_lines import (
     BEGINS_PAIR,
     PAIR,
+    TESTED,
     Declared,
     declarations_in,
     declare,
+    header_line,
     is_any_unit,
     key_and_unit,
     keys_and_values,
     notes_of_keys,
 )
 from accelcal.io.words.vocabulary import (
+    KEYS,
     KINDS_OF,
     LONGEST,
     Heading,
@@ -44,10 +47,6 @@ _COMMENT = re.compile(
     re.IGNORECASE,
 )
 """A cell with the beginning of a comment, which goes on to the end of its row."""
-_TESTED = re.compile(
-    r"(?:acc[ée]l[ée]ro|beschleunigung|акселеро)\w*|[du]ut|prüflings?|加速度计", re.IGNORECASE
-)
-"""A name of the accelerometer."""
 
 
 class Said(NamedTuple):
@@ -155,8 +154,8 @@ def _said(above: Sequence[tuple[int, str]], separator: str | None) -> Iterator[t
 def _in_cells(text: str) -> tuple[str, str]:
     """Key and value of a header line in a cell each, or a comment."""
     match = _IN_CELLS.fullmatch(text)
-    key, unit = key_and_unit(match[1].strip()) if match else ("", "")
-    return (key, f"{match[2].strip()} {unit}".strip()) if match and key else ("comment", text)
+    key, value = header_line(f"{match[1]}: {match[2]}") if match else ("", "")
+    return (key, value) if key in KEYS else ("comment", text)
 
 
 def said_in_row(line: str, separator: str | None) -> list[Said]:
@@ -202,12 +201,12 @@ def said_in_row(line: str, separator: str | None) -> list[Said]:
             value = _value(key, cells)
             text = f"{cell} {value}"
         if key == "serial":
-            is_own = _TESTED.fullmatch(unit) or canonical_key(split_unit(name)[0]) != key
+            is_own = TESTED.fullmatch(unit) or canonical_key(split_unit(name)[0]) != key
             said, behind = Said(key, value, "" if is_own else unit or behind), ""
         elif key:
             said = Said(key, f"{value} {unit}".strip())
         else:
-            said, behind = _NOTHING, "" if _TESTED.fullmatch(name) else text
+            said, behind = _NOTHING, "" if TESTED.fullmatch(name) else text
         found.append(said if said.value else _NOTHING)
     return found
 
@@ -236,18 +235,8 @@ def label(cell: str) -> tuple[str, str, str]:
     """
     pair = PAIR.fullmatch(cell)
     name, value = (pair[1].strip(), pair[2].strip()) if pair else (cell, "")
-    key, unit = key_and_unit(name, _key_of)
+    key, unit = key_and_unit(name)
     return key, value, unit
-
-
-def _key_of(name: str) -> str | None:
-    """Name of what a key declares; ``DUT S/N`` is the serial number as well."""
-    first, _, rest = name.partition(" ")
-    start, _, last = name.rpartition(" ")
-    for own, key in ((first, rest), (last, start)):
-        if _TESTED.fullmatch(own) and canonical_key(key) == "serial":
-            return "serial"
-    return canonical_key(name)
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
@@ -289,8 +278,12 @@ def _with_commas(cells: list[str]) -> list[str]:
 
 
 def _is_label(cell: str) -> bool:
-    """Tell whether a cell has a key, or its colon; one letter is rather a unit, or a name."""
-    return len(cell) > 1 and (cell[-1] in ":=" or bool(label(cell)[0]))
+    """Tell whether a cell has a key, or its colon; one letter is rather a unit, or a name.
+
+    The serial of something else, as ``DMM S/N``, is a key as well.
+    """
+    is_serial = canonical_key(cell.rpartition(" ")[2]) == "serial"
+    return len(cell) > 1 and (cell[-1] in ":=" or is_serial or bool(label(cell)[0]))
 
 
 def _begins(cell: str) -> bool:

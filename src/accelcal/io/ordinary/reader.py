@@ -20,6 +20,7 @@ from accelcal.frozen_mapping import FrozenMapping
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.declarations import declarations, notes_of_serial
 from accelcal.io.files.text import SourceText
+from accelcal.io.layout.header_lines import table_key
 from accelcal.io.layout.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.ordinary.cell_blocks import (
@@ -37,7 +38,6 @@ from accelcal.io.words.vocabulary import (
     TIME_UNITS,
     UNITS_OF,
     Heading,
-    canonical_key,
     has_unit,
 )
 from accelcal.record import TumbleRecord
@@ -277,7 +277,7 @@ def _is_plain(value: str) -> bool:
 @lru_cache(maxsize=1000)
 def _key(written: str) -> str:
     key = written[2:] if _KEY.fullmatch(written) else ""
-    return canonical_key(key) or key
+    return table_key(key) or key
 
 
 def _split(content: bytes) -> tuple[str, bytes] | None:
