@@ -112,6 +112,7 @@ PIVOT = "20;1;1,30;1,31;1,32;1,33\n20;3;0,01;0,02;0,03;0,04\n20;5;-1,30;-1,31;-1
         ("T;J;Y1 fwd;Y1 bwd;Y2 fwd;Y2 bwd", [1, 2, 3, 4]),
         ("T;J;Hub 1;Hub 2;Hub 3;Hub 4\n;;hin;rück;hin;rück", [1, 2, 3, 4]),
         (";;cycle 3;;cycle 4;\nT;J;hin;rück;hin;rück", [5, 6, 7, 8]),
+        (";;hin;;rück;\nT;J;Zyklus 1 (mA);Zyklus 2 (mA);Zyklus 1 (mA);Zyklus 2 (mA)", [1, 3, 2, 4]),
     ],
 )
 def test_a_pivot_table_by_cycle_and_direction(headings, strokes):
@@ -120,6 +121,16 @@ def test_a_pivot_table_by_cycle_and_direction(headings, strokes):
     assert record.stroke.tolist() == strokes * 3
     assert record.output.tolist()[:4] == [1.30, 1.31, 1.32, 1.33]
     assert record.notes == ()
+
+
+@pytest.mark.parametrize("headings", ["T;J;1;\n;;Hin;Rück", "cycle;;1;1\ndir;;Hin;Rück\nT;J;;"])
+def test_a_pivot_table_of_one_cycle(headings):
+    """It was refused."""
+    record = read(f"{headings}\n20;1;1,30;1,31\n20;5;-1,30;-1,31\n")
+    assert (record.stroke.tolist(), record.output.tolist()) == (
+        [1, 2] * 2,
+        [1.3, 1.31, -1.3, -1.31],
+    )
 
 
 @pytest.mark.parametrize(

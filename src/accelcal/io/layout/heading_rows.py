@@ -277,12 +277,13 @@ def by_cycle(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
             texts.append((named or column)[-1])
     cells = read_headings(texts)
     outputs = [cell for cell in cells if cell.role == "strokes" and tells_direction(cell.text)]
-    return cells if len(outputs) > 2 and are_headings(cells) else None
+    left = any(cell.role is None and _is_of_cycle(cell.text) for cell in cells)
+    return cells if len(outputs) > 1 and not left and are_headings(cells) else None
 
 
 def _is_of_cycle(cell: str) -> bool:
     """Tell whether a cell has a direction or a number, with no more than a cycle beside it."""
-    told = _way(cell) or (any(map(str.isdecimal, cell)) and _way(f"{cell} forward"))
+    told = _way(cell) or (any(map(str.isdecimal, cell)) and _way(f"forward {cell}"))
     return bool(told)
 
 
