@@ -350,3 +350,36 @@ def test_a_pivot_table_by_cycle_and_direction():
             assert sorted(found) == sorted(
                 zip(long.position, long.stroke, long.output, strict=True)
             )
+
+
+@pytest.mark.parametrize("level", ["serial", "temperature"])
+def test_a_pivot_table_by_serial_or_temperature_and_direction_is_refused(level):
+    """Accelerometers 1 and 2 were cycles of one, without a word."""
+    frame = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=20.0, strokes=2)).to_frame()
+    frame["direction"] = np.where(frame["stroke"] % 2, "forward", "back")
+    both = pd.concat(frame.assign(**{level: own}) for own in ("1", "2"))
+    index = [own for own in ("temperature", "position") if own != level]
+    wide = both.pivot(index=index, columns=[level, "direction"], values="output")
+    with pytest.raises(accelcal.InputError):
+        accelcal.read_arrays(wide)
+    with pytest.raises(accelcal.InputError):
+        accelcal.read_table(io.StringIO(f"# temperature: 20\n{wide.to_csv()}"))
+
+
+@pytest.mark.parametrize("fill", [None, -9999.0])
+def test_what_is_masked_is_missing_whatever_would_fill_it(fill):
+    """Of an array with fields it was 1e20."""
+    rows = [(20.0, 1, 1, 1.35), (20.0, 3, 1, 0.0), (20.0, 5, 1, -1.3)]
+    names = ("temperature", "position", "stroke", "output")
+    array = np.array(rows, dtype=list(zip(names, (float, int, int, float), strict=True)))
+    masked = np.ma.array(array, mask=[(False, False, False, own == 1) for own in range(3)])
+    column = np.ma.array(array["output"], mask=[0, 1, 0], fill_value=fill)
+    for given in (masked, {**{name: array[name] for name in names}, "output": column}):
+        assert accelcal.read_arrays(given).output.tolist() == [1.35, -1.3]
+
+
+def test_texts_of_bytes_that_are_not_utf_8_stay_apart():
+    """A serial of two, Ä-7 and Ö-7, was one."""
+    frame = {"temperature": 20.0, "position": np.array([1, 5]), "stroke": 1, "output": [1.3, -1.3]}
+    with pytest.raises(accelcal.InputError, match="in one table; give one at a time"):
+        accelcal.read_arrays({**frame, "serial": np.array([b"\xc4-7", b"\xd6-7"])})

@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from accelcal.arguments.numbers import refuse_other_order
 from accelcal.errors import InputError, TableError
 from accelcal.io.declarations import declared_by_caller
 from accelcal.io.files.csv_text import cell_text, csv_text
+from accelcal.io.layout.heading_rows import is_apart
 from accelcal.io.tables import ONE_AT_A_TIME, read_table
 from accelcal.io.words.vocabulary import LABELS, read_heading, split_unit
 from accelcal.record import TumbleRecord
@@ -130,9 +132,11 @@ def _arrays(columns: Any) -> list[tuple[str, NDArray[Any]]]:
 
 
 def _array(values: Any) -> NDArray[Any]:
-    """Take values as an array; what has a mask of `numpy.ma` is missing."""
+    """Take values as an array; what has a mask of `numpy.ma` is missing, whatever would fill it."""
     array: Any = np.asanyarray(values)
-    return np.asarray(array.astype(object).filled(None) if hasattr(array, "filled") else array)
+    if not isinstance(array, np.ma.MaskedArray):
+        return np.asarray(array)
+    return np.where(np.ma.getmaskarray(array), None, array.data.astype(object))
 
 
 def _with_index(columns: Any) -> list[tuple[Any, Any]]:
@@ -145,7 +149,11 @@ def _with_index(columns: Any) -> list[tuple[Any, Any]]:
 def _heading(columns: Any, name: Any) -> str:
     """Name of a column, with the unit that the attributes of a frame have for it."""
     if isinstance(name, tuple):  # of a pivot table with several levels
-        name = " ".join(map(str, name)).strip()
+        levels = getattr(getattr(columns, "columns", None), "names", ())
+        apart = ["" not in name and is_apart(str(level)) for level in levels]
+        words = [f"{level} " if own else "" for level, own in zip(levels, apart, strict=True)]
+        pairs = zip_longest(words, name, fillvalue="")
+        name = " ".join(f"{word}{own}" for word, own in pairs).strip()
     units = getattr(columns, "attrs", {}).get("units")
     unit = units.get(name) if isinstance(units, Mapping) else None
     return f"{name} [{unit}]" if unit and not split_unit(str(name))[1] else str(name)

@@ -58,7 +58,7 @@ def cell_text(value: Any) -> str:
     if isinstance(value, float):
         is_whole = value.is_integer() and abs(value) < _EXACT
         return str(int(value)) if is_whole else repr(float(value))
-    text = value.decode(errors="replace") if isinstance(value, bytes) else str(value)
+    text = value.decode(errors="backslashreplace") if isinstance(value, bytes) else str(value)
     return " ".join(text.split())
 
 

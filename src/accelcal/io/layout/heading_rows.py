@@ -270,6 +270,8 @@ def by_cycle(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
         named = [own for own in column if read_heading(own).role in COLUMNS]
         if named and any(map(str.isdecimal, "".join(set(column).difference(named)))):
             return None  # a row of readings
+        if any(own != named[-1] and is_apart(own) for own in named):
+            return None  # the rows tell serials or temperatures
         if not named and any(map(_is_of_cycle, column)):
             above = [own or before for own, before in zip_longest(column, above, fillvalue="")]
             texts.append(" ".join(above))
@@ -279,6 +281,17 @@ def by_cycle(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
     outputs = [cell for cell in cells if cell.role == "strokes" and tells_direction(cell.text)]
     left = any(cell.role is None and _is_of_cycle(cell.text) for cell in cells)
     return cells if len(outputs) > 1 and not left and are_headings(cells) else None
+
+
+def is_apart(name: str) -> bool:
+    """Tell whether what a row of headings is called is no cycle, direction, stroke or output.
+
+    Examples
+    --------
+    >>> is_apart("serial"), is_apart("direction"), is_apart("cycle")
+    (True, False, False)
+    """
+    return read_heading(name).role in set(COLUMNS).difference(("direction", "stroke", "output"))
 
 
 def _is_of_cycle(cell: str) -> bool:
