@@ -136,7 +136,9 @@ def _array(values: Any) -> NDArray[Any]:
     array: Any = np.asanyarray(values)
     if not isinstance(array, np.ma.MaskedArray):
         return np.asarray(array)
-    return np.where(np.ma.getmaskarray(array), None, array.data.astype(object))
+    cells: NDArray[Any] = array.data.astype(object)
+    cells[np.ma.getmaskarray(array)] = None
+    return cells
 
 
 def _with_index(columns: Any) -> list[tuple[Any, Any]]:
