@@ -311,6 +311,35 @@ def test_u_counts_what_goes_on_in_pauses_nobody_knows_of(name, size, moved, hour
         )
 
 
+@pytest.mark.parametrize("name", ["bias-drift", "scale-factor-drift"])
+def test_where_readings_deny_that_there_were_no_pauses_the_runs_tell_the_rate(name):
+    """It was 140 to 179 ppm/h at U of 4, and each run had a drift that it had not."""
+    plan = TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0), strokes=4)
+    made = (name, 1e-4)
+    model = accelcal.discover(simulated(plan, made, seed=2))
+    record = simulated(plan, made, seed=5)
+    found = accelcal.fit(record, model=model)
+    rate = found.effects[0].parameters["rate"]
+    assert abs(rate.value - 1e-4) < rate.expanded_uncertainty < 1e-5
+    assert all(gate.verdict == "pass" for table in found.tables for gate in table.gates)
+    assert said_of(found, "no times:", PAUSED)
+
+
+@pytest.mark.parametrize("name", ["bias-drift", "scale-factor-drift"])
+def test_a_comparison_counts_what_goes_on_in_pauses_nobody_knows_of(name):
+    """Nothing had changed, and simulation and measurement disagreed in 24 of 25 such pairs."""
+    plan = TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0), strokes=4)
+    made = (name, 1e-4)
+    calibration = accelcal.fit(
+        simulated(plan, made, seed=5), model=accelcal.discover(simulated(plan, made, seed=2))
+    )
+    same = accelcal.compare(calibration, simulated(plan, made, seed=6))
+    assert same.p_value > 0.01
+    assert any(f"no times: {name} may go on between the runs" in note for note in same.notes)
+    other = simulated(plan, made, ("hysteresis", 1e-5), seed=6)
+    assert accelcal.compare(calibration, other).p_value < 1e-6
+
+
 def test_with_times_or_in_one_run_no_pause_is_counted():
     drift = ("bias-drift", 1e-3)
     model = discovered(TumblePlan(), drift)

@@ -20,7 +20,7 @@ from accelcal.discovery.unnamed.drift_anew import drift_anew
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
-from accelcal.discovery.untimed import going_on
+from accelcal.discovery.untimed import going_on, with_runs_apart
 from accelcal.effects.conditions import is_timed
 from accelcal.effects.effect import Effect
 from accelcal.record import TumbleRecord
@@ -94,7 +94,7 @@ def _with_runs_apart(look: Look, question: Question) -> Look | None:
     most = min((len(one.ids) for one in findings.explanations), default=question.most + 1)
     if most < 2 or drift_anew(look.family, question.alpha):
         return None
-    free = record.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
+    free = with_runs_apart(record)
     if free.apparatus == record.apparatus:
         return None
     apart = _judged(free, question)

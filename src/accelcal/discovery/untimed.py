@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 
 import numpy as np
 
 from accelcal.arrays import Array, Places
+from accelcal.discovery.columns import dummies
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.explanation import chance_beside
 from accelcal.discovery.instance import (
     Instance,
     all_own_columns,
@@ -20,10 +22,31 @@ from accelcal.discovery.instance import (
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.conditions import Conditions, is_timed
 from accelcal.effects.effect import Disturbance
+from accelcal.effects.found import disturbances
 from accelcal.plural import listed
+from accelcal.record import TumbleRecord
+from accelcal.results.findings import FoundEffect
 from accelcal.units import HOUR
 
 _HOURS = 24
+
+_DENIED = 1e-3
+"""Chance of noise below which the readings deny that there were no pauses."""
+
+
+def with_runs_apart(record: TumbleRecord) -> TumbleRecord:
+    """Let bias and scale factor be free in each run, as after pauses in which a drift goes on."""
+    return record.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
+
+
+def shows_pauses(comparison: Comparison, effects: Sequence[Instance]) -> bool:
+    """Whether a record without times denies that effects stood still between its runs."""
+    c, space = comparison.model.conditions, comparison.space
+    if is_timed(comparison.record) or not going_on(c, effects):
+        return False
+    runs = c.gain[:, None] * dummies(c.run)
+    free = space.see(np.hstack([runs, runs * c.input[:, None]]))
+    return chance_beside(comparison, free, comparison.span(effects)) < _DENIED
 
 
 def in_pauses(
@@ -55,13 +78,10 @@ def in_pauses(
     acting = [explanations[place] for place, own in names.items() if own]
     if is_timed(comparison.record) or not acting:
         return np.empty((len(comparison.record), 0)), ()
-    hours = np.tile(np.arange(_HOURS) + 0.5, (_place(c).max() + 1, 1))
-    hours[0] = 0.0
-    starts = HOUR * np.cumsum(np.random.default_rng(0).permuted(hours, axis=1), axis=0)
     columns = [
-        _taken(comparison, effects, held, start[_place(c)]) - _taken(comparison, effects, held, 0.0)
+        _taken(comparison, effects, held, later) - _taken(comparison, effects, held, 0.0)
         for effects in acting
-        for start in starts.T
+        for later in _delays(c)
     ]
     own = listed(dict.fromkeys(chain(*names.values())))
     said = (
@@ -70,6 +90,32 @@ def in_pauses(
         " column time"
     )
     return np.stack(columns, axis=1) / np.sqrt(_HOURS), (said,)
+
+
+def simulated_in_pauses(
+    record: TumbleRecord, c: Conditions, effects: Sequence[FoundEffect]
+) -> tuple[Array, tuple[str, ...]]:
+    """Tell the same of effects that a calibration simulates for the conditions of a record."""
+    held = disturbances(effects)
+    names = () if is_timed(record) else going_on(c, (), held)
+    if not names:
+        return np.empty((len(record), 0)), ()
+    now = contributions(held, c)
+    columns = [contributions(held, replace(c, time=c.time + later)) - now for later in _delays(c)]
+    said = (
+        f"no times: {listed(names)} may go on between the runs of the record, and nothing tells how"
+        " long: each pause counts as any up to a day; give the readings a column time"
+    )
+    return np.stack(columns, axis=1) / np.sqrt(_HOURS), (said,)
+
+
+def _delays(c: Conditions) -> Iterator[Array]:
+    """How much later each reading is [s], by pauses of up to a day that are drawn."""
+    place = _place(c)
+    hours = np.tile(np.arange(_HOURS) + 0.5, (place.max() + 1, 1))
+    hours[0] = 0.0
+    starts = HOUR * np.cumsum(np.random.default_rng(0).permuted(hours, axis=1), axis=0)
+    yield from starts[place].T
 
 
 def by_pauses(comparison: Comparison, effects: Sequence[Instance]) -> Array:

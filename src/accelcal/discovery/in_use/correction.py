@@ -49,7 +49,7 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
     may_be_wider,
     of_open_width,
 )
-from accelcal.discovery.untimed import in_pauses
+from accelcal.discovery.untimed import in_pauses, shows_pauses, with_runs_apart
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes, smooth, untold
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.found import disturbances
@@ -152,6 +152,9 @@ def _taken_out(meeting: Meeting, *, gaps: bool) -> Correction:
     instances = tuple(map(instance_of, known))
     silent = silent_by(record, reference, delta0, known, own=meeting.of_one_unit)
     comparison = compared(record, reference, delta0, instances, silent=silent)
+    if shows_pauses(comparison, instances):
+        meeting = meeting._replace(record=(record := with_runs_apart(record)))
+        comparison = compared(record, reference, delta0, instances, silent=silent)
     shown = _shown(comparison, instances)
     left = [
         None if own else meeting.left_in(item, comparison.model)

@@ -48,6 +48,7 @@ from accelcal.discovery.noise.of_readings import (
     sources,
 )
 from accelcal.discovery.space import Space, space_of
+from accelcal.discovery.untimed import simulated_in_pauses
 from accelcal.discovery.where import by_factor, pattern, shares, structure
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import AccelcalWarning, InputError
@@ -78,6 +79,7 @@ class _Seen(NamedTuple):
     known: dict[str, ErrorSource]
     errors: CalibrationErrors
     step: float
+    paused: Array
 
 
 class _Judged(NamedTuple):
@@ -158,7 +160,8 @@ def compare(
     own = from_calibration(calibration, record)
     declared, errors = counted(record, own), calibration_errors(calibration, found)
     step = _step(found, converted)
-    seen = _Seen(converted, simulated, noise, dof, declared, own, errors, step)
+    paused, said = simulated_in_pauses(converted, simulated.conditions, calibration.effects)
+    seen = _Seen(converted, simulated, noise, dof, declared, own, errors, step, paused)
     same = is_same_head(calibration, record, errors, same_head)
     judged = _whatever_the_head(seen, same, is_turned_over(calibration, record))
     return Disagreement(
@@ -175,7 +178,7 @@ def compare(
             *filter(None, [worse, taken_from_calibration(calibration, noise)]),
             *coefficient_notes(found, simulated),
             *notes(calibration, record, declared, own),
-            *said_of_positions(converted),
+            *(*said, *said_of_positions(converted)),
             *head_notes(calibration, record, declared, same, bool(errors.positions.size)),
         ),
         serial=record.serial,
@@ -323,9 +326,10 @@ def _head_as_counted(seen: _Seen) -> tuple[float, float]:
 
 
 def _spread(seen: _Seen) -> Covariance:
-    """Covariance of all errors but those of the head and of the calibration."""
+    """Covariance of all errors but those of the head and of the calibration's coefficients."""
     others = replace(seen.declared, head_uncertainty=None)
-    return covariance(seen.simulated.conditions, seen.noise, others, seen.step)
+    own = covariance(seen.simulated.conditions, seen.noise, others, seen.step)
+    return own.with_shared(seen.paused)
 
 
 def _space(seen: _Seen, spread: Covariance) -> Space:
