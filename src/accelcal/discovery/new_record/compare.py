@@ -166,11 +166,8 @@ def compare(
     judged = _whatever_the_head(seen, same, is_turned_over(calibration, record))
     return Disagreement(
         rms=float(np.sqrt(np.mean(simulated.residual**2))),
-        reduced_chi2=judged.reduced_chi2,
         p_value=judged.p_value,
-        where=judged.where,
-        structure=judged.structure,
-        runs=judged.runs,
+        **judged._asdict(),
         noise=sources(noise, declared, record),
         same_head=same,
         effects=tuple(effect.id for effect in calibration.effects),
