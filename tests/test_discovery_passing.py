@@ -256,6 +256,18 @@ def test_a_drift_goes_on_in_pauses_that_nobody_wrote_down(hidden):
     assert "not declared" not in " ".join(found.notes)
 
 
+def test_a_drift_that_goes_on_in_pauses_is_not_told_as_two_where_one_anew_fits_as_well():
+    """A rate of 267 ppm/h was told, and beside it a drift of the chamber and a warm-up."""
+    plan = TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0), strokes=4)
+    unit, drift = replace(accelcal.AL15, serial="A1"), accelcal.effect("scale-factor-drift")
+    found = accelcal.discover(accelcal.simulate(unit, plan, effects=[drift.of(1e-4)], seed=1))
+    (only,) = found.effects
+    assert only.id == "scale-factor-drift"
+    assert only.indistinguishable == ("chamber-drift",)
+    rate = only.parameters["rate"]
+    assert abs(rate.value - 1e-4) < 1.5 * rate.expanded_uncertainty
+
+
 @pytest.mark.parametrize(("declared", "searches"), [(True, 2), (False, 1)])
 def test_runs_whose_bias_is_free_already_are_not_searched_again(monkeypatch, declared, searches):
     """Tables without times and without declared launches, as most are, took one search more."""

@@ -86,7 +86,8 @@ def _with_runs_apart(look: Look, question: Question) -> Look | None:
     """Search with a bias and a scale factor of each run, where pauses nobody knows part the runs.
 
     A drift goes on in a pause that no times tell. It is told so where it takes fewer effects to
-    explain all than without pauses, and does not begin anew in each run.
+    explain all than without pauses. What begins anew in each run does not move the
+    runs, and comes behind.
     """
     record, findings = look.comparison.record, look.findings
     if is_timed(record) or findings.before.p_value >= question.alpha:
@@ -98,10 +99,18 @@ def _with_runs_apart(look: Look, question: Question) -> Look | None:
     if free.apparatus == record.apparatus:
         return None
     apart = _judged(free, question)
-    best = next(iter(apart.findings.explanations), None)
-    if best is None or len(best.ids) >= most:
+    comparison, found = apart.comparison, apart.findings.explanations
+
+    def moves_runs(one: Explanation) -> bool:
+        return bool(going_on(comparison.model.conditions, one.instances))
+
+    if not any(len(one.ids) < most and moves_runs(one) for one in found):
         return None
-    return apart if going_on(apart.comparison.model.conditions, best.instances) else None
+    found = tuple(sorted(found, key=lambda one: not moves_runs(one)))
+    return apart._replace(
+        findings=apart.findings._replace(explanations=found),
+        walks=tuple(wandering(comparison, found[0].instances)),
+    )
 
 
 def _by_exact_laws(first: Look, question: Question) -> Look:
