@@ -186,6 +186,18 @@ def test_a_calibration_without_its_readings_does_not_know_its_head():
     assert one.misalignment.standard_uncertainty == pytest.approx(u, rel=0.01)
 
 
+def test_a_calibration_with_a_step_taken_out_knows_its_head():
+    """It was said to tell no positions, and both heads counted as two, whatever was declared."""
+    step = accelcal.effect("bias-step").of(4e-5)
+    plan = accelcal.TumblePlan(timed=True)
+    first, second = (accelcal.simulate(plan=plan, effects=[step], seed=n) for n in (2, 3))
+    model = accelcal.discover(first)
+    assert [item.id for item in model.effects] == ["bias-step"]
+    calibration = accelcal.fit(first, model=model)
+    assert accelcal.compare(calibration, second, same_head=True).same_head is True
+    assert "tells no positions" not in " ".join(accelcal.compare(calibration, second).notes)
+
+
 def test_a_head_of_very_many_positions_counts_as_two():
     plan = TumblePlan(temperatures=(20.0,), positions=1440, strokes=1)
     calibration = accelcal.fit(simulate(plan=plan, noise=NOISE, seed=1))

@@ -14,6 +14,7 @@ with Q the projector off the model and s the noise of a reading, what is missed 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -232,6 +233,7 @@ def _is_told(calibration: Calibration) -> bool:
 
 
 def _tables(calibration: Calibration, found: Compensation) -> Iterator[_Table]:
+    bare = replace(calibration, effects=())  # of a step, a table has no place that it knows
     for table in calibration.tables:
         angle = np.array(table.residuals.angle_deg)
         n = angle.size
@@ -251,7 +253,7 @@ def _tables(calibration: Calibration, found: Compensation) -> Iterator[_Table]:
         asked = told if calibration.method == METHODS[0] else COEFFICIENTS
         prepared = prepare(record, delta0=calibration.delta0_rad, asked=asked)
         estimator = linear_estimator(prepared, calibration.method, calibration.delta0_rad)
-        simulated = simulated_readings(calibration, found, record)
+        simulated = simulated_readings(bare, found, record)
         yield _Table(table, estimator, simulated)
 
 
