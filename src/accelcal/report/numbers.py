@@ -210,8 +210,8 @@ def sized(quantity: Quantity) -> str:
     --------
     >>> sized(Quantity(2.04e-5, 7e-7, "rad", 1.4e-6)), sized(Quantity(57.0, None, "1"))
     ('20.4 +- 1.4 urad', '57')
-    >>> sized(Quantity(0.0, None, "1"))
-    '0'
+    >>> sized(Quantity(0.0, None, "1")), sized(Quantity(0.0, 0.58, "1", 1.0))
+    ('0', '0.0 +- 1.0')
     """
     if quantity.value is None:
         return "unknown"
@@ -221,6 +221,8 @@ def sized(quantity: Quantity) -> str:
     if quantity.standard_uncertainty is None:
         return f"{factor * quantity.value:g} {plain(unit)}".rstrip()
     half = quantity.expanded_uncertainty or 2.0 * quantity.standard_uncertainty
+    if quantity.unit == "1":  # a ratio may be zero with an uncertainty of one
+        factor, unit = readable(quantity.unit, quantity.value, half)
     value, uncertainty = matching_digits(quantity.value, half, factor)
     return f"{value} +- {uncertainty} {plain(unit)}".rstrip()
 
