@@ -366,6 +366,9 @@ def _differ(same: Sequence[Entry]) -> bool:
 
 
 def _mean(runs: Sequence[Entry]) -> Entry:
+    if len(runs) == 1:
+        return runs[0]
+
     def mean(name: str) -> tuple[float, ...]:
         values, *sizes = np.array([getattr(run, name) for run in runs], dtype=float).T
         return (float(values.mean()), *(float(np.sqrt(np.mean(size**2))) for size in sizes))

@@ -35,13 +35,13 @@ class _Measure(NamedTuple):
     """What tests the steps where the standard deviations are in one proportion.
 
     `roots`, shape (n,), are their inverses; `base`, shape (n, p), is an orthonormal basis of the
-    line in the values times `roots`, and `norms` are the lengths of the steps apart from it.
+    line in the values times `roots`, and `steps`, shape (n, s), are the steps apart from it, each
+    of length 1.
     """
 
     roots: Array
     base: Array
-    places: Places
-    norms: Array
+    steps: Array
     constant: float
 
     @classmethod
@@ -50,9 +50,9 @@ class _Measure(NamedTuple):
         base, triangle = np.linalg.qr(columns / sigma[:, None])
         steps = np.greater_equal.outer(np.arange(sigma.size), places) / sigma[:, None]
         steps -= base @ (base.T @ steps)
-        norms = np.sqrt((steps**2).sum(axis=0))
+        steps /= np.sqrt((steps**2).sum(axis=0))
         constant = -np.log(sigma).sum() - np.log(np.abs(np.diagonal(triangle))).sum()
-        return cls(1.0 / sigma, base, places, norms, float(constant))
+        return cls(1.0 / sigma, base, steps, float(constant))
 
     def likelihoods(self, values: Array) -> tuple[Array, Array]:
         """Logarithms of the restricted likelihood of the line, and of it with each step.
@@ -62,8 +62,7 @@ class _Measure(NamedTuple):
         whitened = values * self.roots
         left = whitened - (whitened @ self.base) @ self.base.T
         squares = (left**2).sum(axis=1, keepdims=True)
-        behind = np.cumsum((left * self.roots)[:, ::-1], axis=1)[:, ::-1]
-        taken = (behind[:, self.places] / self.norms) ** 2
+        taken = (left @ self.steps) ** 2
         dof = values.shape[1] - self.base.shape[1]
         line = self.constant - 0.5 * dof * np.log(np.maximum(squares, ROUNDING))
         stepped = self.constant - 0.5 * dof * np.log(np.maximum(squares - taken, ROUNDING))
@@ -248,5 +247,10 @@ def _log_ratios(measures: Sequence[_Measure], values: Array) -> tuple[Array, Arr
     """
     both = [measure.likelihoods(values) for measure in measures]
     line, stepped = (np.array(each) for each in zip(*both, strict=True))
-    ratios = np.logaddexp.reduce(stepped) - np.logaddexp.reduce(line)[:, None]
-    return np.asarray(ratios), line
+    return _log_of_sum(stepped) - _log_of_sum(line)[:, None], line
+
+
+def _log_of_sum(logarithms: Array) -> Array:
+    """Logarithms of the sums along the first axis, as numpy.logaddexp.reduce gives them."""
+    largest = logarithms.max(axis=0)
+    return np.asarray(largest + np.log(np.exp(logarithms - largest).sum(axis=0)))
