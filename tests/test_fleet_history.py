@@ -100,6 +100,22 @@ def test_units_are_due_by_their_last_date(frame):
     assert calm == sorted(calm, key=lambda found: (not {*found} - {"due"}, "due" not in found))
 
 
+def test_units_that_are_due_alone_are_sorted_by_their_last_dates(frame):
+    fleet = accelcal.fleet_history(frame, due_before="2024-01-01")
+    due = [own.last for own in fleet.units if own.attention == ("due",)]
+    assert len(due) > 15
+    assert due == sorted(due)
+
+
+@pytest.mark.parametrize("date", [None, "soon"])
+def test_a_unit_whose_date_nobody_can_read_is_due(frame, date):
+    frame = pd.concat([frame, frame[frame["serial"] == "NEW"].assign(serial="LOST", date=date)])
+    (lost,) = (own for own in accelcal.fleet_history(frame).units if own.serial == "LOST")
+    assert lost.attention == ()
+    due = [own for own in accelcal.fleet_history(frame, due_before="1999").units if own.attention]
+    assert (due[-1].serial, due[-1].attention) == ("LOST", ("due",))
+
+
 def test_a_test_at_another_temperature_counts_where_a_unit_is_due(frame):
     later = (
         frame[frame["serial"] == "DRIFTS"].tail(1).assign(date="2030-01-01", temperature_degC=60.0)

@@ -43,7 +43,7 @@ def fleet_history(
     mounting, temperature, alpha
         As of `accelcal.history`, which judges each unit.
     due_before : str, optional
-        Date; units whose last calibration is before it are due.
+        Date; units whose last calibration is before it are due, or of an unknown date.
 
     Returns
     -------
@@ -132,11 +132,11 @@ def fleet_history_of(
     )
 
 
-def _due(date: str | None) -> float:
-    """A date in years; before all others where there is none."""
+def _due(date: str | None) -> float | None:
+    """A date in years."""
     check_text(due_before=date)
     if date is None:
-        return -math.inf
+        return None
     found = year(date)
     if found is None:
         raise InputError(f"due_before is {date!r}; it is a date such as 2024-05-31")
@@ -214,7 +214,7 @@ def _ratio(drift: Quantity) -> float:
 # -- among the others ------------------------------------------------------------------------------
 
 
-def _among(unit: UnitOfFleet, searched: int, judged: int, due: float) -> UnitOfFleet:
+def _among(unit: UnitOfFleet, searched: int, judged: int, due: float | None) -> UnitOfFleet:
     """Judge a unit as one of those that were searched for jumps, and that have a drift."""
     jumps = None if unit.jump_p_value is None else searched * unit.jump_p_value
     drifts = None if unit.drift_p_value is None else judged * unit.drift_p_value
@@ -226,7 +226,7 @@ def _among(unit: UnitOfFleet, searched: int, judged: int, due: float) -> UnitOfF
     if unit.remarks:
         found.append("remark")
     last = year(unit.last)
-    if last is not None and last < due:
+    if due is not None and (last is None or last < due):
         found.append("due")
     return replace(unit, attention=tuple(found), jumps_by_chance=jumps, drifts_by_chance=drifts)
 
@@ -242,13 +242,12 @@ def _is_sure(drift: Quantity) -> bool:
 
 
 def _urgency(unit: UnitOfFleet) -> tuple[bool | float | str, ...]:
-    """What sorts units, the most urgent first."""
+    """What sorts units, the most urgent first; those that are due alone by their last dates."""
     chances = [own for own in (unit.jumps_by_chance, unit.drifts_by_chance) if own is not None]
     return (
         {"jump", "drift"}.isdisjoint(unit.attention),
         not {*unit.attention} - {"due"},
         "due" not in unit.attention,
-        not unit.trends,
-        min(chances, default=math.inf),
+        0.0 if unit.attention == ("due",) else min(chances, default=math.inf),
         unit.last or "",
     )

@@ -135,11 +135,12 @@ class FleetHistory(StoredResult, TabularResult):
     ----------
     units : tuple of UnitOfFleet
         The units: first those with a jump or drift that noise hardly makes in such a fleet, then
-        those with other findings, those that are due, all others, and those that cannot be judged.
+        those with other findings, those that are due, the oldest dates first, all others, and
+        those that cannot be judged.
     alpha : float
         Chance below which a jump of a unit is believed.
     due_before : str or None
-        Units whose last calibration is before this date are due.
+        Units whose last calibration is before this date are due, or of an unknown date.
     searched : int
         Units with enough calibrations to search for jumps.
     jumps_by_chance, drifts_by_chance : float
