@@ -190,6 +190,24 @@ def test_lines_of_the_text_fit_a_terminal(fleet):
     assert repr(fleet).startswith("<FleetHistory: 23 units, ")
 
 
+def test_the_first_lines_tell_how_many_findings_are_no_noise():
+    fleet = accelcal.fleet_history(calm_fleet(3, 200, 6), alpha=0.05, due_before="2024-01-01")
+    found = [own.attention for own in fleet.units]
+    sure, doubtful = (sum(name in own for own in found) for name in ("jump", "jump?"))
+    lines = str(fleet).splitlines()
+    told = f"{sure + doubtful} of 200 units, {sure} without ?, at alpha = 0.05; noise alone: 10"
+    assert lines[1] == f"jumps    {told}"
+    due = sum("due" in own for own in found)
+    assert lines[3] == f"due      {due}, no calibration known since 2024-01-01"
+
+
+def test_the_last_line_tells_how_many_of_the_others_need_attention():
+    fleet = accelcal.fleet_history(calm_fleet(6, 45, 5), due_before="2040")
+    assert "and 5 other units, 5 of them with attention (CSV and JSON have all)" in str(fleet)
+    fleet = accelcal.fleet_history(calm_fleet(6, 41, 5))
+    assert "and 1 other unit, 0 of them with attention (CSV" in str(fleet)
+
+
 def test_tables_without_a_serial_are_left_out(frame):
     nameless = frame[frame["serial"] == "NEW"].assign(serial=None)
     found = accelcal.fleet_history(pd.concat([frame, nameless], ignore_index=True))
@@ -239,3 +257,17 @@ def test_the_picture_names_the_units_that_drift_or_jumped(fleet, frame, tmp_path
     frame.to_csv(tmp_path / "r.csv", index=False)
     assert main(["history", str(tmp_path / "r.csv"), "--plot", str(tmp_path / "r.png")]) == 0
     assert (tmp_path / "r.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_the_picture_names_units_without_doubt_first():
+    pytest.importorskip("matplotlib")
+    rng = np.random.default_rng(8)
+    few = [unit(f"F{i}", rng, 3, drift=150.0) for i in range(20)]
+    frame = pd.concat([*few, unit("SURE", rng, 12, drift=60.0)], ignore_index=True)
+    bias, _ = accelcal.fleet_history(frame).plot.drifts()
+    (label,) = (own for own in bias.get_legend_handles_labels()[1] if own.startswith("beyond"))
+    names = label.removeprefix("beyond its U: ").partition(" and ")[0].split(", ")
+    doubtful = [name.endswith("?") for name in names]
+    assert "SURE" in names
+    assert doubtful == sorted(doubtful)
+    assert any(doubtful)

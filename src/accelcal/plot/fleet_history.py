@@ -81,9 +81,9 @@ def _draw(ax: Axes, units: list[UnitOfFleet], place: int, name: str) -> None:
 
 
 def _names(units: list[UnitOfFleet], chosen: Mask, finding: str, size: Array) -> str:
-    """Serial numbers of chosen units, the largest first, with a mark where they are in doubt."""
+    """Serial numbers of chosen units: the largest first, behind them those that are in doubt."""
+    doubtful = np.array([finding + DOUBT in unit.attention for unit in units])
     places = np.flatnonzero(chosen)
-    found = [units[place] for place in places[np.argsort(-size[places], kind="stable")]]
-    doubtful = finding + DOUBT
-    names = [f"{visible(unit.serial)}{DOUBT * (doubtful in unit.attention)}" for unit in found]
+    order = places[np.lexsort((-size[places], doubtful[places]))].tolist()
+    names = [f"{visible(units[place].serial)}{DOUBT * bool(doubtful[place])}" for place in order]
     return listed(names, _NAMED)

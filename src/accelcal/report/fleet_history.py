@@ -21,8 +21,10 @@ def fleet_text(fleet: FleetHistory) -> str:
     """Write a fleet as a table, a line for each unit, and what chance makes of so many."""
     lines = [*_heading(fleet), ""]
     lines += aligned([_HEADINGS, *map(_cells, fleet.units[:_SHOWN])], right=_RIGHT)
-    if len(fleet.units) > _SHOWN:
-        lines.append(f"and {len(fleet.units) - _SHOWN} others (CSV and JSON have all)")
+    if others := fleet.units[_SHOWN:]:
+        urgent = sum(bool(unit.attention) for unit in others)
+        told = f"and {counted(len(others), 'other unit')}, {urgent} of them with attention"
+        lines.append(f"{told} (CSV and JSON have all)")
     lines += ["", *_legend(fleet)]
     for note in fleet.notes:
         lines += hanging(f"note: {visible(note)}")
@@ -34,21 +36,27 @@ def _heading(fleet: FleetHistory) -> Iterator[str]:
     yield f"History of {counted(len(units), 'unit')}; intervals are of 95 %"
     left = len(units) - fleet.judged
     yield (
-        f"jumps    {_number(fleet, 'jump')} of {counted(fleet.searched, 'unit')} at alpha ="
-        f" {fleet.alpha:g}; noise alone: {fleet.jumps_by_chance:.2g}"
+        f"jumps    {_found(fleet, 'jump', fleet.searched)}, at alpha = {fleet.alpha:g}; noise"
+        f" alone: {fleet.jumps_by_chance:.2g}"
     )
     yield (
-        f"drifts   {_number(fleet, 'drift')} of {counted(fleet.judged, 'unit')}; noise alone: up to"
+        f"drifts   {_found(fleet, 'drift', fleet.judged)}; noise alone: up to"
         f" {fleet.drifts_by_chance:.2g}"
     )
     if fleet.due_before is not None:
-        yield f"due      {_number(fleet, 'due')}, last calibrated before {fleet.due_before}"
+        yield f"due      {_number(fleet, 'due')}, no calibration known since {fleet.due_before}"
     if left:
         yield f"{counted(left, 'unit')} cannot be judged: CSV and JSON tell why"
 
 
+def _found(fleet: FleetHistory, finding: str, among: int) -> str:
+    """How many units of those that were looked at have a finding, and how many for sure."""
+    sure, doubtful = _number(fleet, finding), _number(fleet, finding + DOUBT)
+    return f"{sure + doubtful} of {counted(among, 'unit')}, {sure} without {DOUBT}"
+
+
 def _number(fleet: FleetHistory, finding: str) -> int:
-    return sum({finding, finding + DOUBT} & {*unit.attention} != set() for unit in fleet.units)
+    return sum(finding in unit.attention for unit in fleet.units)
 
 
 def _cells(unit: UnitOfFleet) -> tuple[str, ...]:
