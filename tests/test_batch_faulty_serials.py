@@ -158,6 +158,21 @@ def test_faults_of_the_whole_table_are_one_error(tmp_path, rows, head):
     assert found.errors["message"].tolist() == [str(refused.value)]
 
 
+def test_a_workbook_of_several_sheets_is_lost_as_a_whole(tmp_path):
+    pytest.importorskip("openpyxl")
+    path = tmp_path / "a.xlsx"
+    with pd.ExcelWriter(path) as book:
+        for place, rows in enumerate(
+            (good_rows()[:32], spoilt(good_rows(), 40, output="OL")[32:64])
+        ):
+            frame = pd.DataFrame([row.split(",") for row in rows], columns=HEADINGS.split(","))
+            frame.to_excel(book, sheet_name=f"sheet {place}", index=False)
+    found = accelcal.batch(path)
+    assert found.tables.empty
+    (message,) = found.errors["message"]
+    assert message.startswith(f"{path}#sheet 1:10: output 'OL' is not a number")
+
+
 def test_all_serials_faulty_is_one_error(tmp_path):
     rows = good_rows()[:32]
     path = write(tmp_path / "a.csv", spoilt(spoilt(rows, 3, output="OL"), 20, output="OL"))
