@@ -215,6 +215,17 @@ def test_tables_without_a_serial_are_left_out(frame):
     assert len(found.units) == 23
 
 
+def test_results_without_any_serial_are_refused(frame):
+    for none in ([], frame.head(0), frame.assign(serial=None)):
+        with pytest.raises(InputError, match="no serial number in the results; give what"):
+            accelcal.fleet_history(none)
+
+
+def test_a_table_of_arrow_is_a_frame(frame, fleet):
+    pa = pytest.importorskip("pyarrow")
+    assert accelcal.fleet_history(pa.Table.from_pandas(frame)) == fleet
+
+
 def test_serials_that_are_alike_are_told(frame):
     again = frame[frame["serial"] == "DRIFTS"].assign(serial="drifts")
     (note,) = accelcal.fleet_history(pd.concat([frame, again], ignore_index=True)).notes

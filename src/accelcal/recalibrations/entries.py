@@ -91,7 +91,8 @@ def entries_of(calibrations: pd.DataFrame | Iterable[Calibration]) -> list[Entry
     Parameters
     ----------
     calibrations : DataFrame or iterable of Calibration
-        The frame of tables of `accelcal.batch`, also of polars, or what `accelcal.fit` returns.
+        The frame of tables of `accelcal.batch`, also of polars or pyarrow, or what
+        `accelcal.fit` returns.
 
     Returns
     -------
@@ -211,12 +212,12 @@ def _of_calibration(calibration: Calibration) -> list[Entry]:
 
 
 def _of_frame(frame: Any) -> list[Entry]:
-    missing = [name for name in _NEEDED if name not in frame.columns]
+    table = frame.to_pandas() if hasattr(frame, "to_pandas") else frame  # of polars, of Arrow
+    missing = [name for name in _NEEDED if name not in table.columns]
     if missing:
         raise InputError(
             f"no column {missing[0]!r} in the frame; give what accelcal batch -o RESULTS.csv wrote"
         )
-    table = frame.to_pandas() if hasattr(frame, "to_pandas") else frame  # of polars, of Arrow
     return [_of_row(row) for row in table.to_dict("records")]
 
 

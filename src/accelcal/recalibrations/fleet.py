@@ -113,10 +113,12 @@ def fleet_history_of(
     check_options(None, mounting, temperature, alpha)
     due = _due(due_before)
     named = _by_serial(entries)
+    if not named:
+        raise InputError("no serial number in the results; give what accelcal batch or fit wrote")
     units = [_alone(name, own, mounting, temperature, alpha) for name, own in named.items()]
     judged = sum(bool(unit.trends) for unit in units)
     if not judged:
-        first = units[0].notes[0] if units else "no serial number in the results"
+        first = units[0].notes[0]
         raise InputError(f"none of {counted(len(units), 'unit')} can be judged; first: {first}")
     searched = sum(unit.jump_p_value is not None for unit in units)
     among = [_among(unit, searched, judged, due) for unit in units]
