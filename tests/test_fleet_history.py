@@ -164,6 +164,14 @@ def test_units_that_wander_do_not_fill_the_list():
     assert sum("drift" in own for own in found) <= 3
 
 
+def test_units_that_wander_have_more_jumps_as_the_page_warns():
+    rng = np.random.default_rng(4)
+    frame = pd.concat([unit(f"U{i}", rng, 25, wander=20.0) for i in range(30)], ignore_index=True)
+    fleet = accelcal.fleet_history(frame)
+    assert fleet.jumps_by_chance == pytest.approx(0.3)
+    assert sum("jump" in own.attention for own in fleet.units) > 3
+
+
 def test_the_forms(frame, fleet, tmp_path, capsys):
     frame.to_csv(tmp_path / "r.csv", index=False)
     arguments = ["history", str(tmp_path / "r.csv")]
