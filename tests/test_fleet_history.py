@@ -127,6 +127,23 @@ def test_a_test_at_another_temperature_counts_where_a_unit_is_due(frame):
     ]
 
 
+def test_a_fleet_without_drifts_has_a_list_of_the_due(tmp_path, capsys):
+    rng = np.random.default_rng(9)
+    frame = pd.concat([unit(f"U{i}", rng, 2) for i in range(9)], ignore_index=True)
+    day = str(np.sort(frame.groupby("serial")["date"].max().to_numpy())[4])
+    frame.to_csv(tmp_path / "r.csv", index=False)
+    command = ["history", str(tmp_path / "r.csv"), "--due-before", day]
+    assert main(command) == 0
+    told = capsys.readouterr().out
+    assert f"due      4, no calibration known since {day}\n9 units cannot be judged" in told
+    with pytest.raises(InputError, match="none of 9 units can be judged; first: serial U0 has"):
+        accelcal.fleet_history(frame)
+    pytest.importorskip("matplotlib")
+    assert main([*command, "--plot", str(tmp_path / "r.png")]) == 2
+    assert "no unit has enough calibrations for a drift to draw" in capsys.readouterr().err
+    assert not (tmp_path / "r.png").exists()
+
+
 def test_false_jumps_of_a_fleet_are_as_many_as_it_says():
     """Of 8 fleets of 60 units that do nothing, by fixed seeds."""
     fleets = [accelcal.fleet_history(calm_fleet(seed)) for seed in range(10, 18)]

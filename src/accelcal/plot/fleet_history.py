@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
@@ -45,9 +46,16 @@ class FleetHistoryPlot(Pictures[FleetHistory]):
         ndarray of Axes, shape (2,)
             Drifts of bias and scale factor of units that may wander, with their 95 % intervals; the
             longest may leave the axes.
+
+        Raises
+        ------
+        InputError
+            If no unit has a drift.
         """
-        panels = canvases(axes, 2, 1, (7.6, 6.2))
         units = [unit for unit in self.result.units if unit.trends]
+        if not units:
+            raise InputError("no unit has enough calibrations for a drift to draw")
+        panels = canvases(axes, 2, 1, (7.6, 6.2))
         for place, (ax, name) in enumerate(zip(panels, ("bias", "scale factor"), strict=True)):
             _draw(ax, units, place, name)
         panels[-1].set_xlabel(f"units by their drift, of {len(units)}")

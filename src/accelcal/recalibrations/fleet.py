@@ -53,7 +53,7 @@ def fleet_history(
     Raises
     ------
     InputError
-        If no unit can be judged, or an option breaks a rule.
+        If no unit can be judged and `due_before` is not given, or an option breaks a rule.
 
     Notes
     -----
@@ -117,7 +117,7 @@ def fleet_history_of(
         raise InputError("no serial number in the results; give what accelcal batch or fit wrote")
     units = [_alone(name, own, mounting, temperature, alpha) for name, own in named.items()]
     judged = sum(bool(unit.trends) for unit in units)
-    if not judged:
+    if not judged and due is None:
         first = units[0].notes[0]
         raise InputError(f"none of {counted(len(units), 'unit')} can be judged; first: {first}")
     searched = sum(unit.jump_p_value is not None for unit in units)
