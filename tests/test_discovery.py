@@ -961,8 +961,10 @@ def test_the_notes_tell_by_how_much_the_scale_factor_would_be_another():
 
 
 def test_the_notes_tell_what_the_temperature_laws_would_be():
-    record = accelcal.simulate(effects=[effect("bias-drift").of(2e-5)], seed=1)
+    slight = effect("warm-up").of(4e-5, tau=2000.0)
+    record = accelcal.simulate(plan=accelcal.TumblePlan(timed=True), effects=[slight], seed=2)
     found = accelcal.discover(record)
+    assert found.effects[0].id == "bias-drift"
     assert found.effects[0].indistinguishable == ("warm-up",)
     other = accelcal.discover(record, effects=[effect("warm-up")]).coefficients
     slope = 1e6 * next(c for c in other if c.coefficient == "K0 below T0").after.value
