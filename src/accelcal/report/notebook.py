@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import singledispatch
 from typing import TYPE_CHECKING
 
 from accelcal.plural import counted
@@ -18,7 +19,7 @@ from accelcal.report.calibration_rows import (
 from accelcal.report.disagreement import run_rows
 from accelcal.report.discovery import NOT_SURE, gap_rows, other_values
 from accelcal.report.findings import factor_rows, p_value
-from accelcal.report.html import items, long_table, result, safe, table
+from accelcal.report.html import items, long_table, preformatted, result, safe, table
 from accelcal.report.numbers import (
     is_number_of,
     matching_digits,
@@ -30,23 +31,30 @@ from accelcal.report.stability import HEADING, bound_rows, component_rows, noise
 from accelcal.report.stand_discovery import head_rows, title
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
+from accelcal.results.disagreement import Disagreement
+from accelcal.results.discovery import Discovery
+from accelcal.results.error_budget import ErrorBudget
 from accelcal.results.quantity import Gate, Quantity
+from accelcal.results.stability import Stability
+from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.results.table import TableCalibration
+from accelcal.results.unit_history import History
+from accelcal.results.verdict import Verdict
 from accelcal.units import MICRO
 
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
     from accelcal.record import TumbleRecord
-    from accelcal.results.disagreement import Disagreement
-    from accelcal.results.discovery import Discovery
-    from accelcal.results.error_budget import ErrorBudget
     from accelcal.results.findings import FoundEffect, Share
-    from accelcal.results.stability import Stability
-    from accelcal.results.stand_discovery import StandDiscovery
-    from accelcal.results.unit_history import History
-    from accelcal.results.verdict import Verdict
 
 
+@singledispatch
+def in_notebook(found: object) -> str:
+    """Write a result as its text, or in the way that is registered for its kind below."""
+    return preformatted(str(found))
+
+
+@in_notebook.register
 def calibration_html(calibration: Calibration) -> str:
     """Write a calibration as tables, without scripts and styles of its own."""
     warned = [*without_uncertainty(calibration), *grouped_alarms(calibration)]
@@ -81,6 +89,7 @@ def table_html(found: TableCalibration) -> str:
 _INTERVAL = ("value", "U (95 %)", "unit")
 
 
+@in_notebook.register
 def discovery_html(discovery: Discovery) -> str:
     """Write effects with their parameters, the gap, where it is, and what is open."""
     effects = [
@@ -104,6 +113,7 @@ def discovery_html(discovery: Discovery) -> str:
     )
 
 
+@in_notebook.register
 def disagreement_html(found: Disagreement) -> str:
     """Write where a comparison found differences, and what has changed run by run."""
     gap = significant(MICRO * found.rms) if found.rms else "0"
@@ -117,6 +127,7 @@ def disagreement_html(found: Disagreement) -> str:
     )
 
 
+@in_notebook.register
 def stand_html(stand: StandDiscovery) -> str:
     """Write what several units tell of their stand."""
     rows = [
@@ -134,6 +145,7 @@ def stand_html(stand: StandDiscovery) -> str:
     )
 
 
+@in_notebook.register
 def stability_html(found: Stability) -> str:
     """Write the components of a random bias, its bound and the noise terms."""
     tables = {
@@ -157,6 +169,7 @@ _OF_BUDGET = ("value_g", "bound_g", "standard_uncertainty_g", "expanded_uncertai
 _CORRELATED = "errors of the coefficients are correlated and cancel in part, which the total counts"
 
 
+@in_notebook.register
 def budget_html(budget: ErrorBudget) -> str:
     """Write the errors of all points, component by component."""
     rows = [
@@ -183,6 +196,7 @@ def budget_html(budget: ErrorBudget) -> str:
     )
 
 
+@in_notebook.register
 def verdict_html(verdict: Verdict) -> str:
     """Write a verdict, limit by limit."""
     limits = verdict.judgements
@@ -204,6 +218,7 @@ def gate_html(gate: Gate) -> str:
     return f"<p><b>{safe(gate.verdict)}</b> {safe(gate.name)}: {safe(gate.finding)}</p>"
 
 
+@in_notebook.register
 def history_html(history: History) -> str:
     """Write the drift and the jumps of a unit."""
     drifts = [

@@ -147,11 +147,6 @@ class Calibration(StoredResult, TabularResult):
         name = f"serial {self.serial}" if self.serial else self.source
         return visible(f"<Calibration {name}: {self.method}, {counted(len(self.tables), 'table')}>")
 
-    def _repr_html_(self) -> str:
-        from accelcal.report.notebook import calibration_html
-
-        return calibration_html(self)
-
     @property
     def plot(self) -> CalibrationPlot:
         """Pictures, each a method that returns matplotlib axes."""

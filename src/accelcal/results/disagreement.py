@@ -129,11 +129,6 @@ class Disagreement(StoredResult, TabularResult):
         name = self.serial or self.source
         return visible(f"<Disagreement {name}: p = {self.p_value:.2g}{told}>")
 
-    def _repr_html_(self) -> str:
-        from accelcal.report.notebook import disagreement_html
-
-        return disagreement_html(self)
-
     @property
     def run_names(self) -> list[str]:
         """Name of each of `runs`, with its mounting where there are several."""

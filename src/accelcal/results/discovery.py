@@ -171,11 +171,6 @@ class Discovery(StoredResult, TabularResult):
         faults = ", ".join(f"fault {fault.id}" for fault in self.faults)
         return visible(f"<Discovery {name}: {faults}{'; ' * bool(faults)}{found or open_end}>")
 
-    def _repr_html_(self) -> str:
-        from accelcal.report.notebook import discovery_html
-
-        return discovery_html(self)
-
     @property
     def has_more(self) -> bool:
         """Whether the unexplained is left beside effects, none of which is a term for it."""

@@ -158,11 +158,6 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
         points = counted(self.a_i.size, "point")
         return visible(f"<ErrorBudget {self.serial or self.source}: {points}>")
 
-    def _repr_html_(self) -> str:
-        from accelcal.report.notebook import budget_html
-
-        return budget_html(self)
-
     @property
     def plot(self) -> ErrorBudgetPlot:
         """Pictures, each a method that returns matplotlib axes."""

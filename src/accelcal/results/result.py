@@ -287,9 +287,9 @@ class TabularResult(ABC):
         return frame_of(self.rows(), self._COLUMNS)
 
     def _repr_html_(self) -> str:
-        from accelcal.report.html import preformatted
+        from accelcal.report.notebook import in_notebook
 
-        return preformatted(str(self))
+        return in_notebook(self)
 
 
 _SUFFIXES = {

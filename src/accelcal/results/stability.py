@@ -290,11 +290,6 @@ class Stability(StoredResult, TabularResult):
             f"<Stability {name}: {counted(len(self.launches), 'launch')}, in {self.unit}>"
         )
 
-    def _repr_html_(self) -> str:
-        from accelcal.report.notebook import stability_html
-
-        return stability_html(self)
-
     @property
     def plot(self) -> StabilityPlot:
         """Pictures, each a method that returns matplotlib axes."""

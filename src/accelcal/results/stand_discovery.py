@@ -143,11 +143,6 @@ class StandDiscovery(StoredResult, TabularResult):
         found = ", ".join(f"{item.id} ({item.verdict})" for item in self.effects)
         return visible(f"<StandDiscovery of {len(self.units)} units: {found or 'nothing'}>")
 
-    def _repr_html_(self) -> str:
-        from accelcal.report.notebook import stand_html
-
-        return stand_html(self)
-
     @property
     def plot(self) -> StandPlot:
         """Pictures, each a method that returns matplotlib axes."""

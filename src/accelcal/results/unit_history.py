@@ -231,11 +231,6 @@ class History(StoredResult, TabularResult):
         count = counted(len(self.trends[0].points), "calibration")
         return visible(f"<History serial {self.serial}: {count}, {jumps}>")
 
-    def _repr_html_(self) -> str:
-        from accelcal.report.notebook import history_html
-
-        return history_html(self)
-
     @property
     def plot(self) -> HistoryPlot:
         """Pictures, each a method that returns matplotlib axes."""

@@ -115,11 +115,6 @@ class Verdict(StoredPart, TabularResult):
         limits = counted(len(self.judgements), "limit")
         return visible(f"<Verdict {self.specification}: {self.outcome}, {limits}>")
 
-    def _repr_html_(self) -> str:
-        from accelcal.report.notebook import verdict_html
-
-        return verdict_html(self)
-
     def rows(self) -> list[dict[str, Any]]:
         """List the judgements, a flat dictionary each."""
         return [judgement.to_document() for judgement in self.judgements]
