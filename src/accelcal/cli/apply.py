@@ -12,9 +12,11 @@ import click
 from accelcal.cli.deliver import remark, standard_output
 from accelcal.cli.files import CSV, Command, FileToRead, refuse_source
 from accelcal.cli.options import (
+    choice_option,
     data_argument,
     degrees_option,
     effects_option,
+    flag_option,
     gravity_option,
     mounting_option,
     number_option,
@@ -36,25 +38,21 @@ if TYPE_CHECKING:
 @data_argument()
 @output_option("the accelerations as CSV", metavar="OUT.csv", file=CSV)
 @temperature_option("--temperature", "DEG", "Temperature of all samples [degC].")
-@click.option(
+@choice_option(
     "--in",
-    "unit",
-    type=click.Choice(["g", "m/s^2"]),
-    default="g",
-    show_default=True,
-    help="Unit of the accelerations; g is local g at the place of calibration.",
+    ("g", "m/s^2"),
+    "Unit of the accelerations; g is local g at the place of calibration.",
+    name="unit",
 )
 @gravity_option("Gravity at the place of calibration [m/s^2].", name="local_gravity")
 @text_option("--unit", "UNIT", "Unit of the outputs in DATA.", name="output_unit")
 @serial_option
 @text_option("--run", "TEXT", "Use the table of this run only.")
 @mounting_option
-@click.option(
+@choice_option(
     "--by",
-    type=click.Choice(["laws", "levels"]),
-    default="laws",
-    show_default=True,
-    help="Coefficients by the temperature laws, or on straight lines between the levels.",
+    ("laws", "levels"),
+    "Coefficients by the temperature laws, or on straight lines between the levels.",
 )
 @number_option(
     "--output-uncertainty",
@@ -68,14 +66,8 @@ if TYPE_CHECKING:
     "Standard uncertainty of the temperatures [degC].",
     default="0",
 )
-@click.option(
-    "--extrapolate", is_flag=True, help="Accept temperatures outside the calibrated range."
-)
-@click.option(
-    "--same-launch",
-    is_flag=True,
-    help="Do not include the shift from launch to launch in the uncertainty.",
-)
+@flag_option("--extrapolate", "Accept temperatures outside the calibrated range.")
+@flag_option("--same-launch", "Do not include the shift from launch to launch in the uncertainty.")
 @effects_option
 def apply(calibration: str, data: str, path: str | None, **options: Any) -> None:
     """Turn the outputs in DATA into accelerations, using CAL.json.

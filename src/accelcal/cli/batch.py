@@ -17,6 +17,7 @@ from accelcal.cli.options import (
     calibration_options,
     count_option,
     effects_option,
+    flag_option,
     output_option,
     text_option,
 )
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
 @output_option("the rows of all tables", metavar="RESULTS.(csv|csv.gz|parquet)", required=True)
 @count_option("--jobs", "N", "Number of processes [default: all processors].")
-@click.option("--resume", is_flag=True, help="Continue an interrupted batch.")
+@flag_option("--resume", "Continue an interrupted batch.")
 @text_option(
     "--dask",
     "ADDRESS",

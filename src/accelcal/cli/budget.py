@@ -15,6 +15,7 @@ from accelcal.cli.options import (
     accelerations_option,
     degrees_option,
     file_option,
+    flag_option,
     format_option,
     mounting_option,
     number_option,
@@ -78,10 +79,8 @@ if TYPE_CHECKING:
     "Standard uncertainty of the temperature [degC].",
     default="0",
 )
-@click.option("--exact", is_flag=True, help="Use (K1 - K1N)/K1 of (2), not its first order.")
-@click.option(
-    "--extrapolate", is_flag=True, help="Allow temperatures outside the calibrated range."
-)
+@flag_option("--exact", "Use (K1 - K1N)/K1 of (2), not its first order.")
+@flag_option("--extrapolate", "Allow temperatures outside the calibrated range.")
 @stand_options
 @serial_option
 @mounting_option

@@ -14,6 +14,7 @@ from accelcal.cli.options import (
     angles_option,
     degrees_option,
     effects_option,
+    flag_option,
     format_option,
     hours_option,
     number_option,
@@ -81,9 +82,7 @@ def whole_numbers(text: str) -> tuple[int, ...]:
     "Standard uncertainty of the temperature of a run [default: 0 degC].",
 )
 @acceleration_option("--resolution", "G", "Step of the readings [default: 0 g].", default="0")
-@click.option(
-    "--undeclared", is_flag=True, help="The errors of the stand will not be declared to the fit."
-)
+@flag_option("--undeclared", "The errors of the stand will not be declared to the fit.")
 @hours_option("--hours", "H", "Longest duration; strokes fill it [h].")
 @target_option("NAME=U", "Wanted standard uncertainty, such as K1=5ppm; may be repeated.")
 @text_option(
@@ -99,7 +98,7 @@ def whole_numbers(text: str) -> tuple[int, ...]:
     "PLAN.csv",
     "Write the test plan as a sheet to fill in at the laboratory.",
 )
-@click.option("--no-effects", is_flag=True, help="Do not examine the effects of the catalogue.")
+@flag_option("--no-effects", "Do not examine the effects of the catalogue.")
 @effects_option
 @picture_option("uncertainty by hours (png, svg or pdf)")
 @format_option("text", "json", "csv")

@@ -18,6 +18,7 @@ from accelcal.cli.options import (
     data_argument,
     effects_option,
     fixture_angle_option,
+    flag_option,
     format_option,
     number_option,
     output_option,
@@ -62,11 +63,7 @@ if TYPE_CHECKING:
 @reference_temperature_option
 @fixture_angle_option
 @apparatus_options
-@click.option(
-    "--empirical",
-    is_flag=True,
-    help="Add a term for a pattern by head position that no effect explains.",
-)
+@flag_option("--empirical", "Add a term for a pattern by head position that no effect explains.")
 @seed_option("Seed of the simulated noise.", default=0, show_default=True)
 @text_option("--serial", "TEXT", "Search this unit only, if the tables hold several.")
 @report_option

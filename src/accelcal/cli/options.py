@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial, wraps
 from typing import Any, TypeVar, cast
 
@@ -82,6 +82,22 @@ def valued_option(
     """
     names = [flag] if name is None else [flag, name]
     return click.option(*names, type=kind, metavar=metavar, help=told, **attributes)
+
+
+def flag_option(flag: str, told: str, *, name: str | None = None) -> Callable[[Function], Function]:
+    """Make an option without a value; `told` is its help, `name` its parameter if another one."""
+    names = [flag] if name is None else [flag, name]
+    return click.option(*names, is_flag=True, help=told)
+
+
+def choice_option(
+    flag: str, choices: Sequence[str], told: str, *, name: str | None = None
+) -> Callable[[Function], Function]:
+    """Make an option that is one of some words; the first of them is the default."""
+    names = [flag] if name is None else [flag, name]
+    return click.option(
+        *names, type=click.Choice(choices), default=choices[0], show_default=True, help=told
+    )
 
 
 text_option = partial(valued_option, label)
@@ -185,14 +201,7 @@ def effects_option(function: Function) -> Function:
 
 def format_option(*forms: str) -> Callable[[Function], Function]:
     """Option ``--format``: form of the result on standard output; the first form is the default."""
-    return click.option(
-        "--format",
-        "form",
-        type=click.Choice(forms),
-        default=forms[0],
-        show_default=True,
-        help="Form of the result on standard output.",
-    )
+    return choice_option("--format", forms, "Form of the result on standard output.", name="form")
 
 
 reference_temperature_option = valued_option(
@@ -304,18 +313,12 @@ reading_options = together(
 """What is declared of a test, in place of the header lines of its table."""
 
 calibration_options = together(
-    click.option(
+    choice_option(
         "--method",
-        type=click.Choice(["least-squares", "closed-form", "sign-corrected", "printed"]),
-        default="least-squares",
-        show_default=True,
-        help="Estimator; the last three are the closed forms (6) of the paper.",
+        ("least-squares", "closed-form", "sign-corrected", "printed"),
+        "Estimator; the last three are the closed forms (6) of the paper.",
     ),
-    click.option(
-        "--robust",
-        is_flag=True,
-        help="Reduce the effect of outliers, found by comparing the strokes.",
-    ),
+    flag_option("--robust", "Reduce the effect of outliers, found by comparing the strokes."),
     reading_options,
     fixture_angle_option,
     text_option(
@@ -324,17 +327,11 @@ calibration_options = together(
         "Coefficients to estimate, the others are taken as zero; a table that cannot separate"
         " them is refused [default: those of K0,K1,K2,K3,M,M_ip that it separates].",
     ),
-    click.option(
-        "--strict",
-        is_flag=True,
-        help="Refuse a table that cannot separate all six coefficients.",
-    ),
-    click.option(
+    flag_option("--strict", "Refuse a table that cannot separate all six coefficients."),
+    choice_option(
         "--temperature-laws",
-        type=click.Choice(["tables", "readings"]),
-        default="tables",
-        show_default=True,
-        help="Fit the temperature laws to the coefficients of the tables or to all readings.",
+        ("tables", "readings"),
+        "Fit the temperature laws to the coefficients of the tables or to all readings.",
     ),
     file_option(
         "--model",

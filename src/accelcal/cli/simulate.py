@@ -15,6 +15,7 @@ from accelcal.cli.options import (
     delta0_option,
     effects_option,
     file_option,
+    flag_option,
     gravity_option,
     output_option,
     plan_options,
@@ -50,7 +51,7 @@ def settings(text: str) -> Settings:
     multiple=True,
 )
 @effects_option
-@click.option("--list-effects", is_flag=True, help="List the effects with their units, and stop.")
+@flag_option("--list-effects", "List the effects with their units, and stop.")
 @seed_option("Seed of the random errors.")
 @plan_options()
 @valued_option(
@@ -84,8 +85,8 @@ def settings(text: str) -> Settings:
     "Step of the output, 0 for none [default: 1e-7 mA].",
     default="1e-7",
 )
-@click.option("--times", "timed", is_flag=True, help="Write a column of times.")
-@click.option("--undeclared", is_flag=True, help="Do not declare the uncertainties in the header.")
+@flag_option("--times", "Write a column of times.", name="timed")
+@flag_option("--undeclared", "Do not declare the uncertainties in the header.")
 @gravity_option("Local gravity to declare [m/s^2].", name="local_gravity")
 @text_option(
     "--serial",
