@@ -23,6 +23,7 @@ from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.weaknesses import OF_LOOP
 
 _K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
+_WITH_LAW = np.array([[_K0], [_K1], [_M]])
 _WITHOUT_LAW = ("K2", "K3", "M_ip")
 
 
@@ -212,26 +213,50 @@ def levels_of(stack: LevelStack) -> Levels:
     Levels
         The quotients.
     """
-    # The records are the last axis here: all others are too short for numpy to be quick along them.
-    k, at = np.ascontiguousarray(stack.coefficients.T), stack.place[:, [_K0, _K1, _M]].T
-    k1, at_k1, one = k[_K1], at[1], np.ones_like(k[_K1])
-    over = np.stack([k1, one, k1])
-    quotient = np.stack([k[_K0], 0.0 * one, k[_M]]) / over
+    tables = np.arange(len(stack.place))
+    quotients = _Quotients.of(stack.coefficients, stack.place, tables, _WITH_LAW)
+    values = np.moveaxis(quotients.value, -1, 0).copy()
+    values[:, 1] = stack.coefficients[..., _K1]
+    components = {name: quotients.errors(part) for name, part in stack.components.items()}
+    return Levels(values, components, np.zeros_like(values), np.zeros((*values[:, 1].shape, 0)))
 
-    def of(part: Component) -> Component:
+
+class _Quotients(NamedTuple):
+    """Quotients of coefficients by the K1 of their table; K1 itself stays what it is.
+
+    `at` and `at_k1` are places among all coefficients that are estimated. `value`, 0 for K1, and
+    `over`, 1 for K1, have the records as their last axis: all others are too short for numpy to be
+    quick along them.
+    """
+
+    at: Places
+    at_k1: Places
+    value: Array
+    over: Array
+
+    @classmethod
+    def of(cls, coefficients: Array, place: Places, table: Places, column: Places) -> _Quotients:
+        """Take some columns of coefficients, shape (R, n, 6), each of its table."""
+        k, is_k1 = np.ascontiguousarray(coefficients.T), (column == _K1)[..., None]
+        over = np.where(is_k1, 1.0, k[_K1, table])
+        value = np.where(is_k1, 0.0, k[column, table] / over)
+        return cls(place[table, column], place[table, _K1], value, over)
+
+    def errors(self, part: Component) -> Component:
+        """Carry a component of the errors of all coefficients over, by the law of propagation."""
+        at, at_k1, value, over = self
+        row, column = at[..., :, None], at[..., None, :]
         whole = part.covariance.transpose(1, 2, 0)
-        mixed = quotient[:, :, None] * whole[at_k1[:, None], at[:, None]]
-        found = whole[at[:, :, None], at[:, None]]
+        mixed = value[..., :, None, :] * whole[at_k1[:, None], column]
+        found = whole[row, column]
         found -= mixed
-        found -= mixed.swapaxes(1, 2)
-        found += quotient[:, :, None] * quotient[:, None] * whole[at_k1[:, None], at_k1]
-        found /= over[:, :, None] * over[:, None]
-        fewest = np.minimum(part.dof[:, at], part.dof[:, None, at_k1])
+        found -= mixed.swapaxes(-3, -2)
+        np.multiply(value[..., :, None, :], value[..., None, :, :], out=mixed)
+        mixed *= whole[at_k1[:, None], at_k1]
+        found += mixed
+        found /= over[..., :, None, :] * over[..., None, :, :]
+        fewest = np.minimum(part.dof[:, at], part.dof[:, np.broadcast_to(at_k1, at.shape)])
         return Component(np.ascontiguousarray(np.moveaxis(found, -1, 0)), fewest)
-
-    components = {name: of(part) for name, part in stack.components.items()}
-    values = np.stack([quotient[0], k1, quotient[2]]).transpose(2, 0, 1).copy()
-    return Levels(values, components, np.zeros_like(values), np.zeros((*k1.T.shape, 0)))
 
 
 def joint_components(
@@ -258,35 +283,19 @@ def joint_components(
         k2, k3 and delta_ip, each of the table nearest to T0 that tells it by itself; those that
         none tells are not in it.
     """
-    k, place = stack.coefficients[record], stack.place
+    place, one = stack.place, slice(record, record + 1)
     size, near = len(place), np.argsort(np.abs(stack.rise[record]), kind="stable")
     others = [COEFFICIENTS.index(name) for name in _WITHOUT_LAW]
     told = [(near[place[near, c] >= 0][0], c) for c in others if (place[:, c] >= 0).any()]
     lines = [(table, c) for c in (_K0, _K1, _M) for table in range(size)]
-    table, column = np.array(lines + told).T
-    over = np.where(column == _K1, 1.0, k[table, _K1])
-    quotient = np.where(column == _K1, 0.0, k[table, column] / over)
-
-    def of_quotients(rows: Array) -> Array:  # in place: large where there are many tables
-        found: Array = rows[size + table]
-        found *= quotient[:, None]
-        np.subtract(rows, found, out=found)
-        found /= over[:, None]
-        return found
-
-    at, at_k1 = place[table, column], place[table, _K1]
-
-    def of(part: Component) -> Component:
-        whole, dof = part.covariance[record], part.dof[record]
-        covariance = of_quotients(of_quotients(whole[np.ix_(at, at)]).T)
-        return Component(covariance, np.minimum(dof[at], dof[at_k1]))
-
+    quotients = _Quotients.of(stack.coefficients[one], place, *np.array(lines + told).T)
     through = np.pad(laws, (0, len(told)))
     through[len(laws) :, laws.shape[1] :] = np.eye(len(told))
     found: dict[str, Component] = {}
     # one after the other: of many tables, each is large before it goes through
     for name, part in stack.components.items():
-        found |= propagate({name: of(part)}, through)
+        own = quotients.errors(part.of_records(one))
+        found |= propagate({name: Component(own.covariance[0], own.dof[0])}, through)
     found |= propagate(_of_levels(levels, record, len(told)), through)
     return found, tuple(ERROR_TERMS[COEFFICIENTS[c]] for _, c in told)
 
