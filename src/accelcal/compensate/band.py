@@ -6,7 +6,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.compensate.propagation import interval_of_parts, propagated
-from accelcal.results.temperature import TemperatureLaw, TemperatureModel
+from accelcal.results.temperature import TemperatureModel
 
 _PARTS = ("at_T0", "above", "below")
 
@@ -30,7 +30,7 @@ def law_and_band(model: TemperatureModel, name: str, rise: Array) -> tuple[Array
         interval; of K1 the change from T0, both over K1 at T0. None in place of both where there
         is no value at T0.
     """
-    law: TemperatureLaw = getattr(model, name)
+    law = model.laws[name]
     if law.at_T0 is None or law.at_T0.value is None:
         return None
     columns = np.stack([np.ones(rise.size), rise.clip(min=0.0), rise.clip(max=0.0)])
@@ -56,7 +56,7 @@ def _half_width(model: TemperatureModel, name: str, columns: Array, scale: float
     for block, whole in zip(blocks, (model.covariance, model.over_dof), strict=True):
         block[np.ix_(known, known)] = whole[np.ix_(own, own)]
     units = np.array([1.0 / scale, 1.0, 1.0])
-    parts = [getattr(getattr(model, name), part) for part in _PARTS]
+    parts = [getattr(model.laws[name], part) for part in _PARTS]
     if all(part is None or part.coverage_factor is None for part in parts):
         return np.zeros(columns.shape[1])
     covariance, over_dof = blocks * np.outer(units, units)

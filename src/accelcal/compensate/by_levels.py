@@ -247,7 +247,7 @@ def _of_temperature(calibration: Calibration, table: TableCalibration) -> Array:
     found = np.zeros(_SIZE)
     if not size or model is None or rise is None:
         return found
-    slopes = np.array([_slope(getattr(model, name), rise) for name in LAWS])
+    slopes = np.array([_slope(law, rise) for law in model.laws.values()])
     scale_factor, at_T0 = table.coefficients["K1"].value, model.K1.at_T0 and model.K1.at_T0.value
     if slopes[1] and scale_factor and at_T0:
         found[[PARAMETERS.index(name) for name in LAWS]] = slopes * abs(size / slopes[1] / at_T0)

@@ -32,7 +32,6 @@ from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import InputError
-from accelcal.model import LAWS
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import LOOK_ALIKES
 from accelcal.results.quantity import Quantity
@@ -221,7 +220,7 @@ def _by_laws(
     common: Mapping[str, TableCalibration],
 ) -> Compensation:
     """What the laws of one axis tell, and for `_COMMON` a table each."""
-    laws = {name: _law(getattr(model, name), name) for name in LAWS}
+    laws = {name: _law(law, name) for name, law in model.laws.items()}
     alone = {name: own.error_model[name] for name, own in common.items()}
     values = {name: quantity.value or 0.0 for name, quantity in alone.items()}
     return Compensation(

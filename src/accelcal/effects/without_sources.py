@@ -50,14 +50,14 @@ def _laws(model: TemperatureModel, sources: Collection[str]) -> TemperatureModel
     share = model.share(sources)
     less = dict(zip(model.covariance_names, np.diagonal(share).tolist(), strict=True))
 
-    def law(name: str) -> TemperatureLaw:
-        parts = {part: getattr(getattr(model, name), part) for part in ("at_T0", "above", "below")}
+    def law(name: str, found: TemperatureLaw) -> TemperatureLaw:
+        parts = {part: getattr(found, part) for part in ("at_T0", "above", "below")}
         return TemperatureLaw(
             **{part: q and _less(q, less.get(f"{name} {part}", 0.0)) for part, q in parts.items()}
         )
 
     left = rows_of(model.covariance - share)
-    k0, K1, delta = map(law, ("k0", "K1", "delta"))
+    k0, K1, delta = (law(name, found) for name, found in model.laws.items())
     return replace(model, k0=k0, K1=K1, delta=delta, covariance_matrix=left, shares={})
 
 

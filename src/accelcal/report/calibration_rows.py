@@ -213,7 +213,7 @@ def temperature_rows(calibration: Calibration, model: TemperatureModel) -> list[
     """Make the lines of the temperature laws of one axis."""
     own = calibration.tables[0].coefficients["K1"].unit
     rows = [
-        _law_row(name, symbol, getattr(getattr(model, law), part), factor, unit or own)
+        _law_row(name, symbol, getattr(model.laws[law], part), factor, unit or own)
         for name, symbol, law, part, factor, unit in _LAWS
     ]
     known = model.hysteresis is not None

@@ -102,7 +102,7 @@ def _of_laws(
     model: TemperatureModel, units: Mapping[str, tuple[str, str]]
 ) -> Iterator[tuple[str, Quantity | None, tuple[str, ...]]]:
     for symbol, (at_T0, slope) in units.items():
-        law = getattr(model, symbol)
+        law = model.laws[symbol]
         yield at_T0, law.at_T0, (symbol, "at_T0")
         yield slope, law.above, (symbol, "above")
         yield slope, law.below, (symbol, "below")

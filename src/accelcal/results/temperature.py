@@ -72,8 +72,13 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
     over_dof_matrix: Rows = ()
     shares: Mapping[str, Rows] = field(default_factory=dict)
 
+    @property
+    def laws(self) -> dict[str, TemperatureLaw]:
+        """The laws by their symbols."""
+        return {"k0": self.k0, "K1": self.K1, "delta": self.delta}
+
     def __repr__(self) -> str:
-        known = [name for name in ("k0", "K1", "delta") if getattr(self, name).at_T0 is not None]
+        known = [name for name, law in self.laws.items() if law.at_T0 is not None]
         return f"<TemperatureModel of {', '.join(known) or 'nothing'}>"
 
     def __str__(self) -> str:
@@ -107,7 +112,7 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
 
     def quantities(self) -> Iterator[tuple[str, Quantity]]:
         """Name what is determined, as in ``"k0 above"``, and give its quantity."""
-        for name, law in (("k0", self.k0), ("K1", self.K1), ("delta", self.delta)):
+        for name, law in self.laws.items():
             for part in ("at_T0", "above", "below"):
                 quantity = getattr(law, part)
                 if quantity is not None:

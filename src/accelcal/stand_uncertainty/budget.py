@@ -263,7 +263,7 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
     reference = USUAL_TEMPERATURE if reference is None else reference
     nearest = nearest_table(calibration.tables, reference)
     own, model = nearest.error_model, calibration.temperature_model
-    laws = {} if model is None else {"k0": model.k0, "K1": model.K1, "delta": model.delta}
+    laws = {} if model is None else model.laws
     scale_factor = _law(laws.get("K1"), nearest.coefficients["K1"])
     if scale_factor.at_T0 == 0.0:
         raise InputError("the calibration has no scale factor K1; fit a record that determines it")

@@ -71,7 +71,7 @@ def laws_from_readings(
     sides = [side for side in ("above", "below") if getattr(start.k0, side) is not None]
     rows = np.array([record])
     fit = product_fit(tables, estimate, temperatures, chosen, rows, sides)
-    laws = np.concatenate([_values(law, sides) for law in (start.k0, start.K1, start.delta)])
+    laws = np.concatenate([_values(law, sides) for law in start.laws.values()])
     state = solved(fit, laws[None])
     through, errors = estimator(fit, state)
     count, of_record = laws.size, estimate.of_records(slice(record, record + 1))
