@@ -10,11 +10,11 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Law
-from accelcal.model import ERROR_TERMS, LAWS
+from accelcal.model import LAWS
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Rows, rows_of
 from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration
+from accelcal.results.table import TableCalibration, quotients_by_coefficients
 from accelcal.results.temperature import TemperatureModel
 
 _IN_MODEL = {name: f"{name} at_T0" for name in LAWS} | {
@@ -74,14 +74,9 @@ def by_quotients(calibration: Calibration, table: TableCalibration) -> Array:
     ndarray, shape (6, p)
         The derivatives; that of K1 is relative.
     """
-    names = table.covariance_names
-    values = {name: quantity.value or 0.0 for name, quantity in table.error_model.items()}
-    scale_factor = table.coefficients["K1"].value or np.nan
-    jacobian = np.zeros((len(PARAMETERS), len(names)))
-    for column, name in enumerate(names):
-        jacobian[PARAMETERS.index(ERROR_TERMS.get(name, name)), column] = 1.0 / scale_factor
-    for name in ERROR_TERMS.values():
-        jacobian[PARAMETERS.index(name), names.index("K1")] -= values[name] / scale_factor
+    by_K1 = np.equal(table.covariance_names, "K1") / (table.coefficients["K1"].value or np.nan)
+    rows = {**quotients_by_coefficients(table), "K1": by_K1}
+    jacobian = np.stack([rows[name] for name in PARAMETERS])
     own, free = table.error_model["delta"], calibration.misalignment(table)
     if own.standard_uncertainty and free is not own:
         jacobian[PARAMETERS.index("delta")] *= standard_uncertainty(free) / own.standard_uncertainty

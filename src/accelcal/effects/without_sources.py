@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
 
-from accelcal.arrays import Array
-from accelcal.model import COEFFICIENT_OF
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
 from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration
+from accelcal.results.table import TableCalibration, quotients_by_coefficients
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 
@@ -68,10 +66,11 @@ def _table(
         return table
     share = table.share(sources)
     own, errors = dict(table.coefficients), dict(table.error_model)
-    for name, row in _derivatives(table).items():
-        among: dict[str, Quantity] = own if name in own else errors
+    for name, variance in zip(table.covariance_names, np.diagonal(share).tolist(), strict=True):
+        own[name] = _less(own[name], variance)
+    for name, row in quotients_by_coefficients(table).items():
         if name not in kept:
-            among[name] = _less(among[name], float(row @ share @ row))
+            errors[name] = _less(errors[name], float(row @ share @ row))
     return replace(
         table,
         coefficients=own,
@@ -79,18 +78,6 @@ def _table(
         covariance_matrix=rows_of(table.covariance - share),
         shares={},
     )
-
-
-def _derivatives(table: TableCalibration) -> Mapping[str, Array]:
-    """Derivatives of all quantities of a table by those of its covariance."""
-    unit = dict(zip(table.covariance_names, np.eye(len(table.covariance_names)), strict=True))
-    scale_factor = table.coefficients["K1"].value or np.nan
-    quotients = {
-        name: (unit[COEFFICIENT_OF[name]] - (quantity.value or 0.0) * unit["K1"]) / scale_factor
-        for name, quantity in table.error_model.items()
-        if COEFFICIENT_OF[name] in unit
-    }
-    return {**unit, **quotients}
 
 
 def _less(quantity: Quantity, variance: float) -> Quantity:

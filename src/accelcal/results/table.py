@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from accelcal.arrays import Array
 
 __all__ = ["TableCalibration", "known_temperatures", "mountings_of_laws", "nearest_table"]
+__all__ += ["quotients_by_coefficients"]
 
 _SMALLEST = 1e-20
 """Scale factors below it are none [output unit / g]."""
@@ -204,6 +205,34 @@ def known_temperatures(tables: Sequence[TableCalibration]) -> list[float]:
         Mean temperatures in the order of the tables [degC].
     """
     return [t.temperature_degC for t in tables if t.temperature_degC is not None]
+
+
+def quotients_by_coefficients(table: TableCalibration) -> dict[str, Array]:
+    """Differentiate the error model of a table, which has quotients by K1.
+
+    Parameters
+    ----------
+    table : TableCalibration
+        A table with a covariance.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (p,)
+        For k0, k2, k3, delta and delta_ip the derivatives by the coefficients of
+        `covariance_names`; 0 for what is not determined.
+    """
+    import numpy as np
+
+    from accelcal.model import COEFFICIENT_OF  # here, as numpy comes with it
+
+    names = table.covariance_names
+    unit = dict(zip(names, np.eye(len(names)), strict=True))
+    scale_factor = table.coefficients["K1"].value or np.nan
+    return {
+        name: (unit.get(COEFFICIENT_OF[name], 0.0) - (quantity.value or 0.0) * unit["K1"])
+        / scale_factor
+        for name, quantity in table.error_model.items()
+    }
 
 
 def _all_of(names: Iterable[str]) -> Kind[dict[str, Quantity]]:
