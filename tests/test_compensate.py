@@ -594,7 +594,7 @@ def test_samples_of_several_blocks_are_as_those_of_one(calibration, monkeypatch)
     output, temperature = rng.uniform(-1.4, 1.4, (3, 50)), rng.uniform(-45.0, 85.0, 50)
     given = {"output_uncertainty": 1e-6, "temperature_uncertainty": 0.1}
     whole = compensate(found, output, temperature, 0.1 * output, **given)
-    monkeypatch.setattr("accelcal.compensate.apply.AT_ONCE", 7)
+    monkeypatch.setattr("accelcal.compensate.measured.AT_ONCE", 7)
     again = compensate(found, output, temperature, 0.1 * output, **given)
     assert again == whole
     assert again.value.shape == again.within_accelerations.shape == (3, 50)

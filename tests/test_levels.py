@@ -271,7 +271,7 @@ def test_each_sample_is_by_itself(seven, monkeypatch):
     output, temperature = rng.uniform(-1.4, 1.4, (3, 50)), rng.uniform(-45.0, 85.0, 50)
     given = {"output_uncertainty": 1e-6, "temperature_uncertainty": 0.1}
     whole = compensate(found, output, temperature, 0.1 * output, **given)
-    monkeypatch.setattr("accelcal.compensate.apply.AT_ONCE", 7)
+    monkeypatch.setattr("accelcal.compensate.measured.AT_ONCE", 7)
     again = compensate(found, output, temperature, 0.1 * output, **given)
     for name in ("value", "standard_uncertainty", "expanded_uncertainty"):
         assert getattr(again, name) == pytest.approx(getattr(whole, name), rel=1e-12)

@@ -19,7 +19,7 @@ from accelcal.compensate.assumptions import warn_of
 from accelcal.compensate.choice import BY, compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import invert, invert_with, slope
-from accelcal.compensate.measured import AT_ONCE, MeasuredAcceleration, joined
+from accelcal.compensate.measured import MeasuredAcceleration, in_blocks
 from accelcal.compensate.propagation import Part, interval_of_parts
 from accelcal.compensate.ranges import (
     CALIBRATE_THERE,
@@ -197,11 +197,9 @@ def compensate(
     in_rows = [np.reshape(values, -1) for values in (Y, rise, *cross)]
     errors = output_uncertainty, temperature_uncertainty
     with np.errstate(over="ignore", invalid="ignore"):  # of outputs that have no solution
-        blocks = [
-            _solved(found, *(values[start : start + AT_ONCE] for values in in_rows), errors=errors)
-            for start in range(0, max(Y.size, 1), AT_ONCE)
-        ]
-    return joined(blocks, Y.shape)
+        return in_blocks(
+            lambda own: _solved(found, *(values[own] for values in in_rows), errors=errors), Y.shape
+        )
 
 
 def _solved(

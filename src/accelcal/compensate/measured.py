@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,15 +39,18 @@ def columns_of(axes: str) -> tuple[str, ...]:
     return tuple(f"{size}_{axis}" if axis else size for size in sizes for axis in axes or [""])
 
 
-def joined(blocks: Sequence[MeasuredAcceleration], shape: tuple[int, ...]) -> MeasuredAcceleration:
-    """Put blocks of samples one behind the other, in the shape of all."""
-    first = blocks[0]
+def in_blocks(
+    measure: Callable[[slice], MeasuredAcceleration], shape: tuple[int, ...]
+) -> MeasuredAcceleration:
+    """Measure samples block by block, each a slice of all in a row, and give them their shape."""
+    starts = range(0, max(prod(shape), 1), AT_ONCE)
+    blocks = [measure(slice(start, start + AT_ONCE)) for start in starts]
     found: dict[str, Any] = {}
-    for name in (item.name for item in fields(first)):
+    for name in (item.name for item in fields(MeasuredAcceleration)):
         if name not in ("index", "axes"):
             whole = np.concatenate([getattr(block, name) for block in blocks])
             found[name] = whole.reshape((*shape, *whole.shape[1:]))
-    return replace(first, **found)
+    return replace(blocks[0], **found)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

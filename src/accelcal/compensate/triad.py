@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from accelcal.arguments.axes import AXES
 from accelcal.arguments.numbers import check_number, number_array
 from accelcal.arrays import Array
-from accelcal.compensate.measured import AT_ONCE, MeasuredAcceleration, joined
+from accelcal.compensate.measured import MeasuredAcceleration, in_blocks
 from accelcal.compensate.propagation import Part, interval_of_parts
 from accelcal.compensate.ranges import within_accelerations, within_temperatures
 from accelcal.errors import InputError
@@ -152,12 +152,12 @@ def apply_triad(
     if warmth is not None:
         value = np.where(np.isnan(warmth)[..., None], np.nan, value)
     rows, warm = value.reshape(-1, 3), None if warmth is None else warmth.reshape(-1)
-    some = (slice(start, start + AT_ONCE) for start in range(0, max(len(rows), 1), AT_ONCE))
-    blocks = [
-        _measured(triad, rows[own], None if warm is None else warm[own], output_uncertainty)
-        for own in some
-    ]
-    return joined(blocks, value.shape[:-1])
+    return in_blocks(
+        lambda own: _measured(
+            triad, rows[own], None if warm is None else warm[own], output_uncertainty
+        ),
+        value.shape[:-1],
+    )
 
 
 def _measured(
