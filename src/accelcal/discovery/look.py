@@ -116,12 +116,12 @@ def _with_runs_apart(look: Look, question: Question) -> Look | None:
 def _by_exact_laws(first: Look, question: Question) -> Look:
     """Search once more where the exact laws of large effects are not those of small ones.
 
-    The readings of the look are without the difference.
+    The readings of the look are without the difference. What comes nearest may explain all by it.
     """
     look = first
-    for _ in range(_EXACT if first.findings.named else 0):
-        known = look.findings.named[0]
-        straight = straightened(first.comparison, known.instances)
+    for _ in range(_EXACT):
+        known = next(iter(look.findings.named), look.findings.nearest)
+        straight = straightened(first.comparison, known.instances) if known else None
         if straight is None:
             return look
         asked = question._replace(like=look.family)
