@@ -9,7 +9,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import f
 
 import accelcal
-from accelcal.discovery.columns import saturated
+from accelcal.discovery.columns import cycle_of, saturated
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.explanation import chance_beside
 from accelcal.discovery.gaps import _folds, held_out_rms
@@ -144,3 +144,22 @@ def test_what_grows_with_the_temperature_is_no_pattern_of_the_position_alone():
     share = {each.factor: each.share for each in found.where}
     assert share["temperature*position"] > 0.9
     assert share["position"] < 0.02
+
+
+def test_cycles_of_a_long_run_are_told_apart_by_stretches():
+    stroke = np.arange(1, 97)
+    assert np.array_equal(cycle_of(stroke), np.repeat(np.arange(24), 4))
+    assert np.array_equal(cycle_of(stroke[:48]), np.repeat(np.arange(24), 2))
+    assert cycle_of(stroke[:50]).max() == 23
+
+
+def test_what_readings_are_held_against_does_not_grow_with_a_run():
+    """Cycles of their own made the work grow by the third power, and memory by the second."""
+    wide = {
+        saturated(comparison.model.conditions, comparison.record.mounting).shape[1]
+        for comparison in (
+            compared(accelcal.simulate(plan=accelcal.TumblePlan(strokes=strokes), seed=1), 20.0)
+            for strokes in (48, 96)
+        )
+    }
+    assert len(wide) == 1

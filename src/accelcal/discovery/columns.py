@@ -10,10 +10,24 @@ from accelcal.effects.conditions import Conditions
 from accelcal.head_angles import head_positions
 from accelcal.numerics.grouping import cells
 
+_CYCLES = 24
+"""Cycles that are told apart; of longer runs as many stretches of cycles that follow each other."""
+
+
+def cycle_of(stroke: Ints) -> Ints:
+    """Cycle of each stroke, a forward and a back one, from 0; or the stretch that it is in."""
+    cycles = (stroke - 1) // 2
+    return cycles * _CYCLES // max(int(cycles.max(initial=0)) + 1, _CYCLES)
+
 
 def cycle(c: Conditions) -> Ints:
-    """Cycle of each reading, a forward and a back stroke, from 0."""
-    return (c.stroke - 1) // 2
+    """Cycle of each reading, or the stretch that it is in."""
+    return cycle_of(c.stroke)
+
+
+def stroke(c: Conditions) -> Ints:
+    """Stroke of each reading, from 0; or its direction in a stretch of cycles."""
+    return 2 * cycle(c) + (c.stroke - 1) % 2
 
 
 def dummies(*keys: NDArray[np.generic]) -> Array:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import cycle, dummies, worn
+from accelcal.discovery.columns import cycle, dummies, stroke, worn
 from accelcal.discovery.space import Space
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
@@ -84,14 +84,14 @@ def _columns(c: Conditions) -> Iterator[tuple[str, Array]]:
     yield "time*position", _products(np.stack([hours, clock], axis=1), axes)
     yield "cycle", dummies(cycle(c))
     yield "cycle*position", worn(c)
-    yield "stroke*cycle", dummies(c.stroke)
+    yield "stroke*cycle", dummies(stroke(c))
     runs = dummies(c.run)
     if runs.shape[1] > 1:
         yield "run", _products(runs, axes)
         yield "run*time", _products(runs, hours[:, None])
         yield "run*position", _products(runs, position)
         yield "run*cycle", dummies(c.run, cycle(c))
-        yield "run*stroke", dummies(c.run, c.stroke)
+        yield "run*stroke", dummies(c.run, stroke(c))
 
 
 def _products(a: Array, b: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -170,13 +171,14 @@ def _approaches(c: Conditions) -> Array:
     return np.sort(np.array(list(tried)))
 
 
-def _extremes(start: float, end: float, amplitude: float, largest: float) -> list[float]:
+@lru_cache(maxsize=1024)  # of a long test many turns are alike
+def _extremes(start: float, end: float, amplitude: float, largest: float) -> tuple[float, ...]:
     """Values of a where a turn begins, and where it is extreme on its way [g]."""
     low, high = sorted((start - largest, end - largest))
     halves = range(math.floor(low / 180.0) + 1, math.ceil(high / 180.0))
     turned = [-amplitude if half % 2 else amplitude for half in halves]
     first = amplitude * math.cos(math.radians(start - largest))
-    return [first, *(turned if start < end else turned[::-1])]
+    return (first, *(turned if start < end else turned[::-1]))
 
 
 def _tilt(c: Conditions, rate: float, sine: float, cosine: float) -> Array:

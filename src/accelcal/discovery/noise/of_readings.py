@@ -16,7 +16,7 @@ import numpy as np
 
 from accelcal.apparatus import SOURCE_UNITS, Apparatus
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.columns import dummies, head_columns
+from accelcal.discovery.columns import cycle_of, dummies, head_columns
 from accelcal.discovery.noise.covariance import Covariance
 from accelcal.discovery.noise.declared import in_units_of
 from accelcal.discovery.spans import orthonormal, without
@@ -100,7 +100,7 @@ class ReadingNoise(NamedTuple):
 
 def refuse_too_many(record: TumbleRecord) -> None:
     """Refuse readings of which each is held against too much that repeats."""
-    readings, cycles = len(record), (record.stroke - 1) // 2
+    readings, cycles = len(record), cycle_of(record.stroke)
     turns = cells(record.run, record.mounting, np.round(record.angle, 6), record.stroke % 2)
     repeating = int(turns.max()) + int(cells(record.run, cycles).max()) + 2
     if readings * repeating > _MOST_NUMBERS:

@@ -137,7 +137,7 @@ def tilting(c: Conditions, mounting: NDArray[np.str_]) -> Array:
     length = max(float(c.run_time.max()), 1e-9)
     settling = runs * np.exp(-c.run_time / (_SETTLING * length))[:, None]
     first = c.order[np.diff(c.run[c.order], prepend=-1) != 0]
-    begun = np.eye(c.order.size)[:, first]
+    begun = np.asarray(np.arange(c.order.size)[:, None] == first, dtype=np.float64)
     return np.hstack([moving(c, mounting), begun, settling, *_by_angle(drifts, c)])
 
 
