@@ -311,7 +311,7 @@ def test_u_counts_what_goes_on_in_pauses_nobody_knows_of(name, size, moved, hour
         )
 
 
-@pytest.mark.parametrize("name", ["bias-drift", "scale-factor-drift"])
+@pytest.mark.parametrize("name", ["bias-drift", "scale-factor-drift", "foundation-tilt"])
 def test_where_readings_deny_that_there_were_no_pauses_the_runs_tell_the_rate(name):
     """It was 140 to 179 ppm/h at U of 4, and each run had a drift that it had not."""
     plan = TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0), strokes=4)

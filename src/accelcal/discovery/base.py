@@ -7,6 +7,7 @@ With dT = T - T0, a reading over the scale factor at T0 is a product,
 
 with bilinear beta, k0 and delta. The shifts s_run and b_run from launch to launch are free where
 their size is not declared; else they are errors, see `accelcal.discovery.noise.of_readings`.
+Where runs are apart, both are free, and so is delta in each table.
 Everything is linear within either bracket, so the model is two matrices.
 """
 
@@ -19,6 +20,7 @@ from itertools import compress
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.discovery.columns import dummies
 from accelcal.discovery.spans import scaled
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
@@ -58,6 +60,8 @@ class BaseModel:
         Of the readings, as the fitted model has them.
     T0, delta0 : float
         Reference temperature [degC] and fixture angle [rad].
+    apart : bool
+        Whether bias, scale factor and misalignment are free in each run.
     """
 
     nominal: float
@@ -68,6 +72,7 @@ class BaseModel:
     conditions: Conditions
     T0: float
     delta0: float
+    apart: bool = False
 
     def split(self, parameters: Array) -> tuple[Array, Array]:
         """Both brackets at the parameters, each of shape (n,)."""
@@ -100,11 +105,14 @@ def base_model(
     reference_temperature: float,
     delta0: float = 0.0,
     silent: Mask | None = None,
+    *,
+    apart: bool = False,
 ) -> BaseModel:
     """Set up the base model of a record, T0 in degC and the fixture angle in rad.
 
     Its conditions are those of an accelerometer that has the fitted coefficients. Readings that are
-    silent, shape (n,), have the bias alone, as if nothing accelerated it.
+    silent, shape (n,), have the bias alone, as if nothing accelerated it. Runs may be apart, as
+    after pauses in which something slow goes on.
 
     Raises
     ------
@@ -121,7 +129,7 @@ def base_model(
             f"{_of_some_runs(record, ideal.input)}the readings do not follow the angle of the head;"
             " discovery needs a tumble test of an accelerometer"
         )
-    gain, inside, names = _brackets(record, ideal)
+    gain, inside, names = _brackets(record, ideal, apart=apart)
     first = BaseModel(
         nominal=nominal,
         reading=record.output / nominal,
@@ -131,6 +139,7 @@ def base_model(
         conditions=ideal,
         T0=reference_temperature,
         delta0=delta0,
+        apart=apart,
     )
     # what readings beside silent ones lack is no part of the scale factor
     lacking = None if silent is None else np.sign(ideal.input)
@@ -166,26 +175,31 @@ def turned(model: BaseModel, record: TumbleRecord, angle: Array) -> BaseModel:
         cross=sensed.cross,
         axial=sensed.input,
     )
-    gain, inside, _ = _brackets(record, c)
+    gain, inside, _ = _brackets(record, c, apart=model.apart)
     return replace(model, gain=gain, inside=inside, conditions=c)
 
 
-def _brackets(record: TumbleRecord, c: Conditions) -> tuple[Array, Array, tuple[str, ...]]:
+def _brackets(
+    record: TumbleRecord, c: Conditions, *, apart: bool
+) -> tuple[Array, Array, tuple[str, ...]]:
     """Columns of the two brackets under some conditions, and the coefficients they belong to."""
     law, names = _law(c.excess)
-    runs = (c.run[:, None] == np.arange(c.run.max() + 1)).astype(float)
+    runs, declared = dummies(c.run), record.apparatus
     gain, of_gain = [law], [f"K1{name}" for name in names]
     inside, of_inside = [law], [f"K0{name}" for name in names]
-    if record.apparatus.launch_sf_uncertainty is None:
+    if apart or declared.launch_sf_uncertainty is None:
         gain, of_gain = [*gain, runs], of_gain + ["K1"] * runs.shape[1]
-    if record.apparatus.launch_uncertainty is None:
+    if apart or declared.launch_uncertainty is None:
         inside, of_inside = [*inside, runs], of_inside + ["K0"] * runs.shape[1]
     inside += [c.input[:, None] ** 2, c.input[:, None] ** 3]
     of_inside += ["K2", "K3"]
     for axis, (tilt, coupling) in _axes(record).items():
-        cross = np.where(np.char.startswith(record.mounting, axis), c.cross, 0.0)
-        inside += [cross[:, None] * law, (cross * c.input)[:, None]]
-        of_inside += [*(f"{tilt}{name}" for name in names), coupling]
+        own = np.char.startswith(record.mounting, axis)
+        cross = np.where(own, c.cross, 0.0)[:, None]
+        tables = dummies(c.run, record.mounting)
+        tables = cross * tables[:, tables[own].any(axis=0) & apart]
+        inside += [cross * law, tables, cross * c.input[:, None]]
+        of_inside += [*(f"{tilt}{name}" for name in names), *[tilt] * tables.shape[1], coupling]
     return np.hstack(gain), np.hstack(inside), (*of_gain, *of_inside)
 
 

@@ -78,6 +78,11 @@ class Comparison(NamedTuple):
         seen = self.space.see(model.residual(parameters))
         return self._replace(model=model, parameters=parameters, seen=seen)
 
+    def anew(self, record: TumbleRecord, known: tuple[Instance, ...]) -> Comparison:
+        """Compare another record with the model beside effects that are known to be there."""
+        model = self.model
+        return compared(record, model.T0, model.delta0, known, apart=model.apart)
+
     def directions(self, *instances: Instance) -> Array:
         """Unit vectors of effects in the space, shape (n, h)."""
         c = self.model.conditions
@@ -100,6 +105,7 @@ def compared(
     memory: bool = True,
     noise: ReadingNoise | None = None,
     silent: Mask | None = None,
+    apart: bool = False,
 ) -> Comparison:
     """Compare a record with the base model.
 
@@ -120,6 +126,8 @@ def compared(
         Noise of the readings; by default that of their replicates.
     silent : ndarray of bool, shape (n,), optional
         Readings that a dead zone silences, see `accelcal.discovery.silence`.
+    apart : bool, default False
+        Whether runs are apart, see `accelcal.discovery.base`.
 
     Returns
     -------
@@ -132,7 +140,7 @@ def compared(
         If the record is too small or too large, see `accelcal.discovery.noise.of_readings`.
     """
     refuse_too_many(record)
-    model = base_model(record, reference_temperature, delta0, silent)
+    model = base_model(record, reference_temperature, delta0, silent, apart=apart)
     repeating = saturated(model.conditions, record.mounting)
     if noise is None:
         within = _beside(repeating, columns_of(known, model.conditions))

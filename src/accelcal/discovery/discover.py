@@ -165,12 +165,13 @@ def _of_kept_readings(
 
 
 def _of_a_tilt(turned: Look, record: TumbleRecord, question: Question) -> Look | None:
-    """Search without turning runs back, where nothing explains what this leaves.
+    """Search without turning runs back, where nothing explains what this leaves, or runs are apart.
 
     A foundation that tilts slowly turns later runs as a mounting does, and turning them back leaves
     a tilt that no entry describes. It is one if it explains the readings as they are.
     """
-    if turned.findings.explanations or turned.findings.before.p_value >= question.alpha:
+    findings, apart = turned.findings, turned.comparison.model.apart
+    if findings.before.p_value >= question.alpha or (findings.explanations and not apart):
         return None
     look = look_through(record, question)
     named = look.findings.explanations
@@ -199,7 +200,7 @@ def _discovery(
     steps = gaps_along(comparison, [item for item, _ in strongest], question.seed)
     also = alternatives(comparison, findings.instances)
     others = list(otherwise(comparison, findings.instances, also, rivals_of(findings.named)))
-    told_of = _caveats(look, record, named, unexplained, loud, also, others)
+    told_of = _caveats(look, named, unexplained, loud, also, others)
     said = [*told_of, *_of_mountings(found, named)]
     told = Discovery(
         noise=sources(comparison.noise, record.apparatus, record, free=("launch", "launch_sf")),
@@ -269,7 +270,6 @@ def _p_value(look: Look, unexplained: Unexplained | None) -> float:
 
 def _caveats(
     look: Look,
-    record: TumbleRecord,
     named: Explanation | None,
     left: Unexplained | None,
     loud: LoudRun | None,
@@ -277,9 +277,8 @@ def _caveats(
     others: Sequence[Otherwise],
 ) -> Iterator[Caveat]:
     found = look.findings.named
-    declared = record.apparatus
     said = [*_in_the_main(look)]
-    said += caveats(look.family, found, look.walks, left, also, others, declared)
+    said += caveats(look.family, found, look.walks, left, also, others)
     instances = named.instances if named else ()
     said += noise_caveats(look.comparison, instances, loud)
     yield from said
@@ -330,12 +329,12 @@ def _next_measurement(look: Look, named: Explanation, question: Question) -> str
 def _as_given(
     comparison: Comparison, record: TumbleRecord, found: Sequence[Fault], question: Question
 ) -> Gap | None:
-    """Gap of the record as it is, where the search was in another one or took some as silent.
+    """Gap of the record as it is, where the search was in another one or in another model.
 
     It is in the measure of the noise without the faults.
     """
-    silent = silent_in(comparison.model.conditions).any()
-    if not (found or silent or comparison.record is not record):
+    silent, apart = silent_in(comparison.model.conditions).any(), comparison.model.apart
+    if not (found or silent or apart or comparison.record is not record):
         return None
     noise = noise_of_all(comparison.noise, found)
     given = compared(record, question.reference, question.delta0, noise=noise)

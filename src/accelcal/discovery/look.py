@@ -20,8 +20,7 @@ from accelcal.discovery.unnamed.drift_anew import drift_anew
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
-from accelcal.discovery.untimed import going_on, with_runs_apart
-from accelcal.effects.conditions import is_timed
+from accelcal.discovery.untimed import going_on, shows_pauses
 from accelcal.effects.effect import Effect
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Unexplained
@@ -38,7 +37,8 @@ _EXACT = 3
 class Question(NamedTuple):
     """What is asked of a record: T0 [degC], fixture angle [rad], how to search, what is silent.
 
-    A family that it is like has its false-alarm rates.
+    Runs may be apart, see `accelcal.discovery.base`. A family that it is like has its false-alarm
+    rates.
     """
 
     reference: float
@@ -49,6 +49,7 @@ class Question(NamedTuple):
     seed: int
     empirical: bool = False
     silent: Mask | None = None
+    apart: bool = False
     like: Family | None = None
 
 
@@ -73,7 +74,8 @@ def look_through(record: TumbleRecord, question: Question) -> Look:
     Where nothing explains all, a dead zone is looked for that silences readings.
     """
     first = _judged(record, question)
-    first = _with_runs_apart(first, question) or first
+    if (freed := _with_runs_apart(first, question)) is not None:
+        first, question = freed, question._replace(apart=True)
     if (beside := _beside_silence(first, question)) is not None:
         return beside
     look = _by_exact_laws(first, question)
@@ -83,22 +85,19 @@ def look_through(record: TumbleRecord, question: Question) -> Look:
 
 
 def _with_runs_apart(look: Look, question: Question) -> Look | None:
-    """Search with a bias and a scale factor of each run, where pauses nobody knows part the runs.
+    """Search with runs apart, where pauses nobody knows part them.
 
-    A drift goes on in a pause that no times tell. It is told so where it takes fewer effects to
-    explain all than without pauses. What begins anew in each run does not move the
-    runs, and comes behind.
+    Something slow goes on in a pause that no times tell. It is told so where it takes fewer effects
+    to explain all than without pauses. What begins anew in each run does not move the runs, and
+    comes behind.
     """
-    record, findings = look.comparison.record, look.findings
-    if is_timed(record) or findings.before.p_value >= question.alpha:
+    findings = look.findings
+    if findings.before.p_value >= question.alpha or not shows_pauses(look.comparison):
         return None
     most = min((len(one.ids) for one in findings.explanations), default=question.most + 1)
     if most < 2 or drift_anew(look.family, question.alpha):
         return None
-    free = with_runs_apart(record)
-    if free.apparatus == record.apparatus:
-        return None
-    apart = _judged(free, question)
+    apart = _judged(look.comparison.record, question._replace(apart=True))
     comparison, found = apart.comparison, apart.findings.explanations
 
     def moves_runs(one: Explanation) -> bool:
@@ -274,8 +273,15 @@ def _compared(
     *,
     memory: bool = True,
 ) -> Comparison:
-    reference, delta0, silent = question.reference, question.delta0, question.silent
-    return compared(record, reference, delta0, known, memory=memory, silent=silent)
+    return compared(
+        record,
+        question.reference,
+        question.delta0,
+        known,
+        memory=memory,
+        silent=question.silent,
+        apart=question.apart,
+    )
 
 
 def _look(comparison: Comparison, question: Question) -> Look:

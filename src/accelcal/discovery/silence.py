@@ -102,7 +102,8 @@ def silent_readings(
 
 def _heard(comparison: Comparison) -> BaseModel:
     """The base model of the record if no reading were silent."""
-    return base_model(comparison.record, comparison.model.T0, comparison.model.delta0)
+    model = comparison.model
+    return base_model(comparison.record, model.T0, model.delta0, apart=model.apart)
 
 
 def _axial(comparison: Comparison, instances: Sequence[Instance]) -> Array:

@@ -9,6 +9,7 @@ from itertools import chain
 import numpy as np
 
 from accelcal.arrays import Array, Places
+from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import chance_beside
@@ -19,6 +20,7 @@ from accelcal.discovery.instance import (
     contributions,
     instance_of,
 )
+from accelcal.discovery.spans import lengths
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.conditions import Conditions, is_timed
 from accelcal.effects.effect import Disturbance
@@ -34,19 +36,23 @@ _DENIED = 1e-3
 """Chance of noise below which the readings deny that there were no pauses."""
 
 
-def with_runs_apart(record: TumbleRecord) -> TumbleRecord:
-    """Let bias and scale factor be free in each run, as after pauses in which a drift goes on."""
-    return record.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
-
-
-def shows_pauses(comparison: Comparison, effects: Sequence[Instance]) -> bool:
-    """Whether a record without times denies that effects stood still between its runs."""
-    c, space = comparison.model.conditions, comparison.space
-    if is_timed(comparison.record) or not going_on(c, effects):
+def shows_pauses(comparison: Comparison, effects: Sequence[Instance] = ()) -> bool:
+    """Whether runs of a record without times differ by more than noise and some effects."""
+    if is_timed(comparison.record):
         return False
-    runs = c.gain[:, None] * dummies(c.run)
-    free = space.see(np.hstack([runs, runs * c.input[:, None]]))
+    c, space = comparison.model.conditions, comparison.space
+    runs, tables = dummies(c.run), dummies(c.run, comparison.record.mounting)
+    moved = np.hstack([runs, runs * c.indicated[:, None], tables * c.cross[:, None]])
+    whole = space.whiten(c.gain[:, None] * moved)
+    free = space.left_of(whole)
+    free = free[:, lengths(free) > VISIBLE * lengths(whole)]
     return chance_beside(comparison, free, comparison.span(effects)) < _DENIED
+
+
+def shows_going_on(comparison: Comparison, effects: Sequence[Instance]) -> bool:
+    """Whether a record without times denies that effects stood still between its runs."""
+    moving = going_on(comparison.model.conditions, effects)
+    return bool(moving) and shows_pauses(comparison, effects)
 
 
 def in_pauses(

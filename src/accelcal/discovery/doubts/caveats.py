@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.apparatus import Apparatus
 from accelcal.discovery.as_searched import said_of_temperatures
 from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import head_columns
@@ -94,14 +93,12 @@ def caveats(
     left: Unexplained | None,
     alternatives: Alternatives,
     others: Sequence[Otherwise],
-    declared: Apparatus,
 ) -> Iterator[Caveat]:
     """Tell what a reader must know.
 
     Of the explanations that pass, the best comes first. Walks could stand in place of its effects,
     or of the nearest ones where none passes. Something may be left beside them. Alternatives
-    explain the readings as well; with others the coefficients are others too. Launches that are
-    declared are free all the same where pauses nobody knows part the runs.
+    explain the readings as well; with others the coefficients are others too.
     """
     comparison = family.comparison
     yield from map(Caveat, said_of_positions(comparison.record))
@@ -125,7 +122,7 @@ def caveats(
         yield from _of_the_wrong_sense(comparison, best)
         yield from _of_the_chamber(comparison, best)
     yield from _wandering(walks, named=bool(found))
-    yield from _undeclared(comparison, declared, found[0].instances if found else ())
+    yield from _undeclared(comparison, found[0].instances if found else ())
 
 
 def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:
@@ -316,10 +313,8 @@ def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
             )
 
 
-def _undeclared(
-    comparison: Comparison, declared: Apparatus, instances: Sequence[Instance]
-) -> Iterator[Caveat]:
-    record = comparison.record
+def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+    record, declared = comparison.record, comparison.record.apparatus
     if declared.head_uncertainty is None:
         like = list(_like_the_head(comparison, instances))
         told = "".join(text for _, text in like) or _LIKE_ANY
@@ -337,11 +332,12 @@ def _undeclared(
         )
     if record.time is None:
         pauses = "and no pause between runs"
-        if record.apparatus != declared:
+        if comparison.model.apart:
             slow = listed(going_on(comparison.model.conditions, instances))
             pauses = (
-                f"and pauses of any length between runs, in which {slow} may go on: bias and scale"
-                " factor are free in each run, and effects on them from run to run cannot be seen"
+                f"and pauses of any length between runs, in which {slow} may go on: bias, scale"
+                " factor and misalignment are free in each run, and effects on them from run to run"
+                " cannot be seen"
             )
         yield Caveat(
             f"no times: one reading a minute is assumed, in the order of the strokes, {pauses}"

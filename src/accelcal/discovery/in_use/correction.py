@@ -49,7 +49,7 @@ from accelcal.discovery.unnamed.wide_dead_zone import (
     may_be_wider,
     of_open_width,
 )
-from accelcal.discovery.untimed import in_pauses, shows_pauses, with_runs_apart
+from accelcal.discovery.untimed import in_pauses, shows_going_on
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes, smooth, untold
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.found import disturbances
@@ -152,9 +152,8 @@ def _taken_out(meeting: Meeting, *, gaps: bool) -> Correction:
     instances = tuple(map(instance_of, known))
     silent = silent_by(record, reference, delta0, known, own=meeting.of_one_unit)
     comparison = compared(record, reference, delta0, instances, silent=silent)
-    if shows_pauses(comparison, instances):
-        meeting = meeting._replace(record=(record := with_runs_apart(record)))
-        comparison = compared(record, reference, delta0, instances, silent=silent)
+    if apart := shows_going_on(comparison, instances):
+        comparison = compared(record, reference, delta0, instances, silent=silent, apart=True)
     shown = _shown(comparison, instances)
     left = [
         None if own else meeting.left_in(item, comparison.model)
@@ -165,7 +164,7 @@ def _taken_out(meeting: Meeting, *, gaps: bool) -> Correction:
     rest = [effects[place] for place in taken]
     own = tuple(in_own_shape(comparison, [instances[place] for place in taken]))
     if own != tuple(instances[place] for place in taken):
-        comparison = compared(record, reference, delta0, own, silent=silent)
+        comparison = compared(record, reference, delta0, own, silent=silent, apart=apart)
     return _without(meeting, comparison, rest, own, nothing, gaps=gaps) if rest else nothing
 
 
@@ -179,7 +178,7 @@ def _without(
     gaps: bool,
 ) -> Correction:
     """Take out the effects of the discovery that are not left in."""
-    record, model, reference, delta0 = meeting
+    record, model = meeting.record, meeting.model
     shown = _shown(comparison, instances)
     fitted = list(compress(instances, shown))
     is_open = may_be_wider(comparison, fitted)
@@ -187,7 +186,7 @@ def _without(
     if not silent_in(comparison.model.conditions).any():
         straight = straightened(comparison, fitted)
         if straight is not None:
-            record, comparison = straight, compared(straight, reference, delta0, instances)
+            record, comparison = straight, comparison.anew(straight, instances)
     held = [found for found, is_shown in zip(rest, shown, strict=True) if not is_shown]
     whole, (taken, open_held) = comparison, _held(comparison, fitted, held)
     comparison = comparison.less(taken) if held else comparison

@@ -172,7 +172,12 @@ def likeliest_silence(comparison: Comparison, zone: Instance) -> Mask | None:
     for level in distinct(tilted[tilted > 0.0].round(9)).tolist()[::-1]:
         silent = across & (dummies(c.run) @ (tilted < level + _ALIKE) > 0.0)
         beside = compared(
-            comparison.record, model.T0, model.delta0, noise=comparison.noise, silent=silent
+            comparison.record,
+            model.T0,
+            model.delta0,
+            noise=comparison.noise,
+            silent=silent,
+            apart=model.apart,
         )
         left = squares_left(beside, [zone])
         if left < least:
