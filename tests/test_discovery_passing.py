@@ -268,6 +268,18 @@ def test_a_drift_that_goes_on_in_pauses_is_not_told_as_two_where_one_anew_fits_a
     assert abs(rate.value - 1e-4) < 1.5 * rate.expanded_uncertainty
 
 
+@pytest.mark.parametrize(("size", "doubtful"), [(1.5e-5, ("k2-temperature",)), (0.0, ())])
+def test_another_k2_of_one_run_is_no_sure_law_of_the_temperature(size, doubtful):
+    """It was named as certain, though no other run was at the level of the one."""
+    law = accelcal.effect("k2-temperature").of(0.0 if size else 3e-7)
+    record = accelcal.simulate(effects=[law], seed=1)
+    alone = size * (record.run == 1) * np.cos(np.radians(record.angle)) ** 2
+    found = accelcal.discover(replace(record, output=record.output + 1.35 * alone))
+    assert [item.id for item in found.effects] == ["k2-temperature"]
+    assert found.doubtful == doubtful
+    assert ("another K2 of run 2 alone" in " ".join(found.notes)) == bool(doubtful)
+
+
 TILTED = TumblePlan(
     temperatures=(20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0),
     strokes=4,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 from itertools import compress
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from accelcal.discovery.as_searched import said_of_temperatures
 from accelcal.discovery.candidates import instances_of
-from accelcal.discovery.columns import head_columns
+from accelcal.discovery.columns import dummies, head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.dead_zone_or_cube import said_of_rivals
 from accelcal.discovery.doubts.open_end import said_of_ends
@@ -19,11 +20,12 @@ from accelcal.discovery.doubts.otherwise import (
     Otherwise,
     said_of_alternatives,
 )
-from accelcal.discovery.explanation import Explanation
+from accelcal.discovery.explanation import Explanation, is_needed
 from accelcal.discovery.family import Family
-from accelcal.discovery.instance import Instance, column_of, columns_of
+from accelcal.discovery.instance import Instance, column_of, columns_of, replaced
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.search import cancels
+from accelcal.discovery.spans import orthonormal
 from accelcal.discovery.tied import said_of_tied
 from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
@@ -63,6 +65,9 @@ _CORRELATED = 0.3
 
 _VAGUE = 1.0 / 3.0
 """Expanded uncertainty of a step over its size from which it could be no step."""
+
+_BY_LEVEL = ("k2-temperature", "k3-temperature")
+"""Effects that a run with a shape of its own looks like, where none other is at its level."""
 
 _QUICK = 2.0
 """Intervals between readings within which a settling is that of the first reading alone."""
@@ -119,6 +124,7 @@ def caveats(
         yield from map(Caveat, _of_the_start(best))
         yield from _of_few_readings(comparison, best)
         yield from _of_steps(comparison, best, left)
+        yield from _of_one_run(comparison, best)
         yield from _of_the_wrong_sense(comparison, best)
         yield from _of_the_chamber(comparison, best)
     yield from _wandering(walks, named=bool(found))
@@ -283,6 +289,26 @@ def _of_the_wrong_sense(comparison: Comparison, instances: Sequence[Instance]) -
             yield Caveat(
                 "backlash is not sure: its lag is below zero, and no gear runs ahead; are forward"
                 " and back strokes taken for each other?",
+                [item.effect.id],
+            )
+
+
+def _of_one_run(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+    """Laws of the temperature that one run would look like which alone is otherwise."""
+    record, space, c = comparison.record, comparison.space, comparison.model.conditions
+    at_one_level = replace(c, excess=np.ones_like(c.excess))
+    for place, item in enumerate(instances):
+        if item.effect.id not in _BY_LEVEL:
+            continue
+        others = comparison.span(replaced(instances, place))
+        of_runs = space.see(column_of(item, at_one_level)[:, None] * dummies(c.run))
+        spans = (orthonormal(np.hstack([others, own[:, None]])) for own in of_runs.T)
+        alone = [not is_needed(comparison, item, span) for span in spans]
+        if any(alone):
+            runs = " or ".join(compress(record.run_labels, alone))
+            yield Caveat(
+                f"{item.effect.id} is not sure: another {item.effect.id[:2].upper()} of run {runs}"
+                " alone explains these readings as well; repeat that run at its temperature",
                 [item.effect.id],
             )
 
