@@ -153,3 +153,14 @@ def test_gravity_that_only_one_declares_is_said(calibration, record, silent):
     notes = accelcal.compare(accelcal.fit(bare["calibration"]), bare["record"]).notes
     assert any(f"the {silent} declares no local gravity" in note for note in notes)
     assert not any("local gravity" in n for n in accelcal.compare(calibration, record).notes)
+
+
+def test_a_calibration_of_exchanged_readings_is_refused_in_words_of_its_own():
+    """The error was of a launch_sf_uncertainty of 0.69, which nobody had given."""
+    plan = TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0), strokes=2)
+    known, other = (simulate(plan=plan, seed=seed, declare=False) for seed in (1, 2))
+    exchanged = known.output.copy()
+    exchanged[[0, 4]] = exchanged[[4, 0]]
+    calibration = accelcal.fit(replace(known, output=exchanged))
+    with pytest.raises(accelcal.InputError, match="as where readings are exchanged; mend"):
+        accelcal.compare(calibration, other)

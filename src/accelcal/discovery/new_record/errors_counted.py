@@ -12,6 +12,7 @@ from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.one_head import is_same_file
 from accelcal.discovery.new_record.simulated import Simulated, gravity_ratio
+from accelcal.errors import InputError
 from accelcal.estimate.error_components import SHIFTED
 from accelcal.estimate.launch import OTHERS_SHARE
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
@@ -33,8 +34,19 @@ def counted(record: TumbleRecord, known: Mapping[str, ErrorSource]) -> Apparatus
 
     An error that it estimated from few degrees of freedom is larger than the estimate by Student's
     factor over the normal one.
+
+    Raises
+    ------
+    InputError
+        If that is larger than any stand has it.
     """
-    return replace(record.apparatus, **{name: size_counted(own) for name, own in known.items()})
+    try:
+        return replace(record.apparatus, **{name: size_counted(own) for name, own in known.items()})
+    except InputError:
+        raise InputError(
+            "the calibration found larger errors in its own readings than any stand has, as where"
+            " readings are exchanged; mend what its warnings name, and fit again"
+        ) from None
 
 
 def from_calibration(calibration: Calibration, record: TumbleRecord) -> dict[str, ErrorSource]:
