@@ -425,6 +425,7 @@ def test_vibration_is_found_with_its_size(tmp_path, regime):
     assert unit == "g"
     assert abs(value - case.truth["vibration-noise"]["shaking"]) < 5.0 * error
     assert mended == record
+    assert found[0].finding.endswith("nothing is taken out for it; quiet the stand")
 
 
 # -- what cannot be judged -------------------------------------------------------------------------

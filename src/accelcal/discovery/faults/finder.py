@@ -197,7 +197,7 @@ def _of_vibration(scene: _Scene, chance: float) -> Fault:
         "vibration-noise",
         f"readings scatter by {acceleration(found.sigma)} where the angle does not matter and"
         f" by {acceleration(float(np.hypot(found.sigma, found.vibration)))} where it matters most,"
-        f" p = {chance:.2g}; nothing is taken out, but these readings weigh less: quiet the stand",
+        f" p = {chance:.2g}; nothing is taken out for it; quiet the stand",
         {"sigma": Quantity(found.vibration, found.uncertainty, "g")},
         chance,
     )
