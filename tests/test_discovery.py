@@ -371,7 +371,7 @@ def test_undeclared_launch_shift_is_no_effect():
     record = accelcal.simulate(plan=plan, noise=noise, seed=6, declare=False)
     found = accelcal.discover(record)
     assert ids(found) == []
-    assert any("launch_uncertainty is not declared" in note for note in found.notes)
+    assert any("launch_uncertainty and launch_sf_uncertainty are not" in n for n in found.notes)
     sources = {source.name: source.source for source in found.noise}
     assert sources["launch"] == "free in each run"
 

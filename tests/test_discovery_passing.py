@@ -254,6 +254,25 @@ def test_a_drift_goes_on_in_pauses_that_nobody_wrote_down(hidden):
     assert abs(rate.value - 2e-5) < 1.5 * rate.expanded_uncertainty
     assert "pauses of any length between runs" in " ".join(found.notes)
     assert "not declared" not in " ".join(found.notes)
+    sources = {source.name: (source.value, source.source) for source in found.noise}
+    assert sources["launch"] == (record.apparatus.launch_uncertainty, "free in each run")
+    assert sources["launch_sf"] == (record.apparatus.launch_sf_uncertainty, "free in each run")
+    assert sources["head"][1] == "declared"
+
+
+@pytest.mark.parametrize(("levels", "told"), [((20.0,), False), ((20.0, 80.0), True)])
+def test_of_one_run_nothing_is_said_that_takes_several(levels, told):
+    record = accelcal.simulate(plan=TumblePlan(temperatures=levels), seed=3, declare=False)
+    said = " ".join(accelcal.discover(record).notes)
+    assert "one reading a minute" in said
+    assert ("no pause between runs" in said) is told
+    assert ("launch_uncertainty and launch_sf_uncertainty are not declared" in said) is told
+
+
+def test_a_period_at_the_end_of_the_search_may_be_longer():
+    """An oscillation of 40 min was told as one of 35.3 min, which is 1.5 of them in a run."""
+    found = accelcal.discover(disturbed(to_and_fro(2400.0, 6.0 * NOISE)))
+    assert found.unexplained.structure.startswith("the bias oscillates, period 35.3 min or more;")
 
 
 def test_a_drift_that_goes_on_in_pauses_is_not_told_as_two_where_one_anew_fits_as_well():

@@ -55,6 +55,27 @@ def named(noun: str, names: Collection[str]) -> str:
     return f"{plural(noun, len(names))} {', '.join(names)}"
 
 
+def are(names: Collection[str]) -> str:
+    """Say whether one thing is, or several are.
+
+    Parameters
+    ----------
+    names : collection of str
+        Their names.
+
+    Returns
+    -------
+    str
+        The verb.
+
+    Examples
+    --------
+    >>> are(["K1"]), are(["K0", "K1"])
+    ('is', 'are')
+    """
+    return "is" if len(names) == 1 else "are"
+
+
 def counted(number: int, noun: str) -> str:
     """Write a number of things.
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.base import BaseModel, base_model, solve
 from accelcal.discovery.columns import saturated
@@ -77,6 +78,14 @@ class Comparison(NamedTuple):
         parameters = solve(model, self.space.whiten)
         seen = self.space.see(model.residual(parameters))
         return self._replace(model=model, parameters=parameters, seen=seen)
+
+    @property
+    def counted(self) -> Apparatus:
+        """Errors that count: those that are declared, but no launches where runs are apart."""
+        record = self.record
+        if self.model.apart:
+            record = record.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
+        return record.apparatus
 
     def anew(self, record: TumbleRecord, known: tuple[Instance, ...]) -> Comparison:
         """Compare another record with the model beside effects that are known to be there."""

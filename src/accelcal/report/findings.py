@@ -12,6 +12,7 @@ from accelcal.results.quantity import ErrorSource, Gate
 
 _SHOWN_P = 0.05
 _NAMES = {"launch_sf": "launch scale factor"}
+_UNTOLD = {"none": "not declared"}
 
 
 def noise_line(sources: Sequence[ErrorSource]) -> str:
@@ -22,7 +23,7 @@ def noise_line(sources: Sequence[ErrorSource]) -> str:
 def _source(source: ErrorSource) -> str:
     name = _NAMES.get(source.name, source.name)
     if source.value is None:
-        return f"{name} {source.source}"
+        return f"{name} {_UNTOLD.get(source.source, source.source)}"
     factor, unit = in_small_unit(source.unit)
     dof = f", {degrees_of_freedom(source.dof)}" if source.dof is not None else ""
     value = significant(source.value * factor, 2) if source.value else "0"

@@ -35,7 +35,7 @@ from accelcal.discovery.untimed import going_on
 from accelcal.discovery.untold import said_of_untold
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
-from accelcal.plural import listed
+from accelcal.plural import are, listed
 from accelcal.results.findings import Unexplained
 from accelcal.units import MICRO
 
@@ -68,6 +68,9 @@ _VAGUE = 1.0 / 3.0
 
 _BY_LEVEL = ("k2-temperature", "k3-temperature")
 """Effects that a run with a shape of its own looks like, where none other is at its level."""
+
+_MOVED = {"launch_uncertainty": "the bias", "launch_sf_uncertainty": "the scale factor"}
+"""What of the launches may be declared, and what these move."""
 
 _QUICK = 2.0
 """Intervals between readings within which a settling is that of the first reading alone."""
@@ -108,8 +111,8 @@ def caveats(
     comparison = family.comparison
     yield from map(Caveat, said_of_positions(comparison.record))
     yield from map(Caveat, said_of_temperatures(comparison.record))
+    best = found[0].instances if found else ()
     if found:
-        best = found[0].instances
         yield from map(Caveat, said_of_untold(comparison, best))
         yield from map(Caveat, said_of_tied(comparison, best))
         yield from map(Caveat, said_of_ends(comparison, best, family.candidates.effects))
@@ -128,7 +131,8 @@ def caveats(
         yield from _of_the_wrong_sense(comparison, best)
         yield from _of_the_chamber(comparison, best)
     yield from _wandering(walks, named=bool(found))
-    yield from _undeclared(comparison, found[0].instances if found else ())
+    yield from _undeclared(comparison, best)
+    yield from _untimed(comparison, best)
 
 
 def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:
@@ -161,7 +165,7 @@ def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
             continue
         doubted |= set(each.ids)
         yield Caveat(
-            f"{listed(each.ids)} are not sure: these positions show {each.patterns}"
+            f"{listed(each.ids)} {are(each.ids)} not sure: these positions show {each.patterns}"
             " patterns of their kind, and of such that no catalogue has up to"
             f" {100.0 * each.chance:.0f} % would be explained as well by {len(each.ids)}"
             " effects of it; measure at positions between these",
@@ -340,34 +344,33 @@ def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
 
 
 def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
-    record, declared = comparison.record, comparison.record.apparatus
+    declared = comparison.record.apparatus
     if declared.head_uncertainty is None:
         like = list(_like_the_head(comparison, instances))
         told = "".join(text for _, text in like) or _LIKE_ANY
         names = [name for name, _ in like]
         yield Caveat(f"head_uncertainty is not declared and taken as zero{told}", names)
-    if declared.launch_uncertainty is None:
+    free = [name for name in _MOVED if getattr(declared, name) is None]
+    if free and len(comparison.record.run_labels) > 1:
+        moved = listed(_MOVED[name] for name in free)
         yield Caveat(
-            "launch_uncertainty is not declared: the bias is free in each run, and effects on the"
-            " bias from run to run cannot be seen"
+            f"{listed(free)} {are(free)} not declared: {moved} {are(free)} free in each run, and"
+            " effects on what is free are not seen from run to run"
         )
-    if declared.launch_sf_uncertainty is None:
-        yield Caveat(
-            "launch_sf_uncertainty is not declared: the scale factor is free in each run, and"
-            " effects on it from run to run cannot be seen"
+
+
+def _untimed(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+    if comparison.record.time is not None:
+        return
+    pauses = ", and no pause between runs" if len(comparison.record.run_labels) > 1 else ""
+    if comparison.model.apart:
+        slow = listed(going_on(comparison.model.conditions, instances))
+        pauses = (
+            f", and pauses of any length between runs, in which {slow} may go on: bias, scale factor"
+            " and misalignment are free in each run, and effects on them from run to run cannot be"
+            " seen"
         )
-    if record.time is None:
-        pauses = "and no pause between runs"
-        if comparison.model.apart:
-            slow = listed(going_on(comparison.model.conditions, instances))
-            pauses = (
-                f"and pauses of any length between runs, in which {slow} may go on: bias, scale"
-                " factor and misalignment are free in each run, and effects on them from run to run"
-                " cannot be seen"
-            )
-        yield Caveat(
-            f"no times: one reading a minute is assumed, in the order of the strokes, {pauses}"
-        )
+    yield Caveat(f"no times: one reading a minute is assumed, in the order of the strokes{pauses}")
 
 
 def _like_the_head(

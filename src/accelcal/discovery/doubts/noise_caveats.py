@@ -10,7 +10,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.caveats import Caveat
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.noise.of_runs import TOO_LOUD, LoudRun
-from accelcal.plural import listed
+from accelcal.plural import are, listed
 
 _UNEVEN = 1.2
 """Ratio of the noise of two readings that is told."""
@@ -68,8 +68,7 @@ def _of_runs(
     label = comparison.record.run_labels[loud.run]
     told = f"run {label} scatters {loud.ratio:.2g} times as much as the others"
     unsure = [item.effect.id for item in instances] if loud.ratio >= TOO_LOUD else []
-    are = "is" if len(unsure) == 1 else "are"
-    not_sure = f"{listed(unsure)} {are} not sure: " if unsure else ""
+    not_sure = f"{listed(unsure)} {are(unsure)} not sure: " if unsure else ""
     yield Caveat(
         f"{not_sure}{told}, by noise or by what acts in it for a time; look at its readings, or"
         " repeat it",

@@ -243,16 +243,18 @@ def sources(
     """Tell the errors of the readings with where they come from.
 
     Of the errors that count, the record declares some and the calibration knew others. Those that
-    are `free` are so in each run where nothing tells their size.
+    are `free` are so in each run where they do not count, whatever is declared.
     """
     repeated = noise.dof >= FEWEST_REPLICATES
     dof, origin = (float(noise.dof), "replicates") if repeated else (None, "calibration")
     found = [ErrorSource("reading", noise.sigma, "g", dof, origin)]
     for name, unit in SOURCE_UNITS.items():
         own, size = (getattr(of, f"{name}_uncertainty") for of in (record.apparatus, counted))
-        missing = "free in each run" if name in free else "none"
-        known = "calibration" if own is None else "declared"
-        found.append(ErrorSource(name, size, unit, None, missing if size is None else known))
+        if size is not None:
+            origin = "calibration" if own is None else "declared"
+        else:
+            origin = "free in each run" if name in free else "none"
+        found.append(ErrorSource(name, own if size is None else size, unit, None, origin))
     return tuple(found)
 
 

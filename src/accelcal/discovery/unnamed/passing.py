@@ -160,7 +160,8 @@ def _oscillations(c: Conditions, labels: Sequence[str]) -> Kind:
 
     def told(place: int, _: float, bias: Array) -> str:
         period = longest / counts[place] / 60.0
-        return structure(c, labels, f"the bias oscillates, period {period:.3g} min", bias)
+        more = " or more" if place == 0 else ""
+        return structure(c, labels, f"the bias oscillates, period {period:.3g} min{more}", bias)
 
     actions = c.gain * columns.reshape(c.gain.size, -1).T
     return Kind(2 * runs.shape[1], csr_array(actions), (np.inf,), told)
