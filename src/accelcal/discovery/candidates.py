@@ -131,7 +131,7 @@ def instances_of(effect: Effect, c: Conditions) -> Iterator[Instance]:
     """
     listed = effect.amplitudes[0].sizes
     sizes = [None] if listed is None else listed(c).tolist()
-    grids = [_grid(item.search(c), discrete=item.discrete) for item in effect.shapes if item.search]
+    grids = [_grid(item.searched_at(c), discrete=item.discrete) for item in effect.shapes]
     names = [item.name for item in effect.shapes]
     for values in itertools.product(*grids):
         for mixture, near in itertools.product(_mixtures(effect), sizes):
@@ -145,8 +145,8 @@ def left_out_around(item: Instance, c: Conditions) -> list[Instance]:
     """
     found = []
     for parameter in item.effect.shapes:
-        values = parameter.search(c) if parameter.discrete and parameter.search else np.empty(0)
-        if values.size > MOST_VALUES:
+        values = parameter.searched_at(c)
+        if parameter.discrete and values.size > MOST_VALUES:
             own = int(np.abs(values - item.shape[parameter.name]).argmin())
             step = -(-values.size // (MOST_VALUES - 1))
             near = values[max(own - step, 0) : own + step + 1]

@@ -18,7 +18,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.solution import by_reading, solution
 from accelcal.discovery.spans import lengths
-from accelcal.discovery.untold import Untold, not_shown
+from accelcal.discovery.untold import Untold, not_shown, said_of_untold
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.quantity import Quantity
 
@@ -94,16 +94,23 @@ def settled(comparison: Comparison, instances: Sequence[Instance]) -> list[Insta
     return found
 
 
-def said_of_tied(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[str]:
+def said_of_not_shown(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[str]:
     """Say which parameters follow from coefficients, and which nothing tells."""
-    for one in tied(comparison, instances):
-        effect = instances[one.place].effect
-        names = f"{one.parameter.name} from {effect.amplitudes[0].name}"
-        how = _estimate(comparison, instances, one).how
-        yield (
-            f"{effect.id}: these readings alone do not tell {names}; {how}; to tell:"
-            f" {effect.to_tell_apart}"
-        )
+    for one in not_shown(comparison, instances):
+        if one.tied:
+            yield _said_of_tied(comparison, instances, one)
+        else:
+            yield said_of_untold(instances, one)
+
+
+def _said_of_tied(comparison: Comparison, instances: Sequence[Instance], one: Untold) -> str:
+    effect = instances[one.place].effect
+    names = f"{one.parameter.name} from {effect.amplitudes[0].name}"
+    how = _estimate(comparison, instances, one).how
+    return (
+        f"{effect.id}: these readings alone do not tell {names}; {how}; to tell:"
+        f" {effect.to_tell_apart}"
+    )
 
 
 def quantities(
@@ -189,7 +196,6 @@ def _settled(comparison: Comparison, instances: Sequence[Instance], one: Untold)
 def _searched(comparison: Comparison, one: Untold) -> list[float]:
     """Values that are searched, with two close to zero in place of it."""
     near = _NEAR * one.spread
-    search = one.parameter.search
-    grid = search(comparison.model.conditions).tolist() if search else []
+    grid = one.parameter.searched_at(comparison.model.conditions).tolist()
     values = np.unique([*grid, one.value, -near, near])
     return [value for value in values.tolist() if abs(value) >= near]

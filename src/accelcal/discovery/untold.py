@@ -141,17 +141,16 @@ def not_shown(comparison: Comparison, instances: Sequence[Instance]) -> list[Unt
     return found
 
 
-def said_of_untold(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[str]:
-    """Say which parameters are not told, and what the uncertainties count."""
-    for one in untold(comparison, instances):
-        effect, p = instances[one.place].effect, one.parameter
-        unit = "" if p.unit == "1" else f" {p.unit}"
-        yield (
-            f"{effect.id}: these readings do not tell {p.name}; it is held at"
-            f" {one.value:.3g}{unit}, and U counts all from {one.lowest:.3g} to"
-            f" {one.highest:.3g}{unit} as equally likely, in the amplitude and in the coefficients"
-            f" that hang on it as well; to tell: {effect.to_tell_apart}"
-        )
+def said_of_untold(instances: Sequence[Instance], one: Untold) -> str:
+    """Say that a parameter is not told, and what the uncertainties count."""
+    effect, p = instances[one.place].effect, one.parameter
+    unit = "" if p.unit == "1" else f" {p.unit}"
+    return (
+        f"{effect.id}: these readings do not tell {p.name}; it is held at"
+        f" {one.value:.3g}{unit}, and U counts all from {one.lowest:.3g} to"
+        f" {one.highest:.3g}{unit} as equally likely, in the amplitude and in the coefficients"
+        f" that hang on it as well; to tell: {effect.to_tell_apart}"
+    )
 
 
 def _possible(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Untold]:
@@ -160,9 +159,7 @@ def _possible(comparison: Comparison, instances: Sequence[Instance]) -> Iterator
         tied = bool(item.effect.tie) and item.effect.tie.keys() <= names
         for parameter in smooth(item.effect):
             value = item.shape[parameter.name]
-            values = [value]
-            if parameter.search is not None:
-                values += parameter.search(comparison.model.conditions).tolist()
+            values = [value, *parameter.searched_at(comparison.model.conditions).tolist()]
             yield Untold(place, parameter, value, min(values), max(values), tied)
 
 

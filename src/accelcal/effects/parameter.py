@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from accelcal.arguments.numbers import check_number, check_number_or_none
 from accelcal.arguments.options import check_flag, check_function, check_written
 from accelcal.arrays import Array
@@ -84,6 +86,21 @@ class Parameter:
             The size [its unit].
         """
         return self.small(conditions) if callable(self.small) else self.small
+
+    def searched_at(self, conditions: Conditions) -> Array:
+        """Values to try of a parameter that enters nonlinearly.
+
+        Parameters
+        ----------
+        conditions : Conditions
+            Of the readings.
+
+        Returns
+        -------
+        ndarray, shape (v,)
+            The values, rising; none of an amplitude [its unit].
+        """
+        return np.empty(0) if self.search is None else self.search(conditions)
 
     def checked(self, value: float) -> float:
         """Give the value back if it obeys the rules of the parameter.

@@ -26,13 +26,12 @@ from accelcal.discovery.instance import Instance, column_of, columns_of, replace
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.search import cancels
 from accelcal.discovery.spans import orthonormal
-from accelcal.discovery.tied import said_of_tied
+from accelcal.discovery.tied import said_of_not_shown
 from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
 from accelcal.discovery.unnamed.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
 from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
 from accelcal.discovery.untimed import going_on
-from accelcal.discovery.untold import said_of_untold
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.plural import are, listed
@@ -113,8 +112,7 @@ def caveats(
     yield from map(Caveat, said_of_temperatures(comparison.record))
     best = found[0].instances if found else ()
     if found:
-        yield from map(Caveat, said_of_untold(comparison, best))
-        yield from map(Caveat, said_of_tied(comparison, best))
+        yield from map(Caveat, said_of_not_shown(comparison, best))
         yield from map(Caveat, said_of_ends(comparison, best, family.candidates.effects))
         yield from map(Caveat, said_of_alternatives(alternatives))
         yield from (Caveat(other.said) for other in others)

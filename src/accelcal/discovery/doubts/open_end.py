@@ -25,7 +25,7 @@ def said_of_ends(
     named = {item.effect.id for item in instances}
     unnamed = [entry for entry in entries if entry.id not in named]
     for place, item in enumerate(instances):
-        for long, end in _longest(comparison, unnamed):
+        for long, end in _at_the_end(comparison, unnamed):
             others = replaced(instances, place, long)
             if not explain_as_well(comparison, others, item):
                 continue
@@ -37,11 +37,12 @@ def said_of_ends(
                 )
 
 
-def _longest(comparison: Comparison, entries: Sequence[Effect]) -> Iterator[tuple[Instance, str]]:
+def _at_the_end(
+    comparison: Comparison, entries: Sequence[Effect]
+) -> Iterator[tuple[Instance, str]]:
     """Effects with a time constant, at the end of the search."""
     for effect in entries:
         for parameter in scales(effect):
-            if parameter.search is not None:
-                end = float(parameter.search(comparison.model.conditions).max())
-                told = f"{parameter.name} of {end:.4g} {parameter.unit}"
-                yield Instance(effect, (1.0,), {parameter.name: end}), told
+            end = float(parameter.searched_at(comparison.model.conditions)[-1])
+            told = f"{parameter.name} of {end:.4g} {parameter.unit}"
+            yield Instance(effect, (1.0,), {parameter.name: end}), told

@@ -127,23 +127,26 @@ def _other_scales(
     comparison: Comparison, instances: Sequence[Instance], *, within_runs: bool = False
 ) -> Iterator[Alternative]:
     """Effects with the shortest and the longest time constant that explain the readings as well."""
-    for place, item in enumerate(instances):
-        for p in scales(item.effect):
-            values = p.search(comparison.model.conditions).tolist() if p.search else []
-            most = _longest(comparison, p) if within_runs else values[-1:]
-            for end in values[:1] + most:
-                farthest = _farthest(comparison, instances, place, p, end)
-                if farthest is not None:
-                    more = " or more" if farthest >= values[-1] else ""
-                    others = replaced(instances, place, item.at(p.name, farthest))
-                    yield Alternative(
-                        item.effect, f"{p.name} = {farthest:.3g} {p.unit}{more}", others, _BENT
-                    )
+    for place, p in _scales_of(instances):
+        first, last = p.searched_at(comparison.model.conditions)[[0, -1]].tolist()
+        most = min(last, _longest_run(comparison, p)) if within_runs else last
+        for end in (first, most):
+            farthest = _farthest(comparison, instances, place, p, end)
+            if farthest is not None:
+                more = " or more" if farthest >= last else ""
+                what = f"{p.name} = {farthest:.3g} {p.unit}{more}"
+                item = instances[place].at(p.name, farthest)
+                yield Alternative(item.effect, what, replaced(instances, place, item), _BENT)
 
 
-def _longest(comparison: Comparison, p: Parameter) -> list[float]:
-    """Longest run, for a time constant."""
-    return [float(comparison.model.conditions.run_time.max())] if p.unit == "s" else []
+def _scales_of(instances: Sequence[Instance]) -> list[tuple[int, Parameter]]:
+    """Time constants of some effects, each with the place of its effect."""
+    return [(place, p) for place, item in enumerate(instances) for p in scales(item.effect)]
+
+
+def _longest_run(comparison: Comparison, p: Parameter) -> float:
+    """Longest run, for a time constant; no end for another parameter."""
+    return float(comparison.model.conditions.run_time.max()) if p.unit == "s" else np.inf
 
 
 def _farthest(
@@ -300,14 +303,14 @@ def _wherever(
 
 def _within_runs(comparison: Comparison, instances: tuple[Instance, ...]) -> tuple[Instance, ...]:
     """Effects with no time constant beyond the longest run; none if they do not fit as well so."""
-    for place, item in enumerate(instances):
-        for p in scales(item.effect):
-            for most in _longest(comparison, p):
-                if item.shape[p.name] > most:
-                    instances = replaced(instances, place, item.at(p.name, most))
-                    if not explain_as_well(comparison, instances, item):
-                        return ()
-    return instances
+    inside = instances
+    for place, p in _scales_of(instances):
+        item, most = instances[place], _longest_run(comparison, p)
+        if item.shape[p.name] > most:
+            inside = replaced(inside, place, item.at(p.name, most))
+            if not explain_as_well(comparison, inside, item):
+                return ()
+    return inside
 
 
 def rivals_of(found: Sequence[Explanation]) -> Iterator[tuple[str, tuple[Instance, ...]]]:

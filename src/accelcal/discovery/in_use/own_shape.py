@@ -139,5 +139,4 @@ def moved(
 
 def _grid(comparison: Comparison, parameter: Parameter, found: float) -> Array:
     """Values to begin with: those that a search of these readings tries, and the one found."""
-    assert parameter.search is not None
-    return np.unique([*parameter.search(comparison.model.conditions).tolist(), found])
+    return np.unique([*parameter.searched_at(comparison.model.conditions).tolist(), found])

@@ -18,7 +18,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, amplitude_columns, column_of, columns_of
 from accelcal.discovery.prospects.further_readings import Block
 from accelcal.discovery.prospects.outlook import Outlook
-from accelcal.discovery.untold import scales
+from accelcal.discovery.untold import scales, smooth
 from accelcal.effects.conditions import Conditions
 
 Instances = Sequence[Instance]
@@ -137,14 +137,11 @@ def _span(instances: Instances, c: Conditions) -> Array:
     columns = [np.empty((c.input.size, 0))]
     for item in instances:
         columns.append(amplitude_columns(item, c))
-        for parameter in item.effect.shapes:
-            if not parameter.discrete and parameter.search is not None:
-                value = item.shape[parameter.name]
-                is_scale = parameter in scales(item.effect)
-                step = _STEP * (value if is_scale else float(np.ptp(parameter.search(c))))
-                low = max(value - step, parameter.minimum)
-                above, below = (
-                    column_of(item.at(parameter.name, at), c) for at in (value + step, low)
-                )
-                columns.append((above - below)[:, None])
+        for parameter in smooth(item.effect):
+            value = item.shape[parameter.name]
+            is_scale = parameter in scales(item.effect)
+            step = _STEP * (value if is_scale else float(np.ptp(parameter.searched_at(c))))
+            low = max(value - step, parameter.minimum)
+            above, below = (column_of(item.at(parameter.name, at), c) for at in (value + step, low))
+            columns.append((above - below)[:, None])
     return np.hstack(columns)
