@@ -164,3 +164,35 @@ def test_a_calibration_of_exchanged_readings_is_refused_in_words_of_its_own():
     calibration = accelcal.fit(replace(known, output=exchanged))
     with pytest.raises(accelcal.InputError, match="as where readings are exchanged; mend"):
         accelcal.compare(calibration, other)
+
+
+@pytest.mark.parametrize("temperatures", [(20.0,), (20.0, 80.0, -40.0)])
+def test_what_nothing_bounds_in_a_calibration_is_no_change_of_a_record(temperatures):
+    """K1, K3 and M without U counted as exact: a change of K1 was told to 10 ppm, M to 8 urad."""
+    plan = TumblePlan(temperatures=temperatures)
+    hidden = [accelcal.effect("dead-zone").of(1e-4)]
+    known, other = (simulate(plan=plan, effects=hidden, seed=seed) for seed in (1017, 1517))
+    model = accelcal.discover(known)
+    assert model.unbounded == ("K1", "K3", "M")
+    calibration = accelcal.fit(other, model=model)
+    for moved in (0.0, 1e-3):
+        found = accelcal.compare(calibration, replace(known, output=known.output * (1.0 + moved)))
+        assert found.p_value > 0.01
+        for run in found.runs:
+            assert run.scale_factor.value is None
+            assert run.misalignment.value is None
+            assert run.bias.expanded_uncertainty > 1.9e-5
+        assert any(note.startswith("K1, k3") and "no U in the" in note for note in found.notes)
+
+
+def test_of_a_calibration_without_covariance_each_uncertainty_counts():
+    calibration = accelcal.fit(simulate(plan=ONE_LEVEL, seed=1))
+    (table,) = calibration.tables
+    bare = replace(table, covariance_names=(), covariance_matrix=())
+    found, own = (
+        accelcal.compare(each, simulate(plan=ONE_LEVEL, seed=2), same_head=False).runs[0]
+        for each in (replace(calibration, tables=(bare,)), calibration)
+    )
+    for name in ("bias", "scale_factor", "misalignment"):
+        one, two = (getattr(each, name).standard_uncertainty for each in (found, own))
+        assert 0.8 * two < one < 2.0 * two

@@ -59,9 +59,9 @@ def test_errors_that_nobody_declares_are_told():
     calibration, record = (accelcal.fit(simulate(seed=1, declare=False)), simulate(seed=2))
     unknown = replace(record, apparatus=accelcal.Apparatus(head_uncertainty=6.7e-6))
     told = accelcal.compare(calibration, unknown).notes
-    for name in ("launch_uncertainty", "launch_sf_uncertainty", "temperature_uncertainty"):
-        assert sum(note.startswith(f"{name} is not declared") for note in told) == 1
-    assert not any("is not declared" in n for n in accelcal.compare(calibration, record).notes)
+    names = "launch_uncertainty, launch_sf_uncertainty and temperature_uncertainty"
+    assert sum(note.startswith(f"{names} are not declared") for note in told) == 1
+    assert not any("not declared" in n for n in accelcal.compare(calibration, record).notes)
 
 
 def independent(readings, size=1.0):
@@ -242,9 +242,7 @@ def test_only_noise_that_was_told_with_the_head_is_all_of_the_residuals():
         assert ("all of its residuals" in told) == is_all
 
 
-@pytest.mark.parametrize(
-    ("dof", "told"), [(1.0, "1 degree of"), (2.5, "2.5 degrees of"), (9.0, "9 degrees"), (10.0, "")]
-)
+@pytest.mark.parametrize(("dof", "told"), [(1.0, True), (2.5, True), (9.0, True), (10.0, False)])
 def test_errors_known_from_few_degrees_of_freedom_are_told(dof, told):
     undeclared = {"launch_uncertainty": None, "launch_sf_uncertainty": None}
     plan = TumblePlan(temperatures=(20.0, 80.0, 20.0))
@@ -254,6 +252,5 @@ def test_errors_known_from_few_degrees_of_freedom_are_told(dof, told):
     calibration = accelcal.fit(first)
     sources = [replace(s, dof=dof) if s.name == "launch" else s for s in calibration.error_sources]
     notes = accelcal.compare(replace(calibration, error_sources=tuple(sources)), second).notes
-    few = [note for note in notes if note.startswith("launch_uncertainty") and "estimated" in note]
-    assert len(few) == bool(told)
-    assert all(f"estimated it from {told}" in note for note in few)
+    (few,) = (note for note in notes if "from few degrees of freedom" in note)
+    assert ("launch_uncertainty" in few) is told

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array
-from accelcal.compensate.coefficients import PARAMETERS, Compensation
+from accelcal.arrays import Array, Mask
+from accelcal.compensate.coefficients import OF_ONE_AXIS, PARAMETERS, SLOPES, Compensation
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.repeatability import known_noise
 from accelcal.discovery.new_record.simulated import (
@@ -48,6 +48,9 @@ _ACROSS = [*_MAIN[:_DELTA], _OTHER, _OTHER + 1]
 
 _MOST_POSITIONS = 1000
 """Head positions above which what each did is not worked out, in matrices of their squares."""
+
+_UNBOUNDED = 1.0
+"""Variance of what nothing bounds [1, g^2 or rad^2], and of its slopes [per degC^2]."""
 
 _NOT_TOLD = np.empty(0), np.zeros((len(ERRORS), 0))
 
@@ -79,6 +82,11 @@ class CalibrationErrors(NamedTuple):
     head: float
     head_dof: float
     hysteresis: float
+
+    @property
+    def unbounded(self) -> Mask:
+        """Which errors nothing bounds, shape (18,)."""
+        return np.diagonal(self.rest) > 0.5 * _UNBOUNDED
 
     @property
     def of_head(self) -> Array:
@@ -146,20 +154,36 @@ def calibration_errors(calibration: Calibration, found: Compensation) -> Calibra
 def _stated(calibration: Calibration, found: Compensation) -> tuple[Array, Array]:
     """Covariance over `ERRORS` as the calibration states it, and its degrees of freedom.
 
-    What it does not state is taken as zero, and so is the covariance of one cross axis and the
-    other, of which the head makes the most.
+    What nothing bounds may be anything. The covariance of one cross axis and the other, of which
+    the head makes the most, is taken as zero.
     """
     covariance, dof = np.zeros(2 * (len(ERRORS),)), np.full(len(ERRORS), np.inf)
     for start, told in ((0, found), (_OTHER, found.other)):
         if told is not None:
             block = slice(start, start + len(told.covariance))
-            covariance[block, block] = np.nan_to_num(np.array(told.covariance))
-            dof[block] = told.dof
+            own = np.nan_to_num(np.array(told.covariance))
+            unknown = np.isnan(np.diagonal(told.covariance))
+            own[unknown, unknown] = _each_alone(calibration, found, start)[unknown]
+            covariance[block, block], dof[block] = own, told.dof
     for place, axis in enumerate(found.axes, _DELTA0):
         angle = freed_angle(calibration, axis.name)
         covariance[place, place] = (angle.standard_uncertainty or 0.0) ** 2
         dof[place] = angle.dof or np.inf
     return covariance, dof
+
+
+def _each_alone(calibration: Calibration, found: Compensation, start: int) -> Array:
+    """Variances of the parameters of an axis and its slopes as the nearest table states each."""
+    axis = found.axes[int(start > 0)].name
+    own = [table for table in calibration.tables if cross_name(table.mounting) == axis]
+    table = own[nearest_level([each.temperature_degC for each in own], found.T0_degC)]
+    K1 = table.coefficients["K1"]
+    stated = {**table.error_model, "delta": calibration.misalignment(table), "K1": K1}
+    unit = {"K1": K1.value or 1.0}
+    sizes = {name: quantity.standard_uncertainty for name, quantity in stated.items()}
+    variance = {n: (u / unit.get(n, 1.0)) ** 2 for n, u in sizes.items() if u is not None}
+    names = OF_ONE_AXIS if start else (*PARAMETERS, *SLOPES)
+    return np.array([variance.get(name, _UNBOUNDED) for name in names])
 
 
 def _without(whole: Array, by_head: Array) -> Array:

@@ -116,8 +116,13 @@ def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, Mask]]:
 def _quantity(
     value: float, whole: float, w: Array, v: Array, known: Uncertain, unit: str
 ) -> Quantity:
-    """Quantity of the weights w of the readings, and v of the errors of the calibration."""
+    """Quantity of the weights w of the readings, and v of the errors of the calibration.
+
+    It has no value where an error is among these that nothing bounds.
+    """
     errors = known.errors
+    if np.any(np.abs(v[errors.unbounded]) > _TOLD):
+        return Quantity(None, None, unit)
     noise = known.sigma**2 * (w @ w)
     counted = ((w @ known.by_head) ** 2).sum()
     head = counted / known.head_factor**2

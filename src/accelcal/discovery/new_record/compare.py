@@ -173,7 +173,7 @@ def compare(
         effects=tuple(effect.id for effect in calibration.effects),
         notes=(
             *filter(None, [worse, taken_from_calibration(calibration, noise)]),
-            *coefficient_notes(found, simulated),
+            *coefficient_notes(found, simulated, errors.unbounded),
             *notes(calibration, record, declared, own),
             *(*said, *said_of_positions(converted)),
             *head_notes(calibration, record, declared, same, bool(errors.positions.size)),

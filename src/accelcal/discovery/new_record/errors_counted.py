@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import compress
 
 import numpy as np
 
-from accelcal.apparatus import Apparatus
+from accelcal.apparatus import SOURCE_UNITS, Apparatus
+from accelcal.arrays import Mask
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.one_head import is_same_file
@@ -16,6 +18,7 @@ from accelcal.errors import InputError
 from accelcal.estimate.error_components import SHIFTED
 from accelcal.estimate.launch import OTHERS_SHARE
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
+from accelcal.plural import are, listed
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
@@ -108,23 +111,10 @@ def notes(
     yield from _units(calibration, record)
     if is_same_file(calibration, record):
         yield "the calibration was fitted to this very file: new readings would agree less well"
-    if declared.launch_uncertainty is None:
-        yield (
-            "launch_uncertainty is not declared: a shift of the bias from launch to launch counts"
-            " as a disagreement"
-        )
-    if declared.launch_sf_uncertainty is None:
-        yield (
-            "launch_sf_uncertainty is not declared: a change of the scale factor from launch to"
-            " launch counts as a disagreement"
-        )
-    if declared.head_uncertainty is None:
-        yield "head_uncertainty is not declared: errors of the head count as a disagreement"
-    if declared.temperature_uncertainty is None and calibration.temperature_model is not None:
-        yield (
-            "temperature_uncertainty is not declared: an error of the temperature counts as a"
-            " disagreement, above all of the scale factor"
-        )
+    laws = calibration.temperature_model is not None
+    asked = [f"{name}_uncertainty" for name in SOURCE_UNITS if name != "temperature" or laws]
+    if missing := [name for name in asked if getattr(declared, name) is None]:
+        yield f"{listed(missing)} {are(missing)} not declared: such errors count as a disagreement"
     if any(table.shares for table in calibration.tables):
         yield (
             "the effects in the calibration count as they are named: if they are others that its"
@@ -133,8 +123,11 @@ def notes(
     yield from _few_degrees(known)
 
 
-def coefficient_notes(found: Compensation, simulated: Simulated) -> Iterator[str]:
-    """Say where the coefficients of the calibration cannot be those of the record."""
+def coefficient_notes(found: Compensation, simulated: Simulated, unbounded: Mask) -> Iterator[str]:
+    """Say where the coefficients of the calibration cannot be those of the record.
+
+    Of its errors, shape (18,), some are `unbounded`.
+    """
     expected = simulated.simulated
     ratio = float(simulated.reading @ expected / (expected @ expected or 1.0))
     if abs(ratio - 1.0) > _LIKE and np.ptp(expected) > _LIKE:
@@ -147,6 +140,11 @@ def coefficient_notes(found: Compensation, simulated: Simulated) -> Iterator[str
             f"{', '.join(found.undetermined)} not determined by the calibration: taken as 0, so"
             " that what they do counts as a disagreement"
         )
+    of_other = found.other.symbols if found.other else ()
+    bare = list(compress((*found.symbols, *of_other), unbounded))
+    if bare:
+        have = "has" if len(bare) == 1 else "have"
+        yield f"{listed(bare)} {have} no U in the calibration: what changes in them is not told"
 
 
 def head_notes(
@@ -207,10 +205,14 @@ def _units(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:
 
 def _few_degrees(known: Mapping[str, ErrorSource]) -> Iterator[str]:
     """Errors that nobody declared and the calibration told from little."""
-    for name, source in known.items():
-        if source.dof is not None and source.dof < _FEW:
-            degrees = "1 degree" if source.dof == 1.0 else f"{source.dof:.3g} degrees"
-            yield (
-                f"{name} is not declared, and the calibration estimated it from {degrees} of"
-                " freedom: it counts as larger than estimated, and may be larger still"
-            )
+    few = [name for name, source in known.items() if source.dof is not None and source.dof < _FEW]
+    if larger := [name for name in few if known[name].value]:
+        yield (
+            f"{listed(larger)} {are(larger)} not declared, and the calibration estimated that from"
+            " few degrees of freedom: counted as larger than estimated, and may be larger still"
+        )
+    if none := [name for name in few if not known[name].value]:
+        yield (
+            f"{listed(none)} {are(none)} not declared, and the calibration shows none, by few"
+            " degrees of freedom: such errors count as a disagreement"
+        )
