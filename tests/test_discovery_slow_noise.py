@@ -32,7 +32,7 @@ def walked(seed, step):
 
 
 def doubted(found):
-    return {note.split()[0] for note in found.notes if " is not sure: " in note}
+    return set(found.doubtful)
 
 
 def found_in_noise(regime, number):

@@ -203,9 +203,7 @@ def _discovery(
     told_of = _caveats(look, named, unexplained, loud, also, others)
     said = [*told_of, *_of_mountings(found, named)]
     told = Discovery(
-        noise=sources(
-            comparison.noise, comparison.counted, record, free=("launch", "launch_sf")
-        ),
+        noise=sources(comparison.noise, comparison.counted, record, free=True),
         before=_as_given(comparison, record, found, question) or steps[0],
         after=gap_of(within, steps[-1].heldout_rms),
         where=by_factor(shares(comparison.seen, family.blocks, findings.before.blocks.tolist())),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -66,11 +66,16 @@ def structure(c: Conditions, runs: Sequence[str], factor: str, shape: Array) -> 
     largest = first_largest(np.abs(shape), 1e-6)
     size = float(np.sqrt(np.mean(shape**2)))
     sense = "forward" if c.rotation[largest] > 0 else "back"
+    place = [f"{c.angle[largest]:g} deg"]
+    if factor in _OF_THE_RUN:
+        place.append(f"run {runs[c.run[largest]]}")
+    elif factor in _OF_THE_SENSE:
+        place.append(sense)
+    elif factor not in _OF_THE_ANGLE:
+        place += [f"{sense} stroke {c.stroke[largest]}", f"run {runs[c.run[largest]]}"]
     return (
         f"{_FOLLOWS.get(factor, factor)}{_harmonic(c, factor, shape)};"
-        f" {size * 1e6:.3g} ug rms, largest {shape[largest] * 1e6:+.3g} ug at"
-        f" {c.angle[largest]:g} deg, {sense} stroke {c.stroke[largest]},"
-        f" run {runs[c.run[largest]]}"
+        f" {size * 1e6:.3g} ug rms, largest {shape[largest] * 1e6:+.3g} ug at {', '.join(place)}"
     )
 
 
@@ -96,6 +101,12 @@ _FOLLOWS = {
 }
 
 
+_OF_THE_ANGLE = ("position", "turn")
+_OF_THE_SENSE = ("stroke", "stroke*position", "stroke*turn")
+_OF_THE_RUN = ("temperature", "temperature*position", "heating/cooling", "run", "run*position")
+"""Factors whose pattern is the same in all strokes and runs, in all runs, or in all strokes."""
+
+
 def _harmonic(c: Conditions, factor: str, shape: Array) -> str:
     """Name the harmonic of the head angle that a pattern mostly is."""
     signs = {
@@ -107,12 +118,20 @@ def _harmonic(c: Conditions, factor: str, shape: Array) -> str:
     }
     if factor not in signs:
         return ""
-    angle, best, name = np.radians(c.angle), 0.0, ""
+    best, name = 0.0, ""
+    for told, wave in _waves(np.radians(c.angle)):
+        column = signs[factor] * wave
+        norm = float(column @ column)
+        part = float(column @ shape) ** 2 / norm if norm > 1e-9 else 0.0
+        if part > best + 1e-9 * best:
+            best, name = part, told
+    return f", {name}" if best > _PURE * float(shape @ shape) else ""
+
+
+def _waves(angle: Array) -> Iterator[tuple[str, Array]]:
+    """What is alike at all head angles [rad], and the harmonics, with their names."""
+    yield "alike at all angles", np.ones_like(angle)
     for n in range(1, _HARMONICS + 1):
-        for word, wave in (("sin", np.sin(n * angle)), ("cos", np.cos(n * angle))):
-            column = signs[factor] * wave
-            norm = float(column @ column)
-            part = float(column @ shape) ** 2 / norm if norm > 1e-9 else 0.0
-            if part > best + 1e-9 * best:
-                best, name = part, f"{word} {n}th" if n > 1 else f"{word} th"
-    return f", as {name}" if best > _PURE * float(shape @ shape) else ""
+        times = f"{n}th" if n > 1 else "th"
+        yield f"as sin {times}", np.sin(n * angle)
+        yield f"as cos {times}", np.cos(n * angle)

@@ -66,7 +66,8 @@ EFFECTS = (
         name="quadratic temperature law of the bias",
         physics="The bias bends with temperature on top of its bilinear law.",
         formula="c dT^2",
-        signature="K0 of the runs lies off the two straight lines; none with three temperatures.",
+        signature="K0 of the runs lies off the two straight lines; none with T0 and one level on"
+        " either side.",
         to_tell_apart=_MORE_LEVELS,
         static=True,
         parameters=(Parameter("coefficient", "g/degC^2", "coefficient of dT^2 in k0"),),
@@ -77,7 +78,8 @@ EFFECTS = (
         name="quadratic temperature law of the scale factor",
         physics="The scale factor bends with temperature on top of its bilinear law.",
         formula="K1 = K1N (1 + beta dT + c dT^2)",
-        signature="K1 of the runs lies off the two straight lines; none with three temperatures.",
+        signature="K1 of the runs lies off the two straight lines; none with T0 and one level on"
+        " either side.",
         to_tell_apart=_MORE_LEVELS,
         static=True,
         parameters=(Parameter("coefficient", "1/degC^2", "coefficient of dT^2 in K1 / K1N"),),
@@ -88,8 +90,8 @@ EFFECTS = (
         name="shifted break of the bias law",
         physics="The bilinear law of the bias breaks at a temperature other than T0.",
         formula="(lam1 - lam2) [max(dT - s, 0) - max(dT, 0) - max(-s, 0)]",
-        signature="K0 of the runs between T0 and the break lies off the line; none with three"
-        " temperatures.",
+        signature="K0 of the runs between T0 and the break lies off the line; none with T0 and one"
+        " level on either side.",
         to_tell_apart=f"{_MORE_LEVELS}, some near T0",
         tie={"K0 above T0": 1.0, "K0 below T0": -1.0},
         static=True,

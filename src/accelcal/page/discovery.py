@@ -232,7 +232,7 @@ def _open(found: Discovery) -> Section:
     blocks: list[Block] = []
     if found.undetectable:
         rows = [
-            (_named(item.id), typeset(", ".join(item.absorbed_by)) or "it leaves no trace")
+            (_named(item.id), typeset(", ".join(item.absorbed_by)) or "nothing tells of it")
             for item in found.undetectable
         ]
         caption = "Effects that this test cannot show, whatever their size"

@@ -39,6 +39,8 @@ def _verdict(found: Disagreement) -> Iterator[str]:
 
 
 def _where(found: Disagreement) -> Iterator[str]:
+    if found.p_value >= ALPHA:
+        return
     yield "Where they disagree"
     yield from aligned(factor_rows(found.where), right={1}, indent="  ")
     if found.structure:

@@ -199,7 +199,10 @@ def _open(found: Discovery) -> Iterator[str]:
     if found.undetectable:
         yield "What this test cannot show, and what would take it up"
         for item in found.undetectable:
-            yield f"  {item.id}: {', '.join(item.absorbed_by) or 'it leaves no trace'}"
+            if item.absorbed_by:
+                yield f"  {item.id}: {', '.join(item.absorbed_by)}"
+        if untold := [item.id for item in found.undetectable if not item.absorbed_by]:
+            yield from wrapped(f"nothing tells of {', '.join(untold)}", "  ")
     if found.next_measurement:
         yield "Next measurement"
         yield from wrapped(found.next_measurement, "  ")

@@ -128,7 +128,8 @@ def caveats(
         yield from _of_one_run(comparison, best)
         yield from _of_the_wrong_sense(comparison, best)
         yield from _of_the_chamber(comparison, best)
-    yield from _wandering(walks, named=bool(found))
+    if found or left:
+        yield from _wandering(walks, named=bool(found))
     yield from _undeclared(comparison, best)
     yield from _untimed(comparison, best)
 
@@ -327,18 +328,20 @@ def _of_the_chamber(comparison: Comparison, instances: Sequence[Instance]) -> It
 
 
 def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
-    """Effects that a bias without any law would look like."""
+    """Effects that a bias, or another coefficient, without any law would look like."""
     verdict, bound = ("not sure", POSSIBLE) if named else ("not named", LIKELY)
-    for walk in walks:
-        if walk.is_as_likely(bound):
-            yield Caveat(
-                f"{walk.instead_of.effect.id} is {verdict}: a {walk.what} that wanders, as a random"
-                f" walk, flicker noise or noise with a memory, of {walk.rms * MICRO:.2g}"
-                f" {SMALL_UNITS[walk.what]} rms in a run,"
-                " could as well be what these readings show; repeat the test: what comes back the"
-                " same is no noise",
-                [walk.instead_of.effect.id] if named else [],
-            )
+    likely = [walk for walk in walks if walk.is_as_likely(bound)]
+    for what in dict.fromkeys(walk.what for walk in likely):
+        own = [walk for walk in likely if walk.what == what]
+        names = [walk.instead_of.effect.id for walk in own]
+        largest = max(walk.rms for walk in own) * MICRO
+        yield Caveat(
+            f"{listed(names)} {are(names)} {verdict}: a {what} that wanders, as a random walk,"
+            f" flicker noise or noise with a memory, of {largest:.2g} {SMALL_UNITS[what]} rms in a"
+            " run, could as well be what these readings show; repeat the test: what comes back the"
+            " same is no noise",
+            names if named else [],
+        )
 
 
 def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:

@@ -8,7 +8,6 @@ residuals of a model, which may lack an effect.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -238,12 +237,12 @@ def _lag_sums(first: Array, second: Array, run: Ints) -> Array:
 
 
 def sources(
-    noise: ReadingNoise, counted: Apparatus, record: TumbleRecord, *, free: Collection[str] = ()
+    noise: ReadingNoise, counted: Apparatus, record: TumbleRecord, *, free: bool = False
 ) -> tuple[ErrorSource, ...]:
     """Tell the errors of the readings with where they come from.
 
-    Of the errors that count, the record declares some and the calibration knew others. Those that
-    are `free` are so in each run where they do not count, whatever is declared.
+    Of the errors that count, the record declares some and the calibration knew others. Launches
+    that do not count are `free` in each run where they are so, whatever is declared.
     """
     repeated = noise.dof >= FEWEST_REPLICATES
     dof, origin = (float(noise.dof), "replicates") if repeated else (None, "calibration")
@@ -253,7 +252,7 @@ def sources(
         if size is not None:
             origin = "calibration" if own is None else "declared"
         else:
-            origin = "free in each run" if name in free else "none"
+            origin = "free in each run" if free and name.startswith("launch") else "none"
         found.append(ErrorSource(name, own if size is None else size, unit, None, origin))
     return tuple(found)
 

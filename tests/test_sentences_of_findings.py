@@ -1,0 +1,83 @@
+"""Sentences of discover and compare, against records of known truth."""
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.discovery.doubts.caveats import _wandering
+from accelcal.discovery.instance import Instance
+from accelcal.discovery.unnamed.wandering import Wandering
+from accelcal.discovery.where import structure
+from accelcal.effects.conditions import conditions_of
+from accelcal.simulation import TumblePlan, simulate
+
+ONE_LEVEL = TumblePlan(temperatures=(20.0,))
+
+
+def pattern_of(factor, shape):
+    record = simulate(seed=1)
+    c = conditions_of(record, 20.0)
+    return structure(c, record.run_labels, factor, shape(np.radians(c.angle)))
+
+
+def test_what_is_alike_at_all_angles_is_no_harmonic():
+    """At positions 45 deg apart a bias was told as cos 8th."""
+    assert "as cos 8th" not in pattern_of("position", np.ones_like)
+    assert ", alike at all angles;" in pattern_of("position", np.ones_like)
+    assert ", as cos 4th;" in pattern_of("position", lambda th: np.cos(4.0 * th))
+
+
+@pytest.mark.parametrize(
+    ("factor", "place"),
+    [
+        ("position", "at 90 deg"),
+        ("stroke*position", "at 90 deg, forward"),
+        ("run*position", "at 90 deg, run 1"),
+        ("run*time", "at 90 deg, forward stroke 1, run 1"),
+    ],
+)
+def test_a_pattern_is_largest_where_its_factor_tells(factor, place):
+    """What is the same in all strokes and runs was largest in stroke 1 of run 3."""
+    assert pattern_of(factor, np.sin).endswith(place)
+
+
+def test_where_they_disagree_is_told_where_they_do():
+    known, same = (simulate(plan=ONE_LEVEL, seed=seed) for seed in (1, 2))
+    other = simulate(plan=ONE_LEVEL, effects=[accelcal.effect("backlash").of(1e-4)], seed=2)
+    calibration = accelcal.fit(known)
+    assert "Where they disagree" not in str(accelcal.compare(calibration, same))
+    assert "Where they disagree" in str(accelcal.compare(calibration, other))
+
+
+def test_one_level_tells_nothing_of_a_drift_of_the_chamber():
+    """It was said to leave no trace there, where it drifts bias and scale factor."""
+    said = " ".join(str(accelcal.discover(simulate(plan=ONE_LEVEL, seed=1))).split())
+    assert "no trace" not in said
+    (untold,) = said.split("nothing tells of ")[1:]
+    assert "chamber-drift" in untold.partition(" fixture-offset")[0]
+
+
+@pytest.mark.parametrize("seed", range(40, 46))
+def test_head_errors_that_a_calibration_does_not_show_are_not_counted_as_larger(seed):
+    plan = TumblePlan(temperatures=(20.0,), strokes=8)
+    calibration = accelcal.fit(simulate(plan=plan, seed=seed, declare=False))
+    (head,) = (source for source in calibration.error_sources if source.name == "head")
+    notes = accelcal.compare(calibration, simulate(plan=plan, seed=9, declare=False)).notes
+    (said,) = (note for note in notes if "head_uncertainty" in note)
+    assert ("counted as larger" in said) is bool(head.value)
+    assert ("shows none" in said) is (not head.value)
+
+
+def test_what_may_wander_in_place_of_several_effects_is_told_once():
+    ids = ("bias-drift", "warm-up", "bias-step")
+    walks = [
+        Wandering(Instance(accelcal.effect(name), (1.0,), {}), 0.0, "bias", rms)
+        for name, rms in zip(ids, (1.3e-5, 8e-6, 8e-6), strict=True)
+    ]
+    (told,) = _wandering(walks, named=True)
+    assert told.text.startswith("bias-drift, warm-up and bias-step are not sure: a bias that")
+    assert "of 13 ug rms in a run" in told.text
+    assert tuple(told.doubted) == ids
+    (alone,) = _wandering(walks[:1], named=False)
+    assert alone.text.startswith("bias-drift is not named:")
+    assert alone.doubted == []
