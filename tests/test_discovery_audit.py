@@ -286,7 +286,7 @@ def test_levels_are_met_in_both_senses():
     assert block.plan.temperatures == (20.0, 80.0, 20.0)  # from -40 degC, where the record ends
     whole = joined(record, blank(block, record))
     model = base_model(whole, T0)
-    senses = {sense for sense in model.conditions.approach[model.conditions.excess == 0.0] if sense}
+    senses = {sense for sense in model.conditions.heating[model.conditions.excess == 0.0] if sense}
     assert senses == {1.0, -1.0}
 
 

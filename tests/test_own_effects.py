@@ -215,7 +215,7 @@ CONDITIONS = conditions_of(accelcal.simulate(accelcal.AL15, noise=NOISE_FREE, se
         ("sin(3*th) - cos(theta)", lambda c: np.sin(3 * th(c)) - np.cos(th(c))),
         ("max(dT - 10, 0) + min(dT, -10)", lambda c: shifted(c.excess)),
         ("exp(-t_run / 600)", lambda c: np.exp(-c.run_time / 600)),
-        ("sqrt(t) * sign(a_i) * h", lambda c: np.sqrt(c.time) * np.sign(c.input) * c.approach),
+        ("sqrt(t) * sign(a_i) * h", lambda c: np.sqrt(c.time) * np.sign(c.input) * c.heating),
         ("a_i\n  + pi", lambda c: c.input + np.pi),
         ("2", lambda c: np.full(c.angle.size, 2.0)),
     ],

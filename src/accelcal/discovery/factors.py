@@ -78,8 +78,8 @@ def _columns(c: Conditions) -> Iterator[tuple[str, Array]]:
         rise = np.stack([c.excess, np.abs(c.excess)], axis=1) / np.abs(c.excess).max()
         yield "temperature", level
         yield "temperature*position", _products(rise, position)
-    if np.ptp(c.approach) > 0.0:
-        yield "heating/cooling", _products(c.approach[:, None], axes)
+    if np.ptp(c.heating) > 0.0:
+        yield "heating/cooling", _products(c.heating[:, None], axes)
     yield "time", np.stack([hours, hours**2, hours**3], axis=1)
     yield "time*position", _products(np.stack([hours, clock], axis=1), axes)
     yield "cycle", dummies(cycle(c))

@@ -43,7 +43,7 @@ class Conditions:
         Acceleration along the true input axis, which the misalignment tilts [local g].
     excess : ndarray
         Temperature above the reference, dT = T - T0 [degC].
-    approach : ndarray
+    heating : ndarray
         How the level of the run was reached: +1 by heating, -1 by cooling, 0 first level.
     stroke : ndarray of int
         Stroke k from 1.
@@ -73,7 +73,7 @@ class Conditions:
     cross: Array
     axial: Array
     excess: Array
-    approach: Array
+    heating: Array
     stroke: Ints
     run: Ints
     time: Array
@@ -153,7 +153,7 @@ def conditions_of(
         cross=sensed.cross,
         axial=sensed.input,
         excess=excess,
-        approach=_approach(record.run, excess),
+        heating=_heating(record.run, excess),
         stroke=record.stroke,
         run=record.run,
         time=time,
@@ -192,14 +192,14 @@ def _since_start_of_run(run: Ints, time: Array) -> Array:
     return time - start[run]
 
 
-def _approach(run: Ints, excess: Array) -> Array:
+def _heating(run: Ints, excess: Array) -> Array:
     """Sense of the last change of level before each run."""
-    approach = np.zeros(run.size)
+    heating = np.zeros(run.size)
     sense, before = 0.0, None
     for index in np.unique(run):
         level = excess[run == index].mean()
         if before is not None and abs(level - before) >= LEVEL_CHANGE:
             sense = np.sign(level - before)
-        approach[run == index] = sense
+        heating[run == index] = sense
         before = level
-    return approach
+    return heating

@@ -27,7 +27,7 @@ SYMBOLS: dict[str, tuple[str, Value]] = {
     "t": ("time since the first reading of the record [s]", lambda c: c.time),
     "t_run": ("time since the first reading of the run [s]", lambda c: c.run_time),
     "r": ("sense of rotation: 1 on forward strokes, -1 on back strokes", lambda c: c.rotation),
-    "h": ("1 after heating, -1 after cooling, 0 at the first level", lambda c: c.approach),
+    "h": ("1 after heating, -1 after cooling, 0 at the first level", lambda c: c.heating),
     "pi": ("3.14159...", lambda _: np.array(np.pi)),
 }
 """Symbol -> what it means, and its value for each reading."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from accelcal.results.quantity import Quantity
 
 _UNKNOWN = (
-    *("angle", "approach", "time", "run_time", "draws"),
+    *("angle", "heating", "time", "run_time", "draws"),
     *("per_radian", "per_degree", "per_degree_falling"),
 )
 """Conditions of a test that samples in use have not."""

@@ -30,12 +30,12 @@ def _between_levels(c: Conditions) -> Array:
 
 
 def _loop(c: Conditions, amplitude: float, first: float) -> Array:
-    return amplitude * np.where(c.approach == 0.0, first, c.approach)
+    return amplitude * np.where(c.heating == 0.0, first, c.heating)
 
 
 def _states(c: Conditions) -> Array:
     """From as after cooling to as after heating; nothing to try where no level is left."""
-    return np.linspace(-1.0, 1.0, 5) if c.approach.any() else np.zeros(1)
+    return np.linspace(-1.0, 1.0, 5) if c.heating.any() else np.zeros(1)
 
 
 EFFECTS = (

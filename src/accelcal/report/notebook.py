@@ -31,7 +31,7 @@ from accelcal.report.stability import HEADING, bound_rows, component_rows, noise
 from accelcal.report.stand_discovery import head_rows, title
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
-from accelcal.results.disagreement import Disagreement
+from accelcal.results.disagreement import ALPHA, Disagreement
 from accelcal.results.discovery import Discovery
 from accelcal.results.error_budget import ErrorBudget
 from accelcal.results.quantity import Gate, Quantity
@@ -121,7 +121,7 @@ def disagreement_html(found: Disagreement) -> str:
     return result(
         f"Comparison of {found.serial or found.source}",
         [rms, chi2, p_value(found.p_value)],
-        _where(found.where),
+        "" if found.p_value >= ALPHA else _where(found.where),
         long_table("changes since the calibration (95 %)", *_headed(run_rows(found))),
         notes=[found.structure, *found.notes],
     )
