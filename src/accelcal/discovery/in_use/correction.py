@@ -160,12 +160,12 @@ def _taken_out(meeting: Meeting, *, gaps: bool) -> Correction:
         for item, own in zip(known, shown, strict=True)
     ]
     nothing = nothing._replace(left_in=tuple(item for item in left if item and item.adds.any()))
-    taken = [place for place, item in enumerate(left) if item is None]
-    rest = [effects[place] for place in taken]
-    own = tuple(in_own_shape(comparison, [instances[place] for place in taken]))
-    if own != tuple(instances[place] for place in taken):
-        comparison = compared(record, reference, delta0, own, silent=silent, apart=apart)
-    return _without(meeting, comparison, rest, own, nothing, gaps=gaps) if rest else nothing
+    is_taken = [item is None for item in left]
+    rest, as_found = list(compress(effects, is_taken)), list(compress(instances, is_taken))
+    own = in_own_shape(comparison, as_found)
+    if own != as_found:
+        comparison = compared(record, reference, delta0, tuple(own), silent=silent, apart=apart)
+    return _without(meeting, comparison, rest, tuple(own), nothing, gaps=gaps) if rest else nothing
 
 
 def _without(
@@ -192,8 +192,8 @@ def _without(
     comparison = comparison.less(taken) if held else comparison
     effects = _with_sizes(comparison, rest, fitted, shown)
     own = list(compress(effects, shown))
-    added, uncertain = _taken(comparison, own, _by_noise(comparison, fitted, own))
     of_size = _of_size(fitted, own)
+    added, uncertain = _taken(comparison, own, _by_noise(comparison, of_size, own))
     left_open = _left_open(comparison, of_size)
     others = tuple(in_place(comparison, of_size, added, model, hanging))
     explanations = [of_size, *(other.instances for other in others)]
@@ -334,18 +334,16 @@ def _of_size(fitted: Sequence[Instance], own: Sequence[FoundEffect]) -> list[Ins
 
 
 def _by_noise(
-    comparison: Comparison, fitted: Sequence[Instance], own: Sequence[FoundEffect]
+    comparison: Comparison, of_size: Sequence[Instance], own: Sequence[FoundEffect]
 ) -> list[Mapping[str, Quantity]]:
     """Parameters of fitted effects with what noise makes uncertain in them, see `_left_open`."""
-    of_size = _of_size(fitted, own)
-    held = not_shown(comparison, of_size)
-    if not held:
-        return [found.parameters for found in own]
-    each = parameters_of(comparison, of_size, ranges=False)
-    for one in held:
-        del each[one.place][one.parameter.name]
-    told = dict(zip([item.effect.id for item in of_size], each, strict=True))
-    return [told.get(found.id, found.parameters) for found in own]
+    told = {found.id: found.parameters for found in own}
+    if held := not_shown(comparison, of_size):
+        each = parameters_of(comparison, of_size, ranges=False)
+        for one in held:
+            del each[one.place][one.parameter.name]
+        told |= {item.effect.id: new for item, new in zip(of_size, each, strict=True)}
+    return list(told.values())
 
 
 def _left_open(comparison: Comparison, fitted: Sequence[Instance]) -> Array:
