@@ -9,6 +9,9 @@ from accelcal.discovery.instance import Instance
 from accelcal.discovery.unnamed.wandering import Wandering
 from accelcal.discovery.where import structure
 from accelcal.effects.conditions import conditions_of
+from accelcal.report.discovery import change_row
+from accelcal.results.findings import Change
+from accelcal.results.quantity import Quantity
 from accelcal.simulation import TumblePlan, simulate
 
 ONE_LEVEL = TumblePlan(temperatures=(20.0,))
@@ -81,3 +84,10 @@ def test_what_may_wander_in_place_of_several_effects_is_told_once():
     (alone,) = _wandering(walks[:1], named=False)
     assert alone.text.startswith("bias-drift is not named:")
     assert alone.doubted == []
+
+
+def test_a_change_has_the_digits_of_its_coefficient():
+    """Beside 520.0 ppm/degC stood a change of 0.003041 ppm/degC."""
+    before, after = Quantity(5.2e-4, None, "1/degC"), Quantity(5.2e-4 + 3.041e-9, None, "1/degC")
+    row = change_row(Change("K1 above T0", before, after))
+    assert row == ("K1 above T0", "520.0", "520.0", "0.0", "ppm/degC")

@@ -186,9 +186,12 @@ def change_row(item: Change) -> tuple[str, str, str, str, str]:
 
 
 def _digits(value: float, item: Change, scale: float) -> str:
+    """Write a number with the digits of its uncertainty, else with four of the coefficient."""
     uncertainty = item.after.standard_uncertainty
     if uncertainty is None:
-        return significant(value, 4) if value else "0"
+        largest = max(abs(q.value or 0.0) for q in (item.before, item.after)) * scale
+        decimals = significant(largest, 4).partition(".")[2]
+        return f"{round(value, len(decimals)) + 0.0:.{len(decimals)}f}"
     return matching_digits(value, uncertainty * scale)[0]
 
 
