@@ -18,7 +18,7 @@ from accelcal.discovery.doubts.open_end import said_of_ends
 from accelcal.discovery.doubts.otherwise import (
     Alternatives,
     Otherwise,
-    said_of_alternatives,
+    said_of_laws,
 )
 from accelcal.discovery.explanation import Explanation, is_needed
 from accelcal.discovery.family import Family
@@ -114,7 +114,7 @@ def caveats(
     if found:
         yield from map(Caveat, said_of_not_shown(comparison, best))
         yield from map(Caveat, said_of_ends(comparison, best, family.candidates.effects))
-        yield from map(Caveat, said_of_alternatives(alternatives))
+        yield from map(Caveat, said_of_laws(alternatives))
         yield from (Caveat(other.said) for other in others)
         yield from _put_together(family, found[0])
         yield from _of_any_pattern(family, found[0])

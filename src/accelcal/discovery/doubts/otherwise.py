@@ -11,7 +11,6 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -213,13 +212,13 @@ def places_of(item: Instance, c: Conditions) -> Iterator[Instance]:
             yield moved
 
 
-def said_of_alternatives(alternatives: Alternatives) -> Iterator[str]:
-    """Say of which effects the readings do not tell by which law they go, or where they are."""
+def said_of_laws(alternatives: Alternatives) -> Iterator[str]:
+    """Say of which effects the readings do not tell by which law they go.
+
+    At which other places one may be stands beside its own place.
+    """
     for law in alternatives.laws:
         yield f"{law.name} explains these readings as well; to tell: {law.effect.to_tell_apart}"
-    for effect, places in groupby(alternatives.places, lambda other: other.effect.id):
-        where = " or ".join(other.what for other in places)
-        yield f"{effect} with {where} explains these readings as well"
 
 
 class Otherwise(NamedTuple):
