@@ -91,3 +91,12 @@ def test_a_change_has_the_digits_of_its_coefficient():
     before, after = Quantity(5.2e-4, None, "1/degC"), Quantity(5.2e-4 + 3.041e-9, None, "1/degC")
     row = change_row(Change("K1 above T0", before, after))
     assert row == ("K1 above T0", "520.0", "520.0", "0.0", "ppm/degC")
+
+
+def test_all_that_effects_may_be_is_one_sentence_of_a_fit():
+    """Of an error of a head position up to four sentences began alike."""
+    hidden = [accelcal.effect("position-error").of(1.4e-4, at=45.0)]
+    record = simulate(effects=hidden, seed=0)
+    said = accelcal.fit(record, model=accelcal.discover(record)).warnings
+    (told,) = (text for text in said if text.startswith("U counts what else the effects may be"))
+    assert told.count("; if it is ") > 1

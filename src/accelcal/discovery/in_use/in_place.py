@@ -107,11 +107,12 @@ def said_in_place(
     others: Sequence[InPlace], model: Discovery, fitted: Sequence[Instance]
 ) -> Iterator[str]:
     """Tell the coefficients for what else the effects may be, and what the search was not for."""
-    for other in others:
-        yield f"U counts what else the effects may be; {other.said}"
-    for note in _not_judged(model, fitted):
+    if others:
+        told = "; ".join(other.said for other in others)
+        yield f"U counts what else the effects may be; {told}"
+    if left := "; ".join(_not_judged(model, fitted)):
         possible = "what else the discovery found possible; by its own readings,"
-        yield f"{NOT_COUNTED} {possible} {note}"
+        yield f"{NOT_COUNTED} {possible} {left}"
 
 
 def _not_judged(model: Discovery, fitted: Sequence[Instance]) -> list[str]:
