@@ -188,6 +188,8 @@ def change_row(item: Change) -> tuple[str, str, str, str, str]:
 def _digits(value: float, item: Change, scale: float) -> str:
     """Write a number with the digits of its uncertainty, else with four of the coefficient."""
     uncertainty = item.after.standard_uncertainty
+    if uncertainty is None and (item.coefficient == "K1" or not value):  # of K1 the change alone
+        return significant(value, 4) if value else "0"
     if uncertainty is None:
         largest = max(abs(q.value or 0.0) for q in (item.before, item.after)) * scale
         decimals = significant(largest, 4).partition(".")[2]
