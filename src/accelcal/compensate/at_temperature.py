@@ -13,13 +13,13 @@ from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.compensate.assumptions import warn_of
 from accelcal.compensate.choice import BY, compensation
-from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, symbol_of
+from accelcal.compensate.coefficients import PARAMETERS, Compensation, symbol_of
 from accelcal.compensate.levels import LevelCompensation
 from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures, within_temperatures
 from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping
-from accelcal.model import ERROR_UNITS, LAWS
+from accelcal.model import ERROR_UNITS
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Correlated, Rows, rows_of
 from accelcal.results.quantity import Quantity
@@ -200,17 +200,8 @@ def _between_levels(found: Compensation, rise: float) -> _Errors:
 
 def _by_laws(found: Compensation, rise: float, is_known: bool) -> _Errors:
     """Errors by the laws or of a table, which are not known at all temperatures."""
-    names = (*PARAMETERS, *SLOPES)
-    jacobian = np.eye(len(PARAMETERS), len(names))
-    for name in LAWS:
-        row, scale = jacobian[PARAMETERS.index(name)], 1.0
-        if name == "K1":  # whose errors and slopes are relative
-            scale = found.K1.at_T0
-            row[PARAMETERS.index(name)] = scale * (1.0 + float(found.K1.change(np.asarray(rise))))
-        row[names.index(f"{name}_slope_above")] = scale * max(rise, 0.0)
-        row[names.index(f"{name}_slope_below")] = scale * min(rise, 0.0)
-    covariance = np.array(found.covariance) if is_known else np.full((len(names),) * 2, np.nan)
-    return _Errors(jacobian, covariance, np.array(found.over_dof))
+    covariance = np.array(found.covariance) if is_known else np.full_like(found.covariance, np.nan)
+    return _Errors(found.derivatives(rise), covariance, np.array(found.over_dof))
 
 
 def _quantity(value: float, row: Array, errors: _Errors, unit: str) -> Quantity:

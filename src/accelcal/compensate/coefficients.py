@@ -271,6 +271,19 @@ class Compensation(KnownErrors):
             for axis in self.axes
         ]
 
+    def derivatives(self, rise: float) -> Array:
+        """Derivatives of the first of `parameters` by what the covariance is of, shape (6, 12)."""
+        names = (*PARAMETERS, *SLOPES)
+        found = np.eye(len(PARAMETERS), len(names))
+        for name in LAWS:
+            row, scale = found[PARAMETERS.index(name)], 1.0
+            if name == "K1":  # whose errors and slopes are relative
+                scale = self.K1.at_T0
+                row[PARAMETERS.index(name)] = scale * (1.0 + float(self.K1.change(np.asarray(rise))))
+            row[names.index(f"{name}_slope_above")] = scale * max(rise, 0.0)
+            row[names.index(f"{name}_slope_below")] = scale * min(rise, 0.0)
+        return found
+
     def samples(self, rise: Array, cross: Sequence[Array]) -> Samples:
         """Coefficients of samples at T - T0, with accelerations along the cross axes."""
         tilt, linear, parameters = np.zeros(()), np.ones(()), self.parameters(rise)
