@@ -18,6 +18,7 @@ from .discovery.in_use.twin import Twin as Twin
 from .discovery.in_use.twin import twin as twin
 from .discovery.new_record.compare import compare as compare
 from .discovery.stand.discover import discover_stand as discover_stand
+from .discovery.two_calibrations.compare import compare_calibrations as compare_calibrations
 from .effects.catalogue import catalogue as catalogue
 from .effects.catalogue import effect as effect
 from .effects.catalogue import register as register
@@ -61,6 +62,7 @@ from .recalibrations.fleet import fleet_history as fleet_history
 from .recalibrations.history import history as history
 from .record import TumbleRecord as TumbleRecord
 from .results.calibration import Calibration as Calibration
+from .results.calibration_comparison import CalibrationComparison as CalibrationComparison
 from .results.designs import DesignComparison as DesignComparison
 from .results.designs import TestDesign as TestDesign
 from .results.disagreement import Disagreement as Disagreement

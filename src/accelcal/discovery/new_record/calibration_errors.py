@@ -102,6 +102,12 @@ class CalibrationErrors(NamedTuple):
         left = 1.0 / self.dof - share / self.head_dof
         return np.asarray(1.0 / np.clip(left / np.maximum(1.0 - share, 1e-6), 1e-9, 1.0))
 
+    @property
+    def rest_over_dof(self) -> Array:
+        """`rest` over its degrees of freedom, of two errors over their geometric mean."""
+        root = np.sqrt(1.0 / self.freedom)
+        return np.asarray(self.rest * np.outer(root, root))
+
     def larger(self, dof: float, *, head: bool) -> Array:
         """Covariance, shape (18, 18), in which what few degrees of freedom tell counts as larger.
 

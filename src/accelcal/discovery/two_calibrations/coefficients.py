@@ -1,0 +1,164 @@
+"""Coefficients of a calibration at a temperature, as they depend on its errors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.compensate.coefficients import (
+    OF_ONE_AXIS,
+    PARAMETERS,
+    SLOPES,
+    Compensation,
+    symbol_of,
+)
+from accelcal.discovery.new_record.simulated import ERRORS
+from accelcal.model import ERROR_TERMS, ERROR_UNITS, LAWS
+
+Name = tuple[str, str | None]
+"""Symbol of a coefficient, and the cross axis where it is of one."""
+
+_MAIN = (*PARAMETERS, *SLOPES)
+_OTHER = [ERRORS.index(f"other {name}") for name in OF_ONE_AXIS]
+_POWERS = {"k0": 1, "K1": -1, "k2": -1, "k3": -2, "delta_ip": -1, "k0 above": 1, "k0 below": 1}
+"""Power of the ratio of two local g by which a coefficient changes; 0 of all others."""
+
+
+class Coefficient(NamedTuple):
+    """A coefficient and its derivatives by `ERRORS`.
+
+    Attributes
+    ----------
+    value : float
+        Its value.
+    by_error : ndarray, shape (18,)
+        The derivatives.
+    unit : str
+        Unit of the value.
+    """
+
+    value: float
+    by_error: Array
+    unit: str
+
+    def times(self, factor: float) -> Coefficient:
+        """The coefficient in another unit."""
+        return self._replace(value=factor * self.value, by_error=factor * self.by_error)
+
+
+def name_of(name: str, axis: str) -> Name:
+    """Name of a coefficient, with the cross axis where it is of one."""
+    return name, axis if name.startswith("delta") else None
+
+
+def coefficients_at(found: Compensation, temperature: float | None) -> dict[Name, Coefficient]:
+    """List the error model with K1 at a temperature, and the slopes of the laws.
+
+    Parameters
+    ----------
+    found : Compensation
+        What a calibration gives.
+    temperature : float or None
+        Temperature [degC]; None takes T0.
+
+    Returns
+    -------
+    dict of tuple to Coefficient
+        Those that the calibration determines.
+    """
+    known = dict(_parameters(found, temperature))
+    return {**known, **dict(_slopes(found))}
+
+
+def _parameters(
+    found: Compensation, temperature: float | None
+) -> Iterator[tuple[Name, Coefficient]]:
+    unknown = temperature is None or found.T0_degC is None
+    rise = 0.0 if unknown else float(temperature or 0.0) - float(found.T0_degC or 0.0)
+    main = np.pad(found.derivatives(rise), [(0, 0), (0, len(ERRORS) - len(_MAIN))])
+    of_axis = found.parameters(np.asarray(rise))
+    units = {**ERROR_UNITS, "K1": f"{found.output_unit or 'output unit'}/g"}
+    for place, (axis, values) in enumerate(zip(found.axes, of_axis, strict=True)):
+        rows = main if place == 0 else _moved(main)
+        for name, value, row in zip(PARAMETERS, values, rows, strict=True):
+            named = name_of(name, axis.name)
+            is_new = place == 0 or named[1] is not None
+            if is_new and symbol_of(name, axis.name) not in found.undetermined:
+                yield named, Coefficient(float(value), row, units[name])
+
+
+def _moved(main: Array) -> Array:
+    """Derivatives by the errors of the other cross axis, from those by the errors of the main."""
+    own = np.zeros_like(main)
+    own[:, _OTHER] = main[:, [_MAIN.index(name) for name in OF_ONE_AXIS]]
+    return own
+
+
+def _slopes(found: Compensation) -> Iterator[tuple[Name, Coefficient]]:
+    identity = np.eye(len(ERRORS))
+    for place, axis in enumerate(found.axes):
+        laws = {"k0": found.k0, "K1": found.K1, "delta": axis.delta}
+        for law in LAWS if place == 0 else ("delta",):
+            for side in ("above", "below"):
+                slope = getattr(laws[law], side)
+                error = f"{law}_slope_{side}" if place == 0 else f"other {law}_slope_{side}"
+                unit = f"{ERROR_UNITS.get(law, '1')}/degC"
+                if slope.determined:
+                    own = Coefficient(slope.value, identity[ERRORS.index(error)], unit)
+                    yield name_of(f"{law} {side}", axis.name), own
+
+
+def in_units_of(
+    own: Mapping[Name, Coefficient], factor: float, gravity: float
+) -> dict[Name, Coefficient]:
+    """Give coefficients in another output unit and another local g.
+
+    Parameters
+    ----------
+    own : mapping of tuple to Coefficient
+        The coefficients.
+    factor : float
+        The other unit in one of the own ones.
+    gravity : float
+        Own local g over the other one.
+
+    Returns
+    -------
+    dict of tuple to Coefficient
+        The coefficients.
+    """
+    return {
+        name: c.times((factor if name[0] == "K1" else 1.0) * gravity ** _POWERS.get(name[0], 0))
+        for name, c in own.items()
+    }
+
+
+def of_output(own: Mapping[Name, Coefficient], unit: str) -> dict[Name, Coefficient]:
+    """Coefficients of (1) in the output unit: those of the error model (2) times K1.
+
+    Parameters
+    ----------
+    own : mapping of tuple to Coefficient
+        The error model, with K1.
+    unit : str
+        Unit of the output.
+
+    Returns
+    -------
+    dict of tuple to Coefficient
+        K0, K2, K3, M and M_ip, as far as they are determined.
+    """
+    scale = own["K1", None]
+    return {
+        (name, axis): Coefficient(
+            scale.value * c.value,
+            scale.value * c.by_error + c.value * scale.by_error,
+            unit + ERROR_UNITS[error].removeprefix("g").replace("rad", "/g"),
+        )
+        for name, error in ERROR_TERMS.items()
+        for (known, axis), c in own.items()
+        if known == error
+    }

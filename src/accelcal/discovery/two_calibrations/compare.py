@@ -1,0 +1,257 @@
+"""Two calibrations of one accelerometer: coefficient by coefficient, together, and in use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from accelcal.arguments.kinds import expect
+from accelcal.arguments.numbers import check_number_or_none
+from accelcal.arrays import Array
+from accelcal.compensate.propagation import Part, interval_of_parts, propagated
+from accelcal.discovery.two_calibrations.coefficients import (
+    Coefficient,
+    Name,
+    coefficients_at,
+    in_units_of,
+    of_output,
+)
+from accelcal.discovery.two_calibrations.errors import (
+    Errors,
+    Side,
+    errors_of_both,
+    side_of,
+    stated_errors,
+)
+from accelcal.discovery.two_calibrations.indicated import common_range, indication
+from accelcal.discovery.two_calibrations.notes import heads_tried, is_one_head, left_out, notes
+from accelcal.discovery.two_calibrations.suited import (
+    common_temperature,
+    factor_of_unit,
+    refuse_two_units,
+)
+from accelcal.errors import InputError
+from accelcal.estimate.uncertainty import quantities
+from accelcal.numerics.one_thread import in_one_thread
+from accelcal.numerics.probability import f_survival
+from accelcal.results.calibration import Calibration
+from accelcal.results.calibration_comparison import (
+    CalibrationComparison,
+    CoefficientChange,
+    ComparedCalibration,
+    IndicatedChange,
+    JointTest,
+)
+from accelcal.results.mapping import finite_or_none
+from accelcal.results.quantity import Quantity
+from accelcal.version import SOFTWARE
+
+__all__ = ["compare_calibrations"]
+
+_RANK = 1e-9
+"""Variance of a direction, over the largest of the correlations, below which it is rounding."""
+
+
+class _Pair(NamedTuple):
+    """What both calibrations tell, in one unit and one local g.
+
+    Attributes
+    ----------
+    sides : tuple of Side
+        The old and the new one.
+    old, new : mapping of tuple to Coefficient
+        Coefficients of both.
+    """
+
+    sides: tuple[Side, Side]
+    old: Mapping[Name, Coefficient]
+    new: Mapping[Name, Coefficient]
+
+    @property
+    def differences(self) -> Array:
+        """New less old, shape (p,)."""
+        return np.array([self.new[name].value - own.value for name, own in self.old.items()])
+
+    @property
+    def by_errors(self) -> Array:
+        """Their derivatives by the errors of both, shape (p, 36)."""
+        pairs = [(own.by_error, self.new[name].by_error) for name, own in self.old.items()]
+        return np.array([np.concatenate([-old, new]) for old, new in pairs])
+
+
+@in_one_thread()
+def compare_calibrations(
+    old: Calibration,
+    new: Calibration,
+    *,
+    same_head: bool | None = None,
+    temperature: float | None = None,
+) -> CalibrationComparison:
+    """Show where two calibrations of one accelerometer differ, and whether that is noise.
+
+    Parameters
+    ----------
+    old, new : Calibration
+        The calibrations, with the effects that they have.
+    same_head : bool, optional
+        Whether both were measured on one head, with the fixture clamped alike. By default the lines
+        ``# head: NAME`` of both tell it, or ``# stand: NAME``.
+    temperature : float, optional
+        Where to compare [degC]; by default T0 of the old one, or what is next to it of the
+        temperatures for which both are good.
+
+    Returns
+    -------
+    CalibrationComparison
+        Each coefficient with E_n, a joint test of all, and the change of the indicated
+        acceleration.
+
+    Raises
+    ------
+    InputError
+        If they are of two units or two outputs, have no temperature in common, do not say which
+        coefficients to use or state no uncertainties; if an option is none.
+
+    Notes
+    -----
+    E_n = (x_2 - x_1) / U(x_2 - x_1) of ISO/IEC 17043:2023, annex B, agrees from -1 to 1. For two
+    independent calibrations U^2 is U_1^2 + U_2^2. U is Student's factor of 95 % times the standard
+    uncertainty, for the degrees of freedom of all parts of it. Errors of one head cancel as far as
+    they do the same to both, see `accelcal.discovery.two_calibrations.errors`. Where nothing tells
+    whether there was one head, the wider interval and the larger chance count.
+
+    The joint test is T^2 = d' C^-1 d of all p differences d, with F = T^2 (nu - p + 1) / (nu p) of
+    Hotelling, p and nu - p + 1 degrees of freedom; nu is the mean of those of the differences in
+    the measure of C, harmonic (Nel and van der Merwe 1986).
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> old = accelcal.fit(accelcal.simulate(seed=1))
+    >>> moved = accelcal.simulate(effects=[accelcal.effect("fixture-offset").of(1e-4)], seed=2)
+    >>> found = accelcal.compare_calibrations(old, accelcal.fit(moved), same_head=True)
+    >>> found.agrees, found["delta"].agrees, found["K1"].agrees
+    (False, False, True)
+    """
+    expect(old, Calibration)
+    expect(new, Calibration)
+    check_number_or_none(temperature=temperature)
+    refuse_two_units(old, new)
+    one, other = side_of("old", old), side_of("new", new)
+    same = is_one_head(one, other, same_head)
+    factor, level = factor_of_unit(one, other), common_temperature(one, other, temperature)
+    gravity = _gravity_ratio(old, new)
+    known = coefficients_at(one.found, level)
+    told = in_units_of(coefficients_at(other.found, level), factor, gravity)
+    lost = left_out(one, other, known, told)
+    kept = [name for name in known if name not in lost]
+    if not kept:
+        raise InputError("the calibrations determine no coefficient that means the same in both")
+    pair = _Pair((one, other), *({name: own[name] for name in kept} for own in (known, told)))
+    errors = [
+        errors_of_both(one, other, level, same_head=tried) for tried in heads_tried(one, other, same)
+    ]
+    whole = _Pair((one, other), known, told)
+    return CalibrationComparison(
+        old=_told(one),
+        new=_told(other),
+        temperature_degC=level,
+        same_head=same,
+        coefficients=tuple(_changes(_with_outputs(pair), errors)),
+        joint=max((_joint(pair, own) for own in errors), key=lambda test: test.p_value),
+        indicated=tuple(_indicated(whole, errors, level, gravity)),
+        notes=tuple(notes(one, other, same, level, lost)),
+        serial=new.serial or old.serial,
+        software=SOFTWARE,
+    )
+
+
+def _gravity_ratio(old: Calibration, new: Calibration) -> float:
+    """Local gravity of the new calibration over that of the old one; 1 where one is unknown."""
+    here, there = new.g_local_m_s2, old.g_local_m_s2
+    return here / there if here and there else 1.0
+
+
+def _told(own: Side) -> ComparedCalibration:
+    return ComparedCalibration(own.calibration.source, own.calibration.date, own.effects)
+
+
+def _with_outputs(pair: _Pair) -> _Pair:
+    """The same with the coefficients in the output unit, which follow from those of the errors."""
+    if ("K1", None) not in pair.old:
+        return pair
+    unit = pair.sides[0].found.output_unit or "output unit"
+    return pair._replace(
+        old={**pair.old, **of_output(pair.old, unit)}, new={**pair.new, **of_output(pair.new, unit)}
+    )
+
+
+def _changes(pair: _Pair, errors: Sequence[Errors]) -> Iterator[CoefficientChange]:
+    """Each coefficient in both, with the wider interval of its difference."""
+    units = [own.unit for own in pair.old.values()]
+    stated = [
+        _quantities([told[n].value for n in pair.old], [told[n].by_error for n in pair.old], e, units)
+        for told, e in zip((pair.old, pair.new), map(stated_errors, pair.sides), strict=True)
+    ]
+    each = (_quantities(pair.differences, pair.by_errors, own, units) for own in errors)
+    rows = zip(pair.old, *stated, _widest(each), strict=True)
+    for (symbol, axis), old, new, difference in rows:
+        yield CoefficientChange(symbol, axis, old, new, difference)
+
+
+def _quantities(
+    values: ArrayLike,
+    by_errors: ArrayLike,
+    errors: Errors,
+    units: Sequence[str],
+    others: Sequence[Part] = (),
+) -> list[Quantity]:
+    """Values that depend on errors, with their intervals; others add to the variances."""
+    part = propagated(*errors, list(np.array(by_errors).T))
+    told = interval_of_parts([part, *others])
+    return quantities(units, np.asarray(values), told.standard, told.expanded, told.dof)
+
+
+def _widest(found: Iterable[list[Quantity]]) -> list[Quantity]:
+    """Of each quantity the one with the wider interval."""
+    return [max(own, key=lambda q: q.expanded_uncertainty or 0.0) for own in zip(*found, strict=True)]
+
+
+def _joint(pair: _Pair, errors: Errors) -> JointTest:
+    """Test all differences at once."""
+    by_errors = pair.by_errors
+    covariance, over_dof = (by_errors @ own @ by_errors.T for own in errors)
+    sizes = np.sqrt(np.diagonal(covariance))
+    scale = np.where(sizes > 0.0, sizes, 1.0)
+    variances, directions = np.linalg.eigh(covariance / np.outer(scale, scale))
+    kept = variances > _RANK * max(variances.max(), 1.0)
+    whitener = (directions[:, kept] / np.sqrt(variances[kept])).T / scale
+    p = len(whitener)
+    squares = float(np.sum((whitener @ pair.differences) ** 2))
+    inverse = float(np.trace(whitener @ over_dof @ whitener.T)) / max(p, 1)
+    dof = 1.0 / inverse if inverse > 0.0 else np.inf
+    left = max(1.0, dof - p + 1.0)
+    share = 1.0 if np.isinf(dof) else left / dof
+    chance = f_survival(squares * share / max(p, 1), max(p, 1), left)
+    return JointTest(squares, p, finite_or_none(dof), chance)
+
+
+def _indicated(
+    pair: _Pair, errors: Sequence[Errors], temperature: float | None, gravity: float
+) -> list[IndicatedChange]:
+    """Change of what is indicated, over K1 of the old calibration."""
+    one, other = pair.sides
+    a_i, scale = common_range(one, other), pair.old["K1", None].value
+    old = indication(one, pair.old, a_i, temperature, 1.0)
+    new = indication(other, pair.new, a_i, temperature, gravity)
+    by_errors = np.hstack([-old.by_error, new.by_error]) / scale
+    of_effects = [
+        part._replace(variance=part.variance / scale**2)
+        for part in (*old.by_effects, *new.by_effects)
+    ]
+    values, units = (new.output - old.output) / scale, ["g"] * a_i.size
+    found = _widest(_quantities(values, by_errors, own, units, of_effects) for own in errors)
+    return [IndicatedChange(a, own) for a, own in zip(a_i.tolist(), found, strict=True)]

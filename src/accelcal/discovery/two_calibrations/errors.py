@@ -1,0 +1,177 @@
+"""The errors of two calibrations together, with what is common to both.
+
+With J_1 and J_2 the derivatives of a quantity by the errors of the old and of the new calibration,
+its difference J_2 e_2 - J_1 e_1 has the variance
+
+    u^2 = J_1 R_1 J_1' + J_2 R_2 J_2' + head,
+
+where R_i is the covariance of all errors of a calibration but those by its head. An error of each
+head position, of the standard uncertainty s, does B_i to the errors of a calibration. Two heads are
+independent, one head is the same in both (GUM, F.1.2.3: what is common to two quantities cancels in
+their difference as far as it acts alike on both):
+
+    two heads: s_1^2 J_1 B_1 B_1' J_1' + s_2^2 J_2 B_2 B_2' J_2'
+    one head:  s^2 (J_2 B_2 - J_1 B_1) (J_2 B_2 - J_1 B_1)'
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.compensate.choice import compensation
+from accelcal.compensate.coefficients import Compensation
+from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, calibration_errors
+from accelcal.discovery.new_record.simulated import ERRORS
+from accelcal.effects.without_sources import without_sources
+from accelcal.errors import InputError
+from accelcal.numerics.sorting import distinct
+from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
+from accelcal.results.calibration import Calibration
+from accelcal.results.covariance import BY_OTHERS
+
+_SIZE = len(ERRORS)
+_PLACES = slice(0, _SIZE), slice(_SIZE, 2 * _SIZE)
+_BIAS, _SCALE_FACTOR = ERRORS.index("k0"), ERRORS.index("K1")
+
+
+class Side(NamedTuple):
+    """One of two calibrations.
+
+    Attributes
+    ----------
+    name : str
+        ``"old"`` or ``"new"``.
+    calibration : Calibration
+        The calibration.
+    found : Compensation
+        What it gives, its effects as they are named.
+    errors : CalibrationErrors
+        Errors of that.
+    by_others : ndarray, shape (18, 18)
+        Covariance of what may be there in the place of its effects.
+    """
+
+    name: str
+    calibration: Calibration
+    found: Compensation
+    errors: CalibrationErrors
+    by_others: Array
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Ids of the effects that the calibration has."""
+        return tuple(effect.id for effect in self.calibration.effects)
+
+
+def side_of(name: str, calibration: Calibration) -> Side:
+    """Take what a calibration gives.
+
+    Raises
+    ------
+    InputError
+        If it does not say which coefficients to use, or has no uncertainties.
+    """
+    try:
+        stated = compensation(calibration, effects=False)
+        named = without_sources(calibration, BY_OTHERS)
+        found = compensation(named, effects=False)
+    except InputError as error:
+        raise error.at(f"{name} calibration") from None
+    covariance = np.array(found.covariance)
+    if not np.diagonal(covariance)[[_BIAS, _SCALE_FACTOR]].all() or np.isnan(covariance).any():
+        raise InputError(
+            f"the {name} calibration states no uncertainty of some coefficients, so that no"
+            " difference can be judged; fit it to readings with repeated strokes"
+        )
+    by_others = np.zeros((_SIZE, _SIZE))
+    size = len(covariance)
+    by_others[:size, :size] = np.array(stated.covariance) - covariance
+    return Side(name, calibration, found, calibration_errors(named, found), by_others)
+
+
+class Errors(NamedTuple):
+    """Errors of both calibrations, those of the old one first.
+
+    Attributes
+    ----------
+    covariance : ndarray, shape (36, 36)
+        Their covariance.
+    over_dof : ndarray, shape (36, 36)
+        The same with each part over its degrees of freedom.
+    """
+
+    covariance: Array
+    over_dof: Array
+
+
+def errors_of_both(old: Side, new: Side, temperature: float | None, *, same_head: bool) -> Errors:
+    """Covariance of the errors of two calibrations that matter in their difference.
+
+    Parameters
+    ----------
+    old, new : Side
+        The calibrations.
+    temperature : float or None
+        Where they are compared [degC].
+    same_head : bool
+        Whether the errors of the head are common to both.
+
+    Returns
+    -------
+    Errors
+        The covariance.
+    """
+    covariance, over_dof = np.zeros((2, 2 * _SIZE, 2 * _SIZE))
+    for own, other, place in zip((old, new), (new, old), _PLACES, strict=True):
+        covariance[place, place] = own.errors.rest + _off_the_laws(own, other, temperature)
+        over_dof[place, place] = own.errors.rest_over_dof
+        if set(own.effects) != set(other.effects):
+            covariance[place, place] += own.by_others
+    for head, dof in _heads(old, new, same_head=same_head):
+        covariance += head @ head.T
+        over_dof += head @ head.T / dof
+    return Errors(covariance, over_dof)
+
+
+def stated_errors(own: Side) -> Errors:
+    """Covariance of the errors of one calibration as it states them, of shape (18, 18)."""
+    of_head = own.errors.of_head @ own.errors.of_head.T
+    return Errors(
+        own.errors.rest + of_head + own.by_others,
+        own.errors.rest_over_dof + of_head / own.errors.head_dof,
+    )
+
+
+def _heads(old: Side, new: Side, *, same_head: bool) -> list[tuple[Array, float]]:
+    """What independent errors of the heads do, and the degrees of freedom of their size."""
+    positions = distinct(np.concatenate([old.errors.positions, new.errors.positions]))
+    both = []
+    for own, place in zip((old, new), _PLACES, strict=True):
+        acting = np.zeros((2 * _SIZE, positions.size))
+        acting[place, np.searchsorted(positions, own.errors.positions)] = own.errors.by_head
+        both.append(acting)
+    known = [(own.errors.head, own.errors.head_dof) for own in (old, new)]
+    if same_head:
+        size, dof = max(known)
+        return [(size * (both[0] + both[1]), dof)]
+    return [(size * own, dof) for own, (size, dof) in zip(both, known, strict=True)]
+
+
+def _off_the_laws(own: Side, other: Side, temperature: float | None) -> Array:
+    """What is uncertain where temperature acts, and one calibration does not tell it.
+
+    A calibration of one level beside another temperature counts what usual slopes make of it. The
+    bias of the laws lies between heating and cooling, that of a single level on one side of them.
+    """
+    found, added = own.found, np.zeros((_SIZE, _SIZE))
+    if not other.found.several_levels:
+        added[_BIAS, _BIAS] = found.hysteresis**2
+    if found.several_levels or None in (temperature, found.T0_degC):
+        return added
+    away = float(temperature or 0.0) - float(found.T0_degC or 0.0)
+    added[_BIAS, _BIAS] += (BIAS_PER_DEGREE * away) ** 2
+    added[_SCALE_FACTOR, _SCALE_FACTOR] += (SCALE_FACTOR_PER_DEGREE * away) ** 2
+    return added

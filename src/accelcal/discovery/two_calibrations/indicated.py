@@ -1,0 +1,94 @@
+"""What two calibrations say is indicated at an acceleration along the input axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.compensate.choice import compensation
+from accelcal.compensate.propagation import Part
+from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name
+from accelcal.discovery.two_calibrations.errors import Side
+
+_POINTS = 41
+_UNTOLD = Coefficient(0.0, np.zeros(1), "")
+
+
+class Indication(NamedTuple):
+    """Output at n accelerations along the input axis, none across it.
+
+    Attributes
+    ----------
+    output : ndarray, shape (n,)
+        The output.
+    by_error : ndarray, shape (n, 18)
+        Its derivatives by the errors of the calibration.
+    by_effects : tuple of Part
+        Variances by the sizes of its effects.
+    """
+
+    output: Array
+    by_error: Array
+    by_effects: tuple[Part, ...]
+
+
+def common_range(old: Side, new: Side) -> Array:
+    """Accelerations within 1 g that both calibrations tested, shape (n,) [g]."""
+    (low, high), (lowest, highest) = old.found.accelerations, new.found.accelerations
+    return np.linspace(max(low, lowest, -1.0), min(high, highest, 1.0), _POINTS)
+
+
+def indication(
+    own: Side,
+    told: Mapping[Name, Coefficient],
+    a_i: Array,
+    temperature: float | None,
+    gravity: float,
+) -> Indication:
+    """Output by a calibration.
+
+    Parameters
+    ----------
+    own : Side
+        The calibration.
+    told : mapping of tuple to Coefficient
+        What it determines at the temperature; what is missing counts as 0.
+    a_i : ndarray, shape (n,)
+        Accelerations, in the local g of the coefficients [g].
+    temperature : float or None
+        Temperature [degC]; None takes that of the calibration.
+    gravity : float
+        Local g of the calibration over that of the coefficients.
+
+    Returns
+    -------
+    Indication
+        The output, with the static effects of the calibration.
+    """
+    k0, K1, k2, k3 = (told.get((name, None), _UNTOLD) for name in ("k0", "K1", "k2", "k3"))
+    added, parts = _by_effects(own, a_i / gravity, temperature)
+    bracket = k0.value + a_i + k2.value * a_i**2 + k3.value * a_i**3 + gravity * added
+    by_bracket = k0.by_error + np.multiply.outer(a_i**2, k2.by_error)
+    by_bracket = by_bracket + np.multiply.outer(a_i**3, k3.by_error)
+    scale = K1.value * gravity
+    return Indication(
+        K1.value * bracket,
+        np.multiply.outer(bracket, K1.by_error) + K1.value * by_bracket,
+        tuple(part._replace(variance=scale**2 * part.variance) for part in parts),
+    )
+
+
+def _by_effects(own: Side, a_i: Array, temperature: float | None) -> tuple[Array, list[Part]]:
+    """What static effects add to the indication [g], and the variances of that."""
+    found = compensation(own.calibration) if own.effects else own.found
+    if found.effects is None:
+        return np.zeros_like(a_i), []
+    reference = found.T0_degC
+    unknown = temperature is None or reference is None
+    rise = np.full_like(a_i, 0.0 if unknown else float(temperature or 0) - float(reference or 0))
+    samples = found.samples(rise, [np.zeros_like(a_i) for _ in found.axes])
+    parts = [Part(variance, dof) for variance, dof in found.effects.parts(samples, a_i)]
+    return found.effects.total(samples, a_i), parts

@@ -1,0 +1,244 @@
+"""What two calibrations have in common, what cannot be compared, and what is left open."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+from accelcal.arguments.options import check_flag
+from accelcal.compensate.of_table import cross_name
+from accelcal.discovery.new_record.calibration_errors import is_corrected
+from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name
+from accelcal.discovery.two_calibrations.errors import Side
+from accelcal.estimate.same_head import names_of, same_head
+from accelcal.model import COEFFICIENT_OF
+from accelcal.plural import listed
+from accelcal.results.table import nearest_table
+
+_ALIKE = 0.05  # degC; smaller differences of temperature change nothing that matters
+
+
+def tells_its_head(own: Side) -> bool:
+    """Whether a calibration tells what each position of its head did to it."""
+    return bool(own.errors.positions.size)
+
+
+def is_one_head(old: Side, new: Side, told: bool | None) -> bool | None:
+    """Tell whether both were measured on one head, its fixture clamped alike.
+
+    Parameters
+    ----------
+    old, new : Side
+        The calibrations.
+    told : bool or None
+        What the user says of it.
+
+    Returns
+    -------
+    bool or None
+        As told, or true of one file; else as the lines ``# head: NAME`` of both have it, else their
+        lines ``# stand: NAME``. None where nothing tells it, or where it would not help: one of
+        them does not tell its positions.
+
+    Raises
+    ------
+    InputError
+        If `told` is something else.
+    """
+    if told is not None:
+        check_flag(same_head=told)
+    one, other = (own.calibration.provenance.get("metadata", {}) for own in (old, new))
+    same = same_head(names_of(one), names_of(other)) if told is None else told
+    if same is None and are_of_one_file(old, new):
+        same = True
+    return None if same and not (tells_its_head(old) and tells_its_head(new)) else same
+
+
+def heads_tried(old: Side, new: Side, same: bool | None) -> list[bool]:
+    """List whether one head is assumed: both ways where nothing tells, and it makes a difference."""
+    if same is None and tells_its_head(old) and tells_its_head(new):
+        return [True, False]
+    return [bool(same)]
+
+
+def are_of_one_file(old: Side, new: Side) -> bool:
+    """Tell whether both were fitted to the same readings."""
+    one, other = (own.calibration.provenance.get("sha256") for own in (old, new))
+    return bool(one) and one == other
+
+
+def left_out(
+    old: Side, new: Side, one: Mapping[Name, Coefficient], other: Mapping[Name, Coefficient]
+) -> dict[Name, str]:
+    """Say why coefficients are not compared.
+
+    Parameters
+    ----------
+    old, new : Side
+        The calibrations.
+    one, other : mapping of tuple to Coefficient
+        What each of them determines.
+
+    Returns
+    -------
+    dict of tuple to str
+        A reason for each.
+    """
+    found: dict[Name, str] = {}
+    for name in dict.fromkeys([*one, *other]):
+        symbol, axis = name
+        missing = [own.name for own, told in ((old, one), (new, other)) if name not in told]
+        if missing:
+            found[name] = f"not determined by the {missing[0]} calibration"
+        elif " " in symbol and _references_differ(old, new):
+            found[name] = "slopes above and below another T0"
+        elif symbol == "delta" and axis and _angles_differ(old, new, axis):
+            found[name] = (
+                "of the other side of the mounting, or free of the fixture angle in one only: the"
+                " fixture angle is in the difference"
+            )
+        elif (meanings := [_meaning(own, symbol) for own in (old, new)])[0] != meanings[1]:
+            found[name] = f"it is {meanings[0]} in the old calibration, {meanings[1]} in the new"
+    return found
+
+
+def _references_differ(old: Side, new: Side) -> bool:
+    return abs((old.found.T0_degC or 0.0) - (new.found.T0_degC or 0.0)) > _ALIKE
+
+
+def _angles_differ(old: Side, new: Side, axis: str) -> bool:
+    """Whether the fixture angle is not in the misalignments of both in the same way."""
+    freed = [_is_freed(own, axis) for own in (old, new)]
+    if any(freed):
+        return not all(freed)
+    one, other = ({t.mounting for t in own.calibration.tables} for own in (old, new))
+    return not {m for m in one & other if cross_name(m) == axis}
+
+
+def _is_freed(own: Side, axis: str) -> bool:
+    return axis in {cross_name(told.axis) for told in own.calibration.fixture_angle}
+
+
+def _meaning(own: Side, symbol: str) -> str:
+    """What a coefficient really is at the angles of a calibration."""
+    name = symbol.split()[0]
+    table = nearest_table(own.calibration.tables, own.found.T0_degC)
+    return table.meaning(name) if name in COEFFICIENT_OF else name
+
+
+def notes(
+    old: Side, new: Side, same: bool | None, temperature: float | None, lost: Mapping[Name, str]
+) -> Iterator[str]:
+    """Say what makes a comparison less than it seems, a sentence each."""
+    if are_of_one_file(old, new):
+        yield "both calibrations are of the same readings: new ones would agree less well"
+    yield from _not_compared(lost)
+    yield from _of_head(old, new, same)
+    yield from _of_fixture(old, new, same, lost)
+    yield from _of_gravity_and_unit(old, new, same)
+    yield from _of_temperature(old, new, temperature)
+    yield from _of_effects(old, new)
+    yield from _of_launches(old, new)
+
+
+def _not_compared(lost: Mapping[Name, str]) -> Iterator[str]:
+    for reason in dict.fromkeys(lost.values()):
+        names = [symbol for (symbol, _), own in lost.items() if own == reason]
+        yield f"not compared: {listed(dict.fromkeys(names))}, {reason}"
+
+
+def _of_head(old: Side, new: Side, same: bool | None) -> Iterator[str]:
+    corrected = [own.name for own in (old, new) if is_corrected(own.calibration)]
+    untold = [own.name for own in (old, new) if not tells_its_head(own)]
+    if corrected:
+        yield (
+            f"{_the(corrected)} corrected by the known errors of a head: what is left of them"
+            " counts as that of two heads"
+        )
+    elif same is not False and untold:
+        yield (
+            f"the head positions of the {listed(untold)} calibration are not told, or too many: the"
+            " errors of the head count as those of two heads"
+        )
+    elif same is None:
+        yield (
+            "it is not known whether both were measured on one head, clamped alike: U and the"
+            " chances are the larger ones of both cases; name the head in a line '# head: NAME' of"
+            " both tables, or give same_head=True or same_head=False"
+        )
+
+
+def _the(names: Collection[str]) -> str:
+    return "both calibrations are" if len(names) == 2 else f"the {listed(names)} calibration is"
+
+
+def _of_fixture(
+    old: Side, new: Side, same: bool | None, lost: Mapping[Name, str]
+) -> Iterator[str]:
+    axes = {axis.name for axis in old.found.axes} & {axis.name for axis in new.found.axes}
+    bare = [axis for axis in axes if ("delta", axis) not in lost and not _is_freed(old, axis)]
+    if bare and not same:
+        yield (
+            "delta contains the fixture angle of each test, which U does not count: of two fixtures"
+            " or clampings their difference is in it; both sides of the mounting would tell it"
+        )
+
+
+def _of_gravity_and_unit(old: Side, new: Side, same: bool | None) -> Iterator[str]:
+    here, there = (own.calibration.g_local_m_s2 for own in (old, new))
+    if here is None and there is None:
+        if not same:
+            yield (
+                "neither calibration declares its local gravity: both are taken as of one place;"
+                " elsewhere a difference of g looks like a change of K1; declare it by --g of fit"
+            )
+    elif here is None or there is None:
+        yield (
+            f"the {'old' if here is None else 'new'} calibration declares no local gravity: both"
+            " are taken as of one place; elsewhere a difference of g looks like a change of K1"
+        )
+    elif here != there:
+        yield f"calibrated where g = {here} and {there} m/s^2: all is told in the local g of the old"
+    unit, other = old.found.output_unit, new.found.output_unit
+    if (unit is None) != (other is None):
+        yield (
+            f"the {'old' if unit is None else 'new'} calibration names no output unit: both are"
+            f" taken as of {unit or other}"
+        )
+    elif unit != other:
+        yield f"the new calibration is converted from {other} to {unit}"
+
+
+def _of_temperature(old: Side, new: Side, temperature: float | None) -> Iterator[str]:
+    if temperature is None:
+        yield "a temperature is unknown: the calibrations are compared as if at one"
+        return
+    for own in (old, new):
+        away = abs(temperature - (own.found.T0_degC or 0.0))
+        if not own.found.several_levels and away > _ALIKE:
+            yield (
+                f"the {own.name} calibration is {away:.2g} degC off this temperature and tells no"
+                " slopes: U counts what usual ones make of it"
+            )
+
+
+def _of_effects(old: Side, new: Side) -> Iterator[str]:
+    if set(old.effects) != set(new.effects):
+        told = [f"the {own.name} one has {listed(own.effects) or 'none'}" for own in (old, new)]
+        yield (
+            f"effects of the calibrations differ: {', '.join(told)}; coefficients that an effect"
+            " looks like mean something else without it"
+        )
+    elif old.by_others.any() or new.by_others.any():
+        yield "the effects count as they are named, in both calibrations alike"
+
+
+def _of_launches(old: Side, new: Side) -> Iterator[str]:
+    for own in (old, new):
+        known = {source.name for source in own.calibration.error_sources if source.value}
+        missing = {"launch": "bias", "launch_sf": "scale factor"}
+        untold = [what for name, what in missing.items() if name not in known]
+        if untold:
+            yield (
+                f"the {own.name} calibration knows no shifts of {listed(untold)} from launch to"
+                " launch, which count as a difference"
+            )

@@ -1,0 +1,247 @@
+"""The result of comparing two calibrations: how far apart they are, and whether that is noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from accelcal.escapes import visible
+from accelcal.results.disagreement import ALPHA
+from accelcal.results.fields import StoredPart
+from accelcal.results.mapping import members
+from accelcal.results.quantity import Quantity
+from accelcal.results.result import StoredResult, TabularResult
+
+if TYPE_CHECKING:
+    from accelcal.plot.calibration_comparison import CalibrationComparisonPlot
+
+__all__ = [
+    "SCHEMA",
+    "CalibrationComparison",
+    "CoefficientChange",
+    "ComparedCalibration",
+    "IndicatedChange",
+    "JointTest",
+]
+
+SCHEMA = "accelcal/calibration-comparison/1"
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedCalibration(StoredPart):
+    """One of two calibrations.
+
+    Attributes
+    ----------
+    source : str
+        Where its readings came from.
+    date : str or None
+        Date of its test.
+    effects : tuple of str
+        Ids of the effects that it has.
+    """
+
+    source: str
+    date: str | None
+    effects: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CoefficientChange(StoredPart):
+    """One coefficient in both calibrations.
+
+    Attributes
+    ----------
+    coefficient : str
+        Its symbol as in a calibration, a slope of the laws as in ``"k0 above"``.
+    cross_axis : str or None
+        ``"a_p"`` or ``"a_o"``, where it is of one cross axis.
+    old, new : Quantity
+        What each calibration states, in the unit and the local g of the old one.
+    difference : Quantity
+        New less old, with the errors of both.
+    """
+
+    coefficient: str
+    cross_axis: str | None
+    old: Quantity
+    new: Quantity
+    difference: Quantity
+
+    @property
+    def normalised_error(self) -> float | None:
+        """E_n, the difference over its expanded uncertainty; None where that is zero."""
+        value, half = self.difference.value, self.difference.expanded_uncertainty
+        return value / half if half and value is not None else None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether E_n is 1 at most, or nothing differs."""
+        return abs(self.difference.value or 0.0) <= (self.difference.expanded_uncertainty or 0.0)
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the coefficient as it stands in the JSON document."""
+        return {
+            **members(self, "coefficient cross_axis old new difference"),
+            "E_n": self.normalised_error,
+            "agrees": self.agrees,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class JointTest(StoredPart):
+    """All coefficients at once, with their correlations.
+
+    Attributes
+    ----------
+    chi2 : float
+        Sum of squares of the differences in the measure of their covariance.
+    coefficients : int
+        Number of independent differences.
+    dof : float or None
+        Degrees of freedom of the covariance; None where infinite.
+    p_value : float
+        Chance of such differences where nothing has changed.
+    """
+
+    chi2: float
+    coefficients: int
+    dof: float | None
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True)
+class IndicatedChange(StoredPart):
+    """Change of what is indicated at one acceleration.
+
+    Attributes
+    ----------
+    a_i : float
+        Acceleration along the input axis, without any across it [g].
+    difference : Quantity
+        Output by the new calibration less that by the old one, over K1 of the old one [g].
+    """
+
+    a_i: float
+    difference: Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationComparison(StoredResult, TabularResult):
+    """Two calibrations of one accelerometer, coefficient by coefficient.
+
+    Attributes
+    ----------
+    old, new : ComparedCalibration
+        The two.
+    temperature_degC : float or None
+        Where they are compared; None where temperatures are unknown.
+    same_head : bool or None
+        Whether both were measured on one head, whose errors are common to both; None where nothing
+        tells it.
+    coefficients : tuple of CoefficientChange
+        What both determine.
+    joint : JointTest
+        Test of all of them.
+    indicated : tuple of IndicatedChange
+        Change of the indicated acceleration over the range that both tested.
+    notes : tuple of str
+        What a reader must know.
+    serial : str or None
+        Serial number.
+    software : str
+        What compared them.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> old, new = (accelcal.fit(accelcal.simulate(seed=seed)) for seed in (1, 2))
+    >>> found = accelcal.compare_calibrations(old, new, same_head=False)
+    >>> found.agrees, found["k0"].agrees
+    (True, True)
+    """
+
+    SCHEMA: ClassVar[str] = SCHEMA
+    _WRITER: ClassVar[str] = "accelcal compare"
+    _SEVERAL: ClassVar[str] = "comparisons"
+
+    old: ComparedCalibration
+    new: ComparedCalibration
+    temperature_degC: float | None
+    same_head: bool | None
+    coefficients: tuple[CoefficientChange, ...]
+    joint: JointTest
+    indicated: tuple[IndicatedChange, ...]
+    notes: tuple[str, ...] = ()
+    serial: str | None = None
+    software: str = ""
+
+    def __str__(self) -> str:
+        from accelcal.report.calibration_comparison import comparison_text
+
+        return comparison_text(self)
+
+    def __repr__(self) -> str:
+        verdict = "agree" if self.agrees else "disagree"
+        name = self.serial or self.new.source
+        return visible(f"<CalibrationComparison {name}: {verdict}, p = {self.joint.p_value:.2g}>")
+
+    def _repr_html_(self) -> str:
+        from accelcal.report.notebook import comparison_html
+
+        return comparison_html(self)
+
+    def __getitem__(self, coefficient: str) -> CoefficientChange:
+        """Change of a coefficient, of the first cross axis where both have it.
+
+        Raises
+        ------
+        KeyError
+            If it is not compared.
+        """
+        for change in self.coefficients:
+            if change.coefficient == coefficient:
+                return change
+        raise KeyError(coefficient)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the joint test finds no difference, at a false-alarm rate of 1 %."""
+        return self.joint.p_value >= ALPHA
+
+    @property
+    def largest(self) -> IndicatedChange:
+        """The largest change of the indicated acceleration over the range, by its size."""
+        return max(self.indicated, key=lambda change: abs(change.difference.value or 0.0))
+
+    @property
+    def plot(self) -> CalibrationComparisonPlot:
+        """Pictures, each a method that returns matplotlib axes."""
+        from accelcal.plot.calibration_comparison import CalibrationComparisonPlot
+
+        return CalibrationComparisonPlot(self)
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the comparison as the JSON document of schema `SCHEMA`."""
+        return {
+            "schema": SCHEMA,
+            **members(self, "software serial old new temperature_degC same_head agrees joint"),
+            **members(self, "coefficients largest indicated notes"),
+        }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """List the coefficients, a flat dictionary each; ``value`` is the difference."""
+        return [
+            {
+                "serial": self.serial,
+                "coefficient": change.coefficient,
+                "cross_axis": change.cross_axis,
+                "temperature_degC": self.temperature_degC,
+                "old": change.old.value,
+                "new": change.new.value,
+                **change.difference.to_document(),
+                "E_n": change.normalised_error,
+                "agrees": change.agrees,
+            }
+            for change in self.coefficients
+        ]
