@@ -279,7 +279,9 @@ class Compensation(KnownErrors):
             row, scale = found[PARAMETERS.index(name)], 1.0
             if name == "K1":  # whose errors and slopes are relative
                 scale = self.K1.at_T0
-                row[PARAMETERS.index(name)] = scale * (1.0 + float(self.K1.change(np.asarray(rise))))
+                row[PARAMETERS.index(name)] = scale * (
+                    1.0 + float(self.K1.change(np.asarray(rise)))
+                )
             row[names.index(f"{name}_slope_above")] = scale * max(rise, 0.0)
             row[names.index(f"{name}_slope_below")] = scale * min(rise, 0.0)
         return found

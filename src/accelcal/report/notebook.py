@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from accelcal.plural import counted
 from accelcal.report.calibration import fixture_angle_rows, reversed_mountings
+from accelcal.report.calibration_comparison import HEADINGS as COMPARISON_HEADINGS
+from accelcal.report.calibration_comparison import change_rows
 from accelcal.report.calibration_rows import (
     HEADINGS,
     LAW_HEADINGS,
@@ -31,6 +33,7 @@ from accelcal.report.stability import HEADING, bound_rows, component_rows, noise
 from accelcal.report.stand_discovery import head_rows, title
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
+from accelcal.results.calibration_comparison import CalibrationComparison
 from accelcal.results.disagreement import ALPHA, Disagreement
 from accelcal.results.discovery import Discovery
 from accelcal.results.error_budget import ErrorBudget
@@ -124,6 +127,17 @@ def disagreement_html(found: Disagreement) -> str:
         "" if found.p_value >= ALPHA else _where(found.where),
         long_table("changes since the calibration (95 %)", *_headed(run_rows(found))),
         notes=[found.structure, *found.notes],
+    )
+
+
+@in_notebook.register
+def comparison_html(found: CalibrationComparison) -> str:
+    """Write two calibrations coefficient by coefficient."""
+    return result(
+        f"Two calibrations of {found.serial or found.new.source}",
+        ["agree" if found.agrees else "disagree", p_value(found.joint.p_value)],
+        long_table("new less old (95 %)", COMPARISON_HEADINGS, change_rows(found)),
+        notes=found.notes,
     )
 
 

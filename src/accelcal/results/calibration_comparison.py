@@ -186,11 +186,6 @@ class CalibrationComparison(StoredResult, TabularResult):
         name = self.serial or self.new.source
         return visible(f"<CalibrationComparison {name}: {verdict}, p = {self.joint.p_value:.2g}>")
 
-    def _repr_html_(self) -> str:
-        from accelcal.report.notebook import comparison_html
-
-        return comparison_html(self)
-
     def __getitem__(self, coefficient: str) -> CoefficientChange:
         """Change of a coefficient, of the first cross axis where both have it.
 

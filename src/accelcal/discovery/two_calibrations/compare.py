@@ -123,16 +123,16 @@ def compare_calibrations(
     they do the same to both, see `accelcal.discovery.two_calibrations.errors`. Where nothing tells
     whether there was one head, the wider interval and the larger chance count.
 
-    The joint test is T^2 = d' C^-1 d of all p differences d, with F = T^2 (nu - p + 1) / (nu p) of
-    Hotelling, p and nu - p + 1 degrees of freedom; nu is the mean of those of the differences in
-    the measure of C, harmonic (Nel and van der Merwe 1986).
+    The joint test takes d' C^-1 d / p of all p differences d for Fisher's F with p and nu degrees
+    of freedom; nu is the harmonic mean of those of p independent combinations of the differences.
+    The shape of C is known, and what is estimated are sizes of its parts.
 
     Examples
     --------
     >>> import accelcal
     >>> old = accelcal.fit(accelcal.simulate(seed=1))
     >>> moved = accelcal.simulate(effects=[accelcal.effect("fixture-offset").of(1e-4)], seed=2)
-    >>> found = accelcal.compare_calibrations(old, accelcal.fit(moved), same_head=True)
+    >>> found = accelcal.compare_calibrations(old, accelcal.fit(moved), same_head=False)
     >>> found.agrees, found["delta"].agrees, found["K1"].agrees
     (False, False, True)
     """
@@ -152,7 +152,8 @@ def compare_calibrations(
         raise InputError("the calibrations determine no coefficient that means the same in both")
     pair = _Pair((one, other), *({name: own[name] for name in kept} for own in (known, told)))
     errors = [
-        errors_of_both(one, other, level, same_head=tried) for tried in heads_tried(one, other, same)
+        errors_of_both(one, other, level, same_head=tried)
+        for tried in heads_tried(one, other, same)
     ]
     whole = _Pair((one, other), known, told)
     return CalibrationComparison(
@@ -193,7 +194,9 @@ def _changes(pair: _Pair, errors: Sequence[Errors]) -> Iterator[CoefficientChang
     """Each coefficient in both, with the wider interval of its difference."""
     units = [own.unit for own in pair.old.values()]
     stated = [
-        _quantities([told[n].value for n in pair.old], [told[n].by_error for n in pair.old], e, units)
+        _quantities(
+            [told[n].value for n in pair.old], [told[n].by_error for n in pair.old], e, units
+        )
         for told, e in zip((pair.old, pair.new), map(stated_errors, pair.sides), strict=True)
     ]
     each = (_quantities(pair.differences, pair.by_errors, own, units) for own in errors)
@@ -217,7 +220,9 @@ def _quantities(
 
 def _widest(found: Iterable[list[Quantity]]) -> list[Quantity]:
     """Of each quantity the one with the wider interval."""
-    return [max(own, key=lambda q: q.expanded_uncertainty or 0.0) for own in zip(*found, strict=True)]
+    return [
+        max(own, key=lambda q: q.expanded_uncertainty or 0.0) for own in zip(*found, strict=True)
+    ]
 
 
 def _joint(pair: _Pair, errors: Errors) -> JointTest:
@@ -233,9 +238,7 @@ def _joint(pair: _Pair, errors: Errors) -> JointTest:
     squares = float(np.sum((whitener @ pair.differences) ** 2))
     inverse = float(np.trace(whitener @ over_dof @ whitener.T)) / max(p, 1)
     dof = 1.0 / inverse if inverse > 0.0 else np.inf
-    left = max(1.0, dof - p + 1.0)
-    share = 1.0 if np.isinf(dof) else left / dof
-    chance = f_survival(squares * share / max(p, 1), max(p, 1), left)
+    chance = f_survival(squares / max(p, 1), max(p, 1), dof)
     return JointTest(squares, p, finite_or_none(dof), chance)
 
 

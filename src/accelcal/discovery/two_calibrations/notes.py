@@ -9,6 +9,7 @@ from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name
 from accelcal.discovery.two_calibrations.errors import Side
+from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.same_head import names_of, same_head
 from accelcal.model import COEFFICIENT_OF
 from accelcal.plural import listed
@@ -16,10 +17,17 @@ from accelcal.results.table import nearest_table
 
 _ALIKE = 0.05  # degC; smaller differences of temperature change nothing that matters
 
+_ELSEWHERE = " elsewhere a difference of g looks like a change of K1"
+
 
 def tells_its_head(own: Side) -> bool:
-    """Whether a calibration tells what each position of its head did to it."""
-    return bool(own.errors.positions.size)
+    """Whether a calibration tells what each position of its head did to it, apart from its noise.
+
+    Of one stroke noise and head are told together, and what is left without the head is too little.
+    """
+    noises = own.calibration.reading_noises
+    is_sure = all(noise.dof is None or noise.dof >= FEW for noise in noises)
+    return is_sure and bool(own.errors.positions.size)
 
 
 def is_one_head(old: Side, new: Side, told: bool | None) -> bool | None:
@@ -54,7 +62,7 @@ def is_one_head(old: Side, new: Side, told: bool | None) -> bool | None:
 
 
 def heads_tried(old: Side, new: Side, same: bool | None) -> list[bool]:
-    """List whether one head is assumed: both ways where nothing tells, and it makes a difference."""
+    """List whether one head is assumed: both ways where nothing tells, and it matters."""
     if same is None and tells_its_head(old) and tells_its_head(new):
         return [True, False]
     return [bool(same)]
@@ -156,8 +164,8 @@ def _of_head(old: Side, new: Side, same: bool | None) -> Iterator[str]:
         )
     elif same is not False and untold:
         yield (
-            f"the head positions of the {listed(untold)} calibration are not told, or too many: the"
-            " errors of the head count as those of two heads"
+            f"the {listed(untold)} calibration does not tell the positions of its head, or not its"
+            " noise apart from them (repeat strokes): the errors of the head count as those of two"
         )
     elif same is None:
         yield (
@@ -171,9 +179,7 @@ def _the(names: Collection[str]) -> str:
     return "both calibrations are" if len(names) == 2 else f"the {listed(names)} calibration is"
 
 
-def _of_fixture(
-    old: Side, new: Side, same: bool | None, lost: Mapping[Name, str]
-) -> Iterator[str]:
+def _of_fixture(old: Side, new: Side, same: bool | None, lost: Mapping[Name, str]) -> Iterator[str]:
     axes = {axis.name for axis in old.found.axes} & {axis.name for axis in new.found.axes}
     bare = [axis for axis in axes if ("delta", axis) not in lost and not _is_freed(old, axis)]
     if bare and not same:
@@ -189,15 +195,15 @@ def _of_gravity_and_unit(old: Side, new: Side, same: bool | None) -> Iterator[st
         if not same:
             yield (
                 "neither calibration declares its local gravity: both are taken as of one place;"
-                " elsewhere a difference of g looks like a change of K1; declare it by --g of fit"
+                f"{_ELSEWHERE}; write '# g: 9.8106' above the readings"
             )
     elif here is None or there is None:
         yield (
             f"the {'old' if here is None else 'new'} calibration declares no local gravity: both"
-            " are taken as of one place; elsewhere a difference of g looks like a change of K1"
+            f" are taken as of one place;{_ELSEWHERE}"
         )
     elif here != there:
-        yield f"calibrated where g = {here} and {there} m/s^2: all is told in the local g of the old"
+        yield f"calibrated where g = {here} m/s^2 and {there} m/s^2: all is told in the former g"
     unit, other = old.found.output_unit, new.found.output_unit
     if (unit is None) != (other is None):
         yield (

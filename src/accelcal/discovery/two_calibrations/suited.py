@@ -20,12 +20,12 @@ def refuse_two_units(old: Calibration, new: Calibration) -> None:
     InputError
         If both name their serial number, and differ in more than its spelling.
     """
-    if old.serial and new.serial and old.serial != new.serial:
-        if not serials_alike([old.serial, new.serial]):
-            raise InputError(
-                f"the old calibration is that of {old.serial}, the new one that of {new.serial};"
-                " give two of one accelerometer"
-            )
+    names = {own.serial for own in (old, new) if own.serial}
+    if len(names) == 2 and not serials_alike(names):
+        raise InputError(
+            f"the old calibration is that of {old.serial}, the new one that of {new.serial}; give"
+            " two of one accelerometer"
+        )
 
 
 def factor_of_unit(old: Side, new: Side) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -17,6 +18,9 @@ from accelcal.results.result import StoredResult, all_from_json, parts_of
 from accelcal.results.triad import TriadCalibration
 
 __all__ = ["read_calibration"]
+
+_BEGINNING = 256
+"""Bytes of a file that are looked at."""
 
 
 class TriadFile(NamedTuple):
@@ -166,6 +170,28 @@ def read_calibrations_or_models(source: str) -> CalibrationFile:
     """
     read, calibrations = read_document(source, "calibration", _of_fits_or_models)
     return CalibrationFile(read.name, read.sha256 or "", calibrations)
+
+
+def is_document(path: str) -> bool:
+    """Tell by its name or its first character whether a file is a JSON document, and no table.
+
+    Parameters
+    ----------
+    path : str
+        Path of a file; ``"-"`` is taken for a table.
+
+    Returns
+    -------
+    bool
+        False of a file that cannot be read, of which its reader tells more.
+    """
+    if path.lower().removesuffix(".gz").endswith(".json"):
+        return True
+    try:
+        with open(path, "rb") as file:  # noqa: PTH123  (pathlib costs start-up time)
+            return file.read(_BEGINNING).removeprefix(BOM_UTF8).lstrip().startswith(b"{")
+    except (OSError, ValueError):
+        return False
 
 
 def _of_fits_or_models(text: str) -> tuple[Calibration, ...]:

@@ -1,0 +1,89 @@
+"""Pictures of two calibrations, as ``comparison.plot``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from accelcal.plot.pictures import Pictures
+from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.results.calibration_comparison import CalibrationComparison
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["CalibrationComparisonPlot"]
+
+_MICRO = 1e6
+
+
+class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
+    """Pictures of two calibrations.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> old, new = (accelcal.fit(accelcal.simulate(seed=seed)) for seed in (1, 2))
+    >>> found = accelcal.compare_calibrations(old, new)
+    >>> found.plot.coefficients().get_xlabel()
+    'normalised error $E_n$'
+    """
+
+    __slots__ = ()
+
+    @styled
+    def coefficients(self, ax: Axes | None = None) -> Axes:
+        """Draw E_n of each coefficient.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            The coefficients agree within the band from -1 to 1.
+        """
+        from accelcal.report.calibration_comparison import change_rows
+
+        drawn, colours = canvas(ax, (6.4, 4.6)), palette()
+        rows = [row for row in change_rows(self.result) if row[7]]
+        scores = np.array([float(row[7]) for row in rows])
+        places = np.arange(scores.size)
+        drawn.axvspan(-1.0, 1.0, color=colours.series[2], alpha=0.2, lw=0)
+        drawn.axvline(0.0, color=colours.ink, lw=0.8)
+        apart = np.abs(scores) > 1.0
+        for chosen, colour in ((~apart, colours.series[0]), (apart, colours.series[1])):
+            drawn.plot(scores[chosen], places[chosen], "o", color=colour)
+        drawn.set_yticks(places, [f"{row[0].strip()} {row[1]}" for row in rows])
+        drawn.invert_yaxis()
+        drawn.set_xlabel("normalised error $E_n$")
+        return entitled(drawn, "New − old calibration, over its U")
+
+    @styled
+    def indicated(self, ax: Axes | None = None) -> Axes:
+        """Draw how the indicated acceleration changes along the input axis.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            The change with its 95 % interval.
+        """
+        drawn, colours = canvas(ax), palette()
+        found = self.result.indicated
+        a_i = np.array([own.a_i for own in found])
+        value = _MICRO * np.array([own.difference.value for own in found], dtype=float)
+        half = np.array([own.difference.expanded_uncertainty for own in found], dtype=float)
+        low, high = value - _MICRO * half, value + _MICRO * half
+        drawn.fill_between(a_i, low, high, color=colours.series[0], alpha=0.25, lw=0)
+        drawn.plot(a_i, value, color=colours.series[0])
+        drawn.axhline(0.0, color=colours.ink, lw=0.8)
+        drawn.set(xlabel="acceleration along the input axis [g]", ylabel="new − old [µg]")
+        return entitled(drawn, "Change of the indicated acceleration, 95 %")

@@ -1,0 +1,112 @@
+"""A comparison of two calibrations, told in text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from accelcal.model import SLOPES
+from accelcal.numerics.probability import LEVEL
+from accelcal.plural import counted
+from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
+from accelcal.report.findings import probability
+from accelcal.report.lines import aligned, notes, sections, wrapped
+from accelcal.report.numbers import in_small_unit, matching_digits, significant
+from accelcal.results.calibration_comparison import (
+    CalibrationComparison,
+    CoefficientChange,
+    ComparedCalibration,
+)
+from accelcal.results.quantity import Quantity
+from accelcal.units import MICRO
+
+HEADINGS = ("", "", "old", "new", "new - old", "U (95 %)", "unit", "E_n", "")
+"""Of `change_rows`."""
+
+_NAMES = {symbol: name for name, symbol, *_ in SHOWN_COEFFICIENTS}
+_SYMBOLS = {f"{law} {side}": symbol for symbol, (law, side) in SLOPES.items()}
+_ORDER = [*_NAMES, *_SYMBOLS]
+
+
+def comparison_text(found: CalibrationComparison) -> str:
+    """Tell a comparison in lines of at most 100 characters."""
+    return sections(
+        _head(found), _verdict(found), _coefficients(found), _in_use(found), notes(found.notes)
+    )
+
+
+def _head(found: CalibrationComparison) -> Iterator[str]:
+    unit = f"  serial {found.serial}" if found.serial else ""
+    level = found.temperature_degC
+    yield f"TWO CALIBRATIONS{unit}{'' if level is None else f', at {level:.4g} degC'}"
+    for name, own in (("old", found.old), ("new", found.new)):
+        yield from wrapped(_of(own), f"  {name}  ")
+    if found.same_head is not None:
+        yield f"heads: {'one, whose errors are common to both' if found.same_head else 'one each'}"
+
+
+def _of(own: ComparedCalibration) -> str:
+    effects = f"effects {', '.join(own.effects)}" if own.effects else ""
+    return ", ".join(filter(None, (own.date, own.source, effects)))
+
+
+def _verdict(found: CalibrationComparison) -> Iterator[str]:
+    joint, rows = found.joint, change_rows(found)
+    dof = "" if joint.dof is None else f" with {joint.dof:.3g} degrees of freedom"
+    yield f"The calibrations {'agree' if found.agrees else 'DISAGREE'} ({_chance(found)})"
+    yield (
+        f"joint test: chi^2 {significant(joint.chi2, 3)} of {joint.coefficients} differences{dof}"
+    )
+    yield (
+        f"|E_n| > 1: {sum(bool(row[-1]) for row in rows)} of {counted(len(rows), 'coefficient')};"
+        f" {(1.0 - LEVEL) * len(rows):.1g} if nothing has changed"
+    )
+
+
+def _chance(found: CalibrationComparison) -> str:
+    return f"chance if nothing has changed {probability(found.joint.p_value)}"
+
+
+def _coefficients(found: CalibrationComparison) -> Iterator[str]:
+    yield from aligned([HEADINGS, *change_rows(found)], right={2, 3, 4, 5, 7}, indent="  ")
+
+
+def change_rows(found: CalibrationComparison) -> list[tuple[str, ...]]:
+    """Tell the coefficients that the report of a calibration has, in its order: a row each."""
+    several = len({own.cross_axis for own in found.coefficients} - {None}) > 1
+    shown = (own for own in found.coefficients if own.coefficient in _ORDER)
+    order = sorted(shown, key=lambda own: _ORDER.index(own.coefficient))
+    return [_row(own, several_axes=several) for own in order]
+
+
+def _row(own: CoefficientChange, *, several_axes: bool) -> tuple[str, ...]:
+    symbol = own.coefficient
+    law = symbol.partition(" ")[0]
+    axis = f", {own.cross_axis}" if several_axes and own.cross_axis else ""
+    slope = symbol.removeprefix(law)
+    shown = f"  slope{slope} T0" if slope else _NAMES[law]
+    factor, unit = in_small_unit(own.difference.unit)
+    score = own.normalised_error
+    return (
+        shown + axis,
+        _SYMBOLS.get(symbol, symbol),
+        _number(own.old, factor)[0],
+        _number(own.new, factor)[0],
+        *_number(own.difference, factor),
+        unit,
+        "" if score is None else f"{score:.2f}",
+        "" if own.agrees else "DISAGREES",
+    )
+
+
+def _number(own: Quantity, factor: float) -> tuple[str, str]:
+    return matching_digits(own.value or 0.0, own.expanded_uncertainty, factor)
+
+
+def _in_use(found: CalibrationComparison) -> Iterator[str]:
+    ends = (found.indicated[0].a_i, found.indicated[-1].a_i)
+    largest, at = found.largest.difference, found.largest.a_i
+    value, half = matching_digits(largest.value or 0.0, largest.expanded_uncertainty, MICRO)
+    yield from wrapped(
+        f"The acceleration indicated along the input axis, from {ends[0]:.3g} to {ends[1]:.3g} g,"
+        f" changes most at {at:.3g} g: by {value} +- {half} ug (95 %)"
+    )

@@ -1,0 +1,424 @@
+"""Two calibrations of one unit: what both share, how often noise differs, what is refused."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import accelcal
+from accelcal.cli.main import main
+from accelcal.simulation import NoiseComponents, TumblePlan, simulate
+
+U, S, K1 = 2e-5, 5e-6, 1.35  # rad, of a head position; g, of a reading; mA/g
+NOISE = NoiseComponents(reading=S, head=U, launch=0.0, launch_sf=0.0)
+QUIET = replace(NOISE, head=0.0)
+TURNS = np.deg2rad(np.append(np.arange(8) * 45.0, 360.0))
+MODEL = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
+
+
+def measured(seed, errors=None, temperatures=(20.0,), **others):
+    """A test, of which the head has given errors at its eight positions."""
+    plan = TumblePlan(temperatures=temperatures, **others)
+    record = simulate(plan=plan, noise=NOISE if errors is None else QUIET, seed=seed)
+    if errors is None:
+        return record
+    there = np.deg2rad(record.angle) + errors[(record.position - 1) % 8]
+    change = K1 * (np.cos(there) - np.cos(np.deg2rad(record.angle)))
+    moved = replace(record, output=record.output + change)
+    return moved.with_apparatus(head_uncertainty=U)
+
+
+def calibrated(seed, errors=None, **others):
+    return accelcal.fit(measured(seed, errors, **others))
+
+
+def changed(record, *, scale=1.0, offset=0.0, **others):
+    """The record of a unit whose scale factor and bias [g] have changed."""
+    return replace(record, output=scale * record.output + K1 * offset, **others)
+
+
+OLD, NEW = calibrated(1), calibrated(2)
+LAWS = accelcal.fit(accelcal.simulate(seed=1))
+compare = accelcal.compare_calibrations
+
+
+def said(found, *parts):
+    return any(all(part in note for part in parts) for note in found.notes)
+
+
+# -- what is common to both ------------------------------------------------------------------------
+
+
+def oracle(one_head, strokes=6):
+    """Standard uncertainties of the differences of K0 .. M_ip over K1, by matrices alone."""
+    c, s = np.cos(TURNS), np.sin(TURNS)
+    X = np.stack([c**0, c, c**2, c**3, s, c * s], axis=1)
+    Z = np.zeros((9, 8))
+    Z[np.arange(9), np.arange(9) % 8] = -s
+    V = U**2 * Z @ Z.T + S**2 / strokes * np.eye(9)
+    estimator = np.linalg.inv(X.T @ np.linalg.inv(V) @ X) @ X.T @ np.linalg.inv(V)
+    whole = 2.0 * S**2 / strokes * estimator @ estimator.T
+    if not one_head:
+        whole += 2.0 * U**2 * (estimator @ Z) @ (estimator @ Z).T
+    return np.sqrt(np.diagonal(whole))
+
+
+@pytest.mark.parametrize("one_head", [True, False])
+def test_uncertainty_of_a_difference_is_that_of_the_matrices(one_head):
+    found = compare(OLD, NEW, same_head=one_head)
+    sizes = np.array([found[name].difference.standard_uncertainty for name in MODEL])
+    sizes[1] /= K1
+    # the noise that replicates tell is that of 46 degrees of freedom in each, 10 % off and less
+    np.testing.assert_allclose(sizes, oracle(one_head), rtol=0.1)
+
+
+def test_of_two_heads_e_n_is_that_of_the_proficiency_tests():
+    found = compare(LAWS, accelcal.fit(accelcal.simulate(seed=2)), same_head=False)
+    for name in MODEL:
+        own = found[name]
+        stated = np.hypot(own.old.expanded_uncertainty, own.new.expanded_uncertainty)
+        expected = (own.new.value - own.old.value) / stated
+        assert own.normalised_error == pytest.approx(expected, rel=0.03)
+
+
+def test_both_columns_state_what_each_calibration_states():
+    found = compare(OLD, NEW)
+    for own, calibration in (("old", OLD), ("new", NEW)):
+        table = calibration.tables[0]
+        for change in found.coefficients:
+            stated, quantity = getattr(change, own), table.quantities[change.coefficient]
+            assert stated.value == pytest.approx(quantity.value, rel=1e-12)
+            assert stated.unit == quantity.unit
+            assert stated.expanded_uncertainty == pytest.approx(
+                quantity.expanded_uncertainty, rel=1e-3
+            )
+
+
+def test_where_nothing_tells_the_head_the_larger_of_both_counts():
+    one, two, untold = (compare(OLD, NEW, same_head=same) for same in (True, False, None))
+    assert untold.same_head is None
+    assert said(untold, "not known whether both were measured on one head")
+    for name in MODEL:
+        widths = [c[name].difference.expanded_uncertainty for c in (one, two, untold)]
+        assert widths[2] == max(widths[:2])
+    assert untold.joint.p_value == max(one.joint.p_value, two.joint.p_value)
+
+
+def test_lines_of_both_tables_tell_the_head():
+    def on(name, seed):
+        return accelcal.fit(replace(measured(seed), metadata={"head": name}))
+
+    assert compare(on("A", 1), on("a", 2)).same_head is True
+    assert compare(on("A", 1), on("B", 2)).same_head is False
+
+
+def test_noise_of_one_stroke_is_not_told_from_the_head_which_counts_as_two():
+    short = calibrated(3, strokes=1)
+    found = compare(OLD, short, same_head=True)
+    assert found.same_head is None
+    assert said(found, "new calibration does not tell the positions", "repeat strokes")
+    apart = compare(OLD, short, same_head=False)
+    assert found.coefficients == apart.coefficients
+
+
+def test_a_calibration_beside_itself_has_no_difference():
+    found = compare(OLD, OLD)
+    assert found.agrees
+    assert all(own.agrees for own in found.coefficients)
+    assert found.largest.difference.value == 0.0
+
+
+# -- how often noise looks like a change, and how often a change is seen ---------------------------
+
+TRIALS = 100
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["one head", "two heads"])
+def unchanged(request):
+    """Comparisons of a unit that has not changed, on one head and on two."""
+    found = []
+    for seed in range(1000, 1000 + TRIALS):
+        rng = np.random.default_rng(seed)
+        first, second = U * rng.standard_normal((2, 8))
+        old = calibrated(2 * seed, first)
+        new = calibrated(2 * seed + 1, first if request.param else second)
+        found.append(compare(old, new, same_head=request.param))
+    return found
+
+
+def test_of_an_unchanged_unit_e_n_is_above_1_in_5_percent(unchanged):
+    apart = np.array([[not found[name].agrees for name in MODEL] for found in unchanged])
+    # coefficients of one trial are correlated: as many as two of six tell something of their own
+    assert apart.mean() <= 0.05 + 2.0 * np.sqrt(0.05 * 0.95 / (2 * TRIALS))
+    assert apart.mean() > 0.01
+
+
+def test_of_an_unchanged_unit_the_joint_test_alarms_in_1_percent(unchanged):
+    chances = np.array([found.joint.p_value for found in unchanged])
+    assert np.mean(chances < 0.05) <= 0.05 + 2.0 * np.sqrt(0.05 * 0.95 / TRIALS)
+    assert np.mean([not found.agrees for found in unchanged]) <= 0.03
+
+
+def test_of_an_unchanged_unit_the_indicated_acceleration_changes_in_5_percent(unchanged):
+    at_ends = [(found.indicated[0], found.indicated[-1]) for found in unchanged]
+    beyond = [abs(p.difference.value) > p.difference.expanded_uncertainty
+              for both in at_ends for p in both]  # fmt: skip
+    assert np.mean(beyond) <= 0.05 + 2.0 * np.sqrt(0.05 * 0.95 / (2 * TRIALS))
+
+
+def test_a_bias_is_seen_as_often_as_its_size_says():
+    """One of 1.96 + 1.64 standard uncertainties has |E_n| > 1 in 95 %."""
+    size = (1.96 + 1.64) * oracle(one_head=True)[0]
+    errors = U * np.random.default_rng(5).standard_normal(8)
+    old = calibrated(1, errors)
+    seen = []
+    for seed in range(2, 42):
+        new = accelcal.fit(changed(measured(seed, errors), offset=2.0 * size))
+        seen.append(compare(old, new, same_head=True))
+    assert np.mean([not found["k0"].agrees for found in seen]) >= 0.95
+    assert np.mean([not found.agrees for found in seen]) >= 0.9
+    assert all(found["k0"].difference.value == pytest.approx(2.0 * size, rel=0.8) for found in seen)
+
+
+def test_one_head_sees_a_misalignment_that_two_heads_hide():
+    errors = U * np.random.default_rng(5).standard_normal(8)
+    old, record = calibrated(1, errors), measured(2, errors)
+    turned = replace(record, output=record.output + K1 * 1.2e-5 * np.sin(np.deg2rad(record.angle)))
+    new = accelcal.fit(turned)
+    assert not compare(old, new, same_head=True)["delta"].agrees
+    assert not compare(old, new, same_head=True).agrees
+    assert compare(old, new, same_head=False).agrees
+
+
+# -- what it means in use --------------------------------------------------------------------------
+
+
+def test_the_change_of_the_indicated_acceleration_is_that_of_the_outputs():
+    new = accelcal.fit(changed(measured(1), scale=1.0 + 1e-4, offset=2e-4))
+    found = compare(OLD, new, same_head=True)
+    for point in found.indicated:
+        a_i = point.a_i
+        expected = 2e-4 + 1e-4 * (a_i + 3.3e-3)  # what the same readings are more, over K1
+        assert point.difference.value == pytest.approx(expected, abs=2e-7)
+    assert [found.indicated[0].a_i, found.indicated[-1].a_i] == pytest.approx([-1.0, 1.0])
+    assert found.largest.a_i == pytest.approx(1.0)
+    assert not found.agrees
+
+
+# -- temperature -----------------------------------------------------------------------------------
+
+
+def test_laws_are_compared_at_the_level_of_the_other():
+    new = calibrated(3, temperatures=(60.0,))
+    found = compare(LAWS, new)
+    assert found.temperature_degC == pytest.approx(60.0)
+    assert found["K1"].agrees
+    assert found["k0"].agrees
+    assert found["K1"].old.value == pytest.approx(
+        accelcal.coefficients_at(LAWS, found.temperature_degC)["K1"].value
+    )
+    assert "k0 above" not in {own.coefficient for own in found.coefficients}
+    assert said(found, "not compared: k0 above", "not determined by the new calibration")
+
+
+def test_of_two_laws_slopes_are_compared_and_the_temperature_is_that_asked_for():
+    other = accelcal.fit(accelcal.simulate(seed=4))
+    found = compare(LAWS, other, temperature=55.0)
+    assert found.temperature_degC == 55.0
+    assert {"k0 above", "K1 below", "delta above"} <= {
+        own.coefficient for own in found.coefficients
+    }
+    assert found["K1"].new.value == pytest.approx(accelcal.coefficients_at(other, 55.0)["K1"].value)
+    assert compare(LAWS, other).temperature_degC == LAWS.T0_degC
+
+
+def test_levels_that_do_not_overlap_are_refused_in_one_line():
+    with pytest.raises(accelcal.InputError, match="no temperature at which both") as refused:
+        compare(OLD, calibrated(3, temperatures=(60.0,)))
+    assert "the old one is for 20 degC" in str(refused.value)
+    with pytest.raises(accelcal.InputError, match="new calibration: temperature 60 degC is more"):
+        compare(LAWS, NEW, temperature=60.0)
+
+
+def test_single_levels_a_degree_apart_count_what_usual_slopes_make_of_it():
+    near = compare(OLD, calibrated(3, temperatures=(21.0,)), same_head=True)
+    assert near.temperature_degC == pytest.approx(20.5)
+    assert said(near, "usual ones")
+    same = compare(OLD, calibrated(3), same_head=True)
+    widths = [found["K1"].difference.standard_uncertainty / K1 for found in (near, same)]
+    assert widths[0] == pytest.approx(np.hypot(widths[1], np.sqrt(2.0) * 0.5 * 500e-6), rel=1e-2)
+
+
+# -- units, gravity, mountings, models -------------------------------------------------------------
+
+
+def test_two_units_are_refused_unless_their_serials_differ_by_spelling_alone():
+    with pytest.raises(accelcal.InputError, match="of AL-15, the new one that of AL-16"):
+        compare(OLD, replace(NEW, serial="AL-16"))
+    assert compare(OLD, replace(NEW, serial="al-15")).agrees
+
+
+def test_an_output_unit_is_converted_and_another_quantity_is_refused():
+    record = measured(2)
+    apparatus = replace(record.apparatus, resolution=None)
+    in_amperes = accelcal.fit(replace(record, output=1e-3 * record.output, unit="A",
+                                      apparatus=apparatus))  # fmt: skip
+    found = compare(OLD, in_amperes)
+    assert said(found, "converted from A to mA")
+    assert found["K1"].new.unit == found["K1"].old.unit == "mA/g"
+    assert found["K1"].agrees
+    assert found["K2"].agrees
+    with pytest.raises(accelcal.InputError, match="output in mA, the new one in mV"):
+        compare(OLD, accelcal.fit(replace(record, unit="mV")))
+
+
+def test_local_g_of_both_places_is_counted():
+    here, there = 9.78, 9.83
+
+    def at(gravity, seed, strength):
+        # the same unit where g is larger: all readings but the bias are more
+        record = measured(seed)
+        own = K1 * 3.324e-3
+        moved = replace(record, output=own + strength * (record.output - own))
+        return accelcal.fit(moved.with_apparatus(local_gravity=gravity))
+
+    found = compare(at(here, 1, 1.0), at(there, 2, there / here))
+    assert found["K1"].agrees
+    assert found["k0"].agrees
+    assert said(found, "g = 9.78 m/s^2 and 9.83 m/s^2")
+    assert not compare(at(here, 1, 1.0), at(None, 2, there / here))["K1"].agrees
+
+
+def test_of_the_other_side_the_misalignment_is_not_compared():
+    found = compare(OLD, calibrated(3, mountings=("o-",)))
+    assert "delta" not in {own.coefficient for own in found.coefficients}
+    assert said(found, "not compared: delta", "other side")
+    assert found["K1"].agrees
+
+
+def test_of_both_axes_only_the_common_one_is_compared():
+    both = calibrated(3, mountings=("o+", "p+"))
+    found = compare(both, calibrated(4, mountings=("p+",)))
+    assert [own.cross_axis for own in found.coefficients if own.coefficient == "delta"] == ["a_o"]
+    assert said(found, "not compared: delta", "not determined by the new calibration")
+    assert found["delta"].agrees
+
+
+def test_coefficients_that_one_has_not_are_named():
+    few = accelcal.fit(measured(3), coefficients=["K0", "K1", "K2", "M"])
+    found = compare(OLD, few)
+    assert {own.coefficient for own in found.coefficients} == {"k0", "K1", "k2", "delta",
+                                                              "K0", "K2", "M"}  # fmt: skip
+    assert said(found, "not compared: k3 and delta_ip, not determined by the new calibration")
+
+
+def test_what_stands_for_something_else_is_not_compared():
+    four = calibrated(3, positions=4)
+    found = compare(OLD, four)
+    assert said(found, "not compared", "in the old calibration", "in the new")
+    assert "K1" not in {own.coefficient for own in found.coefficients}
+
+
+def test_a_calibration_without_uncertainties_is_refused():
+    bare = tuple(
+        replace(t, covariance_names=(), covariance_matrix=(), over_dof_matrix=())
+        for t in NEW.tables
+    )
+    with pytest.raises(accelcal.InputError, match="new calibration states no uncertainty"):
+        compare(OLD, replace(NEW, tables=bare))
+
+
+def test_effects_of_one_calibration_alone_are_told():
+    asymmetry = [accelcal.effect("scale-factor-asymmetry").of(3e-4)]
+    plan = TumblePlan(temperatures=(20.0,), positions=16)
+    one, other = (simulate(plan=plan, noise=NOISE, effects=asymmetry, seed=seed) for seed in (1, 2))
+    model = accelcal.discover(one)
+    with_effect = [accelcal.fit(record, model=model) for record in (one, other)]
+    alike = compare(*with_effect)
+    assert alike.agrees
+    assert not said(alike, "effects of the calibrations differ")
+    apart = compare(with_effect[0], accelcal.fit(other))
+    assert said(apart, "effects of the calibrations differ", "scale-factor-asymmetry")
+    # the effect is in what is indicated by the one, and in the coefficients of the other
+    assert abs(apart.largest.difference.value) < 1.5e-4
+    assert apart.old.effects == ("scale-factor-asymmetry",)
+
+
+# -- the result and the command --------------------------------------------------------------------
+
+
+def test_a_comparison_comes_back_from_its_document_and_is_a_table():
+    found = compare(OLD, NEW)
+    assert accelcal.CalibrationComparison.from_json(found.to_json()) == found
+    frame = found.to_frame()
+    assert frame.loc[frame["coefficient"] == "K1", "E_n"].item() == found["K1"].normalised_error
+    with pytest.raises(KeyError):
+        found["K9"]
+
+
+def test_pictures_show_e_n_and_the_change_in_use():
+    found = compare(OLD, NEW)
+    assert len(found.plot.coefficients().get_yticks()) == 6
+    line = found.plot.indicated().lines[0]
+    np.testing.assert_allclose(
+        line.get_ydata(), [1e6 * point.difference.value for point in found.indicated]
+    )
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    OLD.to_json("old.json")
+    NEW.to_json("new.json")
+    return tmp_path
+
+
+def test_the_command_takes_a_calibration_in_place_of_readings(folder, capsys):
+    assert main(["compare", "old.json", "new.json"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("TWO CALIBRATIONS  serial AL-15, at 20 degC")
+    assert "--same-head or --other-head" in " ".join(text.split())
+    assert main(["compare", "old.json", "new.json", "--other-head", "--format", "json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "accelcal/calibration-comparison/1"
+    expected = compare(OLD, NEW, same_head=False)
+    assert document["joint"]["p_value"] == expected.joint.p_value
+    assert document["coefficients"][1]["E_n"] == expected.coefficients[1].normalised_error
+    # its contents tell what it is, whatever its name
+    (folder / "new.json").rename("new.txt")
+    assert main(["compare", "old.json", "new.txt"]) == 0
+
+
+def test_the_command_pairs_the_units_of_two_files(folder, capsys):
+    several = [replace(own, serial=serial) for serial in ("A", "B") for own in (NEW,)]
+    text = json.dumps(
+        {"schema": OLD.SCHEMA, "calibrations": [own.to_document() for own in several]}
+    )
+    for name in ("old.json", "new.json"):
+        (folder / name).write_text(text, encoding="utf-8")
+    assert main(["compare", "old.json", "new.json", "--format", "json"]) == 0
+    found = json.loads(capsys.readouterr().out)["comparisons"]
+    assert [own["serial"] for own in found] == ["A", "B"]
+    assert main(["compare", "old.json", "new.json", "--serial", "B", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["serial"] == "B"
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--head-uncertainty", "1e-5"], "--head-uncertainty: it tells of readings"),
+        (["--temperature", "70"], "old calibration: temperature 70 degC"),
+    ],
+)
+def test_options_that_do_not_belong_to_calibrations_are_refused(capsys, options, told):
+    assert main(["compare", "old.json", "new.json", *options]) == 2
+    assert told in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_temperature_does_not_belong_to_readings(capsys):
+    accelcal.write_table(measured(3), "table.csv")
+    assert main(["compare", "old.json", "table.csv", "--temperature", "20"]) == 2
+    assert "--temperature is for two calibrations" in capsys.readouterr().err
