@@ -16,6 +16,7 @@
 7. `prospects` tells what the test cannot show, what looks alike in it and what to measure next,
    `doubts` what else a reader must know, and what else explains the readings.
 
-`new_record` holds a new record against a calibration. `stand` searches several units of one stand
-at once. `in_use` takes found effects out of readings, and makes them ready to be simulated.
+`new_record` holds a new record against a calibration, `two_calibrations` another calibration.
+`stand` searches several units of one stand at once. `in_use` takes found effects out of readings,
+and makes them ready to be simulated.
 """

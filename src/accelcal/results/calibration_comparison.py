@@ -98,15 +98,13 @@ class JointTest(StoredPart):
         Sum of squares of the differences in the measure of their covariance.
     coefficients : int
         Number of independent differences.
-    dof : float or None
-        Degrees of freedom of the covariance; None where infinite.
     p_value : float
-        Chance of such differences where nothing has changed.
+        Chance of such differences where nothing has changed, whatever few degrees of freedom leave
+        open of their covariance.
     """
 
     chi2: float
     coefficients: int
-    dof: float | None
     p_value: float
 
 

@@ -108,6 +108,11 @@ class CalibrationErrors(NamedTuple):
         root = np.sqrt(1.0 / self.freedom)
         return np.asarray(self.rest * np.outer(root, root))
 
+    def rest_sized(self, factor: Callable[[float], float]) -> Array:
+        """`rest`, were the standard uncertainties other than estimated, see `sized`."""
+        factors = np.array([factor(own) for own in self.freedom.tolist()])
+        return np.asarray(self.rest * np.outer(factors, factors))
+
     def larger(self, dof: float, *, head: bool) -> Array:
         """Covariance, shape (18, 18), in which what few degrees of freedom tell counts as larger.
 
@@ -123,8 +128,7 @@ class CalibrationErrors(NamedTuple):
         `factor` gives the size of one over its estimate, of the degrees of freedom of that; `head`
         as in `larger`.
         """
-        factors = np.array([factor(own) for own in self.freedom.tolist()])
-        found = self.rest * np.outer(factors, factors)
+        found = self.rest_sized(factor)
         found[0, 0] += self.hysteresis**2
         if head:
             found += factor(self.head_dof) ** 2 * self.of_head @ self.of_head.T

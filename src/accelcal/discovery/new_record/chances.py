@@ -103,7 +103,7 @@ def _under_all_sizes(
     coordinates = np.hstack([_beyond(acting, bases), bases]).T
     shown, acted = coordinates @ seen, coordinates @ acting
     ends = np.cumsum([block.basis.shape[1] for block in blocks])
-    for weight, factor in _factors():
+    for weight, factor in sizes_left_open():
         change = acted @ (errors.sized(factor) - errors.counted) @ acted.T
         lower = np.linalg.cholesky(np.eye(shown.size) + change)
         squares = np.cumsum(solve_triangular(lower, shown, lower=True)[::-1] ** 2)[ends - 1]
@@ -116,8 +116,11 @@ def _beyond(columns: Array, taken: Array) -> Array:
     return orthonormal(left[:, lengths(left) > _NEW * lengths(columns)])
 
 
-def _factors() -> Iterator[tuple[float, Callable[[float], float]]]:
-    """Weights, and the sizes over their estimates, all large together or all small."""
+def sizes_left_open() -> Iterator[tuple[float, Callable[[float], float]]]:
+    """Weights, and the sizes over their estimates, all large together or all small.
+
+    A size is given by a function of the degrees of freedom of its estimate.
+    """
     from scipy.special import expit, gammaincinv  # type: ignore[import-untyped]
 
     levels = expit(_LOGITS)

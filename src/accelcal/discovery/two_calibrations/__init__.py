@@ -1,5 +1,6 @@
 """One calibration beside another one: which coefficients differ by more than both do not know.
 
 `suited` says whether and at which temperature they can be compared, and `notes` what is left open;
-`errors` has the errors of both together, `coefficients` what depends on them, `compare` the result.
+`errors` has the errors of both together, on which `coefficients` and what is `indicated` depend;
+`joint` is the test of all differences, and `compare` makes the result.
 """

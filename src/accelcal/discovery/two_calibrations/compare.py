@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +27,7 @@ from accelcal.discovery.two_calibrations.errors import (
     stated_errors,
 )
 from accelcal.discovery.two_calibrations.indicated import common_range, indication
+from accelcal.discovery.two_calibrations.joint import joint_test
 from accelcal.discovery.two_calibrations.notes import heads_tried, is_one_head, left_out, notes
 from accelcal.discovery.two_calibrations.suited import (
     common_temperature,
@@ -36,7 +37,6 @@ from accelcal.discovery.two_calibrations.suited import (
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import quantities
 from accelcal.numerics.one_thread import in_one_thread
-from accelcal.numerics.probability import f_survival
 from accelcal.results.calibration import Calibration
 from accelcal.results.calibration_comparison import (
     CalibrationComparison,
@@ -45,14 +45,10 @@ from accelcal.results.calibration_comparison import (
     IndicatedChange,
     JointTest,
 )
-from accelcal.results.mapping import finite_or_none
 from accelcal.results.quantity import Quantity
 from accelcal.version import SOFTWARE
 
 __all__ = ["compare_calibrations"]
-
-_RANK = 1e-9
-"""Variance of a direction, over the largest of the correlations, below which it is rounding."""
 
 
 class _Pair(NamedTuple):
@@ -123,9 +119,8 @@ def compare_calibrations(
     they do the same to both, see `accelcal.discovery.two_calibrations.errors`. Where nothing tells
     whether there was one head, the wider interval and the larger chance count.
 
-    The joint test takes d' C^-1 d / p of all p differences d for Fisher's F with p and nu degrees
-    of freedom; nu is the harmonic mean of those of p independent combinations of the differences.
-    The shape of C is known, and what is estimated are sizes of its parts.
+    The joint test is chi^2 = d' C^-1 d of all differences d. Its chance is the mean over all sizes
+    of errors that few degrees of freedom leave open, as of `accelcal.compare`.
 
     Examples
     --------
@@ -151,10 +146,9 @@ def compare_calibrations(
     if not kept:
         raise InputError("the calibrations determine no coefficient that means the same in both")
     pair = _Pair((one, other), *({name: own[name] for name in kept} for own in (known, told)))
-    errors = [
-        errors_of_both(one, other, level, same_head=tried)
-        for tried in heads_tried(one, other, same)
-    ]
+    tried = heads_tried(one, other, same)
+    errors = [errors_of_both(one, other, level, same_head=head) for head in tried]
+    joint = [_joint(pair, level, same_head=head) for head in tried]
     whole = _Pair((one, other), known, told)
     return CalibrationComparison(
         old=_told(one),
@@ -162,7 +156,7 @@ def compare_calibrations(
         temperature_degC=level,
         same_head=same,
         coefficients=tuple(_changes(_with_outputs(pair), errors)),
-        joint=max((_joint(pair, own) for own in errors), key=lambda test: test.p_value),
+        joint=max(joint, key=lambda test: test.p_value),
         indicated=tuple(_indicated(whole, errors, level, gravity)),
         notes=tuple(notes(one, other, same, level, lost)),
         serial=new.serial or old.serial,
@@ -225,21 +219,15 @@ def _widest(found: Iterable[list[Quantity]]) -> list[Quantity]:
     ]
 
 
-def _joint(pair: _Pair, errors: Errors) -> JointTest:
+def _joint(pair: _Pair, temperature: float | None, *, same_head: bool) -> JointTest:
     """Test all differences at once."""
     by_errors = pair.by_errors
-    covariance, over_dof = (by_errors @ own @ by_errors.T for own in errors)
-    sizes = np.sqrt(np.diagonal(covariance))
-    scale = np.where(sizes > 0.0, sizes, 1.0)
-    variances, directions = np.linalg.eigh(covariance / np.outer(scale, scale))
-    kept = variances > _RANK * max(variances.max(), 1.0)
-    whitener = (directions[:, kept] / np.sqrt(variances[kept])).T / scale
-    p = len(whitener)
-    squares = float(np.sum((whitener @ pair.differences) ** 2))
-    inverse = float(np.trace(whitener @ over_dof @ whitener.T)) / max(p, 1)
-    dof = 1.0 / inverse if inverse > 0.0 else np.inf
-    chance = f_survival(squares / max(p, 1), max(p, 1), dof)
-    return JointTest(squares, p, finite_or_none(dof), chance)
+
+    def covariance(factor: Callable[[float], float]) -> Array:
+        errors = errors_of_both(*pair.sides, temperature, same_head=same_head, factor=factor)
+        return np.asarray(by_errors @ errors.covariance @ by_errors.T)
+
+    return joint_test(pair.differences, covariance)
 
 
 def _indicated(

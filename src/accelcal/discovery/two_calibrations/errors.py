@@ -16,6 +16,7 @@ their difference as far as it acts alike on both):
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -107,7 +108,18 @@ class Errors(NamedTuple):
     over_dof: Array
 
 
-def errors_of_both(old: Side, new: Side, temperature: float | None, *, same_head: bool) -> Errors:
+def _as_estimated(_: float) -> float:
+    return 1.0
+
+
+def errors_of_both(
+    old: Side,
+    new: Side,
+    temperature: float | None,
+    *,
+    same_head: bool,
+    factor: Callable[[float], float] = _as_estimated,
+) -> Errors:
     """Covariance of the errors of two calibrations that matter in their difference.
 
     Parameters
@@ -118,20 +130,24 @@ def errors_of_both(old: Side, new: Side, temperature: float | None, *, same_head
         Where they are compared [degC].
     same_head : bool
         Whether the errors of the head are common to both.
+    factor : callable, optional
+        Standard uncertainties over their estimates, by the degrees of freedom of these.
 
     Returns
     -------
     Errors
-        The covariance.
+        The covariance; what is over the degrees of freedom is as estimated.
     """
     covariance, over_dof = np.zeros((2, 2 * _SIZE, 2 * _SIZE))
     for own, other, place in zip((old, new), (new, old), _PLACES, strict=True):
-        covariance[place, place] = own.errors.rest + _off_the_laws(own, other, temperature)
+        covariance[place, place] = own.errors.rest_sized(factor) + _off_the_laws(
+            own, other, temperature
+        )
         over_dof[place, place] = own.errors.rest_over_dof
         if set(own.effects) != set(other.effects):
             covariance[place, place] += own.by_others
     for head, dof in _heads(old, new, same_head=same_head):
-        covariance += head @ head.T
+        covariance += factor(dof) ** 2 * head @ head.T
         over_dof += head @ head.T / dof
     return Errors(covariance, over_dof)
 
