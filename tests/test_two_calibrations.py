@@ -311,6 +311,8 @@ def test_coefficients_that_one_has_not_are_named():
     assert {own.coefficient for own in found.coefficients} == {"k0", "K1", "k2", "delta",
                                                               "K0", "K2", "M"}  # fmt: skip
     assert said(found, "not compared: k3 and delta_ip, not determined by the new calibration")
+    assert said(found, "the indicated acceleration takes k3 as 0")
+    assert not said(compare(OLD, NEW), "as 0")
 
 
 def test_what_stands_for_something_else_is_not_compared():

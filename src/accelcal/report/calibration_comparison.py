@@ -104,6 +104,6 @@ def _in_use(found: CalibrationComparison) -> Iterator[str]:
     largest, at = found.largest.difference, found.largest.a_i
     value, half = matching_digits(largest.value or 0.0, largest.expanded_uncertainty, MICRO)
     yield from wrapped(
-        f"The acceleration indicated along the input axis, from {ends[0]:.3g} to {ends[1]:.3g} g,"
-        f" changes most at {at:.3g} g: by {value} +- {half} ug (95 %)"
+        f"Change of the indicated acceleration, {ends[0]:.3g} to {ends[1]:.3g} g: at most"
+        f" {value} +- {half} ug (95 %), at {at:.3g} g"
     )

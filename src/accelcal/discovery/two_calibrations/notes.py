@@ -17,6 +17,7 @@ from accelcal.results.table import nearest_table
 
 _ALIKE = 0.05  # degC; smaller differences of temperature change nothing that matters
 
+_NOT_TOLD = "not determined"
 _ELSEWHERE = " elsewhere a difference of g looks like a change of K1"
 
 
@@ -96,7 +97,7 @@ def left_out(
         symbol, axis = name
         missing = [own.name for own, told in ((old, one), (new, other)) if name not in told]
         if missing:
-            found[name] = f"not determined by the {missing[0]} calibration"
+            found[name] = f"{_NOT_TOLD} by the {missing[0]} calibration"
         elif " " in symbol and _references_differ(old, new):
             found[name] = "slopes above and below another T0"
         elif symbol == "delta" and axis and _angles_differ(old, new, axis):
@@ -142,7 +143,8 @@ def notes(
     yield from _not_compared(lost)
     yield from _of_head(old, new, same)
     yield from _of_fixture(old, new, same, lost)
-    yield from _of_gravity_and_unit(old, new, same)
+    yield from _of_gravity(old, new, same)
+    yield from _of_unit(old, new)
     yield from _of_temperature(old, new, temperature)
     yield from _of_effects(old, new)
     yield from _of_launches(old, new)
@@ -152,6 +154,12 @@ def _not_compared(lost: Mapping[Name, str]) -> Iterator[str]:
     for reason in dict.fromkeys(lost.values()):
         names = [symbol for (symbol, _), own in lost.items() if own == reason]
         yield f"not compared: {listed(dict.fromkeys(names))}, {reason}"
+    zero = [name for name in ("k2", "k3") if lost.get((name, None), "").startswith(_NOT_TOLD)]
+    if zero:
+        yield (
+            f"the change of the indicated acceleration takes {listed(zero)} as 0 where not"
+            " determined, so that what it does counts as a change"
+        )
 
 
 def _of_head(old: Side, new: Side, same: bool | None) -> Iterator[str]:
@@ -189,7 +197,7 @@ def _of_fixture(old: Side, new: Side, same: bool | None, lost: Mapping[Name, str
         )
 
 
-def _of_gravity_and_unit(old: Side, new: Side, same: bool | None) -> Iterator[str]:
+def _of_gravity(old: Side, new: Side, same: bool | None) -> Iterator[str]:
     here, there = (own.calibration.g_local_m_s2 for own in (old, new))
     if here is None and there is None:
         if not same:
@@ -204,6 +212,9 @@ def _of_gravity_and_unit(old: Side, new: Side, same: bool | None) -> Iterator[st
         )
     elif here != there:
         yield f"calibrated where g = {here} m/s^2 and {there} m/s^2: all is told in the former g"
+
+
+def _of_unit(old: Side, new: Side) -> Iterator[str]:
     unit, other = old.found.output_unit, new.found.output_unit
     if (unit is None) != (other is None):
         yield (
