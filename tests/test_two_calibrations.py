@@ -347,6 +347,42 @@ def test_effects_of_one_calibration_alone_are_told():
     assert apart.old.effects == ("scale-factor-asymmetry",)
 
 
+def with_lines(seed, **declared):
+    return accelcal.fit(measured(seed).with_apparatus(**declared))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (OLD, replace(NEW, output_unit=None), "new calibration names no output unit"),
+        (OLD, replace(NEW, g_local_m_s2=9.81), "old calibration declares no local gravity"),
+        (OLD, NEW, "neither calibration declares its local gravity"),
+        (OLD, NEW, "delta contains the fixture angle"),
+        (OLD, OLD, "both calibrations are of the same readings"),
+        (OLD, with_lines(3, launch_uncertainty=None), "new calibration knows no shifts of bias"),
+        (LAWS, accelcal.fit(accelcal.simulate(seed=2), reference_temperature=30.0), "another T0"),
+    ],
+)
+def test_what_is_left_open_is_told(old, new, told):
+    if old is new:
+        old = new = replace(OLD, provenance={**OLD.provenance, "sha256": "0" * 64})
+    assert said(compare(old, new), told)
+
+
+def test_what_one_head_and_one_place_have_in_common_is_not_told_as_open():
+    assert compare(OLD, NEW, same_head=True).notes == ()
+
+
+def test_an_unknown_temperature_is_told_and_counts_as_the_same():
+    record = measured(3)
+    unknown = accelcal.fit(replace(record, temperature=np.full(len(record), np.nan)))
+    for asked in (None, 20.0):
+        found = compare(OLD, unknown, temperature=asked)
+        assert found["K1"].agrees
+        assert said(found, "a temperature is unknown")
+        assert not said(found, "off this temperature")
+
+
 # -- the result and the command --------------------------------------------------------------------
 
 
@@ -402,6 +438,9 @@ def test_the_command_pairs_the_units_of_two_files(folder, capsys):
     assert main(["compare", "old.json", "new.json", "--format", "json"]) == 0
     found = json.loads(capsys.readouterr().out)["comparisons"]
     assert [own["serial"] for own in found] == ["A", "B"]
+    assert main(["compare", "old.json", "new.json", "--serial", "B", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["serial"] == "B"
+    replace(NEW, serial=None).to_json("new.json")
     assert main(["compare", "old.json", "new.json", "--serial", "B", "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out)["serial"] == "B"
 

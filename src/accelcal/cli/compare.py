@@ -111,7 +111,7 @@ def _with_calibrations(
     chosen = [later.choose(serial)] if serial else later.calibrations
     return [
         compare_calibrations(
-            known.choose(new.serial if len(known.calibrations) > 1 else None),
+            known.choose((serial or new.serial) if known.calibrations[1:] else None),
             new,
             same_head=same_head,
             temperature=temperature,

@@ -51,10 +51,15 @@ def unknown_level(level: float | None) -> list[str]:
     return ["the temperature of the calibration is unknown: that of the samples is not checked"]
 
 
+def unknown_shifts(calibration: Calibration) -> list[str]:
+    """Name what shifts from launch to launch by an amount that nothing tells."""
+    known = {source.name for source in calibration.error_sources if source.value is not None}
+    return [what for name, what in _SHIFTS.items() if name not in known]
+
+
 def unknown_launch(calibration: Calibration) -> list[str]:
     """Say which shift to the next launch nothing tells."""
-    known = {source.name for source in calibration.error_sources if source.value is not None}
-    missing = [what for name, what in _SHIFTS.items() if name not in known]
+    missing = unknown_shifts(calibration)
     if not missing:
         return []
     return [

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 from accelcal.arguments.options import check_flag
+from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name
@@ -226,7 +227,7 @@ def _of_unit(old: Side, new: Side) -> Iterator[str]:
 
 
 def _of_temperature(old: Side, new: Side, temperature: float | None) -> Iterator[str]:
-    if temperature is None:
+    if temperature is None or None in (old.found.T0_degC, new.found.T0_degC):
         yield "a temperature is unknown: the calibrations are compared as if at one"
         return
     for own in (old, new):
@@ -251,9 +252,7 @@ def _of_effects(old: Side, new: Side) -> Iterator[str]:
 
 def _of_launches(old: Side, new: Side) -> Iterator[str]:
     for own in (old, new):
-        known = {source.name for source in own.calibration.error_sources if source.value}
-        missing = {"launch": "bias", "launch_sf": "scale factor"}
-        untold = [what for name, what in missing.items() if name not in known]
+        untold = unknown_shifts(own.calibration)
         if untold:
             yield (
                 f"the {own.name} calibration knows no shifts of {listed(untold)} from launch to"
