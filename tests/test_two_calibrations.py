@@ -8,6 +8,7 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
+from accelcal.discovery.two_calibrations.errors import errors_of_both, side_of
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 
 U, S, K1 = 2e-5, 5e-6, 1.35  # rad, of a head position; g, of a reading; mA/g
@@ -248,6 +249,17 @@ def test_single_levels_a_degree_apart_count_what_usual_slopes_make_of_it():
     same = compare(OLD, calibrated(3), same_head=True)
     widths = [found["K1"].difference.standard_uncertainty / K1 for found in (near, same)]
     assert widths[0] == pytest.approx(np.hypot(widths[1], np.sqrt(2.0) * 0.5 * 500e-6), rel=1e-2)
+
+
+def test_the_hysteresis_of_laws_counts_beside_a_single_level_alone():
+    def bias(other, hysteresis):
+        laws = side_of("old", LAWS)
+        laws = laws._replace(found=replace(laws.found, hysteresis=hysteresis))
+        return errors_of_both(laws, side_of("new", other), 20.0, same_head=True).covariance[0, 0]
+
+    more = bias(NEW, 3e-5) - bias(NEW, 0.0)
+    assert more == pytest.approx(9e-10)
+    assert bias(LAWS, 3e-5) == bias(LAWS, 0.0)
 
 
 # -- units, gravity, mountings, models -------------------------------------------------------------
