@@ -116,14 +116,22 @@ def test_a_unit_whose_date_nobody_can_read_is_due(frame, date):
     assert (due[-1].serial, due[-1].attention) == ("LOST", ("due",))
 
 
+def test_a_unit_of_the_future_is_due(frame):
+    odd = frame["serial"].isin(["NEW", "DRIFTS"])
+    frame = frame.assign(date=frame["date"].where(~odd, "209" + frame["date"].str[3:]))
+    fleet = accelcal.fleet_history(frame, due_before="2000-01-01")
+    assert {own.serial for own in fleet.units if "due" in own.attention} == {"NEW", "DRIFTS"}
+    assert [note.count("(209") for note in fleet.notes if "in the future" in note] == [2]
+
+
 def test_a_test_at_another_temperature_counts_where_a_unit_is_due(frame):
     later = (
-        frame[frame["serial"] == "DRIFTS"].tail(1).assign(date="2030-01-01", temperature_degC=60.0)
+        frame[frame["serial"] == "DRIFTS"].tail(1).assign(date="2026-01-01", temperature_degC=60.0)
     )
-    found = accelcal.fleet_history(pd.concat([frame, later]), due_before="2029-01-01")
+    found = accelcal.fleet_history(pd.concat([frame, later]), due_before="2025-01-01")
     kept = [own for own in found.units if "due" not in own.attention]
     assert [(own.serial, own.last, own.calibrations) for own in kept] == [
-        ("DRIFTS", "2030-01-01", 8)
+        ("DRIFTS", "2026-01-01", 8)
     ]
 
 
@@ -261,7 +269,7 @@ def test_serials_that_are_alike_are_told(frame):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"due_before": "soon"}, "due_before is 'soon'; it is a date such as 2024-05-31"),
+        ({"due_before": "soon"}, "due_before='soon' is no date; write it as 2024-05-31"),
         ({"alpha": 1e-6}, "alpha is 1e-06"),
         ({"mounting": "p-"}, "none of 23 units can be judged; first: no mounting 'p-' in the res"),
     ],
@@ -276,6 +284,9 @@ def test_due_before_is_of_all_units(frame, tmp_path, capsys):
     command = ["history", str(tmp_path / "r.csv"), "--due-before", "2020"]
     assert main([*command, "--serial", "NEW"]) == 2
     assert capsys.readouterr().err == "error: --due-before looks at all units; leave out --serial\n"
+    assert main([*command[:-1], "soon"]) == 2
+    told = "error: --due-before soon is no date; write it as 2024-05-31\n"
+    assert capsys.readouterr().err == told
     frame[frame["serial"] == "DRIFTS"].to_csv(tmp_path / "r.csv", index=False)
     assert main(command) == 0
     assert capsys.readouterr().out.startswith("History of 1 unit; ")

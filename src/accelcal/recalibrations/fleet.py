@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
 
 from accelcal.arguments.options import check_text
@@ -43,7 +44,8 @@ def fleet_history(
     mounting, temperature, alpha
         As of `accelcal.history`, which judges each unit.
     due_before : str, optional
-        Date; units whose last calibration is before it are due, or of an unknown date.
+        Date; units are due whose last calibration is before it, of an unknown date or in the
+        future.
 
     Returns
     -------
@@ -141,8 +143,13 @@ def _due(date: str | None) -> float | None:
         return None
     found = year(date)
     if found is None:
-        raise InputError(f"due_before is {date!r}; it is a date such as 2024-05-31")
+        raise InputError(f"due_before={date!r} is no date; write it as 2024-05-31")
     return found
+
+
+def _is_to_come(date: str | None) -> bool:
+    """Whether a date is in the future, everywhere on Earth."""
+    return day(date) > str(datetime.now(UTC).date() + timedelta(days=1))
 
 
 def _by_serial(entries: Sequence[Entry]) -> dict[str, list[Entry]]:
@@ -155,6 +162,9 @@ def _by_serial(entries: Sequence[Entry]) -> dict[str, list[Entry]]:
 
 def _notes(entries: Sequence[Entry], named: Iterable[str]) -> Iterator[str]:
     yield from notes_of_alike(named)
+    dates = {entry.serial: day(entry.date) for entry in entries if _is_to_come(entry.date)}
+    if found := ", ".join(f"{serial} ({date})" for serial, date in dates.items() if serial):
+        yield f"dates in the future: {found}"
     lost = sum(not entry.serial for entry in entries)
     if lost:
         yield f"{counted(lost, 'table')} without a serial number: left out"
@@ -227,7 +237,7 @@ def _among(unit: UnitOfFleet, searched: int, judged: int, due: float | None) -> 
         found.append("drift" + DOUBT * _is_doubtful(drifts))
     if unit.remarks:
         found.append("remark")
-    last = year(unit.last)
+    last = None if _is_to_come(unit.last) else year(unit.last)
     if due is not None and (last is None or last < due):
         found.append("due")
     return replace(unit, attention=tuple(found), jumps_by_chance=jumps, drifts_by_chance=drifts)
