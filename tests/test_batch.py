@@ -664,14 +664,15 @@ def test_resume_takes_nothing_of_other_files_or_options(tmp_path):
 
     begin()
     accelcal.write_table(accelcal.simulate(seed=99, plan=PLAN), folder / "t001.csv")
-    accelcal.write_batch(folder, output, resume=True)
+    (note,) = accelcal.write_batch(folder, output, resume=True).notes
+    assert note.startswith("1 of 2 blocks that an interrupted batch left were of other files")
     assert (read_csv(output)["K1"] == accelcal.batch(folder).tables["K1"]).all()
     begin(robust=True)
     counts = accelcal.write_batch(folder, output, resume=True)
     assert not pd.read_csv(output)["robust"].any()
     assert counts.notes == (
-        "what an interrupted batch left is of other files, options or another version of accelcal,"
-        " or damaged; all files were fitted anew",
+        "2 of 2 blocks that an interrupted batch left were of other files, options or another"
+        " version of accelcal, or damaged; their files were fitted anew",
     )
     begin()
     assert accelcal.write_batch(folder, output, resume=True).notes == ()

@@ -530,7 +530,8 @@ def test_a_damaged_block_is_fitted_anew(archive, tmp_path, monkeypatch, damaged)
     block.write_bytes(damaged(block.read_bytes()))
     resumed = accelcal.write_batch(archive, tmp_path / "r.csv", resume=True)
     assert resumed._replace(notes=resumed.notes[1:]) == calm
-    assert "or damaged; all files were fitted anew" in resumed.notes[0]
+    assert "1 of 1 block that" in resumed.notes[0]
+    assert "or damaged; their files were fitted anew" in resumed.notes[0]
     assert (tmp_path / "r.csv").read_bytes() == (tmp_path / "calm.csv").read_bytes()
 
 

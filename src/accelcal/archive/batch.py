@@ -48,12 +48,7 @@ __all__ = ["BatchCounts", "BatchFrames", "batch", "write_batch"]
 _MOST_JOBS = 1024
 """More processes than that are a slip of the pen."""
 
-_ANEW = {
-    False: "no interrupted batch left anything to resume; all files were fitted",
-    True: "what an interrupted batch left is of other files, options or another version of"
-    " accelcal, or damaged; all files were fitted anew",
-}
-"""What is told of a batch that resumes nothing, by whether an interrupted one left something."""
+_NOTHING_LEFT = "no interrupted batch left anything to resume; all files were fitted"
 
 
 class BatchCounts(NamedTuple):
@@ -272,7 +267,7 @@ def write_batch(
     names = results(target)
     sources = _sources(_texts(paths), names)
     with open_journal(target, settings, form, resume=resume) as journal:
-        interrupted = journal.remains()
+        left = journal.remains()
         function = (
             partial(work, settings=settings, form=form)
             if dask
@@ -282,15 +277,26 @@ def write_batch(
             work_through(sources, function, growing, jobs=jobs, dask=dask, tell=progress)
         told = growing.told
         if growing.outdated:  # parts of a table with scattered serials were done anew
-            with growing_results(journal) as anew:
-                anew.take_all(growing)
-            told = anew.told
+            with growing_results(journal) as again:
+                again.take_all(growing)
+            told = again.told
         counts = _counted(sources, told)
         with journal.draft("errors") as file, journal.refusals_told():
             write_errors(counts.errors, file)
         journal.publish({name: names[name] for name in ("errors", "laws", "tables")})
-    nothing = (_ANEW[interrupted],) if resume and not growing.resumed else ()
-    return counts._replace(notes=(*nothing, *counts.notes))
+    anew = _notes_of_resuming(left, growing.resumed) if resume else ()
+    return counts._replace(notes=(*anew, *counts.notes))
+
+
+def _notes_of_resuming(left: int, used: int) -> tuple[str, ...]:
+    """Say that not all, or nothing, was finished of a batch that goes on with some blocks."""
+    if used < left:
+        return (
+            f"{left - used} of {counted(left, 'block')} that an interrupted batch left were of"
+            " other files, options or another version of accelcal, or damaged; their files were"
+            " fitted anew",
+        )
+    return () if left else (_NOTHING_LEFT,)
 
 
 def _check_workers(jobs: int | None, dask: str | None, progress: Progress | None) -> None:

@@ -119,9 +119,9 @@ class Journal:
         for block in list(self._blocks()):
             block.unlink()
 
-    def remains(self) -> bool:
-        """Tell whether there is something to go on with."""
-        return any(self._blocks())
+    def remains(self) -> int:
+        """Count the blocks to go on with."""
+        return sum(1 for _ in self._blocks())
 
     def clear(self) -> None:
         """Remove what is of no use without blocks."""
