@@ -158,19 +158,62 @@ def test_faults_of_the_whole_table_are_one_error(tmp_path, rows, head):
     assert found.errors["message"].tolist() == [str(refused.value)]
 
 
-def test_a_workbook_of_several_sheets_is_lost_as_a_whole(tmp_path):
+def book_of(path, sheets, declared=""):
+    """A workbook of a sheet for each list of rows, perhaps with a serial above them."""
     pytest.importorskip("openpyxl")
-    path = tmp_path / "a.xlsx"
     with pd.ExcelWriter(path) as book:
-        for place, rows in enumerate(
-            (good_rows()[:32], spoilt(good_rows(), 40, output="OL")[32:64])
-        ):
-            frame = pd.DataFrame([row.split(",") for row in rows], columns=HEADINGS.split(","))
-            frame.to_excel(book, sheet_name=f"sheet {place}", index=False)
-    found = accelcal.batch(path)
+        for name, rows in sheets.items():
+            cells = [row.split(",") for row in [HEADINGS, *rows]]
+            if declared:
+                cells = [
+                    [f"# serial: {declared.format(name)}", "", "", ""],
+                    *(own[1:] for own in cells),
+                ]
+            frame = pd.DataFrame(cells)
+            frame.to_excel(book, sheet_name=name, index=False, header=False)
+    return path
+
+
+ROWS_OF = {serial: rows_of(serial, seed) for seed, serial in enumerate(SERIALS)}
+TWO_EACH = {f"{a} {b}": ROWS_OF[a] + ROWS_OF[b] for a, b in zip(SERIALS[::2], SERIALS[1::2], strict=True)}
+
+
+@pytest.mark.parametrize("declared", ["", "{}"], ids=["column", "header line"])
+def test_a_faulty_sheet_costs_its_accelerometer_alone(tmp_path, declared):
+    path = tmp_path / "a.xlsx"
+    left = {name: rows for name, rows in ROWS_OF.items() if name != "S03"}
+    expected = accelcal.batch(book_of(path, left, declared))
+    spoilt_one = {"S03": spoilt(ROWS_OF["S03"], 5, output="OL")}
+    found = accelcal.batch(book_of(path, ROWS_OF | spoilt_one, declared))
+    assert found.tables["serial"].tolist() == [*left]
+    frames_alike(found[:2], expected[:2])
+    with pytest.raises(TableError) as refused:
+        accelcal.read_tables(path)
+    assert found.errors["message"].tolist() == [str(refused.value)]
+    assert str(refused.value).startswith(f"{path}#S03:{7 + bool(declared)}: output 'OL' is not a")
+
+
+def test_a_faulty_cell_costs_its_serial_alone_among_those_of_its_sheet(tmp_path):
+    spoilt_one = {"S04 S05": spoilt(TWO_EACH["S04 S05"], 3, position="0")}
+    found = accelcal.batch(book_of(tmp_path / "a.xlsx", TWO_EACH | spoilt_one))
+    assert found.tables["serial"].tolist() == [name for name in SERIALS if name != "S04"]
+    assert found.errors["message"].str.contains("#S04 S05:5: position").tolist() == [True]
+
+
+@pytest.mark.parametrize(
+    "sheets",
+    [
+        ({"1": ROWS_OF["S00"], "2": ROWS_OF["S01"]}, "A"),
+        ({"1": ROWS_OF["S00"] + ROWS_OF["S01"], "2": ROWS_OF["S01"]}, ""),
+    ],
+    ids=["one unit", "a unit in both"],
+)
+def test_a_fault_costs_all_sheets_where_units_are_in_several(tmp_path, sheets):
+    sheets, declared = sheets
+    sheets = sheets | {"2": spoilt(sheets["2"], 3, output="OL")}
+    found = accelcal.batch(book_of(tmp_path / "a.xlsx", sheets, declared))
     assert found.tables.empty
-    (message,) = found.errors["message"]
-    assert message.startswith(f"{path}#sheet 1:10: output 'OL' is not a number")
+    assert found.errors["message"].str.contains("#2:").tolist() == [True]
 
 
 def test_all_serials_faulty_is_one_error(tmp_path):

@@ -1,7 +1,8 @@
 """A table of many accelerometers of which some are faulty: the others, as if those were not there.
 
 A serial whose rows cannot be read alone is faulty. What is left without such serials is read as one
-table; where that fails too, or nothing is left, the fault is one of the table.
+table; where that fails too, or nothing is left, the fault is one of the table. So each sheet of a
+workbook is read, if no serial is in two of them.
 """
 
 from __future__ import annotations
@@ -70,25 +71,55 @@ def read_sound(source: Source, overrides: Mapping[str, object]) -> SoundSerials:
         if not isinstance(source, str) and hasattr(source, "seek"):
             source.seek(0)
         texts = read_texts(source)
-        if len(texts) > 1 or overrides.get("serial") is not None:
+        if overrides.get("serial") is not None:
             raise
-        return _without_faulty(texts[0], overrides, error)
+        layouts = [layout_of(text) for text in texts]
+        if len(texts) == 1:
+            found = [_without_faulty(texts[0], layouts[0], overrides, error)]
+        else:
+            found = [_sound(*sheet, overrides) for sheet in _apart(texts, layouts)]
+        records = tuple(record for own in found for record in own.records)
+        if not records:
+            raise
+        return SoundSerials(records, tuple(fault for own in found for fault in own.faults))
+
+
+def _apart(
+    texts: Sequence[SourceText], sheets: Sequence[Layout]
+) -> Sequence[tuple[SourceText, Layout]]:
+    """Sheets of a workbook with the same columns and serials of its own in each, or none."""
+    serials = [[*_rows_of_serials(sheet)] or _declared_serial(sheet) for sheet in sheets]
+    every = [*chain.from_iterable(serials)]
+    same = len({(sheet.headings, sheet.separator) for sheet in sheets}) == 1
+    are_apart = same and all(serials) and len(set(every)) == len(every)
+    return list(zip(texts, sheets, strict=True)) if are_apart else []
+
+
+def _declared_serial(layout: Layout) -> list[str]:
+    return [layout.declared["serial"].value] if "serial" in layout.declared else []
+
+
+def _sound(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> SoundSerials:
+    """Accelerometers of one sheet; only the fault of the sheet where there is none."""
+    try:
+        return SoundSerials(survey_text(text, overrides, layout)[1])
+    except TableError as error:
+        return _without_faulty(text, layout, overrides, error)
 
 
 def _without_faulty(
-    text: SourceText, overrides: Mapping[str, object], error: TableError
+    text: SourceText, layout: Layout, overrides: Mapping[str, object], error: TableError
 ) -> SoundSerials:
-    layout = layout_of(text)
     rows = _rows_of_serials(layout)
     told = {name: _fault(text, overrides, _some(layout, own)) for name, own in rows.items()}
     sound = [rows[name] for name, fault in told.items() if fault is None]
     if not sound or len(sound) == len(rows):
-        raise error
+        return SoundSerials((), (error,))
     try:
         left = _some(layout, sorted(chain.from_iterable(sound)))
         records = survey_text(text, overrides, left)[1]
     except TableError:
-        raise error from None
+        return SoundSerials((), (error,))
     first = {name for name, own in rows.items() if error.line in {layout.lines[i] for i in own}}
     faults = (error if name in first else fault for name, fault in told.items() if fault)
     return SoundSerials(records, tuple(faults))
