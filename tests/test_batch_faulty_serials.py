@@ -110,6 +110,21 @@ def test_other_forms_of_the_table(tmp_path, form):
     ]
 
 
+@pytest.mark.parametrize("large", [False, True])
+@pytest.mark.parametrize("place", [40, 47, 48])
+def test_a_row_without_a_serial_is_a_fault_of_its_own(tmp_path, monkeypatch, large, place):
+    rows = good_rows()
+    expected = accelcal.batch(write(tmp_path / "a.csv", rows[:place] + rows[place + 1 :]))
+    if large:
+        monkeypatch.setattr(parts, "LARGE", 3000)
+        monkeypatch.setattr(parts, "PART", 1500)
+    found = accelcal.batch(write(tmp_path / "a.csv", spoilt(rows, place, serial="")))
+    assert len(found.tables) == len(SERIALS)
+    frames_alike(found[:2], expected[:2])
+    told = f"{tmp_path / 'a.csv'}:{place + 3}: serial is empty; write the serial in every row"
+    assert found.errors["message"].tolist() == [told]
+
+
 def semicolons(rows):
     return [*rows[:60], *(row.replace(",", ";") for row in rows[60:])]
 
@@ -130,7 +145,10 @@ STRUCTURE = {
     "mixed delimiters": (semicolons(good_rows()), HEADINGS),
     "most with others": ([row.replace(",", ";") for row in good_rows()], HEADINGS),
     "no rows": ([], HEADINGS),
-    "whose row is it": (spoilt(good_rows(), 40, serial=""), HEADINGS),
+    "serials in every second row": (
+        [row[3 * (n % 2) :] for n, row in enumerate(good_rows())],
+        HEADINGS,
+    ),
     "one serial in two ways": (
         spoilt([row.replace("S0", "").replace("S", "") for row in good_rows()], 40, serial="02.0"),
         HEADINGS,
@@ -175,7 +193,9 @@ def book_of(path, sheets, declared=""):
 
 
 ROWS_OF = {serial: rows_of(serial, seed) for seed, serial in enumerate(SERIALS)}
-TWO_EACH = {f"{a} {b}": ROWS_OF[a] + ROWS_OF[b] for a, b in zip(SERIALS[::2], SERIALS[1::2], strict=True)}
+TWO_EACH = {
+    f"{a} {b}": ROWS_OF[a] + ROWS_OF[b] for a, b in zip(SERIALS[::2], SERIALS[1::2], strict=True)
+}
 
 
 @pytest.mark.parametrize("declared", ["", "{}"], ids=["column", "header line"])

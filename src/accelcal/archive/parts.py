@@ -138,7 +138,7 @@ def stretches(content: Content, column: int) -> Iterator[Stretch]:
     head, skipped = b"".join(lines[:above]), content.skipped or 0
     owners: Iterator[bytes] = accumulate(
         (_serial(line, column) for line in lines[above:]),
-        lambda before, own: own or before,  # a comment goes with the serial above it
+        lambda before, own: own or before,  # other rows go with the serial above them
     )
     for serial, rows in groupby(zip(owners, lines[above:], strict=True), key=itemgetter(0)):
         body = [line for _, line in rows]

@@ -12,8 +12,8 @@ from accelcal.errors import TableError
 from accelcal.io.files.parquet import as_csv, is_parquet, read_all, read_rows
 from accelcal.io.files.text import named_bytes, read_text
 from accelcal.io.ordinary.reader import Content, read_arrow, read_ordinary
-from accelcal.io.sound_serials import SoundSerials, read_sound
-from accelcal.io.tables import survey_text
+from accelcal.io.sound_serials import SoundSerials, read_sound, sound_serials
+from accelcal.io.tables import layout_of
 from accelcal.record import TumbleRecord
 
 Records = tuple[TumbleRecord, ...]
@@ -76,10 +76,8 @@ def read_files(
     if isinstance(ordinary, str):  # a bug, which the general reader need not have
         ordinary = [None] * len(files)
     for index, (file, read) in enumerate(zip(files, ordinary, strict=True)):
-        if read is None:
-            yield from _read_odd(index, file.path, overrides)
-        else:
-            yield from _found(index, file.path, read)
+        again = attempt(file.path, _read, file.path, overrides) if read is None else read
+        yield from _found(index, file.path, again)
 
 
 def _content(file: SourceFile) -> Content:
@@ -126,7 +124,7 @@ def read_part(
     ordinary = read_ordinary([piece.content for piece in pieces], overrides)
     found: list[Found | Failure] = []
     for piece, read in zip(pieces, ordinary, strict=True):
-        again: Records | str | None = read
+        again: Records | SoundSerials | str | None = read
         if piece.serial in part.refused:
             again = _SCATTERED.format(file.path, piece.line, piece.serial)
         elif again is None:
@@ -146,31 +144,25 @@ def _read_at_once(path: str, part: Part, overrides: Mapping[str, Any]) -> Record
     return read_ordinary([part_content(path, part)[0]], overrides)[0]
 
 
-def _found(index: int, path: str, records: Records | str) -> list[Found | Failure]:
-    if isinstance(records, str):
-        return [Failure(index, path, records)]
-    return [Found(index, record) for record in records]
+def _found(index: int, path: str, read: Records | SoundSerials | str) -> list[Found | Failure]:
+    if isinstance(read, str):
+        return [Failure(index, path, read)]
+    records, faults = read if isinstance(read, SoundSerials) else (read, ())
+    found = [Found(index, record) for record in records]
+    return [*found, *(Failure(index, path, one_line(fault)) for fault in faults)]
 
 
-def _read_stretch(piece: Content, overrides: Mapping[str, Any]) -> Records:
+def _read_stretch(piece: Content, overrides: Mapping[str, Any]) -> SoundSerials:
     skipped = piece.skipped or 0
     try:
         text = read_text(named_bytes(piece.data, piece.name))
     except TableError as error:
         line = None if error.line is None else error.line + skipped
         raise TableError(error.problem, error.remedy, source=piece.name, line=line) from None
-    return survey_text(text._replace(sha256=None, skipped=skipped), overrides)[1]
-
-
-def _read_odd(index: int, path: str, overrides: Mapping[str, Any]) -> Iterator[Found | Failure]:
-    """Read a file out of the ordinary by the general reader, which has the words for its faults."""
-    read = attempt(path, _read, path, overrides)
-    if isinstance(read, str):
-        yield Failure(index, path, read)
-        return
-    yield from _found(index, path, read.records)
-    yield from (Failure(index, path, one_line(fault)) for fault in read.faults)
+    text = text._replace(sha256=None, skipped=skipped)
+    return sound_serials(text, layout_of(text), overrides)
 
 
 def _read(path: str, overrides: Mapping[str, Any]) -> SoundSerials:
+    """Read a file out of the ordinary by the general reader, which has the words for its faults."""
     return read_sound(named_bytes(read_bytes(path), path) if is_url(path) else path, overrides)

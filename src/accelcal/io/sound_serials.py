@@ -77,7 +77,7 @@ def read_sound(source: Source, overrides: Mapping[str, object]) -> SoundSerials:
         if len(texts) == 1:
             found = [_without_faulty(texts[0], layouts[0], overrides, error)]
         else:
-            found = [_sound(*sheet, overrides) for sheet in _apart(texts, layouts)]
+            found = [sound_serials(*sheet, overrides) for sheet in _apart(texts, layouts)]
         records = tuple(record for own in found for record in own.records)
         if not records:
             raise
@@ -99,8 +99,25 @@ def _declared_serial(layout: Layout) -> list[str]:
     return [layout.declared["serial"].value] if "serial" in layout.declared else []
 
 
-def _sound(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> SoundSerials:
-    """Accelerometers of one sheet; only the fault of the sheet where there is none."""
+def sound_serials(
+    text: SourceText, layout: Layout, overrides: Mapping[str, object]
+) -> SoundSerials:
+    """Read the accelerometers of one text or of a part of it, see `read_sound`.
+
+    Parameters
+    ----------
+    text : SourceText
+        The text.
+    layout : Layout
+        Its rows.
+    overrides : mapping of str to object
+        As of `read_sound`.
+
+    Returns
+    -------
+    SoundSerials
+        Those that can be read; the fault of the whole where there is none.
+    """
     try:
         return SoundSerials(survey_text(text, overrides, layout)[1])
     except TableError as error:
@@ -111,7 +128,7 @@ def _without_faulty(
     text: SourceText, layout: Layout, overrides: Mapping[str, object], error: TableError
 ) -> SoundSerials:
     rows = _rows_of_serials(layout)
-    told = {name: _fault(text, overrides, _some(layout, own)) for name, own in rows.items()}
+    told = {name: _fault(text, overrides, name, _some(layout, own)) for name, own in rows.items()}
     sound = [rows[name] for name, fault in told.items() if fault is None]
     if not sound or len(sound) == len(rows):
         return SoundSerials((), (error,))
@@ -125,8 +142,13 @@ def _without_faulty(
     return SoundSerials(records, tuple(faults))
 
 
-def _fault(text: SourceText, overrides: Mapping[str, object], layout: Layout) -> TableError | None:
+def _fault(
+    text: SourceText, overrides: Mapping[str, object], serial: str, layout: Layout
+) -> TableError | None:
     """Why a serial cannot be read alone, if it cannot."""
+    if not serial:
+        problem, remedy = "serial is empty", "write the serial in every row"
+        return TableError(problem, remedy, source=layout.source, line=layout.lines[0])
     try:
         survey_text(text, overrides, layout)
     except TableError as error:
@@ -143,8 +165,9 @@ def _some(layout: Layout, rows: Sequence[int]) -> Layout:
 def _rows_of_serials(layout: Layout) -> dict[str, list[int]]:
     """Places of the rows of each serial; nothing where it is not sure whose a row is.
 
-    A row that has not as many cells as most have tells its serial in the first column alone, and
-    only one that whole rows have too: separators are wrong in it.
+    Rows without a serial are some of their own, where each serial has more. A row that has not as
+    many cells as most have tells its serial in the first column alone, and only one that whole rows
+    have too: separators are wrong in it.
     """
     roles = [heading.role for heading in layout.headings]
     if "serial" not in roles:
@@ -157,5 +180,7 @@ def _rows_of_serials(layout: Layout) -> dict[str, list[int]]:
     for place, cells in enumerate(table):
         rows.setdefault("".join(cells[column : column + 1]), []).append(place)
     alone = any(odd.issuperset(own) for own in rows.values())
-    unsure = "" in rows or alone or (odd and column > 0) or written_otherwise(rows)
+    fewest = min((len(own) for name, own in rows.items() if name), default=0)
+    unnamed = len(rows.get("", ())) >= fewest
+    unsure = unnamed or alone or (odd and column > 0) or written_otherwise(rows)
     return {} if unsure else rows
