@@ -102,6 +102,11 @@ ERRORS = {
         " add a column output, or Y1, Y2, ... for the strokes, or a line"
         " '# serials: Up, Down' if these are accelerometers",
     ),
+    "a serial listed twice": (
+        "# serials: A7, A7\nT,J,k,A7,B2\n20,1,1,1.3,1.3\n",
+        "2: serials has 'A7' twice; list each once, and give two columns of one heading different"
+        " ones",
+    ),
     "serial of no column": (
         "# serials: A7, C3\nT,J,k,A7,B2\n20,1,1,1.3,1.3\n",
         "2: no column 'C3', which serials has; list the serials as the headings have them",

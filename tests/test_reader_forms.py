@@ -954,7 +954,16 @@ def test_what_a_row_above_a_table_does_not_declare_is_told():
         ("S/N (DMM);123;S/N;A-7", "A-7"),
         ("Accelerometer S/N;A-7;DMM S/N;123", "A-7"),
         ("Seriennummer Netzteil;123;Seriennummer Prüfling;A-7", "A-7"),
-        ("Operator;N. N.\nSerial;A-7\nDMM;S/N;123", "A-7"),
+        ("Accelerometer;AL-15\nS/N;A-7\nVoltmeter;HP\nS/N;123", "A-7"),
+        ("Voltmeter;HP\nS/N;123\nDUT;AL-15\nDate;31.05.2024\nS/N;A-7", "A-7"),
+        ("Serial;A-7\nVoltmeter\nSerial;123", "A-7"),
+        ("Voltmeter;HP\n;;\nS/N;A-7", "A-7"),
+        ("S/N;;Voltmeter;123", None),
+        ("S/N;Voltmeter;DMM S/N;123", "Voltmeter"),
+        ("S/N;;A-7;Operator;N. N.", "A-7"),
+        ("N° de série;A-7", "A-7"),
+        ("# Nº de série: A-7", "A-7"),
+        ("# Seriennummer, V = mA", None),
         ("Netzteil;X;S/N (DUT);A-7", "A-7"),
         ("Voltmeter S/N: 123", None),
         ("S/N;;DMM S/N;123", None),
@@ -991,6 +1000,10 @@ def test_a_serial_of_the_accelerometer_is_told_from_those_of_instruments(rows, s
         ("Klimakammer;S/N;7", "7", "Klimakammer"),
         ("Klimakammer;S/N;7;DMM;S/N;7", "7", "Klimakammer"),
         ("S/N (DMM);123", "123", "DMM"),
+        ("Voltmeter\nS/N;123", "123", "Voltmeter"),
+        ("Voltmeter;HP\nS/N;123", "123", "Voltmeter HP"),
+        ("Voltmeter;HP\nDate;31.05.2024\nS/N;123", "123", "Voltmeter HP"),
+        ("DUT;AL-15\nVoltmeter;HP\nS/N;123", "123", "Voltmeter HP"),
     ],
 )
 def test_a_serial_that_may_be_of_an_instrument_is_taken_with_a_note(rows, serial, behind):
@@ -1000,12 +1013,23 @@ def test_a_serial_that_may_be_of_an_instrument_is_taken_with_a_note(rows, serial
     assert f"{told} and is taken for that of the accelerometer" in record.notes
 
 
+def test_a_serial_that_is_the_first_of_its_row_goes_before_those_that_are_not():
+    record = read(f"Operator;N. N.\nSerial;A-7\nDMM;S/N;123\nTemperature;20;\n{FORM}")
+    assert record.serial == "A-7"
+    assert record.notes == (
+        "text above the headings was set aside (lines 1, 3)",
+        "serial 'A-7' stands behind 'Operator N. N.' (line 2) and is taken for that of the"
+        " accelerometer",
+    )
+
+
 def test_of_several_serials_that_may_be_of_instruments_none_is_taken():
     """The record was refused."""
     record = read(f"Model;Q-7;S/N;A-7\nDVM;K 2002;S/N;123\nTemperature;20;\n{FORM}")
     told = "serials 'A-7, 123' above the headings were set aside"
     assert record.serial is None
     assert f"{told}: nothing tells which is that of the accelerometer" in record.notes
+    assert read(f"Model;Q-7\nS/N;A-7\nDVM;K 2002\nS/N;123\nTemperature;20;\n{FORM}").serial is None
 
 
 def test_two_serials_that_stand_alone_are_refused_with_what_to_call_that_of_an_instrument():
@@ -1604,6 +1628,16 @@ def test_units_in_a_row_of_their_own(units):
     assert record == replace(REFERENCE, unit="mA")
     assert record.notes == ("the units stand below the headings (line 2)",)
     assert record.line.tolist() == list(range(3, len(ROWS) + 3))
+
+
+def test_a_unit_below_the_headings_may_be_in_them_in_other_words():
+    """The row was read as one of readings, and refused."""
+    text = "T [\xb0C],angle [deg],time [s],stroke,Y [mA]\ndegC,\xb0,sec,,Milliampere\n"
+    text += "20,0,0,1,1.3\n20,180,9,1,-1.3\n"
+    assert read(text).unit == "mA"
+    for odd in ("K,\xb0,sec,,Milliampere", "degC,\xb0,min,,mA", "degC,\xb0,s,,V"):
+        with pytest.raises(TableError, match=":2: "):
+            read(text.replace("degC,\xb0,sec,,Milliampere", odd))
 
 
 def test_units_below_the_headings_of_a_wide_table():

@@ -52,7 +52,10 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
     if others & {"serial", *OUTPUTS}:
         unused = f"serials {given} was not used: other columns hold the outputs or the serials"
         return layout._replace(notes=(*layout.notes, unused)) if given else layout
-    for name in names:
+    for place, name in enumerate(names):
+        if name in names[:place]:
+            remedy = "list each once, and give two columns of one heading different ones"
+            raise layout.refuse(f"serials has {shown(name)} twice", remedy)
         if name not in {heading.of for heading in headings}:
             problem = f"no column {shown(name)}, which serials has"
             raise layout.refuse(problem, "list the serials as the headings have them")

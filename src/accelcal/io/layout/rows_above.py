@@ -57,17 +57,22 @@ class Said(NamedTuple):
     key : str
         Canonical key; empty where it declares nothing.
     value : str
-        What it declares.
+        What it declares, or the words of an instrument or anything else.
     behind : str
-        What stands before a serial number in its row, and may be another instrument.
+        What stands before a serial number, and may be another instrument.
+    is_first : bool
+        Whether that is in rows above, so that the serial number is the first of its row.
     """
 
     key: str
     value: str
     behind: str = ""
+    is_first: bool = False
 
 
 _NOTHING = Said("", "")
+_ENDS = ("", "serial")
+"""Keys of what a serial number behind it may be of, or is not of; it is of nothing in between."""
 
 
 def declarations_above(
@@ -99,7 +104,7 @@ def declarations_above(
         If a key is declared twice with different values.
     """
     declared: dict[str, Declared] = {}
-    unsure: list[tuple[Declared, str]] = []
+    unsure: list[tuple[Declared, Said]] = []
     aside: list[int] = []
     for number, said in _said(above, separator):
         new = Declared(said.value, number, name)
@@ -109,37 +114,40 @@ def declarations_above(
             before = f"{declared[said.key].value}; " if said.key in declared else ""
             declared[said.key] = new._replace(value=before + said.value)
         elif said.behind:
-            unsure.append((new, said.behind))
+            unsure.append((new, said))
         else:
             declare(declared, said.key, new)
     told: list[str] = []
     if unsure and not {"serial", "serials"} & {*declared, *(own.role for own in headings)}:
-        told = [_note_of_serial(unsure)]
-    if told and len({own.value for own, _ in unsure}) == 1:
-        declared["serial"] = unsure[0][0]
-    else:
-        aside = sorted([*aside, *(own.line for own, _ in unsure)])
-    lines = lines_named([*dict.fromkeys(aside)])
+        likely = [own for own in unsure if own[1].is_first] or unsure
+        told = [_note_of_serial(likely)]
+        if len({own.value for own, _ in likely}) == 1:
+            declared["serial"] = likely[0][0]
+            unsure = [own for own in unsure if own[0].value != likely[0][0].value]
+    lines = lines_named(sorted({*aside, *(own.line for own, _ in unsure)}))
+    aside += [own.line for own, _ in unsure]
     notes = [f"text above the headings was set aside ({lines})"] if aside else []
     return declared, [*notes, *told, *notes_of_keys(declared)]
 
 
-def _note_of_serial(unsure: Sequence[tuple[Declared, str]]) -> str:
+def _note_of_serial(unsure: Sequence[tuple[Declared, Said]]) -> str:
     """Tell what becomes of serial numbers that may be those of other instruments."""
     serials = dict.fromkeys(own.value for own, _ in unsure)
     names = shown(", ".join(serials))
     if len(serials) > 1:
         which = "nothing tells which is that of the accelerometer"
         return f"serials {names} above the headings were set aside: {which}"
-    own, behind = unsure[0]
-    where = f"stands behind {shown(behind)} (line {own.line})"
+    own, said = unsure[0]
+    where = f"stands behind {shown(said.behind)} (line {own.line})"
     return f"serial {names} {where} and is taken for that of the accelerometer"
 
 
 def _said(above: Sequence[tuple[int, str]], separator: str | None) -> Iterator[tuple[int, Said]]:
     """What the lines above the headings say, with their numbers."""
     of_channels = False
+    behind, last = "", 0
     for number, line in above:
+        behind, last = behind if number == last + 1 else "", number
         pairs = keys_and_values(line)
         of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
         if pairs is not None:
@@ -147,18 +155,22 @@ def _said(above: Sequence[tuple[int, str]], separator: str | None) -> Iterator[t
         elif line.casefold().startswith("sep="):  # as Excel tells the separator
             told = []
         else:
-            told = [_NOTHING] if of_channels else said_in_row(line, separator)
-        yield from ((number, said) for said in told)
+            told = [_NOTHING] if of_channels else said_in_row(line, separator, behind)
+        for said in told:
+            if said.key in _ENDS:
+                behind = "" if said.key else said.value
+            yield number, said
 
 
 def _in_cells(text: str) -> tuple[str, str]:
     """Key and value of a header line in a cell each, or a comment."""
     match = _IN_CELLS.fullmatch(text)
-    key, value = header_line(f"{match[1]}: {match[2]}") if match else ("", "")
+    is_pair = match and not BEGINS_PAIR.match(match[2].strip())
+    key, value = header_line(f"{match[1]}: {match[2]}") if match and is_pair else ("", "")
     return (key, value) if key in KEYS else ("comment", text)
 
 
-def said_in_row(line: str, separator: str | None) -> list[Said]:
+def said_in_row(line: str, separator: str | None, above: str = "") -> list[Said]:
     """Take the declarations of a row apart.
 
     The value of a key is in its own cell, behind a colon, or in the next cell that is not empty;
@@ -170,6 +182,8 @@ def said_in_row(line: str, separator: str | None) -> list[Said]:
         The row.
     separator : str or None
         Separator of the table below. Where the row does not have it, another one counts.
+    above : str, optional
+        What the row stands below, and may be an instrument.
 
     Returns
     -------
@@ -181,13 +195,13 @@ def said_in_row(line: str, separator: str | None) -> list[Said]:
     >>> [said[:2] for said in said_in_row("Serial;A-7;;Temperature, °C:;20", ";")]
     [('serial', 'A-7'), ('temperature', '20 °C')]
     >>> [said[:2] for said in said_in_row("Tumble test;;Seriennummer:;;Datum: 31.05.2024", ";")]
-    [('', ''), ('', ''), ('date', '31.05.2024')]
+    [('', 'Tumble test'), ('', ''), ('date', '31.05.2024')]
     >>> [said[1:] for said in said_in_row("Voltmeter;HP;S/N;123;DUT;AL-15;S/N;A-7", ";")[1::2]]
-    [('123', 'Voltmeter HP'), ('A-7', '')]
+    [('123', 'Voltmeter HP', False), ('A-7', '', False)]
     """
     cells = deque(_cells(line, separator))
     found: list[Said] = []
-    behind = ""
+    behind = above
     while cells:
         cell = cells.popleft()
         if _COMMENT.fullmatch(cell):
@@ -197,16 +211,18 @@ def said_in_row(line: str, separator: str | None) -> list[Said]:
         if key in _LISTS:
             value = ",".join(filter(None, [value, *cells]))
             cells.clear()
-        elif not value and cells and not _is_label(cells[0]):
+        elif not value and cells and not (_is_label(cells[0]) or _names(key, cells)):
             value = _value(key, cells)
             text = f"{cell} {value}"
         if key == "serial":
             is_own = TESTED.fullmatch(unit) or canonical_key(split_unit(name)[0]) != key
-            said, behind = Said(key, value, "" if is_own else unit or behind), ""
+            is_first = not (unit or any(own.key in _ENDS for own in found))
+            said, behind = Said(key, value, "" if is_own else unit or behind, is_first), ""
         elif key:
             said = Said(key, f"{value} {unit}".strip())
         else:
-            said, behind = _NOTHING, "" if TESTED.fullmatch(name) else text
+            behind = "" if TESTED.fullmatch(name) else text
+            said = Said("", behind)
         found.append(said if said.value else _NOTHING)
     return found
 
@@ -284,6 +300,12 @@ def _is_label(cell: str) -> bool:
     """
     is_serial = canonical_key(cell.rpartition(" ")[2]) == "serial"
     return len(cell) > 1 and (cell[-1] in ":=" or is_serial or bool(label(cell)[0]))
+
+
+def _names(key: str, cells: Sequence[str]) -> bool:
+    """Tell whether a cell behind a serial that is empty names what the next cell is of."""
+    is_number = any(map(str.isdecimal, cells[0]))
+    return key == "serial" and not is_number and len(cells) > 1 and not _is_label(cells[1])
 
 
 def _begins(cell: str) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.values.cells import MISSING
 from accelcal.io.words.vocabulary import ACROSS, Heading, is_unit_of, read_heading
+from accelcal.units import canonical_unit, size_of
 
 _NO_UNIT = MISSING | {"1"}
 _WORDED = (None, "date", "time")  # columns below which any words may stand, such as hh:mm:ss
@@ -106,11 +107,18 @@ def headings_with_units(
 def _is_unit(heading: Heading, cell: str) -> bool:
     if cell.casefold() in _NO_UNIT or heading.role is None:
         return False
-    return is_unit_of(heading.role, cell) and heading.unit in (None, cell)
+    units = {_by_size(unit) for unit in (heading.unit, cell) if unit is not None}
+    return is_unit_of(heading.role, cell) and len(units) == 1
+
+
+def _by_size(unit: str) -> str | float:
+    """A unit in whatever way it is written."""
+    return size_of(unit, "temperature", "angle", "time") or canonical_unit(unit)
 
 
 def _may_be_unit(heading: Heading, cell: str) -> bool:
-    worded = heading.role in _WORDED and not any(map(str.isdigit, cell))
+    is_other = heading.unit and is_unit_of(heading.role or "", cell)
+    worded = heading.role in _WORDED and not (any(map(str.isdigit, cell)) or is_other)
     is_merged = cell == heading.text  # one cell over both rows
     return is_merged or worded or cell.casefold() in _NO_UNIT or _is_unit(heading, cell)
 

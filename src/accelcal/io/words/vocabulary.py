@@ -37,8 +37,8 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
-            *("seriennr", "serien_nr", "numéro_de_série", "заводской_номер", "зав_№"),
-            *("编号", "序列号"),
+            *("seriennr", "serien_nr", "numéro_de_série", "n°_de_série", "nº_de_série"),
+            *("заводской_номер", "зав_№", "编号", "序列号"),
         ),
         "mounting": ("mounting",),
         "clamping": ("clamping",),
