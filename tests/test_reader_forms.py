@@ -2093,7 +2093,6 @@ def test_one_heading_over_numbered_outputs(first, second):
     record = read(f"{first}\n{second}\n{rows}")
     assert (record.stroke.tolist(), record.unit) == ([1, 2] * 5, "mA")
     assert sorted(record.output.tolist())[:3] == [1.10, 1.15, 1.20]
-    assert "line 2 numbers the outputs" in record.notes
 
 
 def test_readings_below_one_heading_number_nothing():

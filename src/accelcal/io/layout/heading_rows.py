@@ -23,7 +23,6 @@ from accelcal.io.words.vocabulary import (
 from accelcal.units import is_output_unit, spellings
 
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
-_NONE = read_heading("")
 
 _MEASURED = frozenset(
     {
@@ -217,7 +216,8 @@ def _strokes_of(ways: Sequence[_Way]) -> dict[tuple[int, int], int]:
         return {}
     if max(numbers, default=0) > len(numbers) and not all(way.counted for way in ways):
         return {}
-    if len(pairs) == 2 * len(numbers):
+    left = {(number, way) for number in numbers for way in (1, 2)} - pairs
+    if not left or (len(numbers) > 1 and left == {(max(numbers), 2)}):
         return {(number, way): max(2 * number - 2, 0) + way for number, way in pairs}
     are_strokes = all(number and number % 2 == way % 2 for number, way in pairs)
     return {(number, way): number for number, way in pairs} if are_strokes else {}
@@ -245,8 +245,8 @@ def _way(text: str) -> _Way | None:
     return _Way(next(iter(numbers), 0), told[0], unit or None, counted)
 
 
-def by_cycle(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
-    """Join headings in several rows that tell the cycle and the direction of each output.
+def joined(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
+    """Join headings in several rows that tell together what outputs side by side stand for.
 
     Parameters
     ----------
@@ -261,26 +261,62 @@ def by_cycle(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
     Examples
     --------
     >>> rows = [row.split(",") for row in (",,cycle 1,,cycle 2", "T,J,forward,back,forward,back")]
-    >>> [cell.of for cell in by_cycle(rows)]
+    >>> [cell.of for cell in joined(rows)]
     [None, None, 1, 2, 3, 4]
+    >>> [cell.text for cell in joined([["", "", "Pos. 1", "Pos. 2"], ["T", "k", "Y [mA]", "mA"]])]
+    ['T', 'k', 'Pos. 1 [mA]', 'Pos. 2 [mA]']
     """
-    texts: list[str] = []
-    above: Sequence[str] = rows[0][:0]
+    texts: list[str | None] = []
+    above: Sequence[str] = ()
     for column in zip_longest(*rows, fillvalue=""):
-        named = [own for own in column if read_heading(own).role in COLUMNS]
-        if named and any(map(str.isdecimal, "".join(set(column).difference(named)))):
-            return None  # a row of readings
-        if any(own != named[-1] and is_apart(own) for own in named):
-            return None  # the rows tell serials or temperatures
-        if not named and any(map(_is_of_cycle, column)):
+        if any(map(_tells_place, column)):
             above = [own or before for own, before in zip_longest(column, above, fillvalue="")]
-            texts.append(" ".join(above))
+            texts.append(_of_output(above))
         else:
-            texts.append((named or column)[-1])
-    cells = read_headings(texts)
-    outputs = [cell for cell in cells if cell.role == "strokes" and tells_direction(cell.text)]
-    left = any(cell.role is None and _is_of_cycle(cell.text) for cell in cells)
-    return cells if len(outputs) > 1 and not left and are_headings(cells) else None
+            texts.append(_of_column(column))
+    if None in texts:
+        return None
+    cells = read_headings([text or "" for text in texts])
+    left = any(cell.role is None and _tells_place(cell.text) for cell in cells)
+    return cells if tell_places(cells) and not left and are_headings(cells) else None
+
+
+def tell_places(cells: Sequence[Heading]) -> bool:
+    """Tell whether headings have several outputs, and tell of each what it is of.
+
+    Examples
+    --------
+    >>> [tell_places([*map(read_heading, own.split(","))]) for own in ("T,J,1,2", "T,J,Y,Y")]
+    [True, False]
+    """
+    outputs = [(cell.role, cell.of) for cell in cells if cell.role in OUTPUTS]
+    kinds = {role for role, _ in outputs}
+    return len(outputs) == len({*outputs}) > 1 == len(kinds) and "output" not in kinds
+
+
+def _of_output(column: Sequence[str]) -> str | None:
+    """Heading of an output by the cells of its rows; None where they have two units."""
+    bare = map(_bare, column)
+    pairs = [("", c) if is_output_unit(c) else name_and_unit(c, is_output_unit) for c in bare]
+    words = [name for name, _ in pairs if name and read_heading(name).role != "output"]
+    units = {unit for _, unit in pairs if unit}
+    if len(units) > 1 or any(read_heading(word).role in COLUMNS for word in words):
+        return None
+    return " ".join([*words, *(f"[{unit}]" for unit in units)])
+
+
+def _of_column(column: Sequence[str]) -> str | None:
+    """Heading of another column, perhaps with its unit; None where its cells are of no heading."""
+    named = [own for own in column if read_heading(own).role in COLUMNS]
+    if not named:
+        return next(filter(None, reversed(column)), "")
+    heading = read_heading(named[-1])
+    others = [own for own in column if own not in named]
+    apart = [own for own in named if read_heading(own).role != heading.role and is_apart(own)]
+    if apart or any(map(str.isdecimal, "".join(others))):
+        return None  # the rows tell serials or temperatures, or one is of readings
+    units = [unit for unit in map(_bare, others) if is_unit_of(heading.role or "", unit)]
+    return f"{named[-1]} [{units[0]}]" if units and not heading.unit else named[-1]
 
 
 def is_apart(name: str) -> bool:
@@ -294,38 +330,18 @@ def is_apart(name: str) -> bool:
     return read_heading(name).role in set(COLUMNS).difference(("direction", "stroke", "output"))
 
 
-def _is_of_cycle(cell: str) -> bool:
-    """Tell whether a cell has a direction or a number, with no more than a cycle beside it."""
-    told = _way(cell) or (any(map(str.isdecimal, cell)) and _way(f"forward {cell}"))
-    return bool(told)
+def _tells_place(cell: str) -> bool:
+    """Tell whether a cell says which of several outputs is meant: by a number or a direction."""
+    counted = any(map(str.isdecimal, cell)) and _way(f"forward {cell}")
+    return bool(read_heading(cell).role in ACROSS or _way(cell) or counted)
+
+
+def _bare(cell: str) -> str:
+    """A cell without brackets around all of it."""
+    bare = cell.strip("[] ()")
+    return bare if is_output_unit(bare) or not cell.endswith(("]", ")")) else cell
 
 
 def numbers_alone(cells: Sequence[Heading]) -> bool:
     """Tell whether headings number outputs and say nothing else, as a row above others may."""
     return all(cell.role in ACROSS or not cell.text for cell in cells)
-
-
-def joined(top: Sequence[Heading], own: Sequence[Heading]) -> tuple[Heading, ...]:
-    """Headings in two rows: the upper one numbers the outputs where the lower one does not.
-
-    Examples
-    --------
-    >>> top, own = (",,Pos. 1,Pos. 2".split(","), "T,k,Y [mA],Y [mA]".split(","))
-    >>> [cell.text for cell in joined([*map(read_heading, top)], [*map(read_heading, own)])]
-    ['T', 'k', 'Pos. 1 [mA]', 'Pos. 2 [mA]']
-    """
-    outputs = [cell.role for cell in own if cell.role in OUTPUTS]
-    if len(outputs) == 1 or not {*outputs} <= {"output"}:
-        return tuple(own)
-    return tuple(_numbered(*pair) for pair in zip_longest(top, own, fillvalue=_NONE))
-
-
-def _numbered(above: Heading, cell: Heading) -> Heading:
-    """A heading that says no more than that an output is below, by its number above."""
-    bare = cell.text.strip("[] ()")
-    unit = bare if cell.role is None and is_unit_of("output", bare) else cell.unit
-    if not above.role or not (cell.role == "output" or bare in ("", unit)):
-        return cell
-    if unit and above.unit:
-        return above if unit == above.unit else cell  # which contradict each other
-    return read_heading(f"{above.text} [{unit}]") if unit else above

@@ -17,11 +17,11 @@ from accelcal.io.layout.header_lines import (
 )
 from accelcal.io.layout.heading_rows import (
     are_headings,
-    by_cycle,
     joined,
     numbers_alone,
     over_time,
     read_headings,
+    tell_places,
     tells_direction,
 )
 from accelcal.io.layout.rows_above import declarations_above
@@ -217,26 +217,35 @@ def _find_over_time(above: list[tuple[int, str]], name: str, remedy: str) -> _He
 
 
 def _below_numbers(lines: list[str], top: _Headings) -> _Headings:
-    """Take headings below a row of numbered outputs, and of it what they do not tell."""
+    """Take headings below a row of numbered outputs, which may be a part of them."""
     start = top.below
     own = _headings(lines[start], start + 1) if start < len(lines) else None
     if own is None or own.separator != top.separator or not numbers_alone(top.cells):
         return top
-    both = joined(top.cells, own.cells)
-    return own if both == own.cells else own._replace(cells=both, lines=(*top.lines, *own.lines))
+    return own
 
 
 def _in_rows(lines: list[str], own: _Headings) -> _Headings:
-    """Take the rows above or below headings that tell the cycles and directions of outputs."""
+    """Take the rows above or below headings that tell more of the outputs."""
     first, last = own.lines[0], own.lines[-1]
-    if not tells_direction(" ".join(lines[max(first - 3, 0) : last + 1])):
+    near = lines[max(first - 3, 0) : last + 1]
+    if tell_places(own.cells) and not tells_direction(" ".join(near)):
         return own
     for start, end in ((first, last + 1), (first - 1, last), (first - 2, last)):
-        rows = [_split_headings(line, own.separator) for line in lines[max(start - 1, 0) : end]]
-        if cells := by_cycle(rows):
-            numbers = tuple(range(max(start, 1), end + 1))
-            return own._replace(cells=cells, lines=numbers, below=max(end, own.below))
+        if found := _joined(lines, start, end, own.separator):
+            return found._replace(below=max(end, own.below))
     return own
+
+
+def _joined(lines: list[str], start: int, end: int, separator: str | None) -> _Headings | None:
+    """Headings that the rows from one line to another tell together."""
+    rows = lines[max(start - 1, 0) : end]
+    if any(uncommented(row) is not None for row in rows):
+        return None
+    cells = joined([_split_headings(row, separator) for row in rows])
+    if cells is None:
+        return None
+    return _Headings(cells, separator, tuple(range(max(start, 1), end + 1)), end)
 
 
 def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Headings | None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.values.cells import MISSING
-from accelcal.io.words.vocabulary import ACROSS, Heading, is_unit_of, read_heading
+from accelcal.io.words.vocabulary import Heading, is_unit_of, read_heading
 from accelcal.units import canonical_unit, size_of
 
 _NO_UNIT = MISSING | {"1"}
@@ -31,50 +31,16 @@ def with_rows_below(layout: Layout) -> Layout:
     >>> [heading.text for heading in layout.headings], layout.rows
     (['T [degC]', 'J', '1 [mA]', '2 [mA]', '3 [mA]'], ['20;1;1.35;1.35;1.35'])
     """
-    for told_by, note in (
-        (_headings_with_numbers, "line {} numbers the outputs"),
-        (headings_with_units, UNITS_BELOW),
-    ):
-        row = split_line(layout.rows[0], layout.separator)
-        headings = told_by(layout.headings, row) if len(layout.rows) > 1 else None
-        if headings is not None:
-            layout = layout._replace(
-                headings=headings,
-                rows=layout.rows[1:],
-                lines=layout.lines[1:],
-                notes=(*layout.notes, note.format(layout.lines[0])),
-            )
-    return layout
-
-
-def _headings_with_numbers(
-    headings: Sequence[Heading], row: Sequence[str]
-) -> tuple[Heading, ...] | None:
-    """Headings of outputs by their numbers below the last heading; None where there are none."""
-    *names, last = headings
-    cells = [read_heading(cell) for cell in row]
-    while cells and not cells[-1].text:
-        cells.pop()
-    beside, numbers = cells[: len(names)], cells[len(names) :]
-    if last.role != "output" or not _number_outputs(names, numbers):
-        return None
-    if any(map(str.isdigit, "".join(cell.text for cell in beside))):
-        return None
-    unit = f" [{last.unit}]" if last.unit else ""
-    numbered = (read_heading(cell.text + (unit if not cell.unit else "")) for cell in numbers)
-    return (*_each_with_unit(names, beside), *numbered)
-
-
-def _number_outputs(names: list[Heading], numbers: list[Heading]) -> bool:
-    """Whether the row tells one thing of several outputs, which no other column tells."""
-    kinds = {cell.role for cell in numbers}
-    told = {ACROSS.get(str(kind)) for kind in kinds}
-    return len(numbers) > 1 and len(kinds) == 1 and not told & {None, *(n.role for n in names)}
-
-
-def _each_with_unit(names: list[Heading], cells: list[Heading]) -> Iterator[Heading]:
-    for name, cell in zip(names, cells, strict=True):
-        yield from headings_with_units([name], [cell.text]) or [name]
+    row = split_line(layout.rows[0], layout.separator)
+    headings = headings_with_units(layout.headings, row) if len(layout.rows) > 1 else None
+    if headings is None:
+        return layout
+    return layout._replace(
+        headings=headings,
+        rows=layout.rows[1:],
+        lines=layout.lines[1:],
+        notes=(*layout.notes, UNITS_BELOW.format(layout.lines[0])),
+    )
 
 
 def headings_with_units(
