@@ -123,6 +123,49 @@ def test_a_pivot_table_by_cycle_and_direction(headings, strokes):
     assert record.notes == ()
 
 
+@pytest.mark.parametrize(
+    "headings",
+    ["T;J;fwd 1;bwd 1;fwd 2", ";;cycle 1;;cycle 2\nT;J;Hin;Rück;Hin", "T;J;1;1;2\n;;Hin;Rück;Hin"],
+)
+def test_a_pivot_table_may_lack_the_last_stroke_back(headings):
+    """It was refused."""
+    rows = "20;1;1,30;1,31;1,32\n20;5;-1,30;-1,31;-1,32\n"
+    assert read(f"{headings}\n{rows}").stroke.tolist() == [1, 2, 3] * 2
+    for odd in ("T;J;fwd 1;bwd 1;bwd 2", "T;J;fwd 1;fwd 2;bwd 2", "T;J;fwd 1;bwd 1;fwd 3"):
+        with pytest.raises(TableError):
+            read(f"{odd}\n{rows}")
+
+
+@pytest.mark.parametrize(
+    "headings",
+    [
+        ";cycle 1;;cycle 2;\nposition;Hin;Rück;Hin;Rück",
+        "cycle;1;1;2;2\ndirection;Hin;Rück;Hin;Rück\nposition;;;;",
+        "position;1;1;2;2\n;Hin;Rück;Hin;Rück",
+    ],
+)
+def test_a_pivot_table_by_position_alone(headings):
+    """There were no headings in it."""
+    rows = re.sub(r"(?m)^20;", "", PIVOT)
+    record = read(f"# temperature: 20\n{headings}\n{rows}")
+    assert record.stroke.tolist() == [1, 2, 3, 4] * 3
+    assert record.output.tolist()[:4] == [1.30, 1.31, 1.32, 1.33]
+
+
+@pytest.mark.parametrize(
+    "headings", ["T;J;Zyklus;Hin [mA];Rück [mA]", ";;;Hin;Rück\nT;J;cycle;mA;mA"]
+)
+def test_columns_forward_and_back_beside_one_of_cycles(headings):
+    """The cycles were set aside, and the second one refused as a repetition of the first."""
+    rows = "20;1;1;1,30;1,31\n20;5;1;-1,30;-1,31\n20;1;2;1,32;1,33\n20;5;2;-1,32;\n"
+    record = read(f"{headings}\n{rows}")
+    assert record.stroke.tolist() == [1, 2, 1, 2, 3, 4, 3]
+    assert (record.output.tolist()[4:], record.unit) == ([1.32, 1.33, -1.32], "mA")
+    assert "strokes are numbered by cycle" in record.notes[0]
+    with pytest.raises(TableError, match="columns 'dir' and 'Hin' in one table"):
+        read("T;J;cycle;dir;Hin;Rück\n20;1;1;f;1,3;1,3\n")
+
+
 @pytest.mark.parametrize("headings", ["T;J;1;\n;;Hin;Rück", "cycle;;1;1\ndir;;Hin;Rück\nT;J;;"])
 def test_a_pivot_table_of_one_cycle(headings):
     """It was refused."""

@@ -13,7 +13,8 @@ from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.io.columns import Table
-from accelcal.io.strokes import are_cycles, strokes_by_direction, strokes_of_rows
+from accelcal.io.layout.heading_rows import are_cycles
+from accelcal.io.strokes import strokes_by_direction, strokes_of_rows
 from accelcal.io.values.cells import Column, labels, numbers
 from accelcal.io.values.lots import lots_of_rows
 from accelcal.io.values.places import MAXIMUM_ANGLE, places_of_rows
@@ -161,12 +162,11 @@ def read_readings(table: Table, positions: int) -> Readings:
     if across and across.role == "serial":
         own, serials = labels(across)
         values["serial"], missing_serial = own[output], own[missing_output]
-    stroke_notes: tuple[str, ...] = ()
-    if "direction" in columns:
-        cycles = "stroke" in columns and are_cycles(columns["stroke"].heading)
-        values["stroke"], stroke_notes = strokes_by_direction(
-            columns["direction"], values["stroke"], row, values["angle"], cycles=cycles
-        )
+    if across and across.role == "direction":
+        strokes, stroke_notes = _by_direction(columns, across, output, values)
+    else:
+        strokes, stroke_notes = _by_direction(columns, columns.get("direction"), row, values)
+    values["stroke"] = strokes
     return Readings(
         **values,
         source=first.source,
@@ -177,6 +177,17 @@ def read_readings(table: Table, positions: int) -> Readings:
         missing_serial=missing_serial,
         stroke_notes=stroke_notes,
     )
+
+
+def _by_direction(
+    columns: Mapping[str, Column], direction: Column | None, place: Ints, values: Mapping[str, Any]
+) -> tuple[Ints, tuple[str, ...]]:
+    """Strokes of the readings, whose directions are in some places of a column, if there is one."""
+    if direction is None:
+        return values["stroke"], ()
+    cycles = "stroke" in columns and are_cycles(columns["stroke"].heading)
+    number, angle = values["stroke"], values["angle"]
+    return strokes_by_direction(direction, number, place, angle, cycles=cycles)
 
 
 def notes_of_turn(readings: Readings, positions: int) -> list[str]:

@@ -6,10 +6,11 @@ import numpy as np
 
 from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
+from accelcal.io.layout.heading_rows import are_cycles
 from accelcal.io.layout.parts import Layout
 from accelcal.io.values.cells import Column, labels, whole_numbers
 from accelcal.io.words.signs import with_hyphen
-from accelcal.io.words.vocabulary import BACK, CYCLES, FORWARD
+from accelcal.io.words.vocabulary import BACK, FORWARD
 
 _ASIDE = "column direction does not tell forward from back and was set aside"
 _BY_CYCLE = (
@@ -25,7 +26,7 @@ _FEWEST_STEPS = 3
 
 
 def with_cycles(layout: Layout) -> Layout:
-    r"""Take a column of cycles for the strokes, where only one of directions stands beside it.
+    r"""Take a column of cycles for the strokes, where only directions stand beside it.
 
     Parameters
     ----------
@@ -47,17 +48,12 @@ def with_cycles(layout: Layout) -> Layout:
     'stroke'
     """
     roles = {heading.role for heading in layout.headings}
-    if "direction" not in roles or roles & {"stroke", "strokes"}:
+    if not roles & {"direction", "directions"} or roles & {"stroke", "strokes"}:
         return layout
     headings = tuple(
         own._replace(role="stroke") if are_cycles(own.text) else own for own in layout.headings
     )
     return layout._replace(headings=headings)
-
-
-def are_cycles(heading: str) -> bool:
-    """Whether a heading says that its column counts cycles of two strokes."""
-    return heading.casefold() in CYCLES
 
 
 def strokes_by_direction(

@@ -148,7 +148,7 @@ def read_headings(texts: Sequence[str]) -> tuple[Heading, ...]:
     A date with its time, such as Date/Time, tells nothing beside a date. Degrees and minutes,
     perhaps with seconds, are one angle where nothing else tells the place. An output forward is
     stroke 1, and the one back stroke 2, where nothing else tells strokes or outputs; with a number
-    those of a cycle.
+    those of a cycle, and beside a column of cycles those of each.
 
     Examples
     --------
@@ -190,10 +190,18 @@ def _with_directions(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
     lone = lone_output(cells)
     if any(cell.role in ("stroke", *OUTPUTS) for cell in cells) or (lone and not ways[lone[0]]):
         return cells
-    return tuple(
-        Heading(cell.text, "strokes", way.unit, strokes[way[:2]]) if way else cell
-        for cell, way in zip(cells, ways, strict=True)
-    )
+    pairs = zip(cells, ways, strict=True)
+    if {*strokes} == {(0, 1), (0, 2)} and any(are_cycles(cell.text) for cell in cells):
+        words = ("", "forward", "back")
+        told = ((c, w and Heading(c.text, "directions", w.unit, words[w.stroke])) for c, w in pairs)
+    else:
+        told = ((c, w and Heading(c.text, "strokes", w.unit, strokes[w[:2]])) for c, w in pairs)
+    return tuple(own or cell for cell, own in told)
+
+
+def are_cycles(heading: str) -> bool:
+    """Whether a heading says that its column counts cycles of two strokes."""
+    return heading.casefold() in CYCLES
 
 
 class _Way(NamedTuple):

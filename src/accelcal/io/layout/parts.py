@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import product
 from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
@@ -199,6 +200,7 @@ def _find_headings(lines: list[str], name: str, remedy: str) -> _Headings:
         found = None
         if bare is None or not header_line(bare)[0]:
             found = _headings(line if bare is None else bare, number)
+        found = found or (_below_directions(lines, number) if bare is None else None)
         if bare is None and found:
             return found
         if bare is None and commented:  # headings as numpy.savetxt writes them
@@ -235,6 +237,15 @@ def _in_rows(lines: list[str], own: _Headings) -> _Headings:
         if found := _joined(lines, start, end, own.separator):
             return found._replace(below=max(end, own.below))
     return own
+
+
+def _below_directions(lines: list[str], last: int) -> _Headings | None:
+    """Headings that a line holds with one or two above it, where one tells directions alone."""
+    if not tells_direction(" ".join(lines[max(last - 3, 0) : last])):
+        return None
+    marks: list[str | None] = [mark for mark in _MARKS if mark in lines[last - 1]]
+    ways = product(marks, (last - 1, last - 2))
+    return next(filter(None, (_joined(lines, start, last, mark) for mark, start in ways)), None)
 
 
 def _joined(lines: list[str], start: int, end: int, separator: str | None) -> _Headings | None:

@@ -167,6 +167,7 @@ _COUNTED = re.compile(r"(?:no|nr|№|n°)_(?P<behind>.+)|(?P<before>.+)_(?:no|nr
 ACROSS: Mapping[str, str] = MappingProxyType(
     {
         "strokes": "stroke",
+        "directions": "direction",
         "positions": "position",
         "angles": "angle",
         "temperatures": "temperature",
@@ -191,7 +192,8 @@ class Heading(NamedTuple):
     unit : str or None
         Unit given in the heading, as written.
     of : float, str or None
-        Stroke, position, angle [deg], temperature [degC] or serial of an output of a wide table.
+        Stroke, direction, position, angle [deg], temperature [degC] or serial of an output of a
+        wide table.
     """
 
     text: str
