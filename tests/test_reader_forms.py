@@ -117,6 +117,8 @@ PIVOT = "20;1;1,30;1,31;1,32;1,33\n20;3;0,01;0,02;0,03;0,04\n20;5;-1,30;-1,31;-1
 )
 def test_a_pivot_table_by_cycle_and_direction(headings, strokes):
     """It was refused."""
+    below = read(f"DUT;AL-15\n# unit: mA\n{headings}\n{PIVOT}")
+    assert (below.unit, below.stroke.tolist()) == ("mA", strokes * 3)  # the unit was lost
     record = read(f"{headings}\n{PIVOT}")
     assert record.stroke.tolist() == strokes * 3
     assert record.output.tolist()[:4] == [1.30, 1.31, 1.32, 1.33]
@@ -187,6 +189,10 @@ def test_a_pivot_table_of_one_cycle(headings):
         ";;A-7;;A-8;\nT;J;forward;back;forward;back",
         ";;7;;8;\nT;J;forward;back;forward;back",
         ";;20;;60;\nT;J;forward;back;forward;back",
+        "specimen;;1;1;2;2\nT;J;forward;back;forward;back",
+        "specimen;;1;2;3;4\nT;J;Y;Y;Y;Y",
+        "T;J;Y;;;\nspecimen;;1;2;3;4",
+        "cycle;;1;2;3;4\nT;J;Y;Y;Y;Y",
         "T;J;output 20 forward;output 20 back;output 60 forward;output 60 back",
     ],
 )

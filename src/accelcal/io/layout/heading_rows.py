@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from itertools import pairwise, product, zip_longest
+from itertools import chain, pairwise, product, zip_longest
 from typing import NamedTuple
 
 from accelcal.io.words.vocabulary import (
@@ -286,7 +286,10 @@ def joined(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
         return None
     cells = read_headings([text or "" for text in texts])
     left = any(cell.role is None and _tells_place(cell.text) for cell in cells)
-    return cells if tell_places(cells) and not left and are_headings(cells) else None
+    of_cycles = any(are_cycles(cell) for cell in chain.from_iterable(rows))
+    if left or (of_cycles and not tells_direction(" ".join(cell.text for cell in cells))):
+        return None
+    return cells if tell_places(cells) and are_headings(cells) else None
 
 
 def tell_places(cells: Sequence[Heading]) -> bool:
@@ -319,11 +322,12 @@ def _of_column(column: Sequence[str]) -> str | None:
     if not named:
         return next(filter(None, reversed(column)), "")
     heading = read_heading(named[-1])
-    others = [own for own in column if own not in named]
     apart = [own for own in named if read_heading(own).role != heading.role and is_apart(own)]
-    if apart or any(map(str.isdecimal, "".join(others))):
-        return None  # the rows tell serials or temperatures, or one is of readings
-    units = [unit for unit in map(_bare, others) if is_unit_of(heading.role or "", unit)]
+    others = [_bare(own) for own in column if own not in named and not are_cycles(own)]
+    units = [own for own in others if is_unit_of(heading.role or "", own)]
+    words = "".join(own for own in others if own not in units)
+    if apart or any(map(str.isalnum, words)):
+        return None  # the rows tell serials, temperatures or something else, or are readings
     return f"{named[-1]} [{units[0]}]" if units and not heading.unit else named[-1]
 
 
