@@ -20,7 +20,7 @@ from accelcal.io.files.text import Source, read_text
 from accelcal.io.layout.output_columns import with_lone_output
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
-from accelcal.io.layout.rows_below import with_rows_below
+from accelcal.io.layout.units_below import with_units_below
 from accelcal.io.readings import refuse_markers, refuse_other_temperatures
 from accelcal.io.serial_of_file import serial_of_file
 from accelcal.io.values.cells import Column, labels, numbers
@@ -127,7 +127,7 @@ def read_stability(
     <StabilityRecord <table>: 1 launch, 3 samples>
     """
     text = read_text(source)
-    layout = with_rows_below(read_layout(text, _REMEDY))
+    layout = with_units_below(read_layout(text, _REMEDY))
     _refuse_tumble_test(layout)
     layout = layout._replace(headings=_with_time([*map(_own_heading, layout.headings)]))
     layout = with_lone_output(layout)

@@ -35,7 +35,7 @@ from accelcal.io.layout.output_unit import (
     units_written,
 )
 from accelcal.io.layout.parts import Layout, read_layout
-from accelcal.io.layout.rows_below import with_rows_below
+from accelcal.io.layout.units_below import with_units_below
 from accelcal.io.readings import (
     Readings,
     notes_of_clock,
@@ -257,7 +257,7 @@ def layout_of(text: SourceText) -> Layout:
     TableError
         If it has no headings or no rows.
     """
-    layout = with_cycles(with_rows_below(read_layout(text)))
+    layout = with_cycles(with_units_below(read_layout(text)))
     return with_temperature_of_sheet(layout, text.sheet)
 
 

@@ -1,6 +1,6 @@
 """The parts of a table before its cells are read.
 
 `parts` finds the headings and the rows of the table, and `rows_above` what `header_lines` and cells
-of a form declare above them. `rows_below` and `output_columns` mend headings by what stands below
+of a form declare above them. `units_below` and `output_columns` mend headings by what stands below
 them; `output_unit` finds the unit of the outputs wherever it is written.
 """

@@ -231,7 +231,8 @@ def _in_rows(lines: list[str], own: _Headings) -> _Headings:
     """Take the rows above or below headings that tell more of the outputs."""
     first, last = own.lines[0], own.lines[-1]
     near = lines[max(first - 3, 0) : last + 1]
-    if tell_places(own.cells) and not tells_direction(" ".join(near)):
+    alone = tell_places(own.cells) and not numbers_alone(own.cells)
+    if alone and not tells_direction(" ".join(near)):
         return own
     for start, end in ((first, last + 1), (first - 1, last), (first - 2, last)):
         if found := _joined(lines, start, end, own.separator):

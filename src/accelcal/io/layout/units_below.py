@@ -1,4 +1,4 @@
-"""Rows below the headings of a table that belong to them: numbers of the outputs, and units."""
+"""A row of units below the headings of a table."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ _WORDED = (None, "date", "time")  # columns below which any words may stand, suc
 UNITS_BELOW = "the units stand below the headings (line {})"
 
 
-def with_rows_below(layout: Layout) -> Layout:
-    r"""Take first rows that number the outputs or hold units, and no reading, into the headings.
+def with_units_below(layout: Layout) -> Layout:
+    r"""Take a first row that holds units, and no reading, into the headings.
 
     Returns
     -------
     Layout
-        The table without such rows, with a note of each; the same where it has none.
+        The table without such a row, with a note of it; the same where it has none.
 
     Examples
     --------
     >>> from accelcal.io.layout.parts import read_layout
     >>> from accelcal.io.files.text import SourceText
     >>> text = "T;J;Y [mA];;\n;;1;2;3\ndegC;-;mA;mA;mA\n20;1;1.35;1.35;1.35"
-    >>> layout = with_rows_below(read_layout(SourceText("a.csv", text, "utf-8")))
+    >>> layout = with_units_below(read_layout(SourceText("a.csv", text, "utf-8")))
     >>> [heading.text for heading in layout.headings], layout.rows
     (['T [degC]', 'J', '1 [mA]', '2 [mA]', '3 [mA]'], ['20;1;1.35;1.35;1.35'])
     """
@@ -90,8 +90,6 @@ def _may_be_unit(heading: Heading, cell: str) -> bool:
 
 
 def _with_unit(heading: Heading, cell: str) -> Heading:
-    if not heading.text:  # of a row above that numbers the outputs alone
-        return read_heading(cell)
     is_told = heading.role is None and cell.casefold() not in _NO_UNIT
     if heading.unit or not (is_told or _is_unit(heading, cell)):
         return heading
