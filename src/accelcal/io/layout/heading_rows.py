@@ -274,17 +274,18 @@ def joined(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
     >>> [cell.text for cell in joined([["", "", "Pos. 1", "Pos. 2"], ["T", "k", "Y [mA]", "mA"]])]
     ['T', 'k', 'Pos. 1 [mA]', 'Pos. 2 [mA]']
     """
-    texts: list[str | None] = []
+    texts: list[str] = []
     above: Sequence[str] = ()
     for column in zip_longest(*rows, fillvalue=""):
         if any(map(_tells_place, column)):
             above = [own or before for own, before in zip_longest(column, above, fillvalue="")]
-            texts.append(_of_output(above))
+            text = _of_output(above)
         else:
-            texts.append(_of_column(column))
-    if None in texts:
-        return None
-    cells = read_headings([text or "" for text in texts])
+            text = _of_column(column)
+        if text is None:
+            return None
+        texts.append(text)
+    cells = read_headings(texts)
     left = any(cell.role is None and _tells_place(cell.text) for cell in cells)
     of_cycles = any(are_cycles(cell) for cell in chain.from_iterable(rows))
     if left or (of_cycles and not tells_direction(" ".join(cell.text for cell in cells))):

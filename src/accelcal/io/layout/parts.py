@@ -221,10 +221,10 @@ def _find_over_time(above: list[tuple[int, str]], name: str, remedy: str) -> _He
 def _below_numbers(lines: list[str], top: _Headings) -> _Headings:
     """Take headings below a row of numbered outputs, which may be a part of them."""
     start = top.below
-    own = _headings(lines[start], start + 1) if start < len(lines) else None
-    if own is None or own.separator != top.separator or not numbers_alone(top.cells):
+    if start == len(lines) or not numbers_alone(top.cells):
         return top
-    return own
+    own = _headings(lines[start], start + 1)
+    return own if own and own.separator == top.separator else top
 
 
 def _in_rows(lines: list[str], own: _Headings) -> _Headings:
@@ -252,12 +252,12 @@ def _below_directions(lines: list[str], last: int) -> _Headings | None:
 def _joined(lines: list[str], start: int, end: int, separator: str | None) -> _Headings | None:
     """Headings that the rows from one line to another tell together."""
     rows = lines[max(start - 1, 0) : end]
-    if any(uncommented(row) is not None for row in rows):
+    if start < 1 or any(uncommented(row) is not None for row in rows):
         return None
     cells = joined([_split_headings(row, separator) for row in rows])
     if cells is None:
         return None
-    return _Headings(cells, separator, tuple(range(max(start, 1), end + 1)), end)
+    return _Headings(cells, separator, tuple(range(start, end + 1)), end)
 
 
 def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Headings | None:
