@@ -100,6 +100,11 @@ def test_units_are_due_by_their_last_date(frame):
     assert calm == sorted(calm, key=lambda found: (not {*found} - {"due"}, "due" not in found))
 
 
+def test_the_text_tells_what_a_remark_is(fleet):
+    told = " ".join(str(fleet).split())
+    assert "remark: a calibration stands apart, the unit wanders, or a jump may be a bend" in told
+
+
 def test_units_that_are_due_alone_are_sorted_by_their_last_dates(frame):
     fleet = accelcal.fleet_history(frame, due_before="2024-01-01")
     due = [own.last for own in fleet.units if own.attention == ("due",)]
