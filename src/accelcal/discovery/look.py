@@ -120,7 +120,9 @@ def _by_exact_laws(first: Look, question: Question) -> Look:
     look = first
     for _ in range(_EXACT):
         known = next(iter(look.findings.named), look.findings.nearest)
-        straight = straightened(first.comparison, known.instances) if known else None
+        if known is None:
+            return look
+        straight = straightened(first.comparison, known.instances)
         if straight is None:
             return look
         asked = question._replace(like=look.family)

@@ -367,9 +367,9 @@ def _untimed(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[
     if comparison.model.apart:
         slow = listed(going_on(comparison.model.conditions, instances))
         pauses = (
-            f", and pauses of any length between runs, in which {slow} may go on: bias, scale factor"
-            " and misalignment are free in each run, and effects on them from run to run cannot be"
-            " seen"
+            f", and pauses of any length between runs, in which {slow} may go on: bias, scale"
+            " factor and misalignment are free in each run, and effects on them from run to run"
+            " cannot be seen"
         )
     yield Caveat(f"no times: one reading a minute is assumed, in the order of the strokes{pauses}")
 

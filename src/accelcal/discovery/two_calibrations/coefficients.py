@@ -54,7 +54,7 @@ def name_of(name: str, axis: str) -> Name:
     return name, axis if name.startswith("delta") else None
 
 
-def coefficients_at(found: Compensation, temperature: float | None) -> dict[Name, Coefficient]:
+def told_coefficients(found: Compensation, temperature: float | None) -> dict[Name, Coefficient]:
     """List the error model with K1 at a temperature, and the slopes of the laws.
 
     Parameters

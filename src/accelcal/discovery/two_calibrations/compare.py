@@ -15,9 +15,9 @@ from accelcal.compensate.propagation import Part, interval_of_parts, propagated
 from accelcal.discovery.two_calibrations.coefficients import (
     Coefficient,
     Name,
-    coefficients_at,
     in_units_of,
     of_output,
+    told_coefficients,
 )
 from accelcal.discovery.two_calibrations.errors import (
     Errors,
@@ -139,8 +139,8 @@ def compare_calibrations(
     same = is_one_head(one, other, same_head)
     factor, level = factor_of_unit(one, other), common_temperature(one, other, temperature)
     gravity = _gravity_ratio(old, new)
-    known = coefficients_at(one.found, level)
-    told = in_units_of(coefficients_at(other.found, level), factor, gravity)
+    known = told_coefficients(one.found, level)
+    told = in_units_of(told_coefficients(other.found, level), factor, gravity)
     lost = left_out(one, other, known, told)
     kept = [name for name in known if name not in lost]
     if not kept:
