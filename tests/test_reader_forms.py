@@ -279,6 +279,20 @@ def test_a_row_of_units_may_have_the_heading_of_the_strokes():
     assert (record.unit, record.notes) == ("mA", ())
 
 
+def test_positions_above_columns_of_cycles_and_directions():
+    """The column of cycles was taken for one that needs directions in the headings."""
+    top = ",,,Pos. 1,Pos. 3,Pos. 5\nT,cycle,direction,Y [mA],Y [mA],Y [mA]\n"
+    record = read(f"{top}20,1,forward,1.3,0.1,-1.3\n20,1,back,1.4,0.2,-1.2\n")
+    rows = zip(
+        record.position.tolist(), record.stroke.tolist(), record.output.tolist(), strict=True
+    )
+    assert record.unit == "mA"
+    assert sorted(rows) == [
+        *((1, 1, 1.3), (1, 2, 1.4), (3, 1, 0.1), (3, 2, 0.2)),
+        *((5, 1, -1.3), (5, 2, -1.2)),
+    ]
+
+
 @pytest.mark.parametrize(
     "table", [f"T,k,0 deg,45 deg,180 deg\n{OF_POSITIONS}", "T,J,k,Y\n20,1,1,1.35\n20,5,1,-1.35\n"]
 )

@@ -288,7 +288,9 @@ def joined(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
     cells = read_headings(texts)
     left = any(cell.role is None and _tells_place(cell.text) for cell in cells)
     of_cycles = any(are_cycles(cell) for cell in chain.from_iterable(rows))
-    if left or (of_cycles and not tells_direction(" ".join(cell.text for cell in cells))):
+    directed = tells_direction(" ".join(cell.text for cell in cells))
+    directed = directed or any(cell.role == "direction" for cell in cells)
+    if left or (of_cycles and not directed):
         return None
     return cells if tell_places(cells) and are_headings(cells) else None
 
