@@ -102,6 +102,11 @@ ERRORS = {
         " add a column output, or Y1, Y2, ... for the strokes, or a line"
         " '# serials: Up, Down' if these are accelerometers",
     ),
+    "columns of one heading are not listed as serials": (
+        "T,J,Up,Up\n20,1,1.3,1.3\n",
+        "1: no column for output among 'T, J, Up, Up';"
+        " add a column output, or Y1, Y2, ... for the strokes",
+    ),
     "a serial listed twice": (
         "# serials: A7, A7\nT,J,k,A7,B2\n20,1,1,1.3,1.3\n",
         "2: serials has 'A7' twice; list each once, and give two columns of one heading different"

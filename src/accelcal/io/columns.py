@@ -298,7 +298,7 @@ def _remedy_of_outputs(layout: Layout) -> str:
     """What to add where no column has outputs; unknown ones may be those of accelerometers."""
     remedy = "a column output, or Y1, Y2, ... for the strokes"
     unknown = [split_unit(own.text)[0] for own in layout.headings if own.text and not own.role]
-    if not unknown:
+    if not unknown or len({*unknown}) < len(unknown):  # a serial is listed once
         return remedy
     names = ", ".join(unknown[:3]) + ", ..." * (len(unknown) > 3)
     return f"{remedy}, or a line {shown(f'# serials: {names}')} if these are accelerometers"
