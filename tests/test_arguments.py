@@ -48,6 +48,7 @@ FUNCTIONS = {
     "calibrate_head": (accelcal.calibrate_head, {"a record", "records"}),
     "calibrate_triad": (accelcal.calibrate_triad, set()),
     "compare": (accelcal.compare, {"a calibration"}, RECORD),
+    "compare_calibrations": (accelcal.compare_calibrations, {"a calibration"}, CALIBRATION),
     "design": (accelcal.design, set()),
     "design_matrix": (accelcal.design_matrix, set()),
     "discover": (accelcal.discover, {"a record"}),

@@ -9,6 +9,8 @@ import pytest
 import accelcal
 from accelcal.calibrate.many import calibrate_many
 from accelcal.calibrate.options import Options
+from accelcal.discovery.noise import of_readings
+from accelcal.discovery.noise.of_readings import refuse_too_many
 from accelcal.errors import InputError
 
 
@@ -152,15 +154,19 @@ def test_the_page_of_measured_angles_has_no_empty_rows(tmp_path):
     assert calibration.plot.residual_map().collections[0].get_array().shape == (9, 200)
 
 
-def test_too_many_readings_to_hold_against_each_other_are_refused():
+def test_too_many_readings_to_hold_against_each_other_are_refused(monkeypatch):
     """By their number, not by a failure to find the memory."""
-    record = simulated(strokes=6000)
+    record = simulated(strokes=60)
     calibration = accelcal.fit(simulated())
+    monkeypatch.setattr(of_readings, "_MOST_NUMBERS", 20_000)
     for search in (accelcal.discover, lambda record: accelcal.compare(calibration, record)):
-        with pytest.raises(
-            InputError, match=r"54000 readings, .* 3018 positions and cycles of runs"
-        ):
+        with pytest.raises(InputError, match=r"540 readings, .* 42 positions and cycles of runs"):
             search(record)
+
+
+def test_cycles_of_a_long_test_are_not_held_against_each_other():
+    """Of 6,000 strokes each cycle had a column of its own: they were refused."""
+    refuse_too_many(simulated(strokes=6000))
 
 
 @pytest.mark.parametrize("moving", [False, True])
