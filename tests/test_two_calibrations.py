@@ -359,6 +359,30 @@ def test_effects_of_one_calibration_alone_are_told():
     assert apart.old.effects == ("scale-factor-asymmetry",)
 
 
+def test_an_effect_of_another_size_is_told_as_outside_the_tests():
+    """An asymmetry that doubles is 200 ug at 1 g, and leaves the coefficients as they are."""
+    plan = TumblePlan(temperatures=(20.0,), positions=16)
+    one, other = (
+        simulate(
+            plan=plan,
+            noise=NOISE,
+            effects=[accelcal.effect("scale-factor-asymmetry").of(size)],
+            seed=seed,
+        )
+        for seed, size in ((1, 4e-4), (2, 8e-4))
+    )
+    old, new = (accelcal.fit(own, model=accelcal.discover(own)) for own in (one, other))
+    assert old.effects
+    assert new.effects
+    found = compare(old, new, same_head=False)
+    largest = found.largest.difference
+    assert found.agrees
+    assert abs(largest.value) > 2.0 * largest.expanded_uncertainty
+    assert "The coefficients agree" in str(found)
+    assert said(found, "sizes of effects are in no E_n and not in the joint test")
+    assert not said(compare(OLD, NEW), "sizes of effects")
+
+
 def with_lines(seed, **declared):
     return accelcal.fit(measured(seed).with_apparatus(**declared))
 

@@ -51,7 +51,7 @@ def _of(own: ComparedCalibration) -> str:
 
 def _verdict(found: CalibrationComparison) -> Iterator[str]:
     joint, rows = found.joint, change_rows(found)
-    yield f"The calibrations {'agree' if found.agrees else 'DISAGREE'} ({_chance(found)})"
+    yield f"The coefficients {'agree' if found.agrees else 'DISAGREE'} ({_chance(found)})"
     yield f"joint test: chi^2 {significant(joint.chi2, 3)} of {joint.coefficients} differences"
     yield (
         f"|E_n| > 1: {sum(bool(row[-1]) for row in rows)} of {counted(len(rows), 'coefficient')};"

@@ -133,9 +133,10 @@ def disagreement_html(found: Disagreement) -> str:
 @in_notebook.register
 def comparison_html(found: CalibrationComparison) -> str:
     """Write two calibrations coefficient by coefficient."""
+    verdict = "agree" if found.agrees else "disagree"
     return result(
         f"Two calibrations of {found.serial or found.new.source}",
-        ["agree" if found.agrees else "disagree", p_value(found.joint.p_value)],
+        [f"coefficients {verdict}", p_value(found.joint.p_value)],
         long_table("new less old (95 %)", COMPARISON_HEADINGS, change_rows(found)),
         notes=found.notes,
     )

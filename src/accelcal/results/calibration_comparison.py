@@ -180,7 +180,7 @@ class CalibrationComparison(StoredResult, TabularResult):
         return comparison_text(self)
 
     def __repr__(self) -> str:
-        verdict = "agree" if self.agrees else "disagree"
+        verdict = f"coefficients {'agree' if self.agrees else 'disagree'}"
         name = self.serial or self.new.source
         return visible(f"<CalibrationComparison {name}: {verdict}, p = {self.joint.p_value:.2g}>")
 
@@ -199,7 +199,10 @@ class CalibrationComparison(StoredResult, TabularResult):
 
     @property
     def agrees(self) -> bool:
-        """Whether the joint test finds no difference, at a false-alarm rate of 1 %."""
+        """Whether the joint test of coefficients finds no difference, at a false-alarm rate of 1 %.
+
+        Sizes of effects are not in it; those of static ones are in `indicated`.
+        """
         return self.joint.p_value >= ALPHA
 
     @property

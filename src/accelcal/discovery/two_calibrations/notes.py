@@ -248,6 +248,11 @@ def _of_effects(old: Side, new: Side) -> Iterator[str]:
         )
     elif old.by_others.any() or new.by_others.any():
         yield "the effects count as they are named, in both calibrations alike"
+    if old.effects or new.effects:
+        yield (
+            "sizes of effects are in no E_n and not in the joint test; those of static ones are in"
+            " the change of the indicated acceleration alone"
+        )
 
 
 def _of_launches(old: Side, new: Side) -> Iterator[str]:
