@@ -308,8 +308,8 @@ def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
     given = stack.options.reference_temperature
     yield Sentence(
         ~has_laws,
-        "no temperature laws: they need levels more than 5 degC apart, with K0, K1 and M, and the"
-        " temperature of each run",
+        "no temperature laws: they need levels more than 5 degC apart, one of them as far from T0,"
+        " with K0, K1 and M, and the temperature of each run",
     )
     yield Sentence(
         has_laws & [not has_reference_temperature(record, given) for record in records],

@@ -163,7 +163,7 @@ def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -
         names = ", ".join(f"{table.run} ({table.mounting})" for table in tables)
         raise InputError(
             f"{len(tables)} tables and no temperature law, runs {names}; choose by run or mounting,"
-            " or calibrate at levels more than 5 degC apart, which tell the laws"
+            " or calibrate at levels more than 5 degC apart and from T0, which tell the laws"
         )
     main, *others = tables
     found = by_table(calibration, main)

@@ -161,8 +161,8 @@ def alike(stack: LevelStack) -> list[Places]:
     sides = [rise.max(axis=1) > LEAST_RISE, rise.min(axis=1) < -LEAST_RISE]
     nearest = np.abs(rise).argmin(axis=1)
     key = np.column_stack([sort, apart, course, *sides, nearest]).astype(np.float64)
-    has_laws = np.isfinite(rise).all(axis=1) & (np.ptp(rise, axis=1) >= LEAST_RISE)
-    rows = np.flatnonzero(has_laws)
+    slope = (sides[0] | sides[1]) & (np.ptp(rise, axis=1) >= LEAST_RISE)
+    rows = np.flatnonzero(np.isfinite(rise).all(axis=1) & slope)
     keys = key[rows].view(f"V{8 * key.shape[1]}")[:, 0].tolist()
     return [rows[places] for places in places_of_equals(keys)]
 
