@@ -4,6 +4,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from io import BytesIO
 
 import numpy as np
 import pandas as pd
@@ -678,3 +679,10 @@ def test_a_thread_draws_when_no_other_does():
             with pytest.raises(TimeoutError):
                 later.result(timeout=0.2)
         assert later.result() == alone
+
+
+def test_runs_at_one_level_where_no_law_reaches_are_drawn():
+    """An arrow to a run that lies where no slope was measured ended the page in an error."""
+    plan = accelcal.TumblePlan(temperatures=(21.5, 20.0, -40.0))
+    panels = accelcal.fit(accelcal.simulate(plan=plan, seed=3)).plot.temperature()
+    panels.flat[0].figure.savefig(BytesIO())

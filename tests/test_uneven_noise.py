@@ -1,5 +1,7 @@
 """Reading noise that differs by position, against the plain formulas."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -159,3 +161,26 @@ def test_laws_from_all_readings_count_it_too():
         found = getattr(of_readings.delta, part)
         assert found.standard_uncertainty == pytest.approx(expected, rel=1e-3)
         assert found.dof == pytest.approx(22.0, abs=2.0)  # of the readings at 90 and 270 deg
+
+
+def test_rounded_readings_do_not_tell_it():
+    """A last digit that changed once passed for a noisy position, and K1 had a U of NaN."""
+    quiet = accelcal.NoiseComponents(reading=1e-9, head=0.0, launch=0.0, launch_sf=0.0)
+    plan = accelcal.TumblePlan(strokes=2, temperatures=(20.0,) * 4)
+    record = accelcal.simulate(plan=plan, noise=quiet, seed=1, declare=False)
+    counts = np.round(record.output, 3)
+    counts[np.flatnonzero((record.angle == 270.0) & (record.run == 2))[0]] += 1e-3
+    found = accelcal.fit(replace(record, output=1.1e6 * counts))
+    assert not any(SAID in text for table in found.tables for text in table.warnings)
+    assert accelcal.Calibration.from_json(found.to_json()) == found
+
+
+def test_a_step_of_many_units_is_a_step():
+    """Readings in uV that come in steps of 1 mV seemed to have steps of 1 uV."""
+    plan = accelcal.TumblePlan(resolution=1e-3, temperatures=(20.0,))
+    record = accelcal.simulate(plan=plan, seed=1, declare=False)
+    counts = np.round(record.output, 3)  # free of what is beyond the digits
+    small, large = (accelcal.fit(replace(record, output=f * counts)).tables[0] for f in (1.0, 1e6))
+    for name, quantity in small.coefficients.items():
+        other = large.coefficients[name].standard_uncertainty
+        assert other == pytest.approx(1e6 * quantity.standard_uncertainty, rel=1e-6)

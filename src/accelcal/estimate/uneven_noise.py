@@ -203,12 +203,13 @@ def _uneven(
     together = told.together(mirrors)
     (told_apart,) = told.differs(FEW, _SIGNIFICANT)
     likely, clearly = together.differs(_FEW_TOGETHER, _SIGNIFICANT_TOGETHER, _SIGNIFICANT)
-    tells = is_noise(size, step, output)
     of_sizes = together.variances(size) @ mirrors.T
+    variance = np.where(told_apart[:, None], told.variances(size), of_sizes)
+    tells = is_noise(size, step, output) & (variance > 0.0).all(axis=1)  # or they are rounded
     return UnevenNoise(
         differs=tells & (told_apart | likely),
         clearly=tells & (told_apart | clearly),
-        variance=np.where(told_apart[:, None], told.variances(size), of_sizes),
+        variance=variance,
         dof=told.dof,
         of_size=np.full(len(output), np.inf) if told is own else noise.dof,
         mirrored=~told_apart,

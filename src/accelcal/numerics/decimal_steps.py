@@ -12,8 +12,11 @@ _GLANCE = 3
 _FEW = 6
 """Values that mostly tell that their differences have no common factor."""
 
-_STEPS = np.array([10.0**-digits for digits in range(13)])
-_STEPS_IN_ONE = np.array([10.0**digits for digits in range(13)])
+_DIGITS = range(-3, 13)
+"""Decimals of readings: below zero, those of a large number in a small unit."""
+
+_STEPS = np.array([10.0**-digits for digits in _DIGITS])
+_STEPS_IN_ONE = np.array([10.0**digits for digits in _DIGITS])
 
 
 def decimal_step(values: Array) -> float:
@@ -27,14 +30,14 @@ def decimal_step(values: Array) -> float:
     Returns
     -------
     float
-        The largest such step from 1 to 1e-12 that the largest value has a hundred of; 0 where there
-        is none.
+        The largest such step from 1000 to 1e-12 that the largest value has a hundred of; 0 where
+        there is none.
 
     Examples
     --------
     >>> import numpy as np
-    >>> decimal_step(np.array([1.2503, -0.71])), decimal_step(np.array([1.0 / 3.0]))
-    (0.0001, 0.0)
+    >>> [decimal_step(np.array(values)) for values in ([1.2503, -0.71], [1.3e6, 1e3], [1.0 / 3.0])]
+    [0.0001, 1000.0, 0.0]
     """
     return float(decimal_steps(values.reshape(1, -1))[0])
 
@@ -50,8 +53,8 @@ def decimal_steps(values: Array) -> Array:
     Returns
     -------
     ndarray, shape (T,)
-        The largest such step from 1 to 1e-12 that the largest value has a hundred of; 0 where there
-        is none.
+        The largest such step from 1000 to 1e-12 that the largest value has a hundred of; 0 where
+        there is none.
 
     Examples
     --------

@@ -187,7 +187,8 @@ def _law(calibration: Calibration, name: str, at: Array) -> tuple[Array, Array] 
 
 def _arrows(ax: Axes, points: _Points, factor: float) -> None:
     """Lead from run to run, so that heating and cooling can be told apart."""
-    x, y = points.temperature, factor * points.value
+    known = np.isfinite(points.value)  # matplotlib draws no arrow that begins or ends at NaN
+    x, y = points.temperature[known], factor * points.value[known]
     if x.size > _MOST_ARROWS:
         return
     for i in range(x.size - 1):
