@@ -196,3 +196,12 @@ def test_of_a_calibration_without_covariance_each_uncertainty_counts():
     for name in ("bias", "scale_factor", "misalignment"):
         one, two = (getattr(each, name).standard_uncertainty for each in (found, own))
         assert 0.8 * two < one < 2.0 * two
+
+
+def test_a_record_is_compared_with_a_calibration_that_fits_it_exactly():
+    """Without any disagreement, its shares ended in an error of Python."""
+    plan = accelcal.TumblePlan(positions=4, strokes=1, temperatures=(20.0,), resolution=1e-3)
+    record = accelcal.simulate(plan=plan, seed=0, declare=False)
+    record = replace(record, std=np.full(record.output.size, 1e-6))
+    found = accelcal.compare(accelcal.fit(record), record)
+    assert "Simulation and measurement agree" in str(found)

@@ -25,7 +25,7 @@ def shares(seen: Array, blocks: Sequence[Block], single: Sequence[float]) -> tup
     A single chance is that of a factor alone, see `accelcal.discovery.new_record.chances`, from
     which those of Holm are made. What the shares leave of 1 is the repeatability.
     """
-    total = float(seen @ seen)
+    total = float(seen @ seen) or 1.0  # without any disagreement all shares are 0
     return tuple(
         Share(block.factor, squares_in(block.basis, seen) / total, p)
         for block, p in zip(blocks, _holm(single), strict=True)
