@@ -38,9 +38,9 @@ def spoilt(rows, place, **cells):
     return [*rows[:place], ",".join((old | cells).values()), *rows[place + 1 :]]
 
 
-def frames_alike(found, expected):
+def frames_alike(found, expected, *but):
     for one, other in zip(found, expected, strict=True):
-        aside = [name for name in ("line", "sha256") if name in one]
+        aside = [name for name in ("line", "sha256", *but) if name in one]
         pd.testing.assert_frame_equal(one.drop(columns=aside), other.drop(columns=aside))
 
 
@@ -120,9 +120,22 @@ def test_a_row_without_a_serial_is_a_fault_of_its_own(tmp_path, monkeypatch, lar
         monkeypatch.setattr(parts, "PART", 1500)
     found = accelcal.batch(write(tmp_path / "a.csv", spoilt(rows, place, serial="")))
     assert len(found.tables) == len(SERIALS)
-    frames_alike(found[:2], expected[:2])
+    frames_alike(found[:2], expected[:2], "notes")
     told = f"{tmp_path / 'a.csv'}:{place + 3}: serial is empty; write the serial in every row"
     assert found.errors["message"].tolist() == [told]
+    note = f"1 row was left out (line {place + 3}) whose serial is empty"
+    assert note in found.tables["notes"].tolist()
+
+
+def test_rows_without_a_serial_are_counted_in_the_error_and_in_every_record(tmp_path):
+    rows = good_rows()
+    for place in (3, 40, 41):
+        rows = spoilt(rows, place, serial="")
+    found = accelcal.batch(write(tmp_path / "a.csv", rows))
+    (told,) = found.errors["message"]
+    assert told.startswith(f"{tmp_path / 'a.csv'}:6: serial is empty in 3 rows (lines 6, 43, 44);")
+    note = "3 rows were left out (lines 6, 43, 44) whose serial is empty"
+    assert found.tables["notes"].tolist() == [note] * len(SERIALS)
 
 
 def semicolons(rows):
@@ -220,20 +233,27 @@ def test_a_faulty_cell_costs_its_serial_alone_among_those_of_its_sheet(tmp_path)
     assert found.errors["message"].str.contains("#S04 S05:5: position").tolist() == [True]
 
 
-@pytest.mark.parametrize(
-    "sheets",
-    [
-        ({"1": ROWS_OF["S00"], "2": ROWS_OF["S01"]}, "A"),
-        ({"1": ROWS_OF["S00"] + ROWS_OF["S01"], "2": ROWS_OF["S01"]}, ""),
-    ],
-    ids=["one unit", "a unit in both"],
-)
-def test_a_fault_costs_all_sheets_where_units_are_in_several(tmp_path, sheets):
-    sheets, declared = sheets
-    sheets = sheets | {"2": spoilt(sheets["2"], 3, output="OL")}
-    found = accelcal.batch(book_of(tmp_path / "a.xlsx", sheets, declared))
+def test_a_fault_costs_all_sheets_where_all_are_of_one_unit(tmp_path):
+    sheets = {"1": ROWS_OF["S00"], "2": spoilt(ROWS_OF["S01"], 3, output="OL")}
+    found = accelcal.batch(book_of(tmp_path / "a.xlsx", sheets, "A"))
     assert found.tables.empty
     assert found.errors["message"].str.contains("#2:").tolist() == [True]
+
+
+def warmed(rows):
+    return [row.replace(",20.0,", ",60.0,") for row in rows]
+
+
+def test_a_faulty_cell_costs_its_serial_alone_where_units_are_in_several_sheets(tmp_path):
+    first = [row for serial in SERIALS[:3] for row in ROWS_OF[serial]]
+    second = ROWS_OF["S01"] + ROWS_OF["S02"]
+    left = {"1": [r for r in first if "S01" not in r], "2": warmed(ROWS_OF["S02"])}
+    expected = accelcal.batch(book_of(tmp_path / "a.xlsx", left))
+    sheets = {"1": first, "2": warmed(spoilt(second, 3, output="OL"))}
+    found = accelcal.batch(book_of(tmp_path / "a.xlsx", sheets))
+    frames_alike(found[:2], expected[:2])
+    assert found.tables["serial"].tolist() == ["S00", "S02", "S02"]
+    assert found.errors["message"].str.contains("#2:5: output 'OL'").tolist() == [True]
 
 
 def test_all_serials_faulty_is_one_error(tmp_path):

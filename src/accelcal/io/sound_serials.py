@@ -1,22 +1,24 @@
 """A table of many accelerometers of which some are faulty: the others, as if those were not there.
 
 A serial whose rows cannot be read alone is faulty. What is left without such serials is read as one
-table; where that fails too, or nothing is left, the fault is one of the table. So each sheet of a
-workbook is read, if no serial is in two of them.
+table; where that fails too, or nothing is left, the fault is one of the table. The rows of a serial
+may be in several sheets of a workbook.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from typing import NamedTuple
 
 from accelcal.errors import TableError
 from accelcal.io.files.text import Source, SourceText, read_texts
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.tables import layout_of, read_tables, survey_text
+from accelcal.io.tables import Sheet, layout_of, read_tables, survey_sheets, survey_text
 from accelcal.io.values.cells import written_otherwise
+from accelcal.io.words.wording import lines_named, were
 from accelcal.record import TumbleRecord
 
 
@@ -68,41 +70,21 @@ def read_sound(source: Source, overrides: Mapping[str, object]) -> SoundSerials:
     try:
         return SoundSerials(read_tables(source, overrides=overrides))
     except TableError as error:
-        if not isinstance(source, str) and hasattr(source, "seek"):
-            source.seek(0)
-        texts = read_texts(source)
         if overrides.get("serial") is not None:
             raise
-        layouts = [layout_of(text) for text in texts]
-        if len(texts) == 1:
-            found = [_without_faulty(texts[0], layouts[0], overrides, error)]
-        else:
-            found = [sound_serials(*sheet, overrides) for sheet in _apart(texts, layouts)]
-        records = tuple(record for own in found for record in own.records)
-        if not records:
+        if not isinstance(source, str) and hasattr(source, "seek"):
+            source.seek(0)
+        sheets = [Sheet(text, layout_of(text)) for text in read_texts(source)]
+        found = _without_faulty(sheets, overrides, error)
+        if not found.records:
             raise
-        return SoundSerials(records, tuple(fault for own in found for fault in own.faults))
-
-
-def _apart(
-    texts: Sequence[SourceText], sheets: Sequence[Layout]
-) -> Sequence[tuple[SourceText, Layout]]:
-    """Sheets of a workbook with the same columns and serials of its own in each, or none."""
-    serials = [[*_rows_of_serials(sheet)] or _declared_serial(sheet) for sheet in sheets]
-    every = [*chain.from_iterable(serials)]
-    same = len({(sheet.headings, sheet.separator) for sheet in sheets}) == 1
-    are_apart = same and all(serials) and len(set(every)) == len(every)
-    return list(zip(texts, sheets, strict=True)) if are_apart else []
-
-
-def _declared_serial(layout: Layout) -> list[str]:
-    return [layout.declared["serial"].value] if "serial" in layout.declared else []
+        return found
 
 
 def sound_serials(
     text: SourceText, layout: Layout, overrides: Mapping[str, object]
 ) -> SoundSerials:
-    """Read the accelerometers of one text or of a part of it, see `read_sound`.
+    """Read the accelerometers of a part of a text, see `read_sound`.
 
     Parameters
     ----------
@@ -121,66 +103,107 @@ def sound_serials(
     try:
         return SoundSerials(survey_text(text, overrides, layout)[1])
     except TableError as error:
-        return _without_faulty(text, layout, overrides, error)
+        return _without_faulty([Sheet(text, layout)], overrides, error)
 
 
 def _without_faulty(
-    text: SourceText, layout: Layout, overrides: Mapping[str, object], error: TableError
+    sheets: Sequence[Sheet], overrides: Mapping[str, object], error: TableError
 ) -> SoundSerials:
-    rows = _rows_of_serials(layout)
-    told = {name: _fault(text, overrides, name, _some(layout, own)) for name, own in rows.items()}
+    rows = _rows_of_serials(sheets)
+    told = {name: _fault(_some(sheets, own), overrides, name) for name, own in rows.items()}
     sound = [rows[name] for name, fault in told.items() if fault is None]
     if not sound or len(sound) == len(rows):
         return SoundSerials((), (error,))
     try:
-        left = _some(layout, sorted(chain.from_iterable(sound)))
-        records = survey_text(text, overrides, left)[1]
+        left = _some(sheets, sorted(chain.from_iterable(sound)))
+        records = survey_sheets(left, overrides)[1]
     except TableError:
         return SoundSerials((), (error,))
-    first = {name for name, own in rows.items() if error.line in {layout.lines[i] for i in own}}
+    place = (error.source, error.line)
+    first = {name for name, own in rows.items() if name and place in _places(sheets, own)}
     faults = (error if name in first else fault for name, fault in told.items() if fault)
-    return SoundSerials(records, tuple(faults))
+    return SoundSerials(_noting(records, sheets, rows.get("", ())), tuple(faults))
+
+
+def _noting(
+    records: Sequence[TumbleRecord], sheets: Sequence[Sheet], unnamed: Sequence[Row]
+) -> tuple[TumbleRecord, ...]:
+    """Say in every record that rows were left out that may be its own."""
+    if not unnamed:
+        return tuple(records)
+    lines = [line for _, line in _places(sheets, unnamed)]
+    note = f"{were(lines, 'row')} left out ({lines_named(lines)}) whose serial is empty"
+    return tuple(replace(own, notes=(*own.notes, note)) for own in records)
 
 
 def _fault(
-    text: SourceText, overrides: Mapping[str, object], serial: str, layout: Layout
+    sheets: Sequence[Sheet], overrides: Mapping[str, object], serial: str
 ) -> TableError | None:
     """Why a serial cannot be read alone, if it cannot."""
     if not serial:
-        problem, remedy = "serial is empty", "write the serial in every row"
-        return TableError(problem, remedy, source=layout.source, line=layout.lines[0])
+        lines = [line for sheet in sheets for line in sheet.layout.lines]
+        more = f" in {len(lines)} rows ({lines_named(lines)})" if len(lines) > 1 else ""
+        problem, remedy = f"serial is empty{more}", "write the serial in every row"
+        return TableError(problem, remedy, source=sheets[0].layout.source, line=lines[0])
     try:
-        survey_text(text, overrides, layout)
+        survey_sheets(sheets, overrides)
     except TableError as error:
         return error
     return None
 
 
-def _some(layout: Layout, rows: Sequence[int]) -> Layout:
-    """A table of some rows alone."""
+Row = tuple[int, int]
+"""Places of a sheet, and of a row in it."""
+
+
+def _some(sheets: Sequence[Sheet], rows: Sequence[Row]) -> list[Sheet]:
+    """The sheets that have some rows, with these alone."""
+    kept = [(sheet, [row for at, row in rows if at == place]) for place, sheet in enumerate(sheets)]
+    return [Sheet(sheet.text, _rows_alone(sheet.layout, own)) for sheet, own in kept if own]
+
+
+def _rows_alone(layout: Layout, rows: Sequence[int]) -> Layout:
     lines = [layout.lines[i] for i in rows]
     return layout._replace(rows=[layout.rows[i] for i in rows], lines=lines)
 
 
-def _rows_of_serials(layout: Layout) -> dict[str, list[int]]:
+def _places(sheets: Sequence[Sheet], rows: Sequence[Row]) -> list[tuple[str, int]]:
+    """Source and line of each row."""
+    layouts = [sheet.layout for sheet in sheets]
+    return [(layouts[at].source, layouts[at].lines[row]) for at, row in rows]
+
+
+def _rows_of_serials(sheets: Sequence[Sheet]) -> dict[str, list[Row]]:
     """Places of the rows of each serial; nothing where it is not sure whose a row is.
 
     Rows without a serial are some of their own, where each serial has more. A row that has not as
     many cells as most have tells its serial in the first column alone, and only one that whole rows
     have too: separators are wrong in it.
     """
-    roles = [heading.role for heading in layout.headings]
-    if "serial" not in roles:
-        return {}
-    column = roles.index("serial")
-    table = [split_line(row, layout.separator) for row in layout.rows]
-    usual = Counter(map(len, table)).most_common(1)[0][0]
-    odd = {place for place, cells in enumerate(table) if len(cells) != usual}
-    rows: dict[str, list[int]] = {}
-    for place, cells in enumerate(table):
-        rows.setdefault("".join(cells[column : column + 1]), []).append(place)
+    rows: dict[str, list[Row]] = {}
+    odd: set[Row] = set()
+    for at, sheet in enumerate(sheets):
+        own, others = _serials_of_rows(sheet.layout)
+        if own is None:
+            return {}
+        odd |= {(at, place) for place in others}
+        for place, serial in enumerate(own):
+            rows.setdefault(serial, []).append((at, place))
     alone = any(odd.issuperset(own) for own in rows.values())
     fewest = min((len(own) for name, own in rows.items() if name), default=0)
     unnamed = len(rows.get("", ())) >= fewest
-    unsure = unnamed or alone or (odd and column > 0) or written_otherwise(rows)
-    return {} if unsure else rows
+    return {} if unnamed or alone or written_otherwise(rows) else rows
+
+
+def _serials_of_rows(layout: Layout) -> tuple[Sequence[str] | None, Sequence[int]]:
+    """Serial of each row of a sheet, None where it is not sure; and rows of an odd length."""
+    roles = [heading.role for heading in layout.headings]
+    if "serial" not in roles:
+        declared = layout.declared.get("serial")
+        return (declared and [declared.value] * len(layout.rows)), ()
+    column = roles.index("serial")
+    table = [split_line(row, layout.separator) for row in layout.rows]
+    usual = Counter(map(len, table)).most_common(1)[0][0]
+    odd = [place for place, cells in enumerate(table) if len(cells) != usual]
+    serials = ["".join(cells[column : column + 1]) for cells in table]
+    return (None if odd and column > 0 else serials), odd

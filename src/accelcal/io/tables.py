@@ -2,28 +2,21 @@
 
 A table is read in steps, each in a module of its own: bytes to text (`text`), header lines,
 headings and rows (`layout`), columns (`columns`, `engines`), cells (`cells`), readings
-(`readings`), declarations (`declarations`), and here the records.
+(`readings`), declarations (`declarations`), records (`records`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
-from accelcal.arrays import Array, Ints
-from accelcal.dates import date_of
-from accelcal.errors import TableError, located
+from accelcal.errors import TableError
 from accelcal.io.columns import CONSTANTS, Table, choose_columns
 from accelcal.io.declarations import (
-    Declarations,
     declarations,
     declared_by_caller,
-    notes_of_serial,
 )
 from accelcal.io.engines import Engine, by_an_engine
 from accelcal.io.files.text import Source, SourceText, read_texts
@@ -37,31 +30,21 @@ from accelcal.io.layout.output_unit import (
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.layout.units_below import with_units_below
 from accelcal.io.readings import (
-    Readings,
-    notes_of_clock,
     notes_of_midnight,
-    notes_of_pace,
     notes_of_turn,
     read_readings,
 )
-from accelcal.io.repeats import without_repeats
-from accelcal.io.runs import runs_of
+from accelcal.io.records import records_of
 from accelcal.io.sheets import one_table, require_same_columns, with_temperature_of_sheet
 from accelcal.io.strokes import with_cycles
-from accelcal.io.values.lots import lot_of_column
 from accelcal.io.values.places import notes_of_minutes
 from accelcal.io.values.thousands import notes_of_thousands
-from accelcal.io.words.wording import lines_named, were
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
-from accelcal.serials import notes_of_alike
 
 __all__ = ["TableForm", "read_table", "read_tables", "survey", "survey_text"]
 
 ONE_AT_A_TIME = "read them by read_tables, or give one accelerometer at a time"
-
-_NEEDED = ("output", "angle", "temperature", "stroke", "mounting", "position")
-_OPTIONAL = ("clamping", "std", "count", "line")
 
 
 class TableForm(NamedTuple):
@@ -95,6 +78,21 @@ class TableForm(NamedTuple):
 
 
 Survey = tuple[TableForm, tuple[TumbleRecord, ...]]
+
+
+class Sheet(NamedTuple):
+    """Text of a table, or of a sheet that has one, and its rows.
+
+    Attributes
+    ----------
+    text : SourceText
+        The text.
+    layout : Layout
+        What `layout_of` makes of it, or some of its rows.
+    """
+
+    text: SourceText
+    layout: Layout
 
 
 def read_tables(
@@ -196,29 +194,49 @@ def survey(source: Source, *, overrides: Mapping[str, object] | None = None) -> 
         If the table is unusable.
     """
     given = declared_by_caller(overrides)
-    first, *others = read_texts(source)
-    return _survey_sheets((first, *others), given) if others else survey_text(first, given)
+    return survey_sheets([Sheet(text, layout_of(text)) for text in read_texts(source)], given)
 
 
-def _survey_sheets(sheets: Sequence[SourceText], overrides: Mapping[str, object]) -> Survey:
-    """Read sheets: accelerometers, each of its own, or parts of one table."""
-    layouts = [layout_of(sheet) for sheet in sheets]
-    found = [_survey(*sheet, overrides) for sheet in zip(sheets, layouts, strict=True)]
+def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> Survey:
+    """Read sheets: accelerometers, each of its own, or parts of one table.
+
+    Parameters
+    ----------
+    sheets : sequence of Sheet
+        One or more; one alone may be any table.
+    overrides : mapping of str to object
+        As for `read_tables`.
+
+    Returns
+    -------
+    tuple
+        As of `survey`.
+
+    Raises
+    ------
+    TableError
+        If the table is unusable.
+    """
+    found = [_survey(*sheet, overrides) for sheet in sheets]
+    if len(sheets) == 1:
+        return found[0]
+    layouts = [sheet.layout for sheet in sheets]
     require_same_columns(layouts)
     records = tuple(record for _, records in found for record in records)
     if len({record.serial for record in records} - {None}) == len(records):
         return found[0][0], records
-    name = sheets[0].name.removesuffix(f"#{sheets[0].sheet}")
-    names = ", ".join(shown(sheet.sheet) for sheet in sheets)
+    texts = [sheet.text for sheet in sheets]
+    name = texts[0].name.removesuffix(f"#{texts[0].sheet}")
+    names = ", ".join(shown(text.sheet) for text in texts)
     table = one_table(layouts, name)
-    notes = dict.fromkeys(note for sheet in sheets for note in sheet.notes)
-    text = sheets[0]._replace(notes=(f"the sheets {names} are read as one table", *notes))
+    notes = dict.fromkeys(note for text in texts for note in text.notes)
+    text = texts[0]._replace(notes=(f"the sheets {names} are read as one table", *notes))
     try:
         return found[0][0], _survey(text, table, overrides)[1]
     except TableError as error:
         problem = f"the sheets {names} are not one table: {error.problem}"
         remedy = "tell them apart by lines '# run: ...' or '# serial: ...', or name one, as"
-        remedy = f"{remedy} {sheets[0].name}"
+        remedy = f"{remedy} {texts[0].name}"
         raise TableError(problem, remedy, source=name) from None
 
 
@@ -291,7 +309,7 @@ def _read_by(
     )
     common = {**declared.record, "source": layout.source, "notes": notes}
     common |= {"sha256": text.sha256, "date": overrides.get("date") or table.date or common["date"]}
-    return _form(text, layout, table), _records(layout, readings, declared, common)
+    return _form(text, layout, table), records_of(layout, readings, declared, common)
 
 
 def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
@@ -312,86 +330,3 @@ def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
         columns=columns,
         set_aside=table.aside,
     )
-
-
-def _records(
-    layout: Layout, readings: Readings, declared: Declarations, common: dict[str, Any]
-) -> Iterator[TumbleRecord]:
-    serials = _serials(layout, readings, common["serial"])
-    header = layout.declared.get("serial")
-    written = readings.serials or ((header.value,) if header else ())
-    notes = [note for own in written for note in notes_of_serial(common["serial"], own)]
-    notes += notes_of_alike(readings.serials)
-    common |= {"notes": (*common["notes"], *notes)}
-    for serial, chosen in zip(serials, readings.of_each_serial(), strict=True):
-        if chosen.output.size == 0:
-            problem = f"serial {shown(str(serial))} has no output that is not missing"
-            remedy = "write its outputs or delete its rows"
-            raise TableError(problem, remedy, source=layout.source, line=int(chosen.missing[0]))
-        yield _record(chosen, declared, common | {"serial": serial})
-
-
-def _serials(layout: Layout, readings: Readings, declared: str | None) -> tuple[str | None, ...]:
-    names = readings.serials
-    if not names or declared is None or names == (declared,):
-        return names or (declared,)
-    header = layout.declared.get("serial")
-    if len(names) > 1 or (header and header.value == declared):
-        problem = f"serial {shown(', '.join(names))} in the table, but {shown(declared)} declared"
-        remedy = "leave the column or the declaration out"
-        raise layout.refuse(problem, remedy)
-    return (declared,)
-
-
-def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) -> TumbleRecord:
-    runs = runs_of(readings, declared.runs)
-    kept = without_repeats(readings, runs.index)
-    notes = [*common["notes"], *runs.notes]
-    if readings.missing.size:
-        notes.append(_left_out(readings.missing, "missing reading"))
-    if not kept.all():
-        notes.append(_left_out(readings.line[~kept], "repeated reading"))
-    readings = readings.select(kept)
-    notes += (*notes_of_pace(readings.time), *notes_of_clock(readings))
-    _require_change(readings)
-    time, start = _seconds(readings.time, common["date"])
-    days = _days(readings.day) if common["date"] is None else []
-    if len(days) > 1:
-        notes.append(f"the readings are of {len(days)} days: the test counts as of {days[0]}")
-    values = (
-        common
-        | {"date": days[0] if days else common["date"]}
-        | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
-    )
-    lot, more = lot_of_column(readings.lot, declared.metadata)
-    values |= {"notes": (*notes, *more), "metadata": {**declared.metadata, **lot, **start}}
-    values |= {"run": runs.index[kept], "run_labels": runs.labels, "time": time}
-    return located(lambda: TumbleRecord(**values), source=common["source"])
-
-
-def _left_out(lines: Ints, what: str) -> str:
-    return f"{were(lines, what)} left out ({lines_named(lines)})"
-
-
-def _require_change(readings: Readings) -> None:
-    if readings.output.size > 1 and (readings.output == readings.output[0]).all():
-        problem = f"all {readings.output.size} outputs are {readings.output[0]:g}"
-        remedy = "check the voltmeter and the output column; the output changes with the angle"
-        raise readings.refuse(0, problem, remedy)
-
-
-def _days(day: NDArray[np.datetime64] | None) -> list[str]:
-    """Days of the readings in their order; none where the times have no days."""
-    return [] if day is None else [str(own) for own in np.unique(day)]
-
-
-def _seconds(time: NDArray[Any] | None, date: str | None) -> tuple[Array | None, dict[str, str]]:
-    """Times in seconds, and the start where the table gives dates."""
-    if time is None or time.dtype.kind == "f":
-        return time, {}
-    start = time[0]
-    if time.dtype.kind == "m":
-        day = date_of(date or "")
-        start = None if day is None else np.datetime64(day.date()) + start
-    since = (time - time[0]) / np.timedelta64(1, "s")
-    return since, {} if start is None else {"start": str(start)}

@@ -1,0 +1,132 @@
+"""From the readings of a table to records: one for each serial number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accelcal.arguments.kinds import shown
+from accelcal.arrays import Array, Ints
+from accelcal.dates import date_of
+from accelcal.errors import TableError, located
+from accelcal.io.declarations import Declarations, notes_of_serial
+from accelcal.io.layout.parts import Layout
+from accelcal.io.readings import Readings, notes_of_clock, notes_of_pace
+from accelcal.io.repeats import without_repeats
+from accelcal.io.runs import runs_of
+from accelcal.io.values.lots import lot_of_column
+from accelcal.io.words.wording import lines_named, were
+from accelcal.record import TumbleRecord
+from accelcal.serials import notes_of_alike
+
+_NEEDED = ("output", "angle", "temperature", "stroke", "mounting", "position")
+_OPTIONAL = ("clamping", "std", "count", "line")
+
+
+def records_of(
+    layout: Layout, readings: Readings, declared: Declarations, common: dict[str, Any]
+) -> Iterator[TumbleRecord]:
+    """Make the records of a table.
+
+    Parameters
+    ----------
+    layout : Layout
+        The table.
+    readings : Readings
+        Its readings.
+    declared : Declarations
+        What is declared.
+    common : dict
+        What all records have in common, by the names of `TumbleRecord`.
+
+    Yields
+    ------
+    TumbleRecord
+        A record for each serial number, in the order of the file.
+
+    Raises
+    ------
+    TableError
+        If one of them has no output, or outputs that are all the same.
+    """
+    serials = _serials(layout, readings, common["serial"])
+    header = layout.declared.get("serial")
+    written = readings.serials or ((header.value,) if header else ())
+    notes = [note for own in written for note in notes_of_serial(common["serial"], own)]
+    notes += notes_of_alike(readings.serials)
+    common |= {"notes": (*common["notes"], *notes)}
+    for serial, chosen in zip(serials, readings.of_each_serial(), strict=True):
+        if chosen.output.size == 0:
+            problem = f"serial {shown(str(serial))} has no output that is not missing"
+            remedy = "write its outputs or delete its rows"
+            raise TableError(problem, remedy, source=layout.source, line=int(chosen.missing[0]))
+        yield _record(chosen, declared, common | {"serial": serial})
+
+
+def _serials(layout: Layout, readings: Readings, declared: str | None) -> tuple[str | None, ...]:
+    names = readings.serials
+    if not names or declared is None or names == (declared,):
+        return names or (declared,)
+    header = layout.declared.get("serial")
+    if len(names) > 1 or (header and header.value == declared):
+        problem = f"serial {shown(', '.join(names))} in the table, but {shown(declared)} declared"
+        remedy = "leave the column or the declaration out"
+        raise layout.refuse(problem, remedy)
+    return (declared,)
+
+
+def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) -> TumbleRecord:
+    runs = runs_of(readings, declared.runs)
+    kept = without_repeats(readings, runs.index)
+    notes = [*common["notes"], *runs.notes]
+    if readings.missing.size:
+        notes.append(_left_out(readings.missing, "missing reading"))
+    if not kept.all():
+        notes.append(_left_out(readings.line[~kept], "repeated reading"))
+    readings = readings.select(kept)
+    notes += (*notes_of_pace(readings.time), *notes_of_clock(readings))
+    _require_change(readings)
+    time, start = _seconds(readings.time, common["date"])
+    days = _days(readings.day) if common["date"] is None else []
+    if len(days) > 1:
+        notes.append(f"the readings are of {len(days)} days: the test counts as of {days[0]}")
+    values = (
+        common
+        | {"date": days[0] if days else common["date"]}
+        | {name: getattr(readings, name) for name in (*_NEEDED, *_OPTIONAL)}
+    )
+    lot, more = lot_of_column(readings.lot, declared.metadata)
+    values |= {"notes": (*notes, *more), "metadata": {**declared.metadata, **lot, **start}}
+    values |= {"run": runs.index[kept], "run_labels": runs.labels, "time": time}
+    return located(lambda: TumbleRecord(**values), source=common["source"])
+
+
+def _left_out(lines: Ints, what: str) -> str:
+    return f"{were(lines, what)} left out ({lines_named(lines)})"
+
+
+def _require_change(readings: Readings) -> None:
+    if readings.output.size > 1 and (readings.output == readings.output[0]).all():
+        problem = f"all {readings.output.size} outputs are {readings.output[0]:g}"
+        remedy = "check the voltmeter and the output column; the output changes with the angle"
+        raise readings.refuse(0, problem, remedy)
+
+
+def _days(day: NDArray[np.datetime64] | None) -> list[str]:
+    """Days of the readings in their order; none where the times have no days."""
+    return [] if day is None else [str(own) for own in np.unique(day)]
+
+
+def _seconds(time: NDArray[Any] | None, date: str | None) -> tuple[Array | None, dict[str, str]]:
+    """Times in seconds, and the start where the table gives dates."""
+    if time is None or time.dtype.kind == "f":
+        return time, {}
+    start = time[0]
+    if time.dtype.kind == "m":
+        day = date_of(date or "")
+        start = None if day is None else np.datetime64(day.date()) + start
+    since = (time - time[0]) / np.timedelta64(1, "s")
+    return since, {} if start is None else {"start": str(start)}
