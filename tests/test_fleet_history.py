@@ -323,3 +323,11 @@ def test_the_picture_names_units_without_doubt_first():
     assert "SURE" in names
     assert doubtful == sorted(doubtful)
     assert any(doubtful)
+
+
+def test_tests_without_a_date_are_counted(frame):
+    odd = unit("UNDATED", np.random.default_rng(3), 3).assign(date=[None, None, "2020-01-31"])
+    found = accelcal.fleet_history(pd.concat([frame, odd]))
+    (undated,) = (own for own in found.units if own.serial == "UNDATED")
+    assert (undated.calibrations, undated.last) == (3, "2020-01-31")
+    assert not undated.trends

@@ -186,7 +186,9 @@ def _alone(
     try:
         history, remarks = judged_history(entries, None, mounting, temperature, alpha)
     except InputError as error:
-        return UnitOfFleet(serial, len(days), first, last, notes=(str(error),))
+        undated = {entry.test for entry in entries if year(entry.date) is None}
+        count = len(days) + len(undated)
+        return UnitOfFleet(serial, count, first, last, notes=(str(error),))
     return UnitOfFleet(
         serial=serial,
         calibrations=len(history.trends[0].points),

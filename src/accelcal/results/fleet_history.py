@@ -59,7 +59,8 @@ class UnitOfFleet(StoredPart):
     serial : str
         Serial number.
     calibrations : int
-        Calibrations that are compared; of a unit that cannot be judged, all dates.
+        Calibrations that are compared; of a unit that cannot be judged, all dates and all tests
+        without a date.
     first, last : str or None
         Dates of its first and last calibration, compared or not, ISO 8601; None where none can be
         read.
