@@ -2216,10 +2216,11 @@ def test_commas_of_a_value_above_a_table_with_commas(row, date):
     assert read(f"{row}\n{long_table()}").date == date
 
 
-def test_a_decimal_comma_above_a_table_with_commas_is_refused():
+@pytest.mark.parametrize("mark", [",", ";"])
+def test_a_decimal_comma_above_a_table_without_one(mark):
     """20,5 was 20 with no other word than that text was set aside."""
-    with pytest.raises(TableError, match="temperature '20,5' does not fit the decimal mark"):
-        read("Temperature: 20,5\nposition,stroke,output\n1,1,1.3\n3,1,0.0\n5,1,-1.3\n")
+    rows = "position,stroke,output\n1,1,1\n3,1,0\n5,1,-1\n".replace(",", mark)
+    assert read(f"Temperature: 20,5\n{rows}").temperature[0] == 20.5
 
 
 @pytest.mark.parametrize(
@@ -2269,3 +2270,23 @@ def test_a_time_of_day_behind_a_comma_is_no_declaration():
 def test_a_unit_behind_a_comma_and_any_minus_above_a_table(line, minus, separator):
     table = "position;stroke;output\n1;1;1.3\n3;1;0.0\n5;1;-1.3\n".replace(";", separator)
     assert read(f"{line.format(minus)}\n{table}").temperature[0] == -40.0
+
+
+@pytest.mark.parametrize("mark", [" ", "\u00a0", "\u202f", "'", "\u2019"])
+@pytest.mark.parametrize("decimal", ".,")
+def test_blanks_and_apostrophes_between_thousands(mark, decimal):
+    cells = [cell.replace(" ", mark).replace(".", decimal) for cell in ("1 350 204.25", "-1 204")]
+    record = read(f"T;J;k;Y [uV]\n20;1;1;{cells[0]}\n20;5;1;{cells[1]}\n")
+    assert record.output.tolist() == [1350204.25, -1204.0]
+
+
+def test_a_missing_reading_does_not_hide_thousands_marks():
+    """822,572 counts were 822.572, as a cell was NaN."""
+    table = "T;J;k;Y [counts]\n20;1;1;822,572\n20;2;1;601,118\n20;3;1;-58\n20;4;1;NaN\n"
+    with pytest.raises(TableError, match="one of numbers without decimals or with three"):
+        read(f"{table}20;5;1;-822,706\n")
+
+
+def test_a_unit_in_the_cells_may_be_written_otherwise_in_the_heading():
+    table = "T [degC];J;k;Y\n20 °C;1;1;1.35\n20 °C;5;1;-1.34\n"
+    assert read(table).temperature.tolist() == [20.0, 20.0]

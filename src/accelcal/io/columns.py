@@ -316,7 +316,8 @@ def _constants(layout: Layout, decimal: str, across: str) -> dict[str, Column]:
         if name in layout.declared and name != across:
             value, line, source = layout.declared[name]
             lines = np.full(size, line)
-            columns[name] = Column(name, name, None, [value] * size, lines, source, decimal)
+            own = decimal if decimal in value else "," if "," in value else "."
+            columns[name] = Column(name, name, None, [value] * size, lines, source, own)
             if name in NUMERIC:
                 columns[name] = columns[name].without_unit()
     return columns

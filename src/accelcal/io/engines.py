@@ -17,8 +17,9 @@ import numpy as np
 from accelcal.errors import TableError
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.values.cells import MISSING, Column
+from accelcal.io.values.cells import Column
 from accelcal.io.values.sexagesimal import in_degrees
+from accelcal.io.words.signs import MISSING
 from accelcal.io.words.vocabulary import ACROSS
 from accelcal.plural import counted
 

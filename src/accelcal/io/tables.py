@@ -20,6 +20,7 @@ from accelcal.io.declarations import (
 )
 from accelcal.io.engines import Engine, by_an_engine
 from accelcal.io.files.text import Source, SourceText, read_texts
+from accelcal.io.layout.merged_cells import with_merged_cells
 from accelcal.io.layout.output_columns import with_channels, with_lone_output
 from accelcal.io.layout.output_unit import (
     factor_of_std,
@@ -28,6 +29,8 @@ from accelcal.io.layout.output_unit import (
     units_written,
 )
 from accelcal.io.layout.parts import Layout, read_layout
+from accelcal.io.layout.remarks import without_remarks
+from accelcal.io.layout.several_blocks import with_blocks_below, without_repeated_headings
 from accelcal.io.layout.units_below import with_units_below
 from accelcal.io.readings import (
     notes_of_midnight,
@@ -275,7 +278,9 @@ def layout_of(text: SourceText) -> Layout:
     TableError
         If it has no headings or no rows.
     """
-    layout = with_cycles(with_units_below(read_layout(text)))
+    layout = without_repeated_headings(without_remarks(read_layout(text)))
+    layout = with_blocks_below(with_units_below(layout))
+    layout = with_cycles(with_merged_cells(layout))
     return with_temperature_of_sheet(layout, text.sheet)
 
 

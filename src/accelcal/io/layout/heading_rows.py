@@ -41,6 +41,8 @@ _PLACES = frozenset({"position", "positions", "angle", "angles"})
 """Roles that tell where the head stood, so that minutes are those of a time."""
 
 _WORDS = re.compile(r"[^\W\d_]+|[0-9]{1,6}")
+_COUNTERS = ("no", "nr")
+"""Words before a number that say nothing else."""
 _STROKES = {**dict.fromkeys(FORWARD, 1), **dict.fromkeys(BACK, 2)}
 """Word of a direction -> the stroke that it is, of two."""
 _DIRECTIONS = frozenset(word for word in _STROKES if word.isalpha() and len(word) > 1)
@@ -240,7 +242,7 @@ def _way(text: str) -> _Way | None:
     if not tells_direction(text):
         return None
     name, unit = name_and_unit(text, is_output_unit)
-    words = _WORDS.findall(name.casefold())
+    words = [word for word in _WORDS.findall(name.casefold()) if word not in _COUNTERS]
     told = [_STROKES[word] for word in words if word in _DIRECTIONS]
     numbers = [int(word) for word in words if word.isdecimal()]
     if len(told) != 1 or len(numbers) > 1 or len(words) > len(told + numbers) + 1:

@@ -263,10 +263,11 @@ def _joined(lines: list[str], start: int, end: int, separator: str | None) -> _H
 def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Headings | None:
     """Headings that a line holds, split by the separator that gives the most known words.
 
-    Blanks are one only where no other gives headings: they stand within headings too.
+    Blanks are one only where no other gives headings, nor can be one: they stand within headings
+    too.
     """
     marks: list[str | None] = [mark for mark in _MARKS if mark in line]
-    blanks = [None] if len(line.split()) > 1 else []
+    blanks = [None] if len(line.split()) > 1 and {*marks} <= {","} else []
     for separators in (marks, blanks):
         split = [(read_headings(_split_headings(line, own)), own) for own in separators]
         if told := [own for own in split if are(own[0])]:

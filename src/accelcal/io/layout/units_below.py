@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.values.cells import MISSING
+from accelcal.io.words.signs import MISSING
 from accelcal.io.words.vocabulary import Heading, is_unit_of, read_heading
 from accelcal.units import canonical_unit, size_of
 

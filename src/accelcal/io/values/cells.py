@@ -14,16 +14,10 @@ import numpy as np
 from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
-from accelcal.io.values.thousands import first_in_groups
-from accelcal.io.words.signs import with_hyphen
+from accelcal.io.values.thousands import first_in_groups, without_blanks
+from accelcal.io.words.signs import MISSING, is_missing, with_hyphen
 from accelcal.io.words.vocabulary import OUTPUTS, UNITS_OF, has_unit, is_unit_of
 from accelcal.units import canonical_unit
-
-MISSING = frozenset(
-    {"", "-", "--", "---", "?", "na", "n/a", "n.a.", "nan", "null", "none", "unknown", "missing"}
-    | {"#n/a", "#nv", "k.a."}  # as Excel has it, in English and German; "keine Angabe"
-)
-"""Cells that stand for a missing value, in lower case."""
 
 _REMEDIES = {
     **dict.fromkeys(("position", "clamping"), "write a number"),
@@ -38,11 +32,6 @@ _WITH_UNIT = re.compile(r"([-+\u2212\u2013]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0
 
 
 _WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
-
-
-def is_missing(cell: str) -> bool:
-    """Tell whether a cell stands for a missing value."""
-    return cell.casefold() in MISSING
 
 
 class Column(NamedTuple):
@@ -101,7 +90,7 @@ class Column(NamedTuple):
         if allowed and not has_unit(self.role, unit):
             problem, remedy = f"{{}} is in {unit}", f"give it in {allowed[0]}"
             raise self.refuse(list(self.cells).index(first), problem, remedy)
-        if self.unit and canonical_unit(self.unit) != canonical_unit(unit):
+        if self.unit and not (allowed or canonical_unit(self.unit) == canonical_unit(unit)):
             problem, remedy = f"{{}} under a heading in {self.unit}", "use one unit in a column"
             raise self.refuse(list(self.cells).index(first), problem, remedy)
         cells = [self._bare(i, unit) for i in range(len(self.cells))]
@@ -267,7 +256,7 @@ def _float(cell: str, decimal: str, other: str) -> float:
         return math.nan
     if other in cell or "_" in cell:
         raise ValueError(cell)
-    return float(with_hyphen(cell.replace(decimal, ".")))
+    return float(without_blanks(with_hyphen(cell.replace(decimal, "."))))
 
 
 def _not_a_number(column: Column, index: int) -> TableError:
@@ -279,7 +268,5 @@ def _not_a_number(column: Column, index: int) -> TableError:
         problem = f"{{}} does not fit the decimal mark {column.decimal!r}"
         remedy = "write numbers without thousands marks and with one decimal mark"
         return column.refuse(index, problem, remedy)
-    if re.fullmatch(r"[+-]?[0-9]{1,3}([ '\u2019][0-9]{3})+([.,][0-9]*)?", re.sub(r"\s", " ", cell)):
-        return column.refuse(index, "{} has a thousands mark", "write numbers without them")
     usual = "write a number, or nothing where it is missing"
     return column.refuse(index, "{} is not a number", _REMEDIES.get(column.role, usual))

@@ -6,10 +6,12 @@ import re
 from collections.abc import Sequence
 
 from accelcal.arrays import Array
-from accelcal.io.words.signs import with_hyphen
+from accelcal.io.words.signs import is_missing, with_hyphen
 
 _GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,][0-9]{3})?")
 """A number that is grouped, or has nothing to group."""
+
+_BLANKS = re.compile(r"[+-]?[0-9]{1,3}(?:[\s'\u2019][0-9]{3})+(?:\.[0-9]*)?")
 
 _FEWEST = 3  # grouped numbers; one or two happen to have three decimals
 
@@ -25,7 +27,7 @@ def first_in_groups(cells: Sequence[str]) -> int | None:
     Parameters
     ----------
     cells : sequence of str
-        The numbers of a column as written; empty ones do not count.
+        The numbers of a column as written; missing ones do not count.
 
     Returns
     -------
@@ -41,6 +43,17 @@ def first_in_groups(cells: Sequence[str]) -> int | None:
     grouped = _grouped(cells)
     mixed = len(set(grouped.values())) == 2 and sum(grouped.values()) >= _FEWEST
     return next(place for place, is_grouped in grouped.items() if is_grouped) if mixed else None
+
+
+def without_blanks(number: str) -> str:
+    """Take off blanks and apostrophes that group the digits of a number by three.
+
+    Examples
+    --------
+    >>> without_blanks("-1 350'204.25"), without_blanks("20 1")
+    ('-1350204.25', '20 1')
+    """
+    return re.sub(r"[\s'\u2019]", "", number) if _BLANKS.fullmatch(number) else number
 
 
 def notes_of_thousands(
@@ -77,7 +90,7 @@ def _grouped(cells: Sequence[str]) -> dict[int, bool]:
     found = {}
     for place, cell in enumerate(cells):
         match = _GROUPED.fullmatch(with_hyphen(cell))
-        if match is None and cell != "":
+        if match is None and not is_missing(cell):
             return {}
         if match is not None:
             found[place] = match[1] is not None

@@ -1,6 +1,17 @@
-"""Signs in a table: the minus sign, and the sides of a mounting."""
+"""Signs in a table: the minus sign, what stands for a missing value, the sides of a mounting."""
 
 from __future__ import annotations
+
+MISSING = frozenset(
+    {"", "-", "--", "---", "?", "na", "n/a", "n.a.", "nan", "null", "none", "unknown", "missing"}
+    | {"#n/a", "#nv", "k.a."}  # as Excel has it, in English and German; "keine Angabe"
+)
+"""Cells that stand for a missing value, in lower case."""
+
+
+def is_missing(cell: str) -> bool:
+    """Tell whether a cell stands for a missing value."""
+    return cell.casefold() in MISSING
 
 
 def with_hyphen(text: str) -> str:

@@ -150,11 +150,13 @@ _BEFORE_UNIT = re.compile(r"\s*[/,]\s*|\s(?:in|en|в)\s+|((?:[_ ](?:in|en|в))?[
 _STROKES = (
     re.compile(
         r"(?:y|k|stroke|output|reading|hub|durchlauf|durchgang|passage|ход|проход)?[_=]?"
-        r"([0-9]{1,6})"
+        r"(?:(?:no|nr|№|n°)_)?([0-9]{1,6})"
     ),
     re.compile(r"y_?\{?j,?([0-9]{1,6})\}?(?:\^\{?t\}?)?"),  # Y_JK^T, as the paper has it
 )
-_POSITIONS = re.compile(r"(?:j|p|pos|position|stellung|lage|положение|позиция)_?([0-9]{1,6})")
+_POSITIONS = re.compile(
+    r"(?:j|p|pos|position|stellung|lage|положение|позиция)_?(?:(?:no|nr|№|n°)_)?([0-9]{1,6})"
+)
 _SERIAL = re.compile(  # and a label with a digit, which a serial port does not have
     r"(?:(?:output|y)[ _])?(?:s/?n|serial(?:[ _](?:no|nr|number))?)(?:[ _.:#]+|(?=[0-9]))"
     r"([^\s,;]*[0-9][^\s,;]*)",

@@ -1,0 +1,77 @@
+"""Rows that are no readings: means and other summaries, and remarks below the table."""
+
+from __future__ import annotations
+
+import re
+
+from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.words.vocabulary import read_heading
+from accelcal.io.words.wording import lines_named, were
+
+_SUMMARIES = frozenset(
+    {
+        *("mean", "average", "avg", "median", "max", "maximum", "min", "minimum", "range"),
+        *("sum", "total", "rms", "spread"),
+        *("mittelwert", "mittel", "spannweite", "summe"),
+        *("moyenne", "médiane", "étendue", "somme"),
+        *("среднее", "медиана", "макс", "максимум", "мин", "минимум", "размах", "сумма", "итого"),
+    }
+)
+"""What a row that sums up others may be called, in lower case, besides a standard deviation."""
+
+_REMARK = re.compile(r"[^\W\d_].*(?:[:=]|[^\W\d_]\s).*|\*.*")
+"""A text of several words, or with a colon; a word alone may be a row that is cut short."""
+
+
+def without_remarks(layout: Layout) -> Layout:
+    r"""Set aside rows that are called a mean or another summary, and remarks below the readings.
+
+    Returns
+    -------
+    Layout
+        The table with a note for each kind; the same where there are none.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "J;Y1;Y2\n1;1,35;1,35\nMean;1,35;1,35\nChecked: N. N.\n"
+    >>> without_remarks(read_layout(SourceText("a.csv", text, "utf-8"))).rows
+    ['1;1,35;1,35']
+    """
+    end = len(layout.rows)
+    while end > 1 and (_is_remark(layout, end - 1) or _is_summary(layout, end - 1)):
+        end -= 1
+    below = range(end, len(layout.rows))
+    summaries = [place for place in range(len(layout.rows)) if _is_summary(layout, place)]
+    remarks = sorted(set(below).difference(summaries))
+    if (not summaries and not remarks) or len(summaries) == len(layout.rows):
+        return layout
+    kinds = (("row of a summary", summaries), ("remark below the table", remarks))
+    told = [(what, [layout.lines[place] for place in own]) for what, own in kinds if own]
+    notes = [f"{were(lines, what)} set aside ({lines_named(lines)})" for what, lines in told]
+    left = sorted(set(range(len(layout.rows))).difference(summaries, remarks))
+    return layout._replace(
+        rows=[layout.rows[place] for place in left],
+        lines=[layout.lines[place] for place in left],
+        notes=(*layout.notes, *notes),
+    )
+
+
+def _is_remark(layout: Layout, place: int) -> bool:
+    cells = list(filter(None, _cells(layout, place)))
+    return len(cells) == 1 and bool(_REMARK.fullmatch(cells[0]))
+
+
+def _is_summary(layout: Layout, place: int) -> bool:
+    begin = layout.rows[place].lstrip(' \t;,|"')
+    if not begin[:1].isalpha():
+        return False
+    word = next(filter(None, _cells(layout, place))).rstrip(" :.").casefold()
+    return word in _SUMMARIES or read_heading(word).role == "std"
+
+
+def _cells(layout: Layout, place: int) -> list[str]:
+    if layout.separator is None:  # words between blanks are one remark
+        return [layout.rows[place].strip()]
+    return split_line(layout.rows[place], layout.separator)

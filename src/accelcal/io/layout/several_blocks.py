@@ -1,0 +1,126 @@
+"""One table whose headings stand several times: blocks side by side, or below each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from accelcal.io.files.csv_text import in_quotes
+from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.layout.units_below import headings_with_units
+from accelcal.io.words.wording import lines_named, were
+
+_KEY = frozenset(
+    {"serial", "run", "temperature", "mounting", "clamping", "stroke", "direction"}
+    | {"position", "angle", "minutes", "seconds"}
+)
+"""Roles of the columns that tell which reading it is."""
+
+_PLACES = frozenset({"position", "angle", "stroke"})
+
+
+def without_repeated_headings(layout: Layout) -> Layout:
+    r"""Leave out the rows that repeat the headings, where the blocks tell their readings apart.
+
+    Returns
+    -------
+    Layout
+        The table with a note; the same where nothing is repeated, or it has a reading twice.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "T,J,Y1,Y2\n20,1,1.35,1.35\nT,J,Y1,Y2\n60,1,1.36,1.36\n"
+    >>> without_repeated_headings(read_layout(SourceText("a.csv", text, "utf-8"))).rows
+    ['20,1,1.35,1.35', '60,1,1.36,1.36']
+    """
+    texts = [heading.text for heading in layout.headings]
+    first = next(filter(None, texts))
+    repeated = [
+        place
+        for place, row in enumerate(layout.rows)
+        if first in row and _cells(row, layout, len(texts)) == texts
+    ]
+    if not repeated:
+        return layout
+    if headings_with_units(layout.headings, _cells(layout.rows[0], layout, len(texts))):
+        below = [place + 1 for place in repeated]
+        repeated += [place for place in below if layout.rows[place : place + 1] == layout.rows[:1]]
+    left = sorted(set(range(len(layout.rows))).difference(repeated))
+    lines = [layout.lines[place] for place in sorted(repeated)]
+    note = f"{were(lines, 'row')} of headings again, and left out ({lines_named(lines)})"
+    return _if_told_apart(
+        layout,
+        layout._replace(
+            rows=[layout.rows[place] for place in left],
+            lines=[layout.lines[place] for place in left],
+            notes=(*layout.notes, note),
+        ),
+    )
+
+
+def with_blocks_below(layout: Layout) -> Layout:
+    r"""Put blocks of the same columns that stand side by side below each other.
+
+    Returns
+    -------
+    Layout
+        The table with a note; the same where there is one block, or it has a reading twice.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "T,J,Y1,Y2,,T,J,Y1,Y2\n20,1,1.35,1.35,,60,1,1.36,1.36\n"
+    >>> with_blocks_below(read_layout(SourceText("a.csv", text, "utf-8"))).rows
+    ['"20","1","1.35","1.35",""', '"60","1","1.36","1.36",""']
+    """
+    texts = [heading.text for heading in layout.headings]
+    width = next(filter(lambda size: _repeats(texts, size), range(2, len(texts) // 2 + 2)), 0)
+    headings = layout.headings[:width]
+    if not _PLACES & {heading.role for heading in headings}:
+        return layout
+    count = -(-len(texts) // width)
+    table = [_cells(row, layout, count * width) for row in layout.rows]
+    if any(any(row[count * width :]) for row in table):
+        return layout
+    blocks = [
+        (row[start : start + width], line)
+        for start in range(0, count * width, width)
+        for row, line in zip(table, layout.lines, strict=True)
+        if any(row[start : start + width])
+    ]
+    mark = layout.separator or " "
+    return _if_told_apart(
+        layout,
+        layout._replace(
+            headings=headings,
+            rows=[mark.join(map(in_quotes, cells)) for cells, _ in blocks],
+            lines=[line for _, line in blocks],
+            notes=(*layout.notes, f"{count} blocks side by side are read as one table"),
+        ),
+    )
+
+
+def _repeats(texts: Sequence[str], width: int) -> bool:
+    """Whether headings are those of the first columns again and again; the last may be empty."""
+    count = -(-len(texts) // width)
+    padded = [*texts, *[""] * (count * width - len(texts))]
+    return count > 1 and padded == padded[:width] * count
+
+
+def _if_told_apart(before: Layout, after: Layout) -> Layout:
+    """The table made anew if no two rows of it are of one reading, else as it was."""
+    size = len(after.headings)
+    key = [place for place, own in enumerate(after.headings) if own.role in _KEY]
+    rows = [_cells(row, after, size) for row in after.rows]
+    told = {tuple(row[place] for place in key) for row in rows}
+    return after if len(told) == len(rows) else before
+
+
+def _cells(row: str, layout: Layout, size: int) -> list[str]:
+    """Cells of a row, at least as many as there are columns."""
+    cells = split_line(row, layout.separator)
+    while len(cells) > size and not cells[-1]:
+        cells.pop()
+    return cells + [""] * (size - len(cells))

@@ -1,0 +1,112 @@
+"""Layouts around the readings: blocks, pages, merged cells, summaries and remarks."""
+
+import io
+
+import pytest
+
+import accelcal
+from accelcal.errors import TableError
+
+
+def read(text):
+    return accelcal.read_table(io.StringIO(text))
+
+
+TWO_TEMPERATURES = [
+    (20, 1, 1.35, 1.36),
+    (20, 5, -1.33, -1.34),
+    (60, 1, 1.45, 1.46),
+    (60, 5, -1.43, -1.44),
+]
+
+
+def has_them_all(text, *notes):
+    """Whether a table has the readings above, and tells the notes."""
+    record = read(text)
+    rows = zip(record.temperature, record.position, record.stroke, record.output, strict=True)
+    expected = {(t, j, k, y) for t, j, *own in TWO_TEMPERATURES for k, y in enumerate(own, 1)}
+    return {tuple(row) for row in rows} == expected and set(notes) <= set(record.notes)
+
+
+def lines_of(rows):
+    return [",".join(map(str, row)) for row in rows]
+
+
+@pytest.mark.parametrize("gap", [",", ",,"])
+@pytest.mark.parametrize("units", [[], ["degC,-,mA,mA"]])
+def test_blocks_side_by_side(gap, units):
+    rows = lines_of(TWO_TEMPERATURES)
+    pairs = [(own, own) for own in ["T,J,Y1,Y2", *units]] + list(
+        zip(rows[:2], rows[2:], strict=True)
+    )
+    text = "\n".join(gap.join(pair) for pair in pairs)
+    assert has_them_all(text, "2 blocks side by side are read as one table")
+
+
+def test_blocks_side_by_side_that_nothing_tells_apart_are_refused():
+    rows = [f"{row},,{row}" for row in ("T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES))]
+    with pytest.raises(TableError, match="columns 'T' and 'T' mean the same"):
+        read("\n".join(rows))
+
+
+@pytest.mark.parametrize("units", [[], ["degC,-,mA,mA"]])
+def test_headings_that_stand_again_on_each_page(units):
+    rows, head = lines_of(TWO_TEMPERATURES), ["T,J,Y1,Y2", *units]
+    note = f"{len(head)} row{'s were' if units else ' was'} of headings again, and left out"
+    record = read("\n".join([*head, *rows[:2], "", *head, *rows[2:]]))
+    assert has_them_all("\n".join([*head, *rows[:2], "", *head, *rows[2:]]))
+    assert any(own.startswith(note) for own in record.notes)
+
+
+def test_cells_that_were_merged_count_for_the_rows_below():
+    rows = [
+        (20, 1, 1.35, 1.36),
+        ("", 5, -1.33, -1.34),
+        ("", 3, 0.1, 0.2),
+        (60, 1, 1.45, 1.46),
+        ("", 5, -1.43, -1.44),
+    ]
+    record = read("\n".join(["T,J,Y1,Y2", *lines_of(rows)]))
+    assert record.temperature.tolist() == [20.0] * 6 + [60.0] * 4
+    assert "empty cells of 'T' count as the one above them" in record.notes
+
+
+@pytest.mark.parametrize(
+    "below",
+    ["Mean,,1.5,1.5", ",Std. dev.,1.5,1.5", ",,,\nMittelwert:,,1.5,1.5", "СКО,,1,1\nСреднее,,1,1"],
+)
+def test_rows_of_summaries_are_set_aside(below):
+    assert has_them_all("\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES), below]))
+    middle = lines_of(TWO_TEMPERATURES)
+    assert has_them_all("\n".join(["T,J,Y1,Y2", *middle[:2], below, *middle[2:]]))
+
+
+@pytest.mark.parametrize("below", ["End of test", "geprüft: Müller", "* warm", "\nTotal: 4,,,"])
+def test_remarks_below_a_table_are_set_aside(below):
+    text = "\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES), below])
+    line = text.count("\n") + 1
+    assert has_them_all(text, f"1 remark below the table was set aside (line {line})")
+
+
+@pytest.mark.parametrize("below", ["20", "AL-1", "60,3,x y"])
+def test_a_last_row_that_may_be_cut_short_is_no_remark(below):
+    with pytest.raises(TableError):
+        read("\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES), below]))
+
+
+@pytest.mark.parametrize("heading", ["Stroke No. {}", "Hub Nr. {}", "Ход № {}"])
+def test_strokes_may_be_numbered_by_no(heading):
+    head = ",".join(["T,J", *(heading.format(k) for k in (1, 2))])
+    assert has_them_all("\n".join([head, *lines_of(TWO_TEMPERATURES)]))
+
+
+@pytest.mark.parametrize("heading", ["Cycle No. 1 {}", "Zyklus Nr. 1 {}"])
+def test_cycles_may_be_numbered_by_no(heading):
+    head = ",".join(["T,J", *(heading.format(way) for way in ("forward", "back"))])
+    assert has_them_all("\n".join([head, *lines_of(TWO_TEMPERATURES)]))
+
+
+def test_a_key_of_two_words_in_cells_is_no_row_of_headings():
+    text = "\n".join(["Output unit\tmA", "T,J,Y1,Y2".replace(",", "\t")])
+    rows = "\n".join(row.replace(",", "\t") for row in lines_of(TWO_TEMPERATURES))
+    assert read(f"{text}\n{rows}").unit == "mA"
