@@ -110,3 +110,17 @@ def test_a_key_of_two_words_in_cells_is_no_row_of_headings():
     text = "\n".join(["Output unit\tmA", "T,J,Y1,Y2".replace(",", "\t")])
     rows = "\n".join(row.replace(",", "\t") for row in lines_of(TWO_TEMPERATURES))
     assert read(f"{text}\n{rows}").unit == "mA"
+
+
+@pytest.mark.parametrize(
+    ("row", "serial"),
+    [
+        ("S/N;;HP 34401A;123", None),
+        ("S/N;;AL-15;;A. Nobody", "AL-15"),
+        ("S/N;;AL-15;;Date:;31.05.2024", "AL-15"),
+        ("S/N;AL-15;Rev. B", "AL-15"),
+    ],
+)
+def test_a_pair_of_cells_behind_an_empty_one_is_of_something_else(row, serial):
+    rows = "\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES)]).replace(",", ";")
+    assert read(f"{row}\n{rows}").serial == serial

@@ -146,6 +146,39 @@ def test_sheets_with_several_units_each_and_with_runs(text, tmp_path):
         assert record.output[record.run == 1] == pytest.approx(first + 1e-6, rel=1e-14)
 
 
+def both_levels(change=0.0):
+    """Two temperatures of one test, of which nothing tells the serial."""
+    return [[*ROWS[9][:4]], *([*row[:3], row[3] + change] for row in ROWS[10:118])]
+
+
+def test_serials_may_be_told_by_the_names_of_sheets(tmp_path):
+    sheets = {"SN A-1": both_levels(), "SN A-2": both_levels(1e-6)}
+    found = accelcal.read_tables(book_of(tmp_path / "a.xlsx", sheets))
+    assert [record.serial for record in found] == ["A-1", "A-2"]
+    assert "serial A-2 is told by the name of the sheet 'SN A-2'" in found[1].notes
+
+
+def test_a_faulty_cell_costs_its_sheet_alone_where_their_names_tell_serials(tmp_path):
+    spoilt = both_levels()
+    spoilt[5][3] = "OL"
+    sheets = {"SN 1": both_levels(), "SN 2": spoilt, "SN 3": both_levels()}
+    found = accelcal.batch(book_of(tmp_path / "a.xlsx", sheets))
+    assert found.tables["serial"].unique().tolist() == ["1", "3"]
+    assert len(found.errors) == 1
+
+
+def test_sheets_of_the_same_readings_are_not_taken_for_runs_of_one_unit(tmp_path):
+    """Three accelerometers were one, met again at each temperature."""
+    sheets = {"A-1": both_levels(), "A-2": both_levels(1e-6)}
+    path = book_of(tmp_path / "a.xlsx", sheets)
+    with pytest.raises(TableError) as refused:
+        accelcal.read_tables(path)
+    assert str(refused.value) == (
+        f"{path}#A-2:1: the same temperature, position and stroke as in {path}#A-1; write a line"
+        " '# serial: ...' or '# run: ...' in each sheet, or call it 'SN ...'"
+    )
+
+
 def test_what_takes_one_table_asks_for_its_sheet(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     book_of("a.xlsx", {"1st": ROWS, "2nd": ROWS})

@@ -19,8 +19,8 @@ _TEMPERATURE = re.compile(rf"(?:^|[\s_=(]){_NUMBER}[\s_]*(?:°[\s_]?C|℃|deg[\s
 _RANGE = re.compile(r"(?:-|\u2013|\bto|\bbis|\.)[\s_]*$", re.I)
 
 
-def with_temperature_of_sheet(layout: Layout, sheet: str) -> Layout:
-    """Take the temperature from the name of a sheet whose rows do not tell it.
+def with_name_of_sheet(layout: Layout, sheet: str) -> Layout:
+    """Take the temperature or the serial from the name of a sheet whose rows do not tell it.
 
     Parameters
     ----------
@@ -32,21 +32,24 @@ def with_temperature_of_sheet(layout: Layout, sheet: str) -> Layout:
     Returns
     -------
     Layout
-        The table, with a header line and a note where the name tells one temperature with its unit.
+        The table, with a header line and a note where the name tells one temperature with its unit,
+        or a serial as a heading of outputs does, such as ``SN A-7``.
 
     Examples
     --------
     >>> [_temperature(name) for name in ("60 °C", "T=-40,5 degC again", "20 - 60 °C", "60", "2 C")]
     ['60', '-40.5', None, None, None]
     """
-    told = _temperature(sheet)
-    roles = {heading.role for heading in layout.headings}
-    if told is None or "temperature" in roles or "temperature" in layout.declared:
-        return layout
-    here = Declared(told, layout.headings_line, layout.source)
-    note = f"temperature {told} degC is told by the name of the sheet {shown(sheet)}"
-    declared = {**layout.declared, "temperature": here}
-    return layout._replace(declared=declared, notes=(*layout.notes, note))
+    known = {heading.role for heading in layout.headings}.union(layout.declared)
+    heading = read_heading(sheet)
+    serial = str(heading.of) if heading.role == "serials" else None
+    for key, value, unit in (("temperature", _temperature(sheet), " degC"), ("serial", serial, "")):
+        if value is not None and known.isdisjoint([key, f"{key}s"]):
+            here = Declared(value, layout.headings_line, layout.source)
+            note = f"{key} {value}{unit} is told by the name of the sheet {shown(sheet)}"
+            declared, notes = {**layout.declared, key: here}, (*layout.notes, note)
+            layout = layout._replace(declared=declared, notes=notes)
+    return layout
 
 
 def _temperature(sheet: str) -> str | None:

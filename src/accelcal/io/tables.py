@@ -38,7 +38,7 @@ from accelcal.io.readings import (
     read_readings,
 )
 from accelcal.io.records import records_of
-from accelcal.io.sheets import one_table, require_same_columns, with_temperature_of_sheet
+from accelcal.io.sheets import one_table, require_same_columns, with_name_of_sheet
 from accelcal.io.strokes import with_cycles
 from accelcal.io.values.places import notes_of_minutes
 from accelcal.io.values.thousands import notes_of_thousands
@@ -228,6 +228,7 @@ def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> S
     records = tuple(record for _, records in found for record in records)
     if len({record.serial for record in records} - {None}) == len(records):
         return found[0][0], records
+    _require_one_unit(layouts, records)
     texts = [sheet.text for sheet in sheets]
     name = texts[0].name.removesuffix(f"#{texts[0].sheet}")
     names = ", ".join(shown(text.sheet) for text in texts)
@@ -241,6 +242,26 @@ def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> S
         remedy = "tell them apart by lines '# run: ...' or '# serial: ...', or name one, as"
         remedy = f"{remedy} {texts[0].name}"
         raise TableError(problem, remedy, source=name) from None
+
+
+def _require_one_unit(sheets: Sequence[Layout], records: Sequence[TumbleRecord]) -> None:
+    """Refuse sheets with the same readings where nothing tells whether they are of one unit."""
+    told = {heading.role for sheet in sheets for heading in sheet.headings}.union(
+        *(sheet.declared for sheet in sheets)
+    )
+    if not {"serial", "run"}.isdisjoint(told):
+        return
+    met: dict[tuple[object, ...], str] = {}
+    for sheet, record in zip(sheets, records, strict=True):
+        columns = (record.mounting, record.temperature.round(), record.angle, record.stroke)
+        own = {*zip(*(column.tolist() for column in columns), strict=True)}
+        if other := next((met[key] for key in own if key in met), ""):
+            problem = f"the same temperature, position and stroke as in {other}"
+            remedy = (
+                "write a line '# serial: ...' or '# run: ...' in each sheet, or call it 'SN ...'"
+            )
+            raise sheet.refuse(problem, remedy)
+        met |= dict.fromkeys(own, sheet.source)
 
 
 def survey_text(
@@ -281,7 +302,7 @@ def layout_of(text: SourceText) -> Layout:
     layout = without_repeated_headings(without_remarks(read_layout(text)))
     layout = with_blocks_below(with_units_below(layout))
     layout = with_cycles(with_merged_cells(layout))
-    return with_temperature_of_sheet(layout, text.sheet)
+    return with_name_of_sheet(layout, text.sheet)
 
 
 def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> Survey:

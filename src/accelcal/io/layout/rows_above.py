@@ -200,10 +200,11 @@ def said_in_row(line: str, separator: str | None, above: str = "") -> list[Said]
     [('123', 'Voltmeter HP', False), ('A-7', '', False)]
     """
     cells = deque(_cells(line, separator))
+    _drop_empty(cells)
     found: list[Said] = []
     behind = above
     while cells:
-        cell = cells.popleft()
+        cell, has_gap = cells.popleft(), _drop_empty(cells)
         if _COMMENT.fullmatch(cell):
             return [*found, _NOTHING]
         key, value, unit = label(cell)
@@ -211,7 +212,7 @@ def said_in_row(line: str, separator: str | None, above: str = "") -> list[Said]
         if key in _LISTS:
             value = ",".join(filter(None, [value, *cells]))
             cells.clear()
-        elif not value and cells and not (_is_label(cells[0]) or _names(key, cells)):
+        elif not value and cells and not (_is_label(cells[0]) or _names(key, cells, has_gap)):
             value = _value(key, cells)
             text = f"{cell} {value}"
         if key == "serial":
@@ -266,7 +267,15 @@ def _cells(line: str, separator: str | None) -> list[str]:
     cells = text.split(mark) if long else next(csv.reader([text], delimiter=mark))
     if mark == ",":
         cells = _with_commas(cells)
-    return [cell.strip() for cell in cells if cell.strip()]
+    return [cell.strip() for cell in cells]
+
+
+def _drop_empty(cells: deque[str]) -> bool:
+    """Drop the empty cells before the next one that is not; tell whether there were such."""
+    size = len(cells)
+    while cells and not cells[0]:
+        cells.popleft()
+    return len(cells) < size
 
 
 def _is_one(text: str, mark: str | None) -> bool:
@@ -302,10 +311,17 @@ def _is_label(cell: str) -> bool:
     return len(cell) > 1 and (cell[-1] in ":=" or is_serial or bool(label(cell)[0]))
 
 
-def _names(key: str, cells: Sequence[str]) -> bool:
-    """Tell whether a cell behind a serial that is empty names what the next cell is of."""
-    is_number = any(map(str.isdecimal, cells[0]))
-    return key == "serial" and not is_number and len(cells) > 1 and not _is_label(cells[1])
+def _names(key: str, cells: Sequence[str], has_gap: bool) -> bool:
+    """Tell whether a cell behind a serial that is empty names what the next cell is of.
+
+    One with a digit may be the serial itself, but not where a cell is empty before it and one
+    stands behind it alone.
+    """
+    first, *others = filter(None, cells)
+    if key != "serial" or not others or _is_label(others[0]):
+        return False
+    may_be_serial = any(map(str.isdecimal, first))
+    return not may_be_serial or (has_gap and [*others] == [cells[1]])
 
 
 def _begins(cell: str) -> bool:
@@ -315,6 +331,7 @@ def _begins(cell: str) -> bool:
 
 def _value(key: str, cells: deque[str]) -> str:
     value = cells.popleft()
+    _drop_empty(cells)
     if key and cells and _NUMBER.fullmatch(value) and is_any_unit(cells[0]):
         value = f"{value} {cells.popleft()}"
     return value
