@@ -124,3 +124,46 @@ def test_a_key_of_two_words_in_cells_is_no_row_of_headings():
 def test_a_pair_of_cells_behind_an_empty_one_is_of_something_else(row, serial):
     rows = "\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES)]).replace(",", ";")
     assert read(f"{row}\n{rows}").serial == serial
+
+
+def test_two_blanks_separate_cells_that_have_one():
+    table = "Serial No.  0737\nTemp. [°C]  Pos.  Stroke 1  Stroke 2\n"
+    for temperature, *others in TWO_TEMPERATURES:
+        table += "   ".join([f"{temperature} °C", *map(str, others)]) + "\n"
+    assert has_them_all(table)
+    assert read(table).serial == "0737"
+
+
+def test_one_blank_separates_cells_where_two_do_not_everywhere():
+    rows = "\n".join(
+        row.replace(",", "  ", 2).replace(",", " ") for row in lines_of(TWO_TEMPERATURES)
+    )
+    assert has_them_all(f"T  J  Y1  Y2\n{rows}")
+
+
+ON_ITS_SIDE = "{};{};{};{}\nStroke 1;1,35;0,01;-1,34\nStroke 2;1,36;0,02;-1,33\n"
+
+
+@pytest.mark.parametrize(
+    "headings", [("J", 1, 3, 5), ("Angle", 0, 90, 180), ("Winkel", "0°", "90°", "180°")]
+)
+def test_a_table_on_its_side_whose_rows_are_called_strokes(headings):
+    record = read("# temperature: 20\n" + ON_ITS_SIDE.format(*headings))
+    assert record.angle.tolist() == [0.0, 90.0, 180.0] * 2
+    assert record.stroke.tolist() == [1, 1, 1, 2, 2, 2]
+    assert record.output.tolist() == [1.35, 0.01, -1.34, 1.36, 0.02, -1.33]
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+def test_numbered_strokes_that_differ_as_positions_do_are_refused(rows):
+    """Outputs of positions 1 to 5 were strokes 1 to 5 of position 1."""
+    table = ["J;1;2;3;4;5", "1;1,35;0,95;0,01;-0,95;-1,34", "2;1,36;0,96;0,01;-0,95;-1,34"]
+    with pytest.raises(TableError, match="columns '1, 2, 3, 4, 5' differ as positions do"):
+        read("\n".join(["# temperature: 20", *table[: 1 + rows]]))
+
+
+@pytest.mark.parametrize(
+    "rows", ["1,1.35,1.351,1.352", "3,0.0123,0.0124,0.0121", "1,1.35,1.36,1.37\n3,0.1,0.11,0.12"]
+)
+def test_numbered_strokes_of_few_positions_are_read(rows):
+    assert len(read(f"# temperature: 20\nJ,1,2,3\n{rows}\n")) % 3 == 0

@@ -31,6 +31,7 @@ from accelcal.io.layout.output_unit import (
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.layout.remarks import without_remarks
 from accelcal.io.layout.several_blocks import with_blocks_below, without_repeated_headings
+from accelcal.io.layout.transposed import with_strokes_in_rows
 from accelcal.io.layout.units_below import with_units_below
 from accelcal.io.readings import (
     notes_of_midnight,
@@ -40,6 +41,7 @@ from accelcal.io.readings import (
 from accelcal.io.records import records_of
 from accelcal.io.sheets import one_table, require_same_columns, with_name_of_sheet
 from accelcal.io.strokes import with_cycles
+from accelcal.io.swapped import refuse_swapped
 from accelcal.io.values.places import notes_of_minutes
 from accelcal.io.values.thousands import notes_of_thousands
 from accelcal.logs import tell
@@ -300,7 +302,7 @@ def layout_of(text: SourceText) -> Layout:
         If it has no headings or no rows.
     """
     layout = without_repeated_headings(without_remarks(read_layout(text)))
-    layout = with_blocks_below(with_units_below(layout))
+    layout = with_strokes_in_rows(with_blocks_below(with_units_below(layout)))
     layout = with_cycles(with_merged_cells(layout))
     return with_name_of_sheet(layout, text.sheet)
 
@@ -321,6 +323,7 @@ def _read_by(
     unit, of_unit = unit_of_outputs(units or of_std, given, layout.source)
     declared = declarations(layout, table.decimal, unit, overrides)
     readings = read_readings(table, declared.record["positions"])
+    refuse_swapped(table, readings)
     factor = factor_of_std(of_std, units, given, layout.source)
     if readings.std is not None and factor != 1.0:
         readings = replace(readings, std=readings.std * factor)

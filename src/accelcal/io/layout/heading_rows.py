@@ -119,6 +119,8 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     numbered = [cell for cell in cells if cell.role in ACROSS]
     if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
         return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing
+    if len(numbered) > 2 and roles == {"angle", "angles"}:
+        return True  # "Angle, 0 deg, 90 deg, 180 deg", of a table on its side
     if _is_of_form(cells):
         return False
     roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import product
 from typing import NamedTuple
 
@@ -31,6 +32,7 @@ from accelcal.io.words.wording import lines_named, were
 
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
 _BLANKS = re.compile(r"(?<=[\])])\s+|\s+(?![\[(])")  # between headings; one before a unit is none
+_WIDE_BLANKS = re.compile(r" {2,}")
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
@@ -106,7 +108,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
         If there are no headings, no rows, or a key is declared twice with different values.
     """
     refuse_document(source.text, source.name)
-    lines = source.text.split("\n")
+    lines = _with_tabs(source.text.split("\n"))
     if source.encoding in ENCODINGS:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
     headings = _in_rows(lines, _below_numbers(lines, _find_headings(lines, source.name, remedy)))
@@ -188,6 +190,24 @@ def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...]
 def _filled(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
     """Lines that are not blank, with their numbers."""
     return ((n, line) for n, line in enumerate(lines, 1) if line.strip(" \t,;"))
+
+
+def _with_tabs(lines: list[str]) -> list[str]:
+    """Lines whose cells two blanks or more separate, one being a part of them, with tabs instead.
+
+    So it is where nothing else separates the headings, and each row has as many cells as these.
+    """
+    if not any("  " in line for line in lines):
+        return lines
+    with suppress(TableError):
+        if _find_headings(lines, "", "").separator is not None:
+            return lines
+        wide = [_WIDE_BLANKS.sub("\t", line.strip(" ")) for line in lines]
+        headings = _find_headings(wide, "", "")
+        rows = [len(line.split("\t")) for _, line in _filled(wide[headings.below :])]
+        if headings.separator == "\t" and {*rows} - {1} == {len(headings.cells)}:
+            return wide
+    return lines
 
 
 def _find_headings(lines: list[str], name: str, remedy: str) -> _Headings:
