@@ -166,6 +166,16 @@ ERRORS = {
         H.replace(",", ";") + "20;1;1;1;3\n",
         "2: 5 fields under 4 column headings; give every column a heading",
     ),
+    "a row with too few cells between blanks": (
+        "T J k Y x\n20 1 1 1.35\n",
+        "2: 4 fields between blanks under 5 column headings; write NaN for a missing one, and headings"
+        " without blanks",
+    ),
+    "positions across taken for strokes": (
+        "# temperature: 20\nJ,1,2,3\n1,1.35,0.01,-1.34\n2,1.36,0.02,-1.33\n",
+        "2: columns '1, 2, 3' differ as positions do, and rows as strokes; call the first column"
+        " stroke, or these Y1, Y2, ... if they are strokes indeed",
+    ),
     "thousands mark of Germany": (
         H.replace(",", ";") + "20;1;1;601\n20;2;1;96.029\n20;3;1;-94.903\n20;4;1;-134.550\n",
         "3: output '96.029' is one of numbers without decimals or with three: '.' is no decimal"

@@ -167,3 +167,25 @@ def test_numbered_strokes_that_differ_as_positions_do_are_refused(rows):
 )
 def test_numbered_strokes_of_few_positions_are_read(rows):
     assert len(read(f"# temperature: 20\nJ,1,2,3\n{rows}\n")) % 3 == 0
+
+
+def test_between_blanks_a_row_has_as_many_cells_as_headings():
+    """Of ``Stroke No. 1`` three headings were made, and all outputs were one column too far."""
+    table = "T Stroke No. 1[mA] 3[mA] Humidity\n20 1 1.35 0.01 45.2\n20 2 1.35 0.01 45.2\n"
+    with pytest.raises(TableError, match="5 fields between blanks under 6 column headings"):
+        read(table)
+
+
+def test_thousands_marks_are_told_from_all_columns_together():
+    """812,737 counts at position 1 were 812.737, as each column had one number."""
+    table = "# temperature: 20\nk;J1;J2;J3;J4\n1;812,737;406,186;-372;-812,9"
+    with pytest.raises(TableError, match="'812,737' is one of numbers without decimals or with"):
+        read(f"{table}22\n")
+
+
+@pytest.mark.parametrize(("first", "noted"), [("812,737", True), ("8,127", False)])
+def test_a_note_tells_of_marks_that_may_be_of_thousands_where_no_unit_is_told(first, noted):
+    record = read(
+        f"# temperature: 20\nk;J1;J2;J3\n1;{first};1,186;-7,372\n2;{first};1,187;-7,371\n"
+    )
+    assert any("and no unit is told: if the mark" in note for note in record.notes) == noted

@@ -287,6 +287,9 @@ def _fitted(cells: list[str], width: int, needed: int, layout: Layout, index: in
         if layout.separator == ",":
             remedy += ", and with decimal commas separate the columns by semicolons"
         raise refusal(problem, remedy)
+    if layout.separator is None and len(cells) < width:
+        problem = f"{counted(len(cells), 'field')} between blanks under {width} column headings"
+        raise refusal(problem, "write NaN for a missing one, and headings without blanks")
     if len(cells) < needed:
         if _is_broken(layout.rows[max(index - 1, 0) : index + 1]):
             raise refusal("a cell has a line break", "write it in one line")

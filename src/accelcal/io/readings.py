@@ -15,7 +15,7 @@ from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.io.columns import Table
 from accelcal.io.layout.heading_rows import are_cycles
 from accelcal.io.strokes import strokes_by_direction, strokes_of_rows
-from accelcal.io.values.cells import Column, labels, numbers
+from accelcal.io.values.cells import Column, labels, numbers, refuse_thousands
 from accelcal.io.values.lots import lots_of_rows
 from accelcal.io.values.places import MAXIMUM_ANGLE, places_of_rows
 from accelcal.io.values.times import DAY, HOUR, days, in_seconds, times
@@ -142,6 +142,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     outputs = np.stack([numbers(column) for column in table.outputs], axis=1)
     first, across = table.outputs[0], table.across
     present = ~np.isnan(outputs)
+    refuse_thousands(table.outputs)
     refuse_markers(table.outputs, outputs)
     _require_any(present, first)
     serial, serials = _labels(table.columns, "serial")

@@ -195,7 +195,8 @@ def _filled(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
 def _with_tabs(lines: list[str]) -> list[str]:
     """Lines whose cells two blanks or more separate, one being a part of them, with tabs instead.
 
-    So it is where nothing else separates the headings, and each row has as many cells as these.
+    So it is where nothing else separates the headings, and the first row has as many cells as
+    these, and none more.
     """
     if not any("  " in line for line in lines):
         return lines
@@ -204,8 +205,9 @@ def _with_tabs(lines: list[str]) -> list[str]:
             return lines
         wide = [_WIDE_BLANKS.sub("\t", line.strip(" ")) for line in lines]
         headings = _find_headings(wide, "", "")
+        size = len(headings.cells)
         rows = [len(line.split("\t")) for _, line in _filled(wide[headings.below :])]
-        if headings.separator == "\t" and {*rows} - {1} == {len(headings.cells)}:
+        if headings.separator == "\t" and max(rows, default=0) == size and rows[0] == size:
             return wide
     return lines
 

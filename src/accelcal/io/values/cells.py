@@ -242,13 +242,32 @@ def _floats(column: Column) -> list[float]:
             values.append(_float(cell, column.decimal, other))
         except ValueError:
             raise _not_a_number(column, index) from None
-    place = first_in_groups(cells) if column.role in OUTPUTS else None
-    if place is not None:
-        problem = f"{{}} is one of numbers without decimals or with three: {column.decimal!r} is no"
-        raise column.refuse(
-            place, f"{problem} decimal mark", "write numbers without thousands marks"
-        )
+    if column.role in OUTPUTS:
+        refuse_thousands([column])
     return values
+
+
+def refuse_thousands(columns: Sequence[Column]) -> None:
+    """Refuse outputs whose decimal mark is one of thousands.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+        Columns of outputs; what the engine has read already does not count.
+
+    Raises
+    ------
+    TableError
+        At the first cell with such a mark.
+    """
+    written = [own for own in columns if not isinstance(own.cells, np.ndarray)]
+    places = [(own, row) for own in written for row in range(len(own.cells))]
+    place = first_in_groups([str(own.cells[row]) for own, row in places])
+    if place is not None:
+        column, row = places[place]
+        problem = f"{{}} is one of numbers without decimals or with three: {column.decimal!r} is no"
+        remedy = "write numbers without thousands marks"
+        raise column.refuse(row, f"{problem} decimal mark", remedy)
 
 
 def _float(cell: str, decimal: str, other: str) -> float:

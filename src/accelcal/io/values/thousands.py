@@ -13,6 +13,7 @@ _GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,][0-9]{3})?")
 
 _BLANKS = re.compile(r"[+-]?[0-9]{1,3}(?:[\s'\u2019][0-9]{3})+(?:\.[0-9]*)?")
 
+_LONG = len("100.000")
 _FEWEST = 3  # grouped numbers; one or two happen to have three decimals
 
 _OF_WHOLE_NUMBERS = frozenset({"counts", "pulses"})
@@ -61,6 +62,8 @@ def notes_of_thousands(
 ) -> tuple[str, ...]:
     """Say where all outputs have three decimals, and are in a unit of whole numbers.
 
+    Without a unit, it is so where one of them is 100 or more.
+
     Parameters
     ----------
     columns : sequence of sequence of str
@@ -73,15 +76,19 @@ def notes_of_thousands(
     tuple of str
         A sentence, or none.
     """
-    if unit not in _OF_WHOLE_NUMBERS:
+    whole = unit in _OF_WHOLE_NUMBERS
+    if unit and not whole:
         return ()
     cells = [cell for column in columns for cell in column if isinstance(cell, str)]
     grouped = _grouped(cells)
     if not grouped or not all(grouped.values()):
         return ()
+    if not whole and max(len(cell.strip("+-\u2212\u2013")) for cell in cells) < _LONG:
+        return ()
+    why = f", though {unit} are whole numbers" if whole else ", and no unit is told"
     return (
-        f"all outputs have three decimals, though {unit} are whole numbers: if the mark in"
-        f" {cells[0]} is one of thousands, all are a thousand times too small; write them without",
+        f"all outputs have three decimals{why}: if the mark in {cells[0]} is one of thousands, all"
+        " are a thousand times too small; write them without",
     )
 
 
