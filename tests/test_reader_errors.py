@@ -168,8 +168,8 @@ ERRORS = {
     ),
     "a row with too few cells between blanks": (
         "T J k Y x\n20 1 1 1.35\n",
-        "2: 4 fields between blanks under 5 column headings; write NaN for a missing one, and headings"
-        " without blanks",
+        "2: 4 fields between blanks under 5 column headings; write NaN for a missing one, and"
+        " headings without blanks",
     ),
     "positions across taken for strokes": (
         "# temperature: 20\nJ,1,2,3\n1,1.35,0.01,-1.34\n2,1.36,0.02,-1.33\n",

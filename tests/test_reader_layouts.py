@@ -154,6 +154,11 @@ def test_a_table_on_its_side_whose_rows_are_called_strokes(headings):
     assert record.output.tolist() == [1.35, 0.01, -1.34, 1.36, 0.02, -1.33]
 
 
+def test_a_table_on_its_side_below_angles_with_their_unit():
+    record = read("# temperature: 20\nAngle;0°;90°;180°\n1;1,35;0,01;-1,34\n")
+    assert (record.angle.tolist(), record.stroke.tolist()) == ([0.0, 90.0, 180.0], [1, 1, 1])
+
+
 @pytest.mark.parametrize("rows", [1, 2])
 def test_numbered_strokes_that_differ_as_positions_do_are_refused(rows):
     """Outputs of positions 1 to 5 were strokes 1 to 5 of position 1."""
@@ -189,3 +194,21 @@ def test_a_note_tells_of_marks_that_may_be_of_thousands_where_no_unit_is_told(fi
         f"# temperature: 20\nk;J1;J2;J3\n1;{first};1,186;-7,372\n2;{first};1,187;-7,371\n"
     )
     assert any("and no unit is told: if the mark" in note for note in record.notes) == noted
+
+
+@pytest.mark.parametrize("gap", [",", ",,"])
+def test_a_temperature_above_each_block_counts_for_its_rows(gap):
+    rows = [row.partition(",")[2] for row in lines_of(TWO_TEMPERATURES)]
+    pairs = [("J,Y1,Y2",) * 2, *zip(rows[:2], rows[2:], strict=True)]
+    text = "\n".join([f"20 °C,,{gap}60 °C", *map(gap.join, pairs)])
+    assert has_them_all(text, "2 blocks side by side are read as one table")
+    assert not any("set aside" in note for note in read(text).notes)
+
+
+def test_a_serial_above_each_block_counts_for_its_rows():
+    text = "# temperature: 20\nSN A-1,,SN A-2,\nJ,Y1,J,Y1\n1,1.35,1,1.36\n5,-1.35,5,-1.37\n"
+    found = accelcal.read_tables(io.StringIO(text))
+    assert [(own.serial, own.output.tolist()) for own in found] == [
+        ("A-1", [1.35, -1.35]),
+        ("A-2", [1.36, -1.37]),
+    ]

@@ -19,8 +19,7 @@ from accelcal.head_angles import checked_positions
 from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
-from accelcal.io.values.cells import is_missing
-from accelcal.io.words.signs import with_hyphen
+from accelcal.io.words.signs import is_missing, with_hyphen
 from accelcal.io.words.vocabulary import KEYS, KINDS_OF
 from accelcal.units import UNITS, conversion_factor, output_unit, scaled, size_of
 

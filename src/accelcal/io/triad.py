@@ -17,8 +17,9 @@ from accelcal.io.layout.output_unit import unit_of_outputs, units_written
 from accelcal.io.readings import refuse_markers, temperatures_of
 from accelcal.io.serial_of_file import serial_of_file
 from accelcal.io.small_table import SmallTable, small_table
-from accelcal.io.values.cells import Column, complete_numbers, is_missing
+from accelcal.io.values.cells import Column, complete_numbers
 from accelcal.io.values.places import refuse_radians
+from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import Heading, has_unit, is_unit_of, name_and_unit, read_heading
 from accelcal.plural import listed
 from accelcal.triad.record import TriadRecord, up_of_turn

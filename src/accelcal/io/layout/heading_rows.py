@@ -361,6 +361,37 @@ def _bare(cell: str) -> str:
     return bare if is_output_unit(bare) or not cell.endswith(("]", ")")) else cell
 
 
+def block_width(texts: Sequence[str]) -> int:
+    """Number of columns that repeat side by side, one that is empty included; 0 where none do.
+
+    Examples
+    --------
+    >>> block_width(["J", "Y1", "", "J", "Y1"]), block_width(["J", "Y1"])
+    (3, 0)
+    """
+    for width in range(2, len(texts) // 2 + 2):
+        count = -(-len(texts) // width)
+        padded = [*texts, *[""] * (count * width - len(texts))]
+        if count > 1 and padded == padded[:width] * count:
+            return width
+    return 0
+
+
+def labels_of_blocks(cells: Sequence[str], width: int) -> tuple[Heading, ...]:
+    """What a row above blocks of columns tells of each: its temperature or serial; else nothing.
+
+    Examples
+    --------
+    >>> [own.of for own in labels_of_blocks(["20 °C", "", "", "60 °C"], 3)]
+    [20.0, 60.0]
+    """
+    told = [read_heading(cell) for cell in cells if cell]
+    starts = [place for place, cell in enumerate(cells) if cell]
+    roles = {own.role for own in told}
+    is_apart = starts == [*range(0, len(starts) * width, width)] and len(starts) > 1
+    return tuple(told) if is_apart and roles in ({"temperatures"}, {"serials"}) else ()
+
+
 def numbers_alone(cells: Sequence[Heading]) -> bool:
     """Tell whether headings number outputs and say nothing else, as a row above others may."""
     return all(cell.role in ACROSS or not cell.text for cell in cells)

@@ -8,7 +8,8 @@ from typing import NamedTuple
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, located
 from accelcal.io.layout.parts import Layout
-from accelcal.io.values.cells import Column, is_missing
+from accelcal.io.values.cells import Column
+from accelcal.io.words.signs import is_missing
 from accelcal.units import canonical_unit, conversion_factor, is_output_unit, output_unit
 
 

@@ -19,7 +19,9 @@ from accelcal.io.layout.header_lines import (
 )
 from accelcal.io.layout.heading_rows import (
     are_headings,
+    block_width,
     joined,
+    labels_of_blocks,
     numbers_alone,
     over_time,
     read_headings,
@@ -64,6 +66,8 @@ class Layout(NamedTuple):
         Line number of each row.
     notes : tuple of str
         What was set aside.
+    labels : tuple of Heading
+        What stands above each of several blocks of columns.
     """
 
     source: str
@@ -74,6 +78,7 @@ class Layout(NamedTuple):
     rows: list[str]
     lines: Sequence[int]
     notes: tuple[str, ...]
+    labels: tuple[Heading, ...] = ()
 
     def refuse(self, problem: str, remedy: str) -> TableError:
         """Make the error of the headings."""
@@ -85,6 +90,7 @@ class _Headings(NamedTuple):
     separator: str | None
     lines: tuple[int, ...]  # which tell them
     below: int  # index of the first line below them
+    labels: tuple[Heading, ...] = ()
 
 
 def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
@@ -112,6 +118,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     if source.encoding in ENCODINGS:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
     headings = _in_rows(lines, _below_numbers(lines, _find_headings(lines, source.name, remedy)))
+    headings = _labelled(lines, headings)
     above = [item for item in _filled(lines[: headings.below]) if item[0] not in headings.lines]
     declared, aside = declarations_above(above, source.name, headings.separator, headings.cells)
     rows, numbers, comments = _rows(lines, headings, source)
@@ -126,6 +133,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
         rows=rows,
         lines=[number + source.skipped for number in numbers] if source.skipped else numbers,
         notes=tuple(aside),
+        labels=headings.labels,
     )
 
 
@@ -260,6 +268,17 @@ def _in_rows(lines: list[str], own: _Headings) -> _Headings:
         if found := _joined(lines, start, end, own.separator):
             return found._replace(below=max(end, own.below))
     return own
+
+
+def _labelled(lines: list[str], own: _Headings) -> _Headings:
+    """Take the row above headings that tells of each block of columns what it is of."""
+    width, first = block_width([cell.text for cell in own.cells]), own.lines[0]
+    if not width or first < 2:
+        return own
+    labels = labels_of_blocks(_split_headings(lines[first - 2], own.separator), width)
+    if len(labels) != -(-len(own.cells) // width):
+        return own
+    return own._replace(lines=(first - 1, *own.lines), labels=labels)
 
 
 def _below_directions(lines: list[str], last: int) -> _Headings | None:

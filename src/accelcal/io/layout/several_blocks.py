@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from accelcal.io.files.csv_text import in_quotes
+from accelcal.io.layout.heading_rows import block_width
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.layout.units_below import headings_with_units
+from accelcal.io.words.vocabulary import ACROSS, Heading
 from accelcal.io.words.wording import lines_named, were
 
 _KEY = frozenset(
@@ -62,6 +64,8 @@ def without_repeated_headings(layout: Layout) -> Layout:
 def with_blocks_below(layout: Layout) -> Layout:
     r"""Put blocks of the same columns that stand side by side below each other.
 
+    A temperature or serial that stands above each of them becomes a column.
+
     Returns
     -------
     Layout
@@ -73,19 +77,23 @@ def with_blocks_below(layout: Layout) -> Layout:
     >>> from accelcal.io.files.text import SourceText
     >>> text = "T,J,Y1,Y2,,T,J,Y1,Y2\n20,1,1.35,1.35,,60,1,1.36,1.36\n"
     >>> with_blocks_below(read_layout(SourceText("a.csv", text, "utf-8"))).rows
-    ['"20","1","1.35","1.35",""', '"60","1","1.36","1.36",""']
+    ['"20","1","1.35","1.35"', '"60","1","1.36","1.36"']
     """
     texts = [heading.text for heading in layout.headings]
-    width = next(filter(lambda size: _repeats(texts, size), range(2, len(texts) // 2 + 2)), 0)
-    headings = layout.headings[:width]
+    width = block_width(texts)
+    labels = layout.labels
+    label = [Heading(own.text, ACROSS[own.role or ""]) for own in labels[:1]]
+    used = width - (texts[width - 1 : width] == [""])
+    headings = (*layout.headings[:used], *label)
     if not _PLACES & {heading.role for heading in headings}:
         return layout
     count = -(-len(texts) // width)
     table = [_cells(row, layout, count * width) for row in layout.rows]
-    if any(any(row[count * width :]) for row in table):
+    gaps = range(width - 1, count * width, width) if used < width else ()
+    if any(any(row[count * width :]) or any(row[place] for place in gaps) for row in table):
         return layout
     blocks = [
-        (row[start : start + width], line)
+        ([*row[start : start + used], *_told(labels[start // width :][:1])], line)
         for start in range(0, count * width, width)
         for row, line in zip(table, layout.lines, strict=True)
         if any(row[start : start + width])
@@ -102,11 +110,9 @@ def with_blocks_below(layout: Layout) -> Layout:
     )
 
 
-def _repeats(texts: Sequence[str], width: int) -> bool:
-    """Whether headings are those of the first columns again and again; the last may be empty."""
-    count = -(-len(texts) // width)
-    padded = [*texts, *[""] * (count * width - len(texts))]
-    return count > 1 and padded == padded[:width] * count
+def _told(labels: Sequence[Heading]) -> list[str]:
+    """Cell of what stands above a block."""
+    return [own.of if isinstance(own.of, str) else f"{own.of:g}" for own in labels]
 
 
 def _if_told_apart(before: Layout, after: Layout) -> Layout:

@@ -12,7 +12,7 @@ _SIDE = ("position", "angle")
 
 
 def with_strokes_in_rows(layout: Layout) -> Layout:
-    r"""Take the first cells of the rows for strokes, where they have their names.
+    r"""Take the first cells of the rows for strokes, where they or the angles are called so.
 
     Returns
     -------
@@ -34,7 +34,8 @@ def with_strokes_in_rows(layout: Layout) -> Layout:
         return layout
     across = [_across(side.role, heading) for heading in others]
     first = read_heading(split_line(layout.rows[0], mark)[0])
-    if first.role != "strokes" or first.text[:1].isdigit() or None in across:
+    named = not first.text[:1].isdigit() or all(own.role == "angles" for own in others)
+    if first.role != "strokes" or not named or None in across:
         return layout
     table = [split_line(row, mark) for row in layout.rows]
     strokes = [_stroke(row) for row in table]

@@ -40,7 +40,8 @@ from accelcal.io.layout.parts import split_line
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, StreamForm
 from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
 from accelcal.io.samples.unit_column import refuse_other_units
-from accelcal.io.values.cells import Column, is_missing, numbers
+from accelcal.io.values.cells import Column, numbers
+from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import is_unit_of
 from accelcal.units import canonical_unit
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import shown
-from accelcal.io.values.cells import Column, is_missing
+from accelcal.io.values.cells import Column
+from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import COLUMNS
 
 _NAMES = frozenset(COLUMNS["lot"])

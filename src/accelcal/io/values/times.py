@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
-from accelcal.io.values.cells import Column, is_missing, numbers
+from accelcal.io.values.cells import Column, numbers
+from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import TIME_UNITS
 from accelcal.pace import LATEST
 
