@@ -212,3 +212,13 @@ def test_a_serial_above_each_block_counts_for_its_rows():
         ("A-1", [1.35, -1.35]),
         ("A-2", [1.36, -1.37]),
     ]
+
+
+def test_runs_may_be_called_like_summaries():
+    rows = ["max,60,1,1,1.36", "max,60,5,1,-1.35", "min,-40,1,1,1.31", "min,-40,5,1,-1.3"]
+    assert len(read("\n".join(["run,T,J,k,Y", *rows]))) == 4
+
+
+def test_a_row_that_is_cut_short_behind_a_serial_of_two_words_is_no_remark():
+    with pytest.raises(TableError, match="1 field, but"):
+        read("serial,T,J,k,Y\nAL 15,20,1,1,1.35\nAL 15,20,5,1,-1.35\nAL 15\n")

@@ -27,9 +27,9 @@ def with_merged_cells(layout: Layout) -> Layout:
     --------
     >>> from accelcal.io.layout.parts import read_layout
     >>> from accelcal.io.files.text import SourceText
-    >>> text = "T,J,Y1,Y2\n20,1,1.35,1.35\n,5,-1.34,-1.34\n60,1,1.36,1.36\n,5,-1.35,-1.35\n"
-    >>> with_merged_cells(read_layout(SourceText("a.csv", text, "utf-8"))).rows[3]
-    '"60","5","-1.35","-1.35"'
+    >>> text = "T,J,Y1\n20,1,1.35\n,3,0.01\n,5,-1.34\n60,1,1.36\n,3,0.02\n,5,-1.35\n"
+    >>> with_merged_cells(read_layout(SourceText("a.csv", text, "utf-8"))).rows[4]
+    '"60","3","0.02"'
     """
     columns = [place for place, own in enumerate(layout.headings) if own.role in _LABELS]
     head = [split_line(row, layout.separator) for row in layout.rows[:2]]

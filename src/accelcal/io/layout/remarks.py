@@ -19,6 +19,7 @@ _SUMMARIES = frozenset(
 )
 """What a row that sums up others may be called, in lower case, besides a standard deviation."""
 
+_KEY = ("temperature", "position", "angle", "stroke")
 _REMARK = re.compile(r"[^\W\d_].*(?:[:=]|[^\W\d_]\s).*|\*.*")
 """A text of several words, or with a colon; a word alone may be a row that is cut short."""
 
@@ -60,15 +61,21 @@ def without_remarks(layout: Layout) -> Layout:
 
 def _is_remark(layout: Layout, place: int) -> bool:
     cells = list(filter(None, _cells(layout, place)))
-    return len(cells) == 1 and bool(_REMARK.fullmatch(cells[0]))
+    is_label = cells[0] in _cells(layout, max(place - 1, 0))  # of a row that is cut short
+    return len(cells) == 1 and not is_label and bool(_REMARK.fullmatch(cells[0]))
 
 
 def _is_summary(layout: Layout, place: int) -> bool:
     begin = layout.rows[place].lstrip(' \t;,|"')
     if not begin[:1].isalpha():
         return False
-    word = next(filter(None, _cells(layout, place))).rstrip(" :.").casefold()
-    return word in _SUMMARIES or read_heading(word).role == "std"
+    cells = _cells(layout, place)
+    first = next(filter(None, cells))
+    word = first.rstrip(" :.").casefold()
+    if word not in _SUMMARIES and read_heading(word).role != "std":
+        return False
+    told = [cell for own, cell in zip(layout.headings, cells, strict=False) if own.role in _KEY]
+    return not told or not {"", first}.isdisjoint(told)  # or it is a reading of a run called so
 
 
 def _cells(layout: Layout, place: int) -> list[str]:

@@ -90,7 +90,8 @@ class Column(NamedTuple):
         if allowed and not has_unit(self.role, unit):
             problem, remedy = f"{{}} is in {unit}", f"give it in {allowed[0]}"
             raise self.refuse(list(self.cells).index(first), problem, remedy)
-        if self.unit and not (allowed or canonical_unit(self.unit) == canonical_unit(unit)):
+        alike = allowed and self.role != "time"  # one unit, in whatever way it is written
+        if self.unit and not (alike or canonical_unit(self.unit) == canonical_unit(unit)):
             problem, remedy = f"{{}} under a heading in {self.unit}", "use one unit in a column"
             raise self.refuse(list(self.cells).index(first), problem, remedy)
         cells = [self._bare(i, unit) for i in range(len(self.cells))]
