@@ -5,19 +5,21 @@ from __future__ import annotations
 import re
 
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.words.vocabulary import read_heading
+from accelcal.io.words.vocabulary import COLUMNS
 from accelcal.io.words.wording import lines_named, were
 
-_SUMMARIES = frozenset(
-    {
-        *("mean", "average", "avg", "median", "max", "maximum", "min", "minimum", "range"),
-        *("sum", "total", "rms", "spread"),
-        *("mittelwert", "mittel", "spannweite", "summe"),
-        *("moyenne", "médiane", "étendue", "somme"),
-        *("среднее", "медиана", "макс", "максимум", "мин", "минимум", "размах", "сумма", "итого"),
-    }
+_SUMMARIES = (
+    *("mean", "average", "avg", "median", "max", "maximum", "min", "minimum", "range"),
+    *("sum", "total", "rms", "spread"),
+    *("mittelwert", "mittel", "spannweite", "summe"),
+    *("moyenne", "médiane", "étendue", "somme"),
+    *("среднее", "медиана", "макс", "максимум", "мин", "минимум", "размах", "сумма", "итого"),
+    *(name.replace("_", r"[ _.\-]+") for name in COLUMNS["std"]),
 )
-"""What a row that sums up others may be called, in lower case, besides a standard deviation."""
+_SUMMARY = re.compile(
+    rf'[\s;,|"]*(?=[^\W\d_])(?:{"|".join(_SUMMARIES)})[ .:]*(?=[\t;,|"]|$)', re.IGNORECASE
+)
+"""Beginning of a row that sums up others."""
 
 _KEY = ("temperature", "position", "angle", "stroke")
 _REMARK = re.compile(r"[^\W\d_].*(?:[:=]|[^\W\d_]\s).*|\*.*")
@@ -44,7 +46,8 @@ def without_remarks(layout: Layout) -> Layout:
     while end > 1 and (_is_remark(layout, end - 1) or _is_summary(layout, end - 1)):
         end -= 1
     below = range(end, len(layout.rows))
-    summaries = [place for place in range(len(layout.rows)) if _is_summary(layout, place)]
+    called = [place for place, row in enumerate(layout.rows) if _SUMMARY.match(row)]
+    summaries = [place for place in called if _is_summary(layout, place)]
     remarks = sorted(set(below).difference(summaries))
     if (not summaries and not remarks) or len(summaries) == len(layout.rows):
         return layout
@@ -66,14 +69,10 @@ def _is_remark(layout: Layout, place: int) -> bool:
 
 
 def _is_summary(layout: Layout, place: int) -> bool:
-    begin = layout.rows[place].lstrip(' \t;,|"')
-    if not begin[:1].isalpha():
+    if not _SUMMARY.match(layout.rows[place]):
         return False
     cells = _cells(layout, place)
     first = next(filter(None, cells))
-    word = first.rstrip(" :.").casefold()
-    if word not in _SUMMARIES and read_heading(word).role != "std":
-        return False
     told = [cell for own, cell in zip(layout.headings, cells, strict=False) if own.role in _KEY]
     return not told or not {"", first}.isdisjoint(told)  # or it is a reading of a run called so
 

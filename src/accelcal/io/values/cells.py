@@ -276,7 +276,11 @@ def _float(cell: str, decimal: str, other: str) -> float:
         return math.nan
     if other in cell or "_" in cell:
         raise ValueError(cell)
-    return float(without_blanks(with_hyphen(cell.replace(decimal, "."))))
+    number = with_hyphen(cell.replace(decimal, "."))
+    try:
+        return float(number)
+    except ValueError:
+        return float(without_blanks(number))
 
 
 def _not_a_number(column: Column, index: int) -> TableError:
