@@ -64,8 +64,9 @@ def without_remarks(layout: Layout) -> Layout:
 
 def _is_remark(layout: Layout, place: int) -> bool:
     cells = list(filter(None, _cells(layout, place)))
-    is_label = cells[0] in _cells(layout, max(place - 1, 0))  # of a row that is cut short
-    return len(cells) == 1 and not is_label and bool(_REMARK.fullmatch(cells[0]))
+    if len(cells) != 1 or not _REMARK.fullmatch(cells[0]):
+        return False
+    return cells[0] not in _cells(layout, max(place - 1, 0))  # or the row is cut short
 
 
 def _is_summary(layout: Layout, place: int) -> bool:
