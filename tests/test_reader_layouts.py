@@ -222,3 +222,15 @@ def test_runs_may_be_called_like_summaries():
 def test_a_row_that_is_cut_short_behind_a_serial_of_two_words_is_no_remark():
     with pytest.raises(TableError, match="1 field, but"):
         read("serial,T,J,k,Y\nAL 15,20,1,1,1.35\nAL 15,20,5,1,-1.35\nAL 15\n")
+
+
+def test_a_summary_may_have_marks_of_missing_values():
+    assert has_them_all("\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES), "Mean,-,1.5,1.5"]))
+    table = "No.,T,J,Y1\n1,20,1,1.35\n2,20,5,-1.35\nMean,-,0.1,0.2\n"
+    assert len(read(table)) == 2
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t", "|"])
+def test_blank_fields_behind_a_header_line_are_no_part_of_its_value(mark):
+    rows = "\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES)]).replace(",", mark)
+    assert read(f"# serial: A-7{mark * 5}\n{mark * 5}\n{rows}").serial == "A-7"

@@ -219,7 +219,7 @@ def unquoted(line: str) -> str:
     >>> unquoted('"# comment: first, second";;'), unquoted('# head_uncertainty: 2"')
     ('# comment: first, second', '# head_uncertainty: 2"')
     """
-    bare = line.strip(" \t,;")
+    bare = line.strip(" \t,;|")
     if bare.startswith('"') and bare.endswith('"'):
         bare = bare[1:-1].replace('""', '"')
     return bare

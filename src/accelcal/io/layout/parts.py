@@ -197,7 +197,7 @@ def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...]
 
 def _filled(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
     """Lines that are not blank, with their numbers."""
-    return ((n, line) for n, line in enumerate(lines, 1) if line.strip(" \t,;"))
+    return ((n, line) for n, line in enumerate(lines, 1) if line.strip(" \t,;|"))
 
 
 def _with_tabs(lines: list[str]) -> list[str]:

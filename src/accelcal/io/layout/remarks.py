@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import COLUMNS
 from accelcal.io.words.wording import lines_named, were
 
@@ -75,7 +76,8 @@ def _is_summary(layout: Layout, place: int) -> bool:
     cells = _cells(layout, place)
     first = next(filter(None, cells))
     told = [cell for own, cell in zip(layout.headings, cells, strict=False) if own.role in _KEY]
-    return not told or not {"", first}.isdisjoint(told)  # or it is a reading of a run called so
+    # a reading of a run that is called so has them all
+    return not told or any(is_missing(cell) or cell == first for cell in told)
 
 
 def _cells(layout: Layout, place: int) -> list[str]:
