@@ -159,12 +159,7 @@ Row = tuple[int, int]
 def _some(sheets: Sequence[Sheet], rows: Sequence[Row]) -> list[Sheet]:
     """The sheets that have some rows, with these alone."""
     kept = [(sheet, [row for at, row in rows if at == place]) for place, sheet in enumerate(sheets)]
-    return [Sheet(sheet.text, _rows_alone(sheet.layout, own)) for sheet, own in kept if own]
-
-
-def _rows_alone(layout: Layout, rows: Sequence[int]) -> Layout:
-    lines = [layout.lines[i] for i in rows]
-    return layout._replace(rows=[layout.rows[i] for i in rows], lines=lines)
+    return [Sheet(sheet.text, sheet.layout.some(own)) for sheet, own in kept if own]
 
 
 def _places(sheets: Sequence[Sheet], rows: Sequence[Row]) -> list[tuple[str, int]]:

@@ -80,6 +80,11 @@ class Layout(NamedTuple):
     notes: tuple[str, ...]
     labels: tuple[Heading, ...] = ()
 
+    def some(self, places: Sequence[int]) -> Layout:
+        """Take some rows alone."""
+        lines = [self.lines[place] for place in places]
+        return self._replace(rows=[self.rows[place] for place in places], lines=lines)
+
     def refuse(self, problem: str, remedy: str) -> TableError:
         """Make the error of the headings."""
         return TableError(problem, remedy, source=self.source, line=self.headings_line)

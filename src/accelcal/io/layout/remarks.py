@@ -56,11 +56,7 @@ def without_remarks(layout: Layout) -> Layout:
     told = [(what, [layout.lines[place] for place in own]) for what, own in kinds if own]
     notes = [f"{were(lines, what)} set aside ({lines_named(lines)})" for what, lines in told]
     left = sorted(set(range(len(layout.rows))).difference(summaries, remarks))
-    return layout._replace(
-        rows=[layout.rows[place] for place in left],
-        lines=[layout.lines[place] for place in left],
-        notes=(*layout.notes, *notes),
-    )
+    return layout.some(left)._replace(notes=(*layout.notes, *notes))
 
 
 def _is_remark(layout: Layout, place: int) -> bool:

@@ -51,14 +51,7 @@ def without_repeated_headings(layout: Layout) -> Layout:
     left = sorted(set(range(len(layout.rows))).difference(repeated))
     lines = [layout.lines[place] for place in sorted(repeated)]
     note = f"{were(lines, 'row')} of headings again, and left out ({lines_named(lines)})"
-    return _if_told_apart(
-        layout,
-        layout._replace(
-            rows=[layout.rows[place] for place in left],
-            lines=[layout.lines[place] for place in left],
-            notes=(*layout.notes, note),
-        ),
-    )
+    return _if_told_apart(layout, layout.some(left)._replace(notes=(*layout.notes, note)))
 
 
 def with_blocks_below(layout: Layout) -> Layout:
