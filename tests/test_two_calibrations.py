@@ -219,17 +219,15 @@ def test_laws_are_compared_at_the_level_of_the_other():
     assert found["K1"].old.value == pytest.approx(
         accelcal.coefficients_at(LAWS, found.temperature_degC)["K1"].value
     )
-    assert "k0 above" not in {own.coefficient for own in found.coefficients}
-    assert said(found, "not compared: k0 above", "not determined by the new calibration")
+    assert "lam1" not in {own.coefficient for own in found.coefficients}
+    assert said(found, "not compared: lam1", "not determined by the new calibration")
 
 
 def test_of_two_laws_slopes_are_compared_and_the_temperature_is_that_asked_for():
     other = accelcal.fit(accelcal.simulate(seed=4))
     found = compare(LAWS, other, temperature=55.0)
     assert found.temperature_degC == 55.0
-    assert {"k0 above", "K1 below", "delta above"} <= {
-        own.coefficient for own in found.coefficients
-    }
+    assert {"lam1", "beta2", "gam1"} <= {own.coefficient for own in found.coefficients}
     assert found["K1"].new.value == pytest.approx(accelcal.coefficients_at(other, 55.0)["K1"].value)
     assert compare(LAWS, other).temperature_degC == LAWS.T0_degC
 
@@ -431,9 +429,23 @@ def test_a_comparison_comes_back_from_its_document_and_is_a_table():
         found["K9"]
 
 
+def test_the_report_names_slopes_as_its_notes_do_and_has_no_negative_zero():
+    found = compare(LAWS, accelcal.fit(accelcal.simulate(seed=4)))
+    none = replace(found["lam1"].difference, value=-1e-12)
+    changed = [replace(own, difference=none) if own.coefficient == "lam1" else own
+               for own in found.coefficients]  # fmt: skip
+    (row,) = (line for line in str(replace(found, coefficients=tuple(changed))).splitlines()
+              if "bias slope above T0" in line)  # fmt: skip
+    assert "lam1" in row
+    assert row.endswith(" 0.00")
+
+
 def test_pictures_show_e_n_and_the_change_in_use():
     found = compare(OLD, NEW)
-    assert len(found.plot.coefficients().get_yticks()) == 6
+    points = found.plot.coefficients().lines[1:]
+    assert sorted(x for line in points for x in line.get_xdata()) == sorted(
+        found[name].normalised_error for name in MODEL
+    )
     line = found.plot.indicated().lines[0]
     np.testing.assert_allclose(
         line.get_ydata(), [1e6 * point.difference.value for point in found.indicated]

@@ -46,18 +46,18 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
         Axes
             The coefficients agree within the band from -1 to 1.
         """
-        from accelcal.report.calibration_comparison import change_rows
+        from accelcal.report.calibration_comparison import shown_changes
 
         drawn, colours = canvas(ax, (6.4, 4.6)), palette()
-        rows = [row for row in change_rows(self.result) if row[7]]
-        scores = np.array([float(row[7]) for row in rows])
+        changes = shown_changes(self.result)
+        scores = np.array([own.normalised_error for _, own in changes], dtype=float)
         places = np.arange(scores.size)
         drawn.axvspan(-1.0, 1.0, color=colours.series[2], alpha=0.2, lw=0)
         drawn.axvline(0.0, color=colours.ink, lw=0.8)
         apart = np.abs(scores) > 1.0
         for chosen, colour in ((~apart, colours.series[0]), (apart, colours.series[1])):
             drawn.plot(scores[chosen], places[chosen], "o", color=colour)
-        drawn.set_yticks(places, [f"{row[0].strip()} {row[1]}" for row in rows])
+        drawn.set_yticks(places, [f"{name} {own.coefficient}" for name, own in changes])
         drawn.invert_yaxis()
         drawn.set_xlabel("normalised error $E_n$")
         return entitled(drawn, "New − old calibration, over its U")

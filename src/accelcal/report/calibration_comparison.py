@@ -23,8 +23,8 @@ HEADINGS = ("", "", "old", "new", "new - old", "U (95 %)", "unit", "E_n", "")
 """Of `change_rows`."""
 
 _NAMES = {symbol: name for name, symbol, *_ in SHOWN_COEFFICIENTS}
-_SYMBOLS = {f"{law} {side}": symbol for symbol, (law, side) in SLOPES.items()}
-_ORDER = [*_NAMES, *_SYMBOLS]
+_NAMES |= {symbol: f"{_NAMES[law]} slope {side} T0" for symbol, (law, side) in SLOPES.items()}
+_ORDER = list(_NAMES)
 
 
 def comparison_text(found: CalibrationComparison) -> str:
@@ -69,28 +69,29 @@ def _coefficients(found: CalibrationComparison) -> Iterator[str]:
 
 def change_rows(found: CalibrationComparison) -> list[tuple[str, ...]]:
     """Tell the coefficients that the report of a calibration has, in its order: a row each."""
+    return [_row(name, own) for name, own in shown_changes(found)]
+
+
+def shown_changes(found: CalibrationComparison) -> list[tuple[str, CoefficientChange]]:
+    """Choose what a report shows, in its order: the name of each, and the change."""
     several = len({own.cross_axis for own in found.coefficients} - {None}) > 1
     shown = (own for own in found.coefficients if own.coefficient in _ORDER)
     order = sorted(shown, key=lambda own: _ORDER.index(own.coefficient))
-    return [_row(own, several_axes=several) for own in order]
+    axes = [f", {own.cross_axis}" if several and own.cross_axis else "" for own in order]
+    return [(_NAMES[own.coefficient] + axis, own) for own, axis in zip(order, axes, strict=True)]
 
 
-def _row(own: CoefficientChange, *, several_axes: bool) -> tuple[str, ...]:
-    symbol = own.coefficient
-    law = symbol.partition(" ")[0]
-    axis = f", {own.cross_axis}" if several_axes and own.cross_axis else ""
-    slope = symbol.removeprefix(law)
-    shown = f"  slope{slope} T0" if slope else _NAMES[law]
+def _row(name: str, own: CoefficientChange) -> tuple[str, ...]:
     factor, unit = in_small_unit(own.difference.unit)
     score = own.normalised_error
     return (
-        shown + axis,
-        _SYMBOLS.get(symbol, symbol),
+        name,
+        own.coefficient,
         _number(own.old, factor)[0],
         _number(own.new, factor)[0],
         *_number(own.difference, factor),
         unit,
-        "" if score is None else f"{score:.2f}",
+        "" if score is None else f"{round(score, 2) + 0.0:.2f}",  # + 0.0 turns -0.0 into 0.0
         "" if own.agrees else "DISAGREES",
     )
 

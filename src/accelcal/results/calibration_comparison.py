@@ -53,7 +53,7 @@ class CoefficientChange(StoredPart):
     Attributes
     ----------
     coefficient : str
-        Its symbol as in a calibration, a slope of the laws as in ``"k0 above"``.
+        Its symbol as in a calibration, slopes of the laws by theirs, as in ``"lam1"``.
     cross_axis : str or None
         ``"a_p"`` or ``"a_o"``, where it is of one cross axis.
     old, new : Quantity

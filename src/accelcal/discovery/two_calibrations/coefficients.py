@@ -16,14 +16,15 @@ from accelcal.compensate.coefficients import (
     symbol_of,
 )
 from accelcal.discovery.new_record.simulated import ERRORS
-from accelcal.model import ERROR_TERMS, ERROR_UNITS, LAWS
+from accelcal.model import ERROR_TERMS, ERROR_UNITS
+from accelcal.model import SLOPES as SLOPE_SYMBOLS
 
 Name = tuple[str, str | None]
 """Symbol of a coefficient, and the cross axis where it is of one."""
 
 _MAIN = (*PARAMETERS, *SLOPES)
 _OTHER = [ERRORS.index(f"other {name}") for name in OF_ONE_AXIS]
-_POWERS = {"k0": 1, "K1": -1, "k2": -1, "k3": -2, "delta_ip": -1, "k0 above": 1, "k0 below": 1}
+_POWERS = {"k0": 1, "K1": -1, "k2": -1, "k3": -2, "delta_ip": -1, "lam1": 1, "lam2": 1}
 """Power of the ratio of two local g by which a coefficient changes; 0 of all others."""
 
 
@@ -51,7 +52,12 @@ class Coefficient(NamedTuple):
 
 def name_of(name: str, axis: str) -> Name:
     """Name of a coefficient, with the cross axis where it is of one."""
-    return name, axis if name.startswith("delta") else None
+    return name, axis if parameter_of(name).startswith("delta") else None
+
+
+def parameter_of(name: str) -> str:
+    """The parameter that a slope belongs to; other coefficients belong to themselves."""
+    return SLOPE_SYMBOLS.get(name, (name,))[0]
 
 
 def told_coefficients(found: Compensation, temperature: float | None) -> dict[Name, Coefficient]:
@@ -101,14 +107,12 @@ def _slopes(found: Compensation) -> Iterator[tuple[Name, Coefficient]]:
     identity = np.eye(len(ERRORS))
     for place, axis in enumerate(found.axes):
         laws = {"k0": found.k0, "K1": found.K1, "delta": axis.delta}
-        for law in LAWS if place == 0 else ("delta",):
-            for side in ("above", "below"):
-                slope = getattr(laws[law], side)
-                error = f"{law}_slope_{side}" if place == 0 else f"other {law}_slope_{side}"
+        for symbol, (law, side) in SLOPE_SYMBOLS.items():
+            slope, name = getattr(laws[law], side), name_of(symbol, axis.name)
+            if slope.determined and (place == 0 or name[1] is not None):
+                error = f"{'other ' if place else ''}{law}_slope_{side}"
                 unit = f"{ERROR_UNITS.get(law, '1')}/degC"
-                if slope.determined:
-                    own = Coefficient(slope.value, identity[ERRORS.index(error)], unit)
-                    yield name_of(f"{law} {side}", axis.name), own
+                yield name, Coefficient(slope.value, identity[ERRORS.index(error)], unit)
 
 
 def in_units_of(

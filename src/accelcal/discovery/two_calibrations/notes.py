@@ -8,11 +8,11 @@ from accelcal.arguments.options import check_flag
 from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
-from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name
+from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name, parameter_of
 from accelcal.discovery.two_calibrations.errors import Side
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.same_head import names_of, same_head
-from accelcal.model import COEFFICIENT_OF
+from accelcal.model import COEFFICIENT_OF, SLOPES
 from accelcal.plural import listed
 from accelcal.results.table import nearest_table
 
@@ -99,7 +99,7 @@ def left_out(
         missing = [own.name for own, told in ((old, one), (new, other)) if name not in told]
         if missing:
             found[name] = f"{_NOT_TOLD} by the {missing[0]} calibration"
-        elif " " in symbol and _references_differ(old, new):
+        elif symbol in SLOPES and _references_differ(old, new):
             found[name] = "slopes above and below another T0"
         elif symbol == "delta" and axis and _angles_differ(old, new, axis):
             found[name] = (
@@ -130,7 +130,7 @@ def _is_freed(own: Side, axis: str) -> bool:
 
 def _meaning(own: Side, symbol: str) -> str:
     """What a coefficient really is at the angles of a calibration."""
-    name = symbol.split()[0]
+    name = parameter_of(symbol)
     table = nearest_table(own.calibration.tables, own.found.T0_degC)
     return table.meaning(name) if name in COEFFICIENT_OF else name
 
