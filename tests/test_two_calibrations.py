@@ -168,6 +168,28 @@ def test_of_an_unchanged_unit_the_indicated_acceleration_changes_in_5_percent(un
     assert np.mean(beyond) <= 0.05 + 2.0 * np.sqrt(0.05 * 0.95 / (2 * TRIALS))
 
 
+def test_of_an_unchanged_unit_the_band_leaves_out_zero_anywhere_in_5_percent(unchanged):
+    """The largest of 41 points is beyond its own U two to three times as often."""
+    apart = np.mean([not all(own.agrees for own in found.indicated) for found in unchanged])
+    alone = np.mean([abs(found.largest.difference.value)
+                     > found.largest.difference.expanded_uncertainty
+                     for found in unchanged])  # fmt: skip
+    assert apart <= 0.05 + 2.0 * np.sqrt(0.05 * 0.95 / TRIALS)
+    assert alone > apart
+
+
+def test_nowhere_beyond_is_the_farthest_edge_of_the_band():
+    found = compare(OLD, NEW)
+    assert found.at_most == max(abs(p.difference.value) + p.band for p in found.indicated)
+    told = " ".join(str(found).split())
+    assert f"nowhere beyond {1e6 * found.at_most:.0f} ug (95 %, for the whole range" in told
+    moved = compare(OLD, accelcal.fit(changed(measured(2), offset=1e-4)))
+    assert "at once); DISAGREES, clearest" in " ".join(str(moved).split())
+    same = " ".join(str(compare(OLD, OLD)).split())
+    assert "largest 0" in same
+    assert "DISAGREES" not in same
+
+
 def test_a_bias_is_seen_as_often_as_its_size_says():
     """One of 1.96 + 1.64 standard uncertainties has |E_n| > 1 in 95 %."""
     size = (1.96 + 1.64) * oracle(one_head=True)[0]

@@ -142,19 +142,22 @@ class StaticEffects:
             yield replace(self, disturbances=(item,), parameters=(own,), look_alikes=(alike,))
 
     def parts(self, samples: Samples, a_i: Array) -> Iterator[tuple[Array, float]]:
-        """Variance of `total` [g^2] with its degrees of freedom, part by part.
+        """Variance of `total` [g^2] with its degrees of freedom, for each of `changes`."""
+        return ((change**2, dof) for change, dof in self.changes(samples, a_i))
 
-        A part for each size on its own, and one for what may be there in the place of each effect:
+    def changes(self, samples: Samples, a_i: Array) -> Iterator[tuple[Array, float]]:
+        """Change of `total` [g] by independent errors of one standard uncertainty, and the dof.
+
+        One for each size on its own, and one for each that may be there in the place of an effect:
         with m look-alikes the mean square of m + 1 differences, that of the effect itself zero.
         """
         c = self._conditions(samples, a_i)
         for item, own, alike in self._together():
             without = _value(item, samples, c)
             for more, dof in _one_by_one(item, own):
-                yield (_value(more, samples, c) - without) ** 2, dof
-            if alike:
-                squares = sum((other.value(samples, c) - without) ** 2 for other in alike)
-                yield np.asarray(squares / (len(alike) + 1)), math.inf
+                yield _value(more, samples, c) - without, dof
+            for other in alike:
+                yield (other.value(samples, c) - without) / math.sqrt(len(alike) + 1), math.inf
 
     def _together(
         self,

@@ -164,7 +164,7 @@ def student_quantile(level: float, dof: float) -> float:
     tail = 0.5 * (1.0 - level)
     t = 0.0 if math.isinf(dof) else _cornish_fisher(student_quantile(level, math.inf), dof)
     for _ in range(200):
-        step = (student_survival(t, dof) - tail) / _student_density(t, dof)
+        step = (student_survival(t, dof) - tail) / student_density(t, dof)
         t += step
         if abs(step) <= 1e-9 * t:  # Newton's next step would be about the square of this one
             break
@@ -184,7 +184,26 @@ def _cornish_fisher(z: float, dof: float) -> float:
     return z + (first + (second + third / dof) / dof) / dof
 
 
-def _student_density(t: float, dof: float) -> float:
+def student_density(t: float, dof: float) -> float:
+    """Density of Student's t.
+
+    Parameters
+    ----------
+    t : float
+        The value.
+    dof : float
+        Degrees of freedom, above 0; infinity gives the normal distribution.
+
+    Returns
+    -------
+    float
+        The density.
+
+    Examples
+    --------
+    >>> round(student_density(0.0, 1.0) * math.pi, 12)
+    1.0
+    """
     if math.isinf(dof):
         return math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi)
     rest = _beyond_stirling((dof + 1.0) / 2.0) - _beyond_stirling(dof / 2.0)

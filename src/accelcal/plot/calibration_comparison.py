@@ -74,16 +74,17 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
         Returns
         -------
         Axes
-            The change with its 95 % interval.
+            The change with the 95 % band that holds in the whole range at once.
         """
         drawn, colours = canvas(ax), palette()
         found = self.result.indicated
         a_i = np.array([own.a_i for own in found])
         value = _MICRO * np.array([own.difference.value for own in found], dtype=float)
-        half = np.array([own.difference.expanded_uncertainty for own in found], dtype=float)
-        low, high = value - _MICRO * half, value + _MICRO * half
-        drawn.fill_between(a_i, low, high, color=colours.series[0], alpha=0.25, lw=0)
+        half = _MICRO * np.array([own.band for own in found])
+        drawn.fill_between(
+            a_i, value - half, value + half, color=colours.series[0], alpha=0.25, lw=0
+        )
         drawn.plot(a_i, value, color=colours.series[0])
         drawn.axhline(0.0, color=colours.ink, lw=0.8)
         drawn.set(xlabel="acceleration along the input axis [g]", ylabel="new − old [µg]")
-        return entitled(drawn, "Change of the indicated acceleration, 95 %")
+        return entitled(drawn, "Change of the indicated acceleration, 95 % for the whole range")

@@ -15,6 +15,7 @@ from accelcal.results.calibration_comparison import (
     CalibrationComparison,
     CoefficientChange,
     ComparedCalibration,
+    IndicatedChange,
 )
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
@@ -102,9 +103,15 @@ def _number(own: Quantity, factor: float) -> tuple[str, str]:
 
 def _in_use(found: CalibrationComparison) -> Iterator[str]:
     ends = (found.indicated[0].a_i, found.indicated[-1].a_i)
-    largest, at = found.largest.difference, found.largest.a_i
-    value, half = matching_digits(largest.value or 0.0, largest.expanded_uncertainty, MICRO)
+    limit, _ = matching_digits(found.at_most, found.largest.band, MICRO)
+    apart = max(found.indicated, key=lambda own: abs(own.difference.value or 0.0) / own.band)
     yield from wrapped(
-        f"Change of the indicated acceleration, {ends[0]:.3g} to {ends[1]:.3g} g: at most"
-        f" {value} +- {half} ug (95 %), at {at:.3g} g"
+        f"Change of the indicated acceleration, {ends[0]:.3g} to {ends[1]:.3g} g:"
+        f" largest {_at(found.largest)}; nowhere beyond {limit} ug (95 %, for the whole range at"
+        f" once){'' if apart.agrees else f'; DISAGREES, clearest {_at(apart)}'}"
     )
+
+
+def _at(own: IndicatedChange) -> str:
+    value, half = matching_digits(own.difference.value or 0.0, own.band, MICRO)
+    return f"{value} +- {half} ug at {own.a_i:.3g} g"

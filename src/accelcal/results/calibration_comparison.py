@@ -118,10 +118,18 @@ class IndicatedChange(StoredPart):
         Acceleration along the input axis, without any across it [g].
     difference : Quantity
         Output by the new calibration less that by the old one, over K1 of the old one [g].
+    band : float
+        Half width of the 95 % band that holds at all accelerations at once [g].
     """
 
     a_i: float
     difference: Quantity
+    band: float
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the band holds no change."""
+        return abs(self.difference.value or 0.0) <= self.band
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,6 +219,11 @@ class CalibrationComparison(StoredResult, TabularResult):
         return max(self.indicated, key=lambda change: abs(change.difference.value or 0.0))
 
     @property
+    def at_most(self) -> float:
+        """Size that the change exceeds nowhere in the range, with 95 % [g]."""
+        return max(abs(own.difference.value or 0.0) + own.band for own in self.indicated)
+
+    @property
     def plot(self) -> CalibrationComparisonPlot:
         """Pictures, each a method that returns matplotlib axes."""
         from accelcal.plot.calibration_comparison import CalibrationComparisonPlot
@@ -222,7 +235,7 @@ class CalibrationComparison(StoredResult, TabularResult):
         return {
             "schema": SCHEMA,
             **members(self, "software serial old new temperature_degC same_head agrees joint"),
-            **members(self, "coefficients largest indicated notes"),
+            **members(self, "coefficients largest at_most indicated notes"),
         }
 
     def rows(self) -> list[dict[str, Any]]:

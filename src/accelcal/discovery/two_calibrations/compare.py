@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arrays import Array
-from accelcal.compensate.propagation import Part, interval_of_parts, propagated
+from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.discovery.two_calibrations.coefficients import (
     Coefficient,
     Name,
@@ -37,6 +37,8 @@ from accelcal.discovery.two_calibrations.suited import (
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import quantities
 from accelcal.numerics.one_thread import in_one_thread
+from accelcal.numerics.probability import LEVEL
+from accelcal.numerics.simultaneous import path_length, simultaneous_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.calibration_comparison import (
     CalibrationComparison,
@@ -200,15 +202,10 @@ def _changes(pair: _Pair, errors: Sequence[Errors]) -> Iterator[CoefficientChang
 
 
 def _quantities(
-    values: ArrayLike,
-    by_errors: ArrayLike,
-    errors: Errors,
-    units: Sequence[str],
-    others: Sequence[Part] = (),
+    values: ArrayLike, by_errors: ArrayLike, errors: Errors, units: Sequence[str]
 ) -> list[Quantity]:
-    """Values that depend on errors, with their intervals; others add to the variances."""
-    part = propagated(*errors, list(np.array(by_errors).T))
-    told = interval_of_parts([part, *others])
+    """Values that depend on errors, with their intervals."""
+    told = interval_of_parts([propagated(*errors, list(np.array(by_errors).T))])
     return quantities(units, np.asarray(values), told.standard, told.expanded, told.dof)
 
 
@@ -238,11 +235,19 @@ def _indicated(
     a_i, scale = common_range(one, other), pair.old["K1", None].value
     old = indication(one, pair.old, a_i, temperature, 1.0)
     new = indication(other, pair.new, a_i, temperature, gravity)
-    by_errors = np.hstack([-old.by_error, new.by_error]) / scale
-    of_effects = [
-        part._replace(variance=part.variance / scale**2)
-        for part in (*old.by_effects, *new.by_effects)
+    each = (-old.by_error, new.by_error, old.by_effect, new.by_effect)
+    by_errors, values = np.hstack(each) / scale, (new.output - old.output) / scale
+    whole = [own.beside(np.append(old.effect_dof, new.effect_dof)) for own in errors]
+    units = ["g"] * a_i.size
+    found = _widest(_quantities(values, by_errors, own, units) for own in whole)
+    length = max(path_length(by_errors @ own.covariance @ by_errors.T) for own in whole)
+    return [
+        IndicatedChange(a, own, _half_width(own, length))
+        for a, own in zip(a_i.tolist(), found, strict=True)
     ]
-    values, units = (new.output - old.output) / scale, ["g"] * a_i.size
-    found = _widest(_quantities(values, by_errors, own, units, of_effects) for own in errors)
-    return [IndicatedChange(a, own) for a, own in zip(a_i.tolist(), found, strict=True)]
+
+
+def _half_width(own: Quantity, length: float) -> float:
+    """Half width at one point of the band that holds everywhere on a path."""
+    factor = simultaneous_quantile(LEVEL, own.dof or np.inf, length)
+    return factor * (own.standard_uncertainty or 0.0)

@@ -107,6 +107,14 @@ class Errors(NamedTuple):
     covariance: Array
     over_dof: Array
 
+    def beside(self, dof: Array) -> Errors:
+        """The same with independent errors of variance 1 behind them, of k degrees of freedom."""
+        known, more = len(self.covariance), dof.size
+        whole = np.zeros((2, known + more, known + more))
+        whole[:, :known, :known] = self
+        whole[:, known:, known:] = np.eye(more), np.diag(1.0 / dof)
+        return Errors(*whole)
+
 
 def _as_estimated(_: float) -> float:
     return 1.0

@@ -9,7 +9,6 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.propagation import Part
 from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name
 from accelcal.discovery.two_calibrations.errors import Side
 
@@ -26,13 +25,16 @@ class Indication(NamedTuple):
         The output.
     by_error : ndarray, shape (n, 18)
         Its derivatives by the errors of the calibration.
-    by_effects : tuple of Part
-        Variances by the sizes of its effects.
+    by_effect : ndarray, shape (n, k)
+        Its changes by independent errors of one standard uncertainty in its effects.
+    effect_dof : ndarray, shape (k,)
+        Degrees of freedom of these.
     """
 
     output: Array
     by_error: Array
-    by_effects: tuple[Part, ...]
+    by_effect: Array
+    effect_dof: Array
 
 
 def common_range(old: Side, new: Side) -> Array:
@@ -69,7 +71,7 @@ def indication(
         The output, with the static effects of the calibration.
     """
     k0, K1, k2, k3 = (told.get((name, None), _UNTOLD) for name in ("k0", "K1", "k2", "k3"))
-    added, parts = _by_effects(own, a_i / gravity, temperature)
+    added, by_effect, dof = _by_effects(own, a_i / gravity, temperature)
     bracket = k0.value + a_i + k2.value * a_i**2 + k3.value * a_i**3 + gravity * added
     by_bracket = k0.by_error + np.multiply.outer(a_i**2, k2.by_error)
     by_bracket = by_bracket + np.multiply.outer(a_i**3, k3.by_error)
@@ -77,18 +79,19 @@ def indication(
     return Indication(
         K1.value * bracket,
         np.multiply.outer(bracket, K1.by_error) + K1.value * by_bracket,
-        tuple(part._replace(variance=scale**2 * part.variance) for part in parts),
+        scale * by_effect,
+        dof,
     )
 
 
-def _by_effects(own: Side, a_i: Array, temperature: float | None) -> tuple[Array, list[Part]]:
-    """What static effects add to the indication [g], and the variances of that."""
+def _by_effects(own: Side, a_i: Array, temperature: float | None) -> tuple[Array, Array, Array]:
+    """What static effects add to the indication [g], its changes by their errors, and the dof."""
     found = compensation(own.calibration) if own.effects else own.found
     if found.effects is None:
-        return np.zeros_like(a_i), []
+        return np.zeros_like(a_i), np.zeros((a_i.size, 0)), np.zeros(0)
     reference = found.T0_degC
     unknown = temperature is None or reference is None
     rise = np.full_like(a_i, 0.0 if unknown else float(temperature or 0) - float(reference or 0))
     samples = found.samples(rise, [np.zeros_like(a_i) for _ in found.axes])
-    parts = [Part(variance, dof) for variance, dof in found.effects.parts(samples, a_i)]
-    return found.effects.total(samples, a_i), parts
+    changes, dof = zip(*found.effects.changes(samples, a_i), strict=True)
+    return found.effects.total(samples, a_i), np.column_stack(changes), np.array(dof)
