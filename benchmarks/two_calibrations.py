@@ -3,7 +3,8 @@
 Run ``python benchmarks/two_calibrations.py`` (minutes) or with ``--smoke`` (seconds). Both tests
 come from `tumble`, as those of `compare.py`, whose regimes are used: one unit, measured twice on
 one head or on two. The last column is the share of units of which a bias that is larger by 30 ug at
-the second test is seen by the joint test.
+the second test is seen by the joint test. Below are sizes of effects that both calibrations carry,
+of tests that `accelcal.simulate` makes.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import accelcal
 NAMES = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 MORE = 30e-6
 HIGHEST = 8.0
+SIZES = {"backlash": 2e-4, "hysteresis": 3e-4, "scale-factor-asymmetry": 4e-4}
 
 
 def trial(regime: Regime, seed: int) -> tuple[list[float], list[float], bool]:
@@ -46,6 +48,23 @@ def trial(regime: Regime, seed: int) -> tuple[list[float], list[float], bool]:
     )
 
 
+def sizes(name: str, size: float, trials: int) -> tuple[float, float]:
+    """Percent of |E_n| > 1 of the size of an effect, and of disagreement, where none changes."""
+    plan = accelcal.TumblePlan(temperatures=(20.0,), positions=16)
+    effects = [accelcal.effect(name).of(size)]
+    model = accelcal.discover(accelcal.simulate(plan=plan, effects=effects, seed=1))
+    apart, disagreed = 0, 0
+    for trial in range(trials):
+        old, new = (
+            accelcal.fit(accelcal.simulate(plan=plan, effects=effects, seed=seed), model=model)
+            for seed in (2 * trial + 2, 2 * trial + 3)
+        )
+        found = accelcal.compare_calibrations(old, new, same_head=False)
+        apart += not found.sizes[0].agrees
+        disagreed += not found.agrees
+    return 100.0 * apart / trials, 100.0 * disagreed / trials
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--trials", type=int, default=500)
@@ -66,6 +85,12 @@ def main() -> int:
         cells = ["-" if np.isnan(share) else f"{share:.1f}" for share in shares]
         print(f"{regime.name:40}" + "".join(f"{cell:>9}" for cell in cells), flush=True)
         bad += int(np.nanmax(shares[:-1]) > HIGHEST)
+    for name, size in SIZES.items():
+        row = f"size of {name}"
+        if asked.only in row:
+            share, disagreed = sizes(name, size, trials)
+            print(f"{row:40}{share:9.1f} with |E_n| > 1, {disagreed:.1f} disagree", flush=True)
+            bad += int(share > HIGHEST)
     return 1 if bad and not asked.smoke else 0
 
 

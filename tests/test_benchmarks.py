@@ -297,4 +297,6 @@ def test_false_alarms_of_two_calibrations_run():
     rows = [line.split() for line in printed.splitlines()[2:]]
     assert len(rows) == 2
     # the misalignment of the other side is not compared
-    assert all(row[-6] == "-" and float(row[-1]) >= 40.0 for row in rows)
+    assert all(row[-7] == "-" and float(row[-1]) >= 40.0 for row in rows)
+    printed = run("two_calibrations.py", "--smoke", "--only", "size of backlash")
+    assert "with |E_n| > 1" in printed.splitlines()[2]

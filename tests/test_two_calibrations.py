@@ -379,28 +379,52 @@ def test_effects_of_one_calibration_alone_are_told():
     assert apart.old.effects == ("scale-factor-asymmetry",)
 
 
-def test_an_effect_of_another_size_is_told_as_outside_the_tests():
-    """An asymmetry that doubles is 200 ug at 1 g, and leaves the coefficients as they are."""
+def carrying(seed, name, size, **others):
+    """A calibration with an effect of a size."""
     plan = TumblePlan(temperatures=(20.0,), positions=16)
-    one, other = (
-        simulate(
-            plan=plan,
-            noise=NOISE,
-            effects=[accelcal.effect("scale-factor-asymmetry").of(size)],
-            seed=seed,
-        )
-        for seed, size in ((1, 4e-4), (2, 8e-4))
-    )
-    old, new = (accelcal.fit(own, model=accelcal.discover(own)) for own in (one, other))
-    assert old.effects
-    assert new.effects
+    effects = [accelcal.effect(name).of(size, **others)]
+    record = simulate(plan=plan, noise=NOISE, effects=effects, seed=seed)
+    return accelcal.fit(record, model=accelcal.discover(record))
+
+
+def test_an_effect_of_another_size_disagrees_by_its_own_e_n():
+    """An asymmetry that doubles is 200 ug at 1 g, and leaves the coefficients as they are."""
+    name = "scale-factor-asymmetry"
+    old, new = carrying(1, name, 4e-4), carrying(2, name, 8e-4)
     found = compare(old, new, same_head=False)
-    largest = found.largest.difference
-    assert found.agrees
-    assert abs(largest.value) > 2.0 * largest.expanded_uncertainty
-    assert "The coefficients agree" in str(found)
-    assert said(found, "sizes of effects are in no E_n and not in the joint test")
-    assert not said(compare(OLD, NEW), "sizes of effects")
+    (size,) = found.sizes
+    stated = [own.effects[0].parameters["coefficient"] for own in (old, new)]
+    half = np.hypot(*(own.expanded_uncertainty for own in stated))
+    assert (size.effect, size.coefficient) == (name, "coefficient")
+    assert size.normalised_error == pytest.approx((stated[1].value - stated[0].value) / half, 1e-3)
+    assert found.joint.p_value > 0.01
+    assert found.p_value == pytest.approx(2.0 * size.p_value)
+    assert not found.agrees
+    assert not found.largest.agrees
+    assert "The coefficients and sizes of effects DISAGREE" in str(found)
+    (row,) = (line for line in str(found).splitlines() if line.startswith(f"  {name}"))
+    assert row.endswith("DISAGREES")
+    assert "The coefficients agree" in str(compare(OLD, NEW))
+    assert name in [label.get_text() for label in found.plot.coefficients().get_yticklabels()][-1]
+    assert accelcal.CalibrationComparison.from_json(found.to_json()) == found
+
+
+def test_effects_of_two_stands_are_told_and_those_of_two_places_are_not_compared():
+    lag = [carrying(seed, "backlash", 2e-4) for seed in (1, 2)]
+    assert said(compare(*lag, same_head=False), "of the stand", "backlash")
+    assert not said(compare(*lag, same_head=True), "of the stand")
+    places = enumerate((45.0, 45.0, 90.0))
+    old, new, elsewhere = (carrying(i, "position-error", 3e-4, at=at) for i, at in places)
+    assert [own.coefficient for own in compare(old, new).sizes] == ["error"]
+    assert compare(old, elsewhere).sizes == ()
+    assert said(compare(old, elsewhere), "sizes of position-error are not compared")
+
+
+def test_a_size_is_told_in_the_g_of_the_old_calibration():
+    old, new = (carrying(seed, "hysteresis", 3e-4) for seed in (1, 2))
+    found = compare(replace(old, g_local_m_s2=9.8), replace(new, g_local_m_s2=9.75))
+    stated = new.effects[0].parameters["half_width"].value
+    assert found["half_width"].new.value == pytest.approx(stated * 9.75 / 9.8)
 
 
 def with_lines(seed, **declared):

@@ -39,11 +39,9 @@ def left_in_use(calibration: Calibration, taken_up: Collection[str] = ()) -> lis
     """
     if not calibration.effects:
         return []
-    from accelcal.effects.catalogue import catalogue  # here, as few calibrations need it
-
-    acts_on = {entry.id: entry.acts_on for entry in catalogue()}
     names = [item.id for item in calibration.effects if item.id not in taken_up]
-    left = [name for name in names if acts_on.get(name) not in _NOT_IN_USE]
+    beside = of_the_test(names)
+    left = [name for name in names if name not in beside]
     if not left:
         return []
     it = "it" if len(left) == 1 else "them"
@@ -53,6 +51,16 @@ def left_in_use(calibration: Calibration, taken_up: Collection[str] = ()) -> lis
         f" accelerations nor their uncertainty count {it}; a fit without a model leaves in the"
         " coefficients what they can take up"
     ]
+
+
+def of_the_test(names: Collection[str]) -> list[str]:
+    """Keep the ids of effects of the stand, the chamber and the voltmeter."""
+    if not names:
+        return []
+    from accelcal.effects.catalogue import catalogue  # here, as few calibrations need it
+
+    acts_on = {entry.id: entry.acts_on for entry in catalogue()}
+    return [name for name in names if acts_on.get(name) in _NOT_IN_USE]
 
 
 def is_counted_in_use(effect: Effect, other: Effect) -> bool:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from accelcal.model import SLOPES
 from accelcal.numerics.probability import LEVEL
-from accelcal.plural import counted
 from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
 from accelcal.report.findings import probability
 from accelcal.report.lines import aligned, notes, sections, wrapped
@@ -51,17 +50,19 @@ def _of(own: ComparedCalibration) -> str:
 
 
 def _verdict(found: CalibrationComparison) -> Iterator[str]:
-    joint, rows = found.joint, change_rows(found)
-    yield f"The coefficients {'agree' if found.agrees else 'DISAGREE'} ({_chance(found)})"
-    yield f"joint test: chi^2 {significant(joint.chi2, 3)} of {joint.coefficients} differences"
+    joint, changes = found.joint, [own for _, own in shown_changes(found)]
+    tested = "coefficients and sizes of effects" if found.sizes else "coefficients"
+    chance = f"chance if nothing has changed {probability(found.p_value)}"
+    yield f"The {tested} {'agree' if found.agrees else 'DISAGREE'} ({chance})"
+    chance = f" of coefficients, chance {probability(joint.p_value)}" if found.sizes else ""
     yield (
-        f"|E_n| > 1: {sum(bool(row[-1]) for row in rows)} of {counted(len(rows), 'coefficient')};"
-        f" {(1.0 - LEVEL) * len(rows):.1g} if nothing has changed"
+        f"joint test: chi^2 {significant(joint.chi2, 3)} of {joint.coefficients} differences"
+        f"{chance}"
     )
-
-
-def _chance(found: CalibrationComparison) -> str:
-    return f"chance if nothing has changed {probability(found.joint.p_value)}"
+    yield (
+        f"|E_n| > 1: {sum(not own.agrees for own in changes)} of {len(changes)} {tested};"
+        f" {(1.0 - LEVEL) * len(changes):.1g} if nothing has changed"
+    )
 
 
 def _coefficients(found: CalibrationComparison) -> Iterator[str]:
@@ -69,17 +70,22 @@ def _coefficients(found: CalibrationComparison) -> Iterator[str]:
 
 
 def change_rows(found: CalibrationComparison) -> list[tuple[str, ...]]:
-    """Tell the coefficients that the report of a calibration has, in its order: a row each."""
+    """Tell the changes that a report shows: a row each."""
     return [_row(name, own) for name, own in shown_changes(found)]
 
 
 def shown_changes(found: CalibrationComparison) -> list[tuple[str, CoefficientChange]]:
-    """Choose what a report shows, in its order: the name of each, and the change."""
+    """Choose what a report shows, in its order: the name of each, and the change.
+
+    Of the coefficients those that the report of a calibration has, and the sizes of effects.
+    """
     several = len({own.cross_axis for own in found.coefficients} - {None}) > 1
     shown = (own for own in found.coefficients if own.coefficient in _ORDER)
     order = sorted(shown, key=lambda own: _ORDER.index(own.coefficient))
     axes = [f", {own.cross_axis}" if several and own.cross_axis else "" for own in order]
-    return [(_NAMES[own.coefficient] + axis, own) for own, axis in zip(order, axes, strict=True)]
+    names = [_NAMES[own.coefficient] + axis for own, axis in zip(order, axes, strict=True)]
+    sizes = [own.effect or "" for own in found.sizes]
+    return list(zip([*names, *sizes], [*order, *found.sizes], strict=True))
 
 
 def _row(name: str, own: CoefficientChange) -> tuple[str, ...]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
+from accelcal.numerics.probability import student_survival
 from accelcal.results.disagreement import ALPHA
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
@@ -48,18 +50,21 @@ class ComparedCalibration(StoredPart):
 
 @dataclass(frozen=True, slots=True)
 class CoefficientChange(StoredPart):
-    """One coefficient in both calibrations.
+    """One coefficient in both calibrations, or the size of an effect of both.
 
     Attributes
     ----------
     coefficient : str
-        Its symbol as in a calibration, slopes of the laws by theirs, as in ``"lam1"``.
+        Its symbol as in a calibration, slopes of the laws by theirs, as in ``"lam1"``; of an effect
+        the name of its parameter.
     cross_axis : str or None
         ``"a_p"`` or ``"a_o"``, where it is of one cross axis.
     old, new : Quantity
         What each calibration states, in the unit and the local g of the old one.
     difference : Quantity
         New less old, with the errors of both.
+    effect : str or None
+        Id of the effect, where it is the size of one.
     """
 
     coefficient: str
@@ -67,6 +72,7 @@ class CoefficientChange(StoredPart):
     old: Quantity
     new: Quantity
     difference: Quantity
+    effect: str | None = None
 
     @property
     def normalised_error(self) -> float | None:
@@ -79,10 +85,16 @@ class CoefficientChange(StoredPart):
         """Whether E_n is 1 at most, or nothing differs."""
         return abs(self.difference.value or 0.0) <= (self.difference.expanded_uncertainty or 0.0)
 
+    @property
+    def p_value(self) -> float:
+        """Chance of such a difference where nothing has changed, by itself."""
+        value, u = abs(self.difference.value or 0.0), self.difference.standard_uncertainty
+        return 2.0 * student_survival(value / u, self.difference.dof or math.inf) if u else 1.0
+
     def to_document(self) -> dict[str, Any]:
         """Return the coefficient as it stands in the JSON document."""
         return {
-            **members(self, "coefficient cross_axis old new difference"),
+            **members(self, "effect coefficient cross_axis old new difference"),
             "E_n": self.normalised_error,
             "agrees": self.agrees,
         }
@@ -146,9 +158,9 @@ class CalibrationComparison(StoredResult, TabularResult):
         Whether both were measured on one head, whose errors are common to both; None where nothing
         tells it.
     coefficients : tuple of CoefficientChange
-        What both determine.
+        What both determine, the sizes of effects behind the coefficients.
     joint : JointTest
-        Test of all of them.
+        Test of all coefficients.
     indicated : tuple of IndicatedChange
         Change of the indicated acceleration over the range that both tested.
     notes : tuple of str
@@ -188,12 +200,12 @@ class CalibrationComparison(StoredResult, TabularResult):
         return comparison_text(self)
 
     def __repr__(self) -> str:
-        verdict = f"coefficients {'agree' if self.agrees else 'disagree'}"
+        verdict = "agree" if self.agrees else "disagree"
         name = self.serial or self.new.source
-        return visible(f"<CalibrationComparison {name}: {verdict}, p = {self.joint.p_value:.2g}>")
+        return visible(f"<CalibrationComparison {name}: {verdict}, p = {self.p_value:.2g}>")
 
     def __getitem__(self, coefficient: str) -> CoefficientChange:
-        """Change of a coefficient, of the first cross axis where both have it.
+        """Change of a coefficient or parameter, of the first cross axis or effect that has it.
 
         Raises
         ------
@@ -206,12 +218,23 @@ class CalibrationComparison(StoredResult, TabularResult):
         raise KeyError(coefficient)
 
     @property
-    def agrees(self) -> bool:
-        """Whether the joint test of coefficients finds no difference, at a false-alarm rate of 1 %.
+    def sizes(self) -> tuple[CoefficientChange, ...]:
+        """Those of `coefficients` that are sizes of effects."""
+        return tuple(own for own in self.coefficients if own.effect)
 
-        Sizes of effects are not in it; those of static ones are in `indicated`.
+    @property
+    def p_value(self) -> float:
+        """Chance of such differences where nothing has changed.
+
+        The least of the joint test and of each size of an effect, times their number (Bonferroni).
         """
-        return self.joint.p_value >= ALPHA
+        each = [self.joint.p_value, *(own.p_value for own in self.sizes)]
+        return min(len(each) * min(each), 1.0)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether coefficients and sizes of effects agree, at a false-alarm rate of 1 %."""
+        return self.p_value >= ALPHA
 
     @property
     def largest(self) -> IndicatedChange:
@@ -234,8 +257,8 @@ class CalibrationComparison(StoredResult, TabularResult):
         """Return the comparison as the JSON document of schema `SCHEMA`."""
         return {
             "schema": SCHEMA,
-            **members(self, "software serial old new temperature_degC same_head agrees joint"),
-            **members(self, "coefficients largest at_most indicated notes"),
+            **members(self, "software serial old new temperature_degC same_head agrees p_value"),
+            **members(self, "joint coefficients largest at_most indicated notes"),
         }
 
     def rows(self) -> list[dict[str, Any]]:
@@ -243,6 +266,7 @@ class CalibrationComparison(StoredResult, TabularResult):
         return [
             {
                 "serial": self.serial,
+                "effect": change.effect,
                 "coefficient": change.coefficient,
                 "cross_axis": change.cross_axis,
                 "temperature_degC": self.temperature_degC,

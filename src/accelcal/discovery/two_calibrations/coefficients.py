@@ -24,8 +24,6 @@ Name = tuple[str, str | None]
 
 _MAIN = (*PARAMETERS, *SLOPES)
 _OTHER = [ERRORS.index(f"other {name}") for name in OF_ONE_AXIS]
-_POWERS = {"k0": 1, "K1": -1, "k2": -1, "k3": -2, "delta_ip": -1, "lam1": 1, "lam2": 1}
-"""Power of the ratio of two local g by which a coefficient changes; 0 of all others."""
 
 
 class Coefficient(NamedTuple):
@@ -115,6 +113,19 @@ def _slopes(found: Compensation) -> Iterator[tuple[Name, Coefficient]]:
                 yield name, Coefficient(slope.value, identity[ERRORS.index(error)], unit)
 
 
+def power_of_g(unit: str) -> int:
+    """Power of local g in a unit, and so of the ratio of two of them by which a value changes.
+
+    Examples
+    --------
+    >>> [power_of_g(unit) for unit in ("g", "g/g^3", "g/g^2/degC", "rad", "mA/g")]
+    [1, -2, -1, 0, -1]
+    """
+    numerator, *below = unit.split("/")
+    powers = (int(part[2:] or 1) for part in below if part.partition("^")[0] == "g")
+    return int(numerator == "g") - sum(powers)
+
+
 def in_units_of(
     own: Mapping[Name, Coefficient], factor: float, gravity: float
 ) -> dict[Name, Coefficient]:
@@ -134,10 +145,10 @@ def in_units_of(
     dict of tuple to Coefficient
         The coefficients.
     """
-    return {
-        name: c.times((factor if name[0] == "K1" else 1.0) * gravity ** _POWERS.get(name[0], 0))
-        for name, c in own.items()
-    }
+    told = {name: c.times(gravity ** power_of_g(c.unit)) for name, c in own.items()}
+    if ("K1", None) in own:  # whose output may be one in g
+        told["K1", None] = own["K1", None].times(factor / gravity)
+    return told
 
 
 def of_output(own: Mapping[Name, Coefficient], unit: str) -> dict[Name, Coefficient]:

@@ -29,6 +29,7 @@ from accelcal.discovery.two_calibrations.errors import (
 from accelcal.discovery.two_calibrations.indicated import common_range, indication
 from accelcal.discovery.two_calibrations.joint import joint_test
 from accelcal.discovery.two_calibrations.notes import heads_tried, is_one_head, left_out, notes
+from accelcal.discovery.two_calibrations.sizes import size_changes
 from accelcal.discovery.two_calibrations.suited import (
     common_temperature,
     factor_of_unit,
@@ -122,7 +123,9 @@ def compare_calibrations(
     whether there was one head, the wider interval and the larger chance count.
 
     The joint test is chi^2 = d' C^-1 d of all differences d. Its chance is the mean over all sizes
-    of errors that few degrees of freedom leave open, as of `accelcal.compare`.
+    of errors that few degrees of freedom leave open, as of `accelcal.compare`. Sizes of effects
+    that both have are tested each for itself, as a calibration does not tell how they correlate
+    with its coefficients.
 
     Examples
     --------
@@ -157,7 +160,10 @@ def compare_calibrations(
         new=_told(other),
         temperature_degC=level,
         same_head=same,
-        coefficients=tuple(_changes(_with_outputs(pair), errors)),
+        coefficients=(
+            *_changes(_with_outputs(pair), errors),
+            *size_changes(one, other, gravity),
+        ),
         joint=max(joint, key=lambda test: test.p_value),
         indicated=tuple(_indicated(whole, errors, level, gravity)),
         notes=tuple(notes(one, other, same, level, lost)),

@@ -10,6 +10,8 @@ from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name, parameter_of
 from accelcal.discovery.two_calibrations.errors import Side
+from accelcal.discovery.two_calibrations.sizes import effect_key
+from accelcal.effects.left_in_use import of_the_test
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.same_head import names_of, same_head
 from accelcal.model import COEFFICIENT_OF, SLOPES
@@ -147,7 +149,7 @@ def notes(
     yield from _of_gravity(old, new, same)
     yield from _of_unit(old, new)
     yield from _of_temperature(old, new, temperature)
-    yield from _of_effects(old, new)
+    yield from _of_effects(old, new, same)
     yield from _of_launches(old, new)
 
 
@@ -239,7 +241,7 @@ def _of_temperature(old: Side, new: Side, temperature: float | None) -> Iterator
             )
 
 
-def _of_effects(old: Side, new: Side) -> Iterator[str]:
+def _of_effects(old: Side, new: Side, same: bool | None) -> Iterator[str]:
     if set(old.effects) != set(new.effects):
         told = [f"the {own.name} one has {listed(own.effects) or 'none'}" for own in (old, new)]
         yield (
@@ -248,10 +250,19 @@ def _of_effects(old: Side, new: Side) -> Iterator[str]:
         )
     elif old.by_others.any() or new.by_others.any():
         yield "the effects count as they are named, in both calibrations alike"
-    if old.effects or new.effects:
+    keys = {effect_key(item) for item in new.calibration.effects}
+    both = {item.id for item in old.calibration.effects if effect_key(item) in keys}
+    other = sorted({*old.effects} & {*new.effects} - both)
+    if other:
         yield (
-            "sizes of effects are in no E_n and not in the joint test; those of static ones are in"
-            " the change of the indicated acceleration alone"
+            f"sizes of {listed(other)} are not compared: what is stated of them without an"
+            " uncertainty differs"
+        )
+    of_test = of_the_test(sorted(both))
+    if of_test and not same:
+        yield (
+            f"of the stand and not of the accelerometer: {listed(of_test)}; two stands may have"
+            " other sizes"
         )
 
 
