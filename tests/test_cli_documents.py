@@ -358,7 +358,7 @@ def test_compare_takes_of_several_models_that_of_the_serial_number(capsys):
     assert "with B.csv" in capsys.readouterr().out
     code, err = run(["compare", "models.json", "A.csv"], capsys)
     assert code == 2
-    assert "serial A is asked for, but it holds the calibration of B" in err
+    assert "no unit in both files: the first file holds B, the second A" in err
 
 
 def test_a_path_in_place_of_a_calibration_is_refused():

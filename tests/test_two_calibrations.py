@@ -1,7 +1,10 @@
 """Two calibrations of one unit: what both share, how often noise differs, what is refused."""
 
+import io
 import json
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -539,11 +542,60 @@ def test_the_command_pairs_the_units_of_two_files(folder, capsys):
     assert json.loads(capsys.readouterr().out)["serial"] == "B"
 
 
+def stored(name, **serials):
+    """A file of several calibrations."""
+    several = [replace(own, serial=serial).to_document() for serial, own in serials.items()]
+    Path(name).write_text(json.dumps({"schema": OLD.SCHEMA, "calibrations": several}), "utf-8")
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("turned", [False, True])
+def test_one_unit_beside_several_is_paired_with_its_own(capsys, turned):
+    stored("several.json", A=OLD, B=NEW)
+    replace(NEW, serial="b").to_json("one.json")
+    files = ("one.json", "several.json") if turned else ("several.json", "one.json")
+    assert main(["compare", *files, "--format", "json"]) == 0
+    told = capsys.readouterr()
+    assert json.loads(told.out)["serial"].upper() == "B"
+    assert "not compared, in one of the files alone: A" in told.err
+
+
+@pytest.mark.usefixtures("folder")
+def test_units_that_cannot_be_paired_are_refused_in_a_line_that_says_what_to_do(capsys):
+    stored("several.json", A=OLD, B=NEW)
+    replace(NEW, serial=None).to_json("unnamed.json")
+    assert main(["compare", "several.json", "unnamed.json"]) == 2
+    told = capsys.readouterr().err
+    assert "holds A and B, the second no serial; choose one by --serial TEXT" in told
+    assert main(["compare", "several.json", "unnamed.json", "--serial", "A"]) == 0
+    assert capsys.readouterr().out.startswith("TWO CALIBRATIONS  serial A,")
+    replace(NEW, serial="C").to_json("other.json")
+    assert main(["compare", "several.json", "other.json"]) == 2
+    assert (
+        "no unit in both files: the first file holds A and B, the second C"
+        in capsys.readouterr().err
+    )
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("name", ["new.json", "table.csv"])
+def test_standard_input_is_a_calibration_or_a_table_by_its_contents(capsys, monkeypatch, name):
+    accelcal.write_table(measured(2), "table.csv")
+    assert main(["compare", "old.json", name, "--format", "json"]) == 0
+    expected = json.loads(capsys.readouterr().out)
+    given = io.TextIOWrapper(io.BytesIO(Path(name).read_bytes()))
+    monkeypatch.setattr(sys, "stdin", given)
+    assert main(["compare", "old.json", "-", "--format", "json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["schema"] == expected["schema"]
+    assert found["p_value"] == expected["p_value"]
+
+
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--head-uncertainty", "1e-5"], "--head-uncertainty: it tells of readings"),
+        (["--head-uncertainty", "1e-5"], "--head-uncertainty G: it tells of readings"),
         (["--temperature", "70"], "old calibration: temperature 70 degC"),
     ],
 )

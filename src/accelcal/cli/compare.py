@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import click
 
+from accelcal.cli.deliver import remark
 from accelcal.cli.files import Command, FileToRead
 from accelcal.cli.forms import deliver_forms
 from accelcal.cli.options import (
@@ -21,7 +21,8 @@ from accelcal.errors import InputError
 from accelcal.plural import listed
 
 if TYPE_CHECKING:
-    from accelcal.io.documents.calibrations import CalibrationFile
+    from accelcal.record import TumbleRecord
+    from accelcal.results.calibration import Calibration
     from accelcal.results.calibration_comparison import CalibrationComparison
     from accelcal.results.disagreement import Disagreement
 
@@ -68,19 +69,19 @@ def compare(
       accelcal compare calibration.json next-year.csv
       accelcal compare calibration.json next-year.json
     """
-    from accelcal.io.documents.calibrations import is_document, read_calibrations_or_models
+    from accelcal.io.documents.calibrations import (
+        read_calibrations_or_models,
+        read_records_or_calibrations,
+    )
+    from accelcal.io.documents.of_serial import pairs_of_units
     from accelcal.results.result import all_to_json
 
-    known = read_calibrations_or_models(calibration)
-    found: Sequence[CalibrationComparison] | Sequence[Disagreement]
-    if is_document(data):
-        _refuse_declared(declared)
-        later = read_calibrations_or_models(data)
-        found = _with_calibrations(known, later, serial, same_head, temperature)
-    else:
-        if temperature is not None:
-            raise InputError("--temperature is for two calibrations; readings have their own")
-        found = _with_readings(known, data, serial, same_head, declared)
+    known = read_calibrations_or_models(calibration).calibrations
+    later = read_records_or_calibrations(data, declared)
+    pairs, alone = pairs_of_units(known, later, serial)
+    if alone:
+        remark(f"note: not compared, in one of the files alone: {listed(alone)}")
+    found = [_compared(*pair, same_head, temperature) for pair in pairs]
     forms = {
         "text": lambda: "\n\n".join(map(str, found)),
         "json": lambda: all_to_json(found),
@@ -88,51 +89,21 @@ def compare(
     deliver_forms(forms, None, form)
 
 
-def _refuse_declared(declared: Mapping[str, float | str | None]) -> None:
-    """Refuse what is declared of readings, where none are given."""
-    given = [f"--{name.replace('_', '-')}" for name, own in declared.items() if own is not None]
-    if given:
-        raise InputError(
-            f"{listed(given)}: it tells of readings, and calibrations have their own; give it to"
-            " accelcal fit"
-        )
-
-
-def _with_calibrations(
-    known: CalibrationFile,
-    later: CalibrationFile,
-    serial: str | None,
+def _compared(
+    known: Calibration,
+    later: Calibration | TumbleRecord,
     same_head: bool | None,
     temperature: float | None,
-) -> list[CalibrationComparison]:
-    """Compare the calibrations of a second file with those of the first."""
-    from accelcal.discovery.two_calibrations.compare import compare_calibrations
+) -> CalibrationComparison | Disagreement:
+    """Compare what a second file has of a unit with its calibration."""
+    from accelcal.results.calibration import Calibration
 
-    chosen = [later.choose(serial)] if serial else later.calibrations
-    return [
-        compare_calibrations(
-            known.choose((serial or new.serial) if known.calibrations[1:] else None),
-            new,
-            same_head=same_head,
-            temperature=temperature,
-        )
-        for new in chosen
-    ]
+    if isinstance(later, Calibration):
+        from accelcal.discovery.two_calibrations.compare import compare_calibrations
 
+        return compare_calibrations(known, later, same_head=same_head, temperature=temperature)
+    from accelcal.discovery.new_record.compare import compare as compare_readings
 
-def _with_readings(
-    known: CalibrationFile,
-    data: str,
-    serial: str | None,
-    same_head: bool | None,
-    declared: Mapping[str, float | str | None],
-) -> list[Disagreement]:
-    """Compare the records of a table with the calibrations."""
-    from accelcal.discovery.new_record.compare import compare as simulate_and_compare
-    from accelcal.io.documents.of_serial import records_of_serial
-    from accelcal.io.tables import read_tables
-
-    return [
-        simulate_and_compare(known.choose(serial or record.serial), record, same_head=same_head)
-        for record in records_of_serial(read_tables(data, overrides=declared), serial)
-    ]
+    if temperature is not None:
+        raise InputError("--temperature is for two calibrations; readings have their own")
+    return compare_readings(known, later, same_head=same_head)

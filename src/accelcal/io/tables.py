@@ -19,7 +19,7 @@ from accelcal.io.declarations import (
     declared_by_caller,
 )
 from accelcal.io.engines import Engine, by_an_engine
-from accelcal.io.files.text import Source, SourceText, read_texts
+from accelcal.io.files.text import Source, SourceText, Texts, read_texts
 from accelcal.io.layout.merged_cells import with_merged_cells
 from accelcal.io.layout.output_columns import with_channels, with_lone_output
 from accelcal.io.layout.output_unit import (
@@ -101,13 +101,13 @@ class Sheet(NamedTuple):
 
 
 def read_tables(
-    source: Source, *, overrides: Mapping[str, object] | None = None
+    source: Source | Texts, *, overrides: Mapping[str, object] | None = None
 ) -> tuple[TumbleRecord, ...]:
     r"""Read all accelerometers of a table.
 
     Parameters
     ----------
-    source : path, "-" or file object
+    source : path, "-", file object or texts
         A table in one of the forms of the guide; ``"-"`` reads standard input.
     overrides : mapping of str to object, optional
         Declarations that win over the header: fields of `Apparatus`, `reference_temperature`,
@@ -176,7 +176,7 @@ def read_table(source: Source, *, overrides: Mapping[str, object] | None = None)
     return records[0]
 
 
-def survey(source: Source, *, overrides: Mapping[str, object] | None = None) -> Survey:
+def survey(source: Source | Texts, *, overrides: Mapping[str, object] | None = None) -> Survey:
     """Read a table and tell how it was written.
 
     Parameters

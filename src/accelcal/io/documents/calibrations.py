@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from codecs import BOM_UTF8
+from collections.abc import Mapping
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from accelcal.compensate.triad import refuse_for_triad
-from accelcal.errors import DocumentError
+from accelcal.errors import DocumentError, InputError
 from accelcal.io.documents.of_serial import one_of_serial
-from accelcal.io.files.text import Source, read_document
+from accelcal.io.files.text import Source, Texts, is_document, read_document, read_texts
+from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import read_as
 from accelcal.results.discovery import Discovery
@@ -17,10 +18,10 @@ from accelcal.results.json_text import parse_json
 from accelcal.results.result import StoredResult, all_from_json, parts_of
 from accelcal.results.triad import TriadCalibration
 
-__all__ = ["read_calibration"]
+if TYPE_CHECKING:
+    from accelcal.record import TumbleRecord
 
-_BEGINNING = 256
-"""Bytes of a file that are looked at."""
+__all__ = ["read_calibration"]
 
 
 class TriadFile(NamedTuple):
@@ -148,7 +149,7 @@ def read_calibrations(source: Source) -> CalibrationFile:
     return CalibrationFile(read.name, read.sha256 or "", calibrations)
 
 
-def read_calibrations_or_models(source: str) -> CalibrationFile:
+def read_calibrations_or_models(source: str | Texts) -> CalibrationFile:
     """Read a file of calibrations, or of discoveries that hold them.
 
     Parameters
@@ -172,26 +173,44 @@ def read_calibrations_or_models(source: str) -> CalibrationFile:
     return CalibrationFile(read.name, read.sha256 or "", calibrations)
 
 
-def is_document(path: str) -> bool:
-    """Tell by its name or its first character whether a file is a JSON document, and no table.
+def read_records_or_calibrations(
+    source: str, overrides: Mapping[str, object]
+) -> tuple[TumbleRecord | Calibration, ...]:
+    """Read what a calibration is compared with: a table of readings, or another calibration.
 
     Parameters
     ----------
-    path : str
-        Path of a file; ``"-"`` is taken for a table.
+    source : str
+        Path of a file; ``"-"`` reads standard input.
+    overrides : mapping of str to object
+        Declarations of a table, as of `accelcal.read_tables`; None is not declared.
 
     Returns
     -------
-    bool
-        False of a file that cannot be read, of which its reader tells more.
+    tuple of TumbleRecord or of Calibration
+        What the file holds, as its contents tell.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read, or the table is unusable.
+    DocumentError
+        If it is a document of something else.
+    InputError
+        If something is declared of a calibration.
     """
-    if path.lower().removesuffix(".gz").endswith(".json"):
-        return True
-    try:
-        with open(path, "rb") as file:  # noqa: PTH123  (pathlib costs start-up time)
-            return file.read(_BEGINNING).removeprefix(BOM_UTF8).lstrip().startswith(b"{")
-    except (OSError, ValueError):
-        return False
+    from accelcal.io.tables import read_tables  # here, as few calibrations need it
+
+    texts = read_texts(source, "table or calibration")
+    if not is_document(texts[0].text):
+        return read_tables(texts, overrides=overrides)
+    given = [f"{name}=..." for name, own in overrides.items() if own is not None]
+    if given:
+        raise InputError(
+            f"{listed(given)}: it tells of readings, and calibrations have their own; give it to"
+            " accelcal fit"
+        )
+    return read_calibrations_or_models(texts).calibrations
 
 
 def _of_fits_or_models(text: str) -> tuple[Calibration, ...]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Protocol, TypeVar
 
 from accelcal.errors import InputError
+from accelcal.plural import listed
+from accelcal.serials import serials_alike
 
 
 class _OfUnit(Protocol):
@@ -14,6 +17,7 @@ class _OfUnit(Protocol):
 
 
 Item = TypeVar("Item", bound=_OfUnit)
+Other = TypeVar("Other", bound=_OfUnit)
 
 
 def one_of_serial(results: Sequence[Item], serial: str | None, name: str, what: str) -> Item:
@@ -75,3 +79,53 @@ def records_of_serial(records: Sequence[Item], serial: str | None) -> list[Item]
         have = ", ".join(dict.fromkeys(str(record.serial) for record in records))
         raise InputError(f"no serial {serial!r} in the tables; there is {have}")
     return kept
+
+
+def pairs_of_units(
+    known: Sequence[Item], later: Sequence[Other], serial: str | None
+) -> tuple[list[tuple[Item, Other]], list[str]]:
+    """Pair the results of two files that are of one unit.
+
+    Parameters
+    ----------
+    known, later : sequence of object with serial
+        What the files hold.
+    serial : str or None
+        Serial number of the only unit that is asked for.
+
+    Returns
+    -------
+    list of tuple
+        The pairs, in the order of the second file. Serial numbers that differ by their spelling
+        alone are one; a result that has none fits any.
+    list of str
+        Serial numbers without a partner.
+
+    Raises
+    ------
+    InputError
+        If there is no pair, or a result is in several.
+    """
+    one, other = all_of_serial(known, serial), all_of_serial(later, serial)
+    pairs = [(own, item) for item in other for own in one if _may_be_one(own, item)]
+    first, second = (listed(_names(own)) or "no serial" for own in (known, later))
+    have = f"the first file holds {first}, the second {second}"
+    if not pairs:
+        asked = "unit" if serial is None else f"serial {serial!r}"
+        raise InputError(f"no {asked} in both files: {have}; give two files of one accelerometer")
+    times = Counter(id(result) for pair in pairs for result in pair)
+    if max(times.values()) > 1:
+        raise InputError(
+            f"several results may be of one unit: {have}; choose one by serial=..., or save one of"
+            " them as a file of its own"
+        )
+    return pairs, _names(own for own in (*one, *other) if id(own) not in times)
+
+
+def _may_be_one(own: _OfUnit, other: _OfUnit) -> bool:
+    names = {own.serial, other.serial} - {None}
+    return len(names) < 2 or bool(serials_alike(map(str, names)))
+
+
+def _names(results: Iterable[_OfUnit]) -> list[str]:
+    return [own.serial for own in results if own.serial]

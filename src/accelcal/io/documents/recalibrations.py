@@ -5,11 +5,12 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from accelcal.errors import InputError
 from accelcal.io.engines import exact_numbers
-from accelcal.io.files.text import read_text
+from accelcal.io.files.text import is_document, read_text
 from accelcal.recalibrations.entries import Entry, entries_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.result import all_from_json
@@ -45,9 +46,9 @@ def read_entries(paths: Sequence[str]) -> list[Entry]:
 
 def _read(path: str) -> list[Entry]:
     name, text, *_ = read_text(path, "result")
-    is_document = text.lstrip().startswith("{")
+    read = partial(all_from_json, Calibration) if is_document(text) else _frame
     try:
-        return entries_of(all_from_json(Calibration, text) if is_document else _frame(text))
+        return entries_of(read(text))
     except InputError as error:
         raise error.at(name) from None
 

@@ -34,6 +34,8 @@ _SHEET = re.compile(
     rf"(.+?(?:{'|'.join(map(re.escape, WORKBOOK_SUFFIXES))}))#(.+)", re.IGNORECASE | re.DOTALL
 )
 
+_JSON = re.compile(r'\s*(\{\s*["}]|\[\s*(\[\s*[-\d"\[]|\{))')
+
 _FOREIGN = (
     (b"%PDF", "a PDF document"),
     (b"\x89HDF", "an HDF5 or MATLAB file"),
@@ -75,14 +77,18 @@ class SourceText(NamedTuple):
     sheet: str = ""
 
 
-def read_text(source: Source, what: str = "table") -> SourceText:
+Texts = tuple[SourceText, ...]
+"""What a source held that was read before."""
+
+
+def read_text(source: Source | Texts, what: str = "table") -> SourceText:
     """Read the whole of a source as text.
 
     Parameters
     ----------
     source : path, "-" or file object
         What to read; gzip, Parquet and workbooks are told by their first bytes. A path may end in
-        the name of a sheet, as in ``"tests.xlsx#AL-15"``.
+        the name of a sheet, as in ``"tests.xlsx#AL-15"``. Texts are given back.
     what : str, default "table"
         What it is, for messages.
 
@@ -105,7 +111,7 @@ def read_text(source: Source, what: str = "table") -> SourceText:
     return first
 
 
-def read_texts(source: Source, what: str = "table") -> tuple[SourceText, ...]:
+def read_texts(source: Source | Texts, what: str = "table") -> Texts:
     """Read the tables of a source as text: several where a workbook has them in its sheets.
 
     Parameters
@@ -123,6 +129,8 @@ def read_texts(source: Source, what: str = "table") -> tuple[SourceText, ...]:
     TableError, InputError
         As of `read_text`.
     """
+    if isinstance(source, tuple):
+        return source
     name, content = _read(source, what)
     if isinstance(content, str):
         return (SourceText(name, _tidy(content, name), "text"),)
@@ -137,7 +145,7 @@ def read_texts(source: Source, what: str = "table") -> tuple[SourceText, ...]:
 
 
 def read_document(
-    source: Source, what: str, read: Callable[[str], Found]
+    source: Source | Texts, what: str, read: Callable[[str], Found]
 ) -> tuple[SourceText, Found]:
     """Read a source whose text is a document.
 
@@ -252,6 +260,11 @@ def refuse_foreign(data: bytes, name: str) -> None:
             raise TableError(f"{kind}, not a text table", remedy, source=name)
 
 
+def is_document(text: str) -> bool:
+    """Tell by its beginning whether a text is JSON, and no table."""
+    return bool(_JSON.match(text))
+
+
 def refuse_document(text: str, name: str) -> None:
     """Refuse JSON or results of a batch where a table belongs, and say what they are.
 
@@ -270,7 +283,7 @@ def refuse_document(text: str, name: str) -> None:
     if is_batch_result(text):
         problem = "results of accelcal batch, not a table of readings"
         raise TableError(problem, "leave the file out, and give tables", source=name, line=1)
-    if not re.match(r'\s*(\{\s*["}]|\[\s*(\[\s*[-\d"\[]|\{))', text):
+    if not is_document(text):
         return
     schema = re.search(r'"schema"\s*:\s*"(accelcal/([\w-]{1,40})/\d{1,9})"', text)
     problem, remedy = "JSON, not a table", "export the table as CSV text and give that file"
