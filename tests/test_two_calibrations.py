@@ -274,6 +274,35 @@ def test_single_levels_a_degree_apart_count_what_usual_slopes_make_of_it():
     assert widths[0] == pytest.approx(np.hypot(widths[1], np.sqrt(2.0) * 0.5 * 500e-6), rel=1e-2)
 
 
+def test_of_several_runs_at_one_level_the_mean_counts():
+    loud = replace(NOISE, launch=5e-5)
+
+    def of_runs(seed, runs):
+        record = simulate(plan=TumblePlan(temperatures=(20.0,) * runs), noise=loud, seed=seed)
+        return accelcal.fit(record)
+
+    one, three, other = of_runs(1, 1), of_runs(2, 3), of_runs(3, 3)
+    found = compare(three, other, same_head=False)
+    bias = [np.mean([own.error_model["k0"].value for own in c.tables]) for c in (three, other)]
+    assert found["k0"].difference.value == pytest.approx(bias[1] - bias[0], abs=1e-6)
+    rest = oracle(one_head=False)[0]
+    for pair, launches in (((three, other), 2.0 / 3.0), ((one, three), 4.0 / 3.0)):
+        size = compare(*pair, same_head=False)["k0"].difference.standard_uncertainty
+        assert size == pytest.approx(np.hypot(rest, np.sqrt(launches) * 5e-5), rel=0.03)
+    assert said(found, "new calibration counts by the mean of its runs 1, 2 and 3")
+    assert not said(compare(OLD, NEW), "mean of its runs")
+    assert np.isfinite(found.at_most)
+    axes = [calibrated(seed, temperatures=(20.0, 20.0), mountings=("o+", "p+")) for seed in (4, 5)]
+    assert [own.cross_axis for own in compare(*axes).coefficients].count("a_o") == 4
+
+
+def test_runs_that_do_not_tell_the_same_are_refused_still():
+    other = replace(calibrated(2, positions=4).tables[0], run="2")
+    mixed = replace(OLD, tables=(*OLD.tables, other))
+    with pytest.raises(accelcal.InputError, match=r"runs 1 \(o\+\), 2 \(o\+\); .* fit each"):
+        compare(mixed, NEW)
+
+
 def test_the_hysteresis_of_laws_counts_beside_a_single_level_alone():
     def bias(other, hysteresis):
         laws = side_of("old", LAWS)

@@ -30,11 +30,19 @@ _SIZE = len(PARAMETERS)
 _ROUNDING = 1e-9
 
 
-class _Run(NamedTuple):
-    """One table: its temperature, its coefficients, and their errors as `Errors` has them.
+class LevelRun(NamedTuple):
+    """One table, or the mean of several: coefficients, and their errors as `Errors` has them.
 
-    `common` and `own`, shape (2, 6, 6), are those of a level; `heat`, shape (6,), is what the
-    standard uncertainty of the temperature does to the coefficients.
+    Attributes
+    ----------
+    temperature : float
+        Its temperature [degC].
+    values : ndarray, shape (6,)
+        `PARAMETERS`.
+    common, own : ndarray, shape (2, 6, 6)
+        Their errors as those of a level.
+    heat : ndarray, shape (6,)
+        What the standard uncertainty of the temperature does to the coefficients.
     """
 
     temperature: float
@@ -155,7 +163,7 @@ def _level_table(
 ) -> LevelTable:
     """Draw the tables of one mounting together, level by level."""
     _refuse_different(tables)
-    runs = [_run(calibration, table, tables) for table in tables]
+    runs = [level_run(calibration, table, tables) for table in tables]
     places = same_levels(np.array([run.temperature for run in runs]))
     if len(places) < least:
         raise InputError(
@@ -163,7 +171,7 @@ def _level_table(
             f" one, {runs[0].temperature:g} degC; leave it out, or calibrate at a second level"
         )
     groups = [[runs[i] for i in level] for level in places]
-    levels = [_mean(group) for group in groups]
+    levels = [mean_run(group) for group in groups]
     rise = np.array([level.temperature for level in levels]) - _reference(calibration)
     values = np.array([level.values for level in levels])
     slopes = _slopes(rise, values)
@@ -194,9 +202,9 @@ def _refuse_different(tables: Sequence[TableCalibration]) -> None:
             )
 
 
-def _run(
+def level_run(
     calibration: Calibration, table: TableCalibration, tables: Sequence[TableCalibration]
-) -> _Run:
+) -> LevelRun:
     """Coefficients of a table, and their errors with those of K1 in its unit."""
     values = values_of(calibration, table)
     unit = np.ones(_SIZE)
@@ -213,7 +221,7 @@ def _run(
     unit_of_errors[_DELTA] *= wider
     values["delta"] += moved
     both = np.outer(unit_of_errors, unit_of_errors)
-    return _Run(
+    return LevelRun(
         table.temperature_degC or 0.0,
         np.array([values[name] for name in PARAMETERS]),
         (whole - own) * both,
@@ -317,7 +325,7 @@ def _nearest(found: FixtureAngle, table: TableCalibration) -> float | None:
     return found.temperatures[nearest_level(found.temperatures, table.temperature_degC)]
 
 
-def _weights(runs: Sequence[_Run]) -> Array:
+def _weights(runs: Sequence[LevelRun]) -> Array:
     """Weights of the runs of a level, by their variances on the average of the coefficients."""
     variances = np.array([np.diagonal((run.common + run.own)[0]) for run in runs])
     mean = variances.mean(axis=0)
@@ -328,14 +336,14 @@ def _weights(runs: Sequence[_Run]) -> Array:
     return np.asarray(weights / weights.sum())
 
 
-def _mean(runs: Sequence[_Run]) -> _Run:
+def mean_run(runs: Sequence[LevelRun]) -> LevelRun:
     """Mean of the runs of a level, with what the errors of each leave in it."""
     weights = _weights(runs)
 
     def total(name: str, power: int) -> Any:
         return sum(w**power * getattr(r, name) for w, r in zip(weights, runs, strict=True))
 
-    return _Run(**{name: total(name, 2 if name == "own" else 1) for name in _Run._fields})
+    return LevelRun(**{name: total(name, 2 if name == "own" else 1) for name in LevelRun._fields})
 
 
 def _slopes(rise: Array, values: Array) -> Array:
@@ -346,9 +354,9 @@ def _slopes(rise: Array, values: Array) -> Array:
     return np.asarray(0.5 * (np.vstack([slopes[:1], slopes]) + np.vstack([slopes, slopes[-1:]])))
 
 
-def _spread(runs: Sequence[_Run], slope: Array, loop: float) -> Array:
+def _spread(runs: Sequence[LevelRun], slope: Array, loop: float) -> Array:
     """Covariance of where the next run of a level may lie about the mean of those there are."""
-    mean, weights = _mean(runs), _weights(runs)
+    mean, weights = mean_run(runs), _weights(runs)
     off = np.array(
         [r.values - mean.values - slope * (r.temperature - mean.temperature) for r in runs]
     )
@@ -361,7 +369,7 @@ def _spread(runs: Sequence[_Run], slope: Array, loop: float) -> Array:
     return np.asarray(spread)
 
 
-def _beyond(expected: Array, spread: Array, mean: _Run) -> Array:
+def _beyond(expected: Array, spread: Array, mean: LevelRun) -> Array:
     """Covariance by which a scatter is more than expected, in the directions in which it is."""
     sigma = np.sqrt(np.diagonal((mean.common + mean.own)[0]))
     unit = np.where(sigma > 0.0, sigma, 1.0)

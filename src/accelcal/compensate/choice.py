@@ -16,6 +16,7 @@ from accelcal.compensate.assumptions import (
     without_covariance,
 )
 from accelcal.compensate.by_levels import level_compensation
+from accelcal.compensate.by_runs import are_alike, by_runs
 from accelcal.compensate.coefficients import (
     Compensation,
     CrossAxis,
@@ -50,6 +51,14 @@ __all__ = ["BY", "compensation"]
 BY = ("laws", "levels")
 """How coefficients depend on temperature; the first is the default."""
 
+_CHOOSE = (
+    "choose by run or mounting, or calibrate at levels more than 5 degC apart and from T0, which"
+    " tell the laws"
+)
+_UNLIKE = (
+    "they are of several levels or mountings, or tell different coefficients, and have no mean; fit"
+    " each of them by itself"
+)
 _OF_LAWS = ("K0", "K1", "M")
 _COMMON = ("k2", "k3", "delta_ip")
 """Parameters without a temperature law."""
@@ -62,6 +71,7 @@ def compensation(
     by: str = BY[0],
     same_launch: bool = False,
     effects: bool = True,
+    mean_of_runs: bool = False,
 ) -> Compensation:
     """Choose what a calibration gives to its users.
 
@@ -79,6 +89,9 @@ def compensation(
     effects : bool, default True
         Take up the static effects of the calibration, and count by them what may be in their place;
         otherwise the assumptions tell of them too.
+    mean_of_runs : bool, default False
+        Take several runs at one level without laws as their mean, and do not refuse them, see
+        `accelcal.compensate.by_runs`.
 
     Returns
     -------
@@ -119,7 +132,7 @@ def compensation(
         refuse_undetermined_laws(calibration)
         found = _from_laws(calibration, model, tables)
     else:
-        found = _from_tables(calibration, tables)
+        found = _from_tables(calibration, tables, averaged=mean_of_runs)
     beyond = beyond_in_use(calibration, tables, by_laws=by_laws)
     launch = Launch() if same_launch else _next_launch(calibration)
     new_launch = [] if same_launch else unknown_launch(calibration)
@@ -155,21 +168,25 @@ def _next_launch(calibration: Calibration) -> Launch:
     )
 
 
-def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:
-    """One table, or one of each cross axis."""
+def _from_tables(
+    calibration: Calibration, tables: Sequence[TableCalibration], *, averaged: bool
+) -> Compensation:
+    """One table, or one of each cross axis; or the mean of several that are alike."""
     tables = _one_side(calibration, tables)
-    axes = [cross_name(table.mounting) for table in tables]
-    if len(set(axes)) < len(axes):
+    by_axis: dict[str, list[TableCalibration]] = {}
+    for table in tables:
+        by_axis.setdefault(cross_name(table.mounting), []).append(table)
+    groups = list(by_axis.values())
+    if len(groups) < len(tables) and not (averaged and all(map(are_alike, groups))):
         names = ", ".join(f"{table.run} ({table.mounting})" for table in tables)
         raise InputError(
-            f"{len(tables)} tables and no temperature law, runs {names}; choose by run or mounting,"
-            " or calibrate at levels more than 5 degC apart and from T0, which tell the laws"
+            f"{len(tables)} tables and no temperature law, runs {names}; "
+            + (_UNLIKE if averaged else _CHOOSE)
         )
-    main, *others = tables
-    found = by_table(calibration, main)
-    for table in others:
-        found = with_other(found, by_table(calibration, table))
-    groups = [[table] for table in tables]
+    main = tables[0]
+    found, *others = (by_runs(calibration, own) for own in groups)
+    for other in others:
+        found = with_other(found, other)
     said = (*unknown_level(main.temperature_degC), *not_determined(groups))
     return replace(
         found,

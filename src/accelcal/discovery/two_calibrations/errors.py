@@ -76,9 +76,9 @@ def side_of(name: str, calibration: Calibration) -> Side:
         If it does not say which coefficients to use, or has no uncertainties.
     """
     try:
-        stated = compensation(calibration, effects=False)
+        stated = compensation(calibration, effects=False, mean_of_runs=True)
         named = without_sources(calibration, BY_OTHERS)
-        found = compensation(named, effects=False)
+        found = compensation(named, effects=False, mean_of_runs=True)
     except InputError as error:
         raise error.at(f"{name} calibration") from None
     covariance = np.array(found.covariance)

@@ -149,6 +149,7 @@ def notes(
     yield from _of_gravity(old, new, same)
     yield from _of_unit(old, new)
     yield from _of_temperature(old, new, temperature)
+    yield from _of_runs(old, new)
     yield from _of_effects(old, new, same)
     yield from _of_launches(old, new)
 
@@ -238,6 +239,18 @@ def _of_temperature(old: Side, new: Side, temperature: float | None) -> Iterator
             yield (
                 f"the {own.name} calibration is {away:.2g} degC off this temperature and tells no"
                 " slopes: U counts what usual ones make of it"
+            )
+
+
+def _of_runs(old: Side, new: Side) -> Iterator[str]:
+    for own in (old, new):
+        told = own.calibration
+        mounting = told.main_mounting
+        runs = [table.run for table in told.tables if table.mounting == mounting]
+        if told.temperature_model is None and len(runs) > 1:
+            yield (
+                f"the {own.name} calibration counts by the mean of its runs {listed(runs)}, which"
+                " are at one level"
             )
 
 
