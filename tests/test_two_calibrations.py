@@ -361,6 +361,33 @@ def test_of_the_other_side_the_misalignment_is_not_compared():
     assert found["K1"].agrees
 
 
+def test_the_uncertainty_of_the_fixture_angle_counts_in_the_misalignment_alone():
+    u, names = 5e-5, ("k0", "K1", "delta_ip")
+
+    def variances(other, same_head):
+        known = [compare(OLD, other, same_head=same_head, fixture_uncertainty=size)
+                 for size in (0.0, u)]  # fmt: skip
+        for name in names:
+            assert known[0][name].difference == known[1][name].difference
+        return [found["delta"].difference.standard_uncertainty ** 2 for found in known]
+
+    turned = calibrated(3, mountings=("o-",))
+    for other, same_head, share in (
+        (NEW, False, 2.0),  # two clampings
+        (NEW, True, 0.0),  # one, which cancels
+        (turned, False, 2.0),
+        (turned, True, 4.0),  # one, which has the other sign on the other side
+        (calibrated(4, mountings=("o+", "o-")), False, 1.0),  # both sides tell one of them
+    ):
+        less, more = variances(other, same_head)
+        assert more - less == pytest.approx(share * u**2, rel=1e-6, abs=1e-20)
+    found = compare(OLD, turned, fixture_uncertainty=u)
+    assert said(found, "the fixture angle of each test counts", "50 urad")
+    assert not said(found, "delta contains the fixture angle")
+    with pytest.raises(accelcal.InputError, match="fixture_uncertainty"):
+        compare(OLD, NEW, fixture_uncertainty=-1.0)
+
+
 def test_of_both_axes_only_the_common_one_is_compared():
     both = calibrated(3, mountings=("o+", "p+"))
     found = compare(both, calibrated(4, mountings=("p+",)))
@@ -637,4 +664,4 @@ def test_options_that_do_not_belong_to_calibrations_are_refused(capsys, options,
 def test_a_temperature_does_not_belong_to_readings(capsys):
     accelcal.write_table(measured(3), "table.csv")
     assert main(["compare", "old.json", "table.csv", "--temperature", "20"]) == 2
-    assert "--temperature is for two calibrations" in capsys.readouterr().err
+    assert "--temperature DEG: for two calibrations" in capsys.readouterr().err

@@ -10,6 +10,7 @@ from accelcal.cli.deliver import remark
 from accelcal.cli.files import Command, FileToRead
 from accelcal.cli.forms import deliver_forms
 from accelcal.cli.options import (
+    angle_option,
     apparatus_options,
     data_argument,
     effects_option,
@@ -41,6 +42,12 @@ if TYPE_CHECKING:
 @temperature_option(
     "--temperature", "DEG", "Temperature at which to compare two calibrations [degC; default: T0]."
 )
+@angle_option(
+    "--fixture-uncertainty",
+    "RAD",
+    "Standard uncertainty of the fixture angle of each of two calibrations [rad; default: its angle"
+    " is not counted].",
+)
 @effects_option
 @apparatus_options
 @format_option("text", "json")
@@ -50,6 +57,7 @@ def compare(
     serial: str | None,
     same_head: bool | None,
     temperature: float | None,
+    fixture_uncertainty: float | None,
     form: str,
     **declared: float | str | None,
 ) -> None:
@@ -81,7 +89,8 @@ def compare(
     pairs, alone = pairs_of_units(known, later, serial)
     if alone:
         remark(f"note: not compared, in one of the files alone: {listed(alone)}")
-    found = [_compared(*pair, same_head, temperature) for pair in pairs]
+    of_two = {"temperature": temperature, "fixture_uncertainty": fixture_uncertainty}
+    found = [_compared(*pair, same_head, of_two) for pair in pairs]
     forms = {
         "text": lambda: "\n\n".join(map(str, found)),
         "json": lambda: all_to_json(found),
@@ -93,7 +102,7 @@ def _compared(
     known: Calibration,
     later: Calibration | TumbleRecord,
     same_head: bool | None,
-    temperature: float | None,
+    of_two: dict[str, float | None],
 ) -> CalibrationComparison | Disagreement:
     """Compare what a second file has of a unit with its calibration."""
     from accelcal.results.calibration import Calibration
@@ -101,9 +110,10 @@ def _compared(
     if isinstance(later, Calibration):
         from accelcal.discovery.two_calibrations.compare import compare_calibrations
 
-        return compare_calibrations(known, later, same_head=same_head, temperature=temperature)
+        return compare_calibrations(known, later, same_head=same_head, **of_two)
     from accelcal.discovery.new_record.compare import compare as compare_readings
 
-    if temperature is not None:
-        raise InputError("--temperature is for two calibrations; readings have their own")
+    given = [f"{name}=..." for name, own in of_two.items() if own is not None]
+    if given:
+        raise InputError(f"{listed(given)}: for two calibrations; readings have their own")
     return compare_readings(known, later, same_head=same_head)

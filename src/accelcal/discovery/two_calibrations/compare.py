@@ -88,6 +88,7 @@ def compare_calibrations(
     *,
     same_head: bool | None = None,
     temperature: float | None = None,
+    fixture_uncertainty: float | None = None,
 ) -> CalibrationComparison:
     """Show where two calibrations of one accelerometer differ, and whether that is noise.
 
@@ -101,6 +102,9 @@ def compare_calibrations(
     temperature : float, optional
         Where to compare [degC]; by default T0 of the old one, or what is next to it of the
         temperatures for which both are good.
+    fixture_uncertainty : float, optional
+        Standard uncertainty of the fixture angle of each test [rad]. By default it is not counted,
+        and misalignments that have the angle in another way are not compared.
 
     Returns
     -------
@@ -140,7 +144,8 @@ def compare_calibrations(
     expect(new, Calibration)
     check_number_or_none(temperature=temperature)
     refuse_two_units(old, new)
-    one, other = side_of("old", old), side_of("new", new)
+    check_number_or_none(0.0, fixture_uncertainty=fixture_uncertainty)
+    one, other = side_of("old", old, fixture_uncertainty), side_of("new", new, fixture_uncertainty)
     same = is_one_head(one, other, same_head)
     factor, level = factor_of_unit(one, other), common_temperature(one, other, temperature)
     gravity = _gravity_ratio(old, new)

@@ -12,6 +12,9 @@ their difference as far as it acts alike on both):
 
     two heads: s_1^2 J_1 B_1 B_1' J_1' + s_2^2 J_2 B_2 B_2' J_2'
     one head:  s^2 (J_2 B_2 - J_1 B_1) (J_2 B_2 - J_1 B_1)'
+
+A fixture angle of a declared uncertainty adds in the same way: it acts on the misalignment of an
+axis that was measured on one side only, with the sign of that side.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
+from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, calibration_errors
 from accelcal.discovery.new_record.simulated import ERRORS
 from accelcal.effects.without_sources import without_sources
@@ -36,6 +40,7 @@ from accelcal.results.covariance import BY_OTHERS
 _SIZE = len(ERRORS)
 _PLACES = slice(0, _SIZE), slice(_SIZE, 2 * _SIZE)
 _BIAS, _SCALE_FACTOR = ERRORS.index("k0"), ERRORS.index("K1")
+_MISALIGNMENTS = ERRORS.index("delta"), ERRORS.index("other delta")
 
 
 class Side(NamedTuple):
@@ -53,6 +58,8 @@ class Side(NamedTuple):
         Errors of that.
     by_others : ndarray, shape (18, 18)
         Covariance of what may be there in the place of its effects.
+    fixture : float or None
+        Standard uncertainty of its fixture angle [rad]; None where it is not known.
     """
 
     name: str
@@ -60,15 +67,32 @@ class Side(NamedTuple):
     found: Compensation
     errors: CalibrationErrors
     by_others: Array
+    fixture: float | None = None
 
     @property
     def effects(self) -> tuple[str, ...]:
         """Ids of the effects that the calibration has."""
         return tuple(effect.id for effect in self.calibration.effects)
 
+    def is_freed(self, axis: str) -> bool:
+        """Whether both sides of an axis tell its misalignment without the fixture angle."""
+        return axis in {cross_name(told.axis) for told in self.calibration.fixture_angle}
 
-def side_of(name: str, calibration: Calibration) -> Side:
-    """Take what a calibration gives.
+    @property
+    def by_fixture(self) -> Array:
+        """What a standard uncertainty of the fixture angle does to the errors, shape (18, 2)."""
+        acting = np.zeros((_SIZE, len(_MISALIGNMENTS)))
+        mountings = (self.calibration.main_mounting, self.calibration.second_mounting)
+        axes = zip(self.found.axes, mountings, strict=False)
+        for place, (axis, mounting) in enumerate(axes):
+            if mounting and not self.is_freed(axis.name):
+                side = 1.0 if mounting.endswith("+") else -1.0
+                acting[_MISALIGNMENTS[place], place] = side * (self.fixture or 0.0)
+        return acting
+
+
+def side_of(name: str, calibration: Calibration, fixture: float | None = None) -> Side:
+    """Take what a calibration gives; `fixture` as in `Side`.
 
     Raises
     ------
@@ -90,7 +114,7 @@ def side_of(name: str, calibration: Calibration) -> Side:
     by_others = np.zeros((_SIZE, _SIZE))
     size = len(covariance)
     by_others[:size, :size] = np.array(stated.covariance) - covariance
-    return Side(name, calibration, found, calibration_errors(named, found), by_others)
+    return Side(name, calibration, found, calibration_errors(named, found), by_others, fixture)
 
 
 class Errors(NamedTuple):
@@ -157,6 +181,8 @@ def errors_of_both(
     for head, dof in _heads(old, new, same_head=same_head):
         covariance += factor(dof) ** 2 * head @ head.T
         over_dof += head @ head.T / dof
+    for fixture in _fixtures(old, new, same_head=same_head):
+        covariance += fixture @ fixture.T
     return Errors(covariance, over_dof)
 
 
@@ -182,6 +208,14 @@ def _heads(old: Side, new: Side, *, same_head: bool) -> list[tuple[Array, float]
         size, dof = max(known)
         return [(size * (both[0] + both[1]), dof)]
     return [(size * own, dof) for own, (size, dof) in zip(both, known, strict=True)]
+
+
+def _fixtures(old: Side, new: Side, *, same_head: bool) -> list[Array]:
+    """What independent errors of the fixture angles do: one, where both were clamped alike."""
+    acting = [np.zeros((2 * _SIZE, len(_MISALIGNMENTS))) for _ in _PLACES]
+    for own, place, side in zip(acting, _PLACES, (old, new), strict=True):
+        own[place] = side.by_fixture
+    return [acting[0] + acting[1]] if same_head else acting
 
 
 def _off_the_laws(own: Side, other: Side, temperature: float | None) -> Array:

@@ -119,15 +119,13 @@ def _references_differ(old: Side, new: Side) -> bool:
 
 def _angles_differ(old: Side, new: Side, axis: str) -> bool:
     """Whether the fixture angle is not in the misalignments of both in the same way."""
-    freed = [_is_freed(own, axis) for own in (old, new)]
+    if old.fixture is not None:
+        return False
+    freed = [own.is_freed(axis) for own in (old, new)]
     if any(freed):
         return not all(freed)
     one, other = ({t.mounting for t in own.calibration.tables} for own in (old, new))
     return not {m for m in one & other if cross_name(m) == axis}
-
-
-def _is_freed(own: Side, axis: str) -> bool:
-    return axis in {cross_name(told.axis) for told in own.calibration.fixture_angle}
 
 
 def _meaning(own: Side, symbol: str) -> str:
@@ -193,11 +191,17 @@ def _the(names: Collection[str]) -> str:
 
 def _of_fixture(old: Side, new: Side, same: bool | None, lost: Mapping[Name, str]) -> Iterator[str]:
     axes = {axis.name for axis in old.found.axes} & {axis.name for axis in new.found.axes}
-    bare = [axis for axis in axes if ("delta", axis) not in lost and not _is_freed(old, axis)]
-    if bare and not same:
+    bare = [axis for axis in axes if ("delta", axis) not in lost and not old.is_freed(axis)]
+    if old.fixture is not None:
+        yield (
+            "the fixture angle of each test counts with a standard uncertainty of"
+            f" {1e6 * old.fixture:.3g} urad"
+        )
+    elif bare and not same:
         yield (
             "delta contains the fixture angle of each test, which U does not count: of two fixtures"
-            " or clampings their difference is in it; both sides of the mounting would tell it"
+            " or clampings their difference is in it; give its standard uncertainty by"
+            " fixture_uncertainty=..., or measure both sides of the mounting, which tell it"
         )
 
 
