@@ -17,6 +17,9 @@ __all__ = ["CalibrationComparisonPlot"]
 
 _MICRO = 1e6
 
+_FAR = 5.0
+"""Normalised error beyond which the axis is logarithmic outside -2 to 2."""
+
 
 class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
     """Pictures of two calibrations.
@@ -52,15 +55,20 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
         changes = shown_changes(self.result)
         scores = np.array([own.normalised_error for _, own in changes], dtype=float)
         places = np.arange(scores.size)
-        drawn.axvspan(-1.0, 1.0, color=colours.series[2], alpha=0.2, lw=0)
+        drawn.axvspan(-1.0, 1.0, color=colours.series[2], alpha=0.2, lw=0, label="agrees")
         drawn.axvline(0.0, color=colours.ink, lw=0.8)
         apart = np.abs(scores) > 1.0
-        for chosen, colour in ((~apart, colours.series[0]), (apart, colours.series[1])):
-            drawn.plot(scores[chosen], places[chosen], "o", color=colour)
+        drawn.plot(scores[~apart], places[~apart], "o", color=colours.series[0])
+        drawn.plot(scores[apart], places[apart], "o", color=colours.series[1], label="DISAGREES")
+        if (np.abs(scores) > _FAR).any():  # else one hides how all others lie
+            drawn.set_xscale("symlog", linthresh=2.0, linscale=2.0)
+            drawn.locator_params(axis="x", subs=(1.0, 2.0, 5.0))
+            drawn.xaxis.set_major_formatter("{x:g}")
         drawn.set_yticks(places, [f"{name} {own.coefficient}" for name, own in changes])
         drawn.invert_yaxis()
         drawn.set_xlabel("normalised error $E_n$")
-        return entitled(drawn, "New − old calibration, over its U")
+        drawn.legend(loc="best")
+        return entitled(drawn, "New − old calibration, over its U (95 %)")
 
     @styled
     def indicated(self, ax: Axes | None = None) -> Axes:

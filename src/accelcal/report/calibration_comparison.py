@@ -110,11 +110,14 @@ def _number(own: Quantity, factor: float) -> tuple[str, str]:
 def _in_use(found: CalibrationComparison) -> Iterator[str]:
     ends = (found.indicated[0].a_i, found.indicated[-1].a_i)
     limit, _ = matching_digits(found.at_most, found.largest.band, MICRO)
-    apart = max(found.indicated, key=lambda own: abs(own.difference.value or 0.0) / own.band)
+    clearest = max(found.indicated, key=lambda own: abs(own.difference.value or 0.0) / own.band)
+    apart = "" if clearest.agrees else "; DISAGREES"
+    if apart and clearest is not found.largest:
+        apart += f", clearest {_at(clearest)}"
     yield from wrapped(
         f"Change of the indicated acceleration, {ends[0]:.3g} to {ends[1]:.3g} g:"
         f" largest {_at(found.largest)}; nowhere beyond {limit} ug (95 %, for the whole range at"
-        f" once){'' if apart.agrees else f'; DISAGREES, clearest {_at(apart)}'}"
+        f" once){apart}"
     )
 
 

@@ -255,6 +255,9 @@ def read_calibrations_or_triad(source: str) -> CalibrationFile | TriadFile:
 def _results(text: str, other: type[StoredResult]) -> tuple[Any, ...]:
     """Calibrations of a JSON text, or results of another kind where their schema is there."""
     document = parse_json(text, writer=f"{Calibration._WRITER} or {other._WRITER}")
-    is_other = isinstance(document, dict) and document.get("schema") == other.SCHEMA
+    schema = document.get("schema") if isinstance(document, dict) else None
+    is_other = schema == other.SCHEMA
+    if schema == TriadCalibration.SCHEMA and not is_other:
+        raise DocumentError("the calibration of a triad; give that of one accelerometer")
     kind = other if is_other else Calibration
     return read_as(partial(parts_of, kind), document, kind._WRITER)

@@ -117,7 +117,7 @@ def pairs_of_units(
     if max(times.values()) > 1:
         raise InputError(
             f"several results may be of one unit: {have}; choose one by serial=..., or save one of"
-            " them as a file of its own"
+            " the results of one serial as a file of its own"
         )
     return pairs, _names(own for own in (*one, *other) if id(own) not in times)
 
