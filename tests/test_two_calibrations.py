@@ -186,8 +186,11 @@ def test_nowhere_beyond_is_the_farthest_edge_of_the_band():
     assert found.at_most == max(abs(p.difference.value) + p.band for p in found.indicated)
     told = " ".join(str(found).split())
     assert f"nowhere beyond {1e6 * found.at_most:.0f} ug (95 %, for the whole range" in told
+    # where the largest agrees, the clearest that does not is told
+    assert found.largest.agrees
+    assert "at once); DISAGREES, clearest" in told
     moved = compare(OLD, accelcal.fit(changed(measured(2), offset=1e-4)))
-    assert "at once); DISAGREES" in " ".join(str(moved).split())
+    assert "at once); DISAGREES Notes" in " ".join(str(moved).split())
     same = " ".join(str(compare(OLD, OLD)).split())
     assert "largest 0" in same
     assert "DISAGREES" not in same

@@ -37,6 +37,17 @@ def serials_alike(names: Iterable[str]) -> list[tuple[str, ...]]:
     return [tuple(alike) for alike in found.values() if len(alike) > 1]
 
 
+def bare_serial(name: str) -> str:
+    """What is left of a serial number without case, blanks and the kind of its hyphens.
+
+    Examples
+    --------
+    >>> bare_serial("AL\u201315 a")
+    'al-15a'
+    """
+    return _bare([name])[0]
+
+
 def _bare(names: Sequence[str]) -> list[str]:
     """What is left of each name; all as one text where that can be, in a tenth of the time."""
     text = "\0".join(names)

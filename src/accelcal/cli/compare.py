@@ -68,8 +68,8 @@ def compare(
     position, stroke, cycle, time, temperature and run. A MODEL.json of accelcal discover holds the
     calibration with the effects that it found, and may stand in place of CAL.json.
 
-    DATA may also be a later calibration, NEW.json: each coefficient is then compared by E_n, all of
-    them together, and what they indicate.
+    DATA may also be a later calibration, NEW.json: each coefficient and each size of an effect is
+    then compared by E_n, all of them together, and what they indicate.
 
     \b
     Examples:

@@ -112,7 +112,7 @@ def _in_use(found: CalibrationComparison) -> Iterator[str]:
     limit, _ = matching_digits(found.at_most, found.largest.band, MICRO)
     clearest = max(found.indicated, key=lambda own: abs(own.difference.value or 0.0) / own.band)
     apart = "" if clearest.agrees else "; DISAGREES"
-    if apart and clearest is not found.largest:
+    if apart and found.largest.agrees:
         apart += f", clearest {_at(clearest)}"
     yield from wrapped(
         f"Change of the indicated acceleration, {ends[0]:.3g} to {ends[1]:.3g} g:"

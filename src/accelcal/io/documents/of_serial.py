@@ -8,7 +8,7 @@ from typing import Protocol, TypeVar
 
 from accelcal.errors import InputError
 from accelcal.plural import listed
-from accelcal.serials import serials_alike
+from accelcal.serials import bare_serial
 
 
 class _OfUnit(Protocol):
@@ -107,7 +107,13 @@ def pairs_of_units(
         If there is no pair, or a result is in several.
     """
     one, other = all_of_serial(known, serial), all_of_serial(later, serial)
-    pairs = [(own, item) for item in other for own in one if _may_be_one(own, item)]
+    names = [[own.serial and bare_serial(own.serial) for own in side] for side in (one, other)]
+    pairs = [
+        (own, item)
+        for item, name in zip(other, names[1], strict=True)
+        for own, its_name in zip(one, names[0], strict=True)
+        if not (name and its_name) or name == its_name
+    ]
     first, second = (listed(_names(own)) or "no serial" for own in (known, later))
     have = f"the first file holds {first}, the second {second}"
     if not pairs:
@@ -120,11 +126,6 @@ def pairs_of_units(
             " the results of one serial as a file of its own"
         )
     return pairs, _names(own for own in (*one, *other) if id(own) not in times)
-
-
-def _may_be_one(own: _OfUnit, other: _OfUnit) -> bool:
-    names = {own.serial, other.serial} - {None}
-    return len(names) < 2 or bool(serials_alike(map(str, names)))
 
 
 def _names(results: Iterable[_OfUnit]) -> list[str]:
