@@ -482,6 +482,14 @@ def test_effects_of_two_stands_are_told_and_those_of_two_places_are_not_compared
     assert said(compare(old, elsewhere), "sizes of position-error are not compared")
 
 
+def test_a_size_that_the_readings_do_not_tell_is_not_compared():
+    old, new = (carrying(seed, "hysteresis", 3e-4) for seed in (1, 2))
+    found = compare(old, replace(new, effects_as_found=("hysteresis",)))
+    assert found.sizes == ()
+    assert found.p_value == found.joint.p_value
+    assert said(found, "sizes of hysteresis are not compared", "from its discovery")
+
+
 def test_a_size_is_told_in_the_g_of_the_old_calibration():
     old, new = (carrying(seed, "hysteresis", 3e-4) for seed in (1, 2))
     found = compare(replace(old, g_local_m_s2=9.8), replace(new, g_local_m_s2=9.75))

@@ -36,6 +36,7 @@ from accelcal.numerics.sorting import distinct
 from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import BY_OTHERS
+from accelcal.results.findings import FoundEffect
 
 _SIZE = len(ERRORS)
 _PLACES = slice(0, _SIZE), slice(_SIZE, 2 * _SIZE)
@@ -73,6 +74,12 @@ class Side(NamedTuple):
     def effects(self) -> tuple[str, ...]:
         """Ids of the effects that the calibration has."""
         return tuple(effect.id for effect in self.calibration.effects)
+
+    @property
+    def measured_effects(self) -> tuple[FoundEffect, ...]:
+        """Effects whose sizes its own readings tell, and not those of a discovery alone."""
+        told = self.calibration
+        return tuple(item for item in told.effects if item.id not in told.effects_as_found)
 
     def is_freed(self, axis: str) -> bool:
         """Whether both sides of an axis tell its misalignment without the fixture angle."""

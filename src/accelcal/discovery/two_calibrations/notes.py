@@ -267,14 +267,16 @@ def _of_effects(old: Side, new: Side, same: bool | None) -> Iterator[str]:
         )
     elif old.by_others.any() or new.by_others.any():
         yield "the effects count as they are named, in both calibrations alike"
-    keys = {effect_key(item) for item in new.calibration.effects}
-    both = {item.id for item in old.calibration.effects if effect_key(item) in keys}
-    other = sorted({*old.effects} & {*new.effects} - both)
-    if other:
-        yield (
-            f"sizes of {listed(other)} are not compared: what is stated of them without an"
-            " uncertainty differs"
-        )
+    keys = {effect_key(item) for item in new.measured_effects}
+    both = {item.id for item in old.measured_effects if effect_key(item) in keys}
+    as_found = {*old.calibration.effects_as_found, *new.calibration.effects_as_found}
+    shared = {*old.effects} & {*new.effects} - both
+    for names, reason in (
+        (shared & as_found, "one has them from its discovery, as its readings do not show them"),
+        (shared - as_found, "what is stated of them without an uncertainty differs"),
+    ):
+        if names:
+            yield f"sizes of {listed(sorted(names))} are not compared: {reason}"
     of_test = of_the_test(sorted(both))
     if of_test and not same:
         yield (

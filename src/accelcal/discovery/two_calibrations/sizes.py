@@ -29,12 +29,12 @@ def size_changes(old: Side, new: Side, gravity: float) -> Iterator[CoefficientCh
     Yields
     ------
     CoefficientChange
-        One for each size. Two effects are one where they have one id, and agree in all that is
-        stated without an uncertainty, such as the place of a position error. The errors of both
-        sizes are independent.
+        One for each size that the readings of both tell. Two effects are one where they have one
+        id, and agree in all that is stated without an uncertainty, such as the place of a position
+        error. The errors of both sizes are independent.
     """
-    known = {effect_key(item): item.parameters for item in new.calibration.effects}
-    for item in old.calibration.effects:
+    known = {effect_key(item): item.parameters for item in new.measured_effects}
+    for item in old.measured_effects:
         later = known.get(effect_key(item), {})
         for name in _sizes(item) if later else ():
             own, there = item.parameters[name], later[name]
