@@ -34,7 +34,7 @@ _SHEET = re.compile(
     rf"(.+?(?:{'|'.join(map(re.escape, WORKBOOK_SUFFIXES))}))#(.+)", re.IGNORECASE | re.DOTALL
 )
 
-_JSON = re.compile(r'\s*(\{\s*["}]|\[\s*(\[\s*[-\d"\[]|\{))')
+_JSON = re.compile(r'\s*(\{\s*(["}]|\Z)|\[\s*(\[\s*[-\d"\[]|\{))')
 
 _FOREIGN = (
     (b"%PDF", "a PDF document"),
