@@ -384,6 +384,11 @@ def test_the_uncertainty_of_the_fixture_angle_counts_in_the_misalignment_alone()
     ):
         less, more = variances(other, same_head)
         assert more - less == pytest.approx(share * u**2, rel=1e-6, abs=1e-20)
+    both, one = calibrated(5, mountings=("o+", "p+")), calibrated(6, mountings=("p+",))
+    clamped_alike = [compare(both, one, same_head=True, fixture_uncertainty=size)["delta"]
+                     for size in (0.0, u)]  # fmt: skip
+    sizes = [own.difference.standard_uncertainty for own in clamped_alike]
+    assert sizes[1] == pytest.approx(sizes[0], rel=1e-9)
     found = compare(OLD, turned, fixture_uncertainty=u)
     assert said(found, "the fixture angle of each test counts", "50 urad")
     assert not said(found, "delta contains the fixture angle")

@@ -32,6 +32,7 @@ from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, 
 from accelcal.discovery.new_record.simulated import ERRORS
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import InputError
+from accelcal.model import CROSS_AXES
 from accelcal.numerics.sorting import distinct
 from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
 from accelcal.results.calibration import Calibration
@@ -87,14 +88,14 @@ class Side(NamedTuple):
 
     @property
     def by_fixture(self) -> Array:
-        """What a standard uncertainty of the fixture angle does to the errors, shape (18, 2)."""
-        acting = np.zeros((_SIZE, len(_MISALIGNMENTS)))
-        mountings = (self.calibration.main_mounting, self.calibration.second_mounting)
-        axes = zip(self.found.axes, mountings, strict=False)
-        for place, (axis, mounting) in enumerate(axes):
-            if mounting and not self.is_freed(axis.name):
-                side = 1.0 if mounting.endswith("+") else -1.0
-                acting[_MISALIGNMENTS[place], place] = side * (self.fixture or 0.0)
+        """What a standard uncertainty of the fixture angle in each cross axis does, shape (18, 2)."""
+        acting = np.zeros((_SIZE, len(CROSS_AXES)))
+        mountings = [table.mounting for table in self.calibration.tables]
+        for row, axis in zip(_MISALIGNMENTS, self.found.axes, strict=False):
+            if not self.is_freed(axis.name):
+                own = next(m for m in mountings if cross_name(m) == axis.name)
+                column = [cross_name(name) for name in CROSS_AXES].index(axis.name)
+                acting[row, column] = (self.fixture or 0.0) * (1.0 if own.endswith("+") else -1.0)
         return acting
 
 
@@ -219,7 +220,7 @@ def _heads(old: Side, new: Side, *, same_head: bool) -> list[tuple[Array, float]
 
 def _fixtures(old: Side, new: Side, *, same_head: bool) -> list[Array]:
     """What independent errors of the fixture angles do: one, where both were clamped alike."""
-    acting = [np.zeros((2 * _SIZE, len(_MISALIGNMENTS))) for _ in _PLACES]
+    acting = [np.zeros((2 * _SIZE, len(CROSS_AXES))) for _ in _PLACES]
     for own, place, side in zip(acting, _PLACES, (old, new), strict=True):
         own[place] = side.by_fixture
     return [acting[0] + acting[1]] if same_head else acting
