@@ -163,3 +163,15 @@ def test_what_readings_are_held_against_does_not_grow_with_a_run():
         )
     }
     assert len(wide) == 1
+
+
+def test_a_basis_is_found_where_the_quick_way_of_lapack_does_not_converge(monkeypatch):
+    """A record of 2160 readings ended in an error of LAPACK when it was compared."""
+
+    def fails(_):
+        raise np.linalg.LinAlgError("Eigenvalues did not converge")
+
+    columns = np.column_stack([np.eye(5)[:, :3], np.eye(5)[:, 1:3].sum(axis=1)])
+    monkeypatch.setattr(np.linalg, "eigh", fails)
+    basis = orthonormal(columns)
+    np.testing.assert_allclose(basis @ basis.T, np.diag([1.0, 1.0, 1.0, 0.0, 0.0]), atol=1e-12)

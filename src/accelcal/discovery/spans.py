@@ -25,9 +25,20 @@ def orthonormal(columns: Array) -> Array:
     kept = columns[:, norms > 0.0] / norms[norms > 0.0]
     if not kept.size:
         return np.empty((columns.shape[0], 0))
-    values, vectors = np.linalg.eigh(kept.T @ kept)
+    values, vectors = _eigen(kept.T @ kept)
     good = values > 1e-11 * max(values[-1], 1.0)
     return np.asarray(kept @ (vectors[:, good] / np.sqrt(values[good])))
+
+
+def _eigen(matrix: Array) -> tuple[Array, Array]:
+    """Eigenvalues and vectors; where many are alike, LAPACK's quick way may not converge."""
+    try:
+        return tuple(np.linalg.eigh(matrix))
+    except np.linalg.LinAlgError:
+        from scipy.linalg import eigh
+
+        values, vectors = eigh(matrix, driver="ev")
+        return values, vectors
 
 
 def without(columns: Array, taken: Array) -> Array:
