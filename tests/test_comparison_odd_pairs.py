@@ -205,3 +205,33 @@ def test_a_record_is_compared_with_a_calibration_that_fits_it_exactly():
     record = replace(record, std=np.full(record.output.size, 1e-6))
     found = accelcal.compare(accelcal.fit(record), record)
     assert "Simulation and measurement agree" in str(found)
+
+
+def exchanged(record):
+    output = record.output.copy()
+    output[:2] = output[1::-1]
+    return replace(record, output=output)
+
+
+@pytest.mark.parametrize(
+    ("plan", "declare", "both", "told"),
+    [
+        (TumblePlan(), True, True, "reading 31 mg"),  # it agreed, at a gap of 44 mg
+        (TumblePlan(temperatures=(20.0,), strokes=2), True, True, "reading 90 mg"),
+        (ONE_LEVEL, False, False, "head 53.3 mrad"),  # of an exchange in the calibration alone
+    ],
+)
+def test_exchanged_readings_do_not_pass_for_agreement(plan, declare, both, told):
+    first = exchanged(simulate(plan=plan, seed=1, declare=declare))
+    second = simulate(plan=plan, seed=2, declare=declare)
+    calibration = accelcal.fit(first)
+    with pytest.warns(accelcal.AccelcalWarning, match=told):
+        found = accelcal.compare(calibration, exchanged(second) if both else second)
+    assert "No verdict" in str(found)
+    assert "agree (" not in str(found)
+    assert told in found.notes[0]
+
+
+def test_a_coarse_head_that_is_declared_is_judged(calibration, record):
+    found = accelcal.compare(calibration, record.with_apparatus(head_uncertainty=2e-2))
+    assert "Simulation and measurement agree" in str(found)

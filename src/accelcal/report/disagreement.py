@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from accelcal.report.findings import chance, factor_rows, noise_line
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
 from accelcal.report.numbers import in_millionths, significant
-from accelcal.results.disagreement import ALPHA, Disagreement
+from accelcal.results.disagreement import ALPHA, Disagreement, is_hiding
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
@@ -29,9 +29,12 @@ def _head(found: Disagreement) -> Iterator[str]:
 
 
 def _verdict(found: Disagreement) -> Iterator[str]:
-    agree = found.p_value >= ALPHA
-    verb = "agree" if agree else "DISAGREE"
-    yield f"Simulation and measurement {verb} ({chance(found.p_value)})"
+    verdict = "Simulation and measurement agree"
+    if found.p_value < ALPHA:
+        verdict = "Simulation and measurement DISAGREE"
+    elif any(map(is_hiding, found.noise)):
+        verdict = "No verdict: errors of this size hide disagreements"
+    yield f"{verdict} ({chance(found.p_value)})"
     yield (
         f"gap {significant(found.rms * MICRO, 3)} ug rms; chi^2 per reading"
         f" {significant(found.reduced_chi2, 3)}"

@@ -24,6 +24,15 @@ SCHEMA = "accelcal/comparison/1"
 ALPHA = 0.01
 """Chance of noise below which calibration and record disagree."""
 
+_HIDING = 5e-3
+"""Noise of a reading [g], or error of a head position [rad], beside which nothing agrees."""
+
+
+def is_hiding(source: ErrorSource) -> bool:
+    """Whether readings seem so noisy, or a head so wrong, that faults of the readings made it."""
+    seen = source.name in ("reading", "head") and source.source != "declared"
+    return seen and (source.value or 0.0) > _HIDING
+
 
 @dataclass(frozen=True, slots=True)
 class RunChange(StoredPart):

@@ -31,6 +31,7 @@ from accelcal.discovery.new_record.errors_counted import (
 from accelcal.discovery.new_record.one_head import head_difference, is_same_head, is_turned_over
 from accelcal.discovery.new_record.repeatability import (
     KnownNoise,
+    hiding,
     known_noise,
     taken_from_calibration,
     worse_than_known,
@@ -125,7 +126,7 @@ def compare(
     Warns
     -----
     AccelcalWarning
-        Where the readings scatter so much more than those of the calibration that it hides
+        Where the readings scatter, or the head seems wrong, by so much that it hides
         disagreements.
 
     Notes
@@ -154,11 +155,13 @@ def compare(
     simulated = simulated_readings(calibration, found, converted)
     known = known_noise(calibration, found.K1.at_T0)
     noise = _noise(known, found, converted, simulated)
-    if worse := worse_than_known(noise, known):
-        warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
     dof = float(noise.dof) or (known.dof if known else np.inf)
     own = from_calibration(calibration, record)
     declared, errors = counted(record, own), calibration_errors(calibration, found)
+    counting = sources(noise, declared, record)
+    worse = worse_than_known(noise, known) or hiding(counting)
+    if worse:
+        warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
     step = _step(found, converted)
     paused, said = simulated_in_pauses(converted, simulated.conditions, calibration.effects)
     seen = _Seen(converted, simulated, noise, dof, declared, own, errors, step, paused)
@@ -168,7 +171,7 @@ def compare(
         rms=float(np.sqrt(np.mean(simulated.residual**2))),
         p_value=judged.p_value,
         **judged._asdict(),
-        noise=sources(noise, declared, record),
+        noise=counting,
         same_head=same,
         effects=tuple(effect.id for effect in calibration.effects),
         notes=(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -12,7 +12,9 @@ from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.estimate.pure_error import FEW
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.probability import f_survival
+from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
+from accelcal.results.disagreement import is_hiding
 from accelcal.results.quantity import ErrorSource
 from accelcal.results.table import TableCalibration
 
@@ -111,4 +113,19 @@ def worse_than_known(noise: ReadingNoise, known: KnownNoise | None) -> str:
         f"the readings scatter by {acceleration(noise.sigma)}, those of the calibration by"
         f" {acceleration(known.sigma)}: such noise hides disagreements; look for an outlier or a"
         " coarse step by accelcal fit, and mend it"
+    )
+
+
+def hiding(sources: Iterable[ErrorSource]) -> str:
+    """Say which errors are so large that faults of the readings made them; empty where none is."""
+    found = [
+        f"{own.name} {1e3 * (own.value or 0.0):.3g} m{own.unit}"
+        for own in sources
+        if is_hiding(own)
+    ]
+    if not found:
+        return ""
+    return (
+        f"errors of this size hide disagreements: {listed(found)}; look for exchanged readings and"
+        " outliers by accelcal discover, in those of the calibration as well, and mend them"
     )

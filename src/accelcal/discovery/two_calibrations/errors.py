@@ -88,7 +88,7 @@ class Side(NamedTuple):
 
     @property
     def by_fixture(self) -> Array:
-        """What a standard uncertainty of the fixture angle in each cross axis does, shape (18, 2)."""
+        """What an uncertainty of the fixture angle in each cross axis does, shape (18, 2)."""
         acting = np.zeros((_SIZE, len(CROSS_AXES)))
         mountings = [table.mounting for table in self.calibration.tables]
         for row, axis in zip(_MISALIGNMENTS, self.found.axes, strict=False):
