@@ -269,6 +269,19 @@ def test_of_one_run_nothing_is_said_that_takes_several(levels, told):
     assert ("launch_uncertainty and launch_sf_uncertainty are not declared" in said) is told
 
 
+@pytest.mark.parametrize(
+    ("hidden", "told"),
+    [(("warm-up", 1e-4), False), (("chamber-drift", 0.3), False), (("bias-drift", 1e-4), True)],
+)
+def test_pauses_are_told_where_they_matter_to_what_was_found(hidden, told):
+    """They are nothing to what begins anew in each run, beside which they were told."""
+    name, size = hidden
+    effects = [accelcal.effect(name).of(size)]
+    found = accelcal.discover(accelcal.simulate(effects=effects, seed=1))
+    assert [item.id for item in found.effects] == [name]
+    assert ("between runs" in " ".join(found.notes)) is told
+
+
 def test_a_period_at_the_end_of_the_search_may_be_longer():
     """An oscillation of 40 min was told as one of 35.3 min, which is 1.5 of them in a run."""
     found = accelcal.discover(disturbed(to_and_fro(2400.0, 6.0 * NOISE)))

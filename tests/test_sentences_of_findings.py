@@ -100,3 +100,13 @@ def test_all_that_effects_may_be_is_one_sentence_of_a_fit():
     said = accelcal.fit(record, model=accelcal.discover(record)).warnings
     (told,) = (text for text in said if text.startswith("U counts what else the effects may be"))
     assert told.count("; if it is ") > 1
+
+
+def test_where_no_further_readings_tell_effects_apart_the_sentence_has_no_menu(monkeypatch):
+    from accelcal.discovery import discover
+
+    monkeypatch.setattr(discover, "proposals", lambda *_: ())
+    bent = [accelcal.effect("scale-factor-asymmetry").of(5e-4)]
+    found = accelcal.discover(simulate(effects=bent, seed=1))
+    assert found.effects[0].indistinguishable
+    assert found.next_measurement == "none of the further readings that were tried tells them apart"

@@ -323,7 +323,7 @@ def _next_measurement(look: Look, named: Explanation, question: Question) -> str
     good = [item for item in found if item.blocks is not None]
     in_one_clamping = [item for item in good if not item.block.clocking]
     best = next(iter(in_one_clamping or good), None)
-    return best.text if best else "nothing on the menu of further readings tells them apart"
+    return best.text if best else "none of the further readings that were tried tells them apart"
 
 
 def _as_given(

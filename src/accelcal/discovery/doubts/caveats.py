@@ -131,7 +131,7 @@ def caveats(
     if found or left:
         yield from _wandering(walks, named=bool(found))
     yield from _undeclared(comparison, best)
-    yield from _untimed(comparison, best)
+    yield from _untimed(comparison, best, left)
 
 
 def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:
@@ -360,16 +360,20 @@ def _undeclared(comparison: Comparison, instances: Sequence[Instance]) -> Iterat
         )
 
 
-def _untimed(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+def _untimed(
+    comparison: Comparison, instances: Sequence[Instance], left: Unexplained | None
+) -> Iterator[Caveat]:
     if comparison.record.time is not None:
         return
-    pauses = ", and no pause between runs" if len(comparison.record.run_labels) > 1 else ""
+    slow = going_on(comparison.model.conditions, instances)
+    anew = not slow and (left is not None or any(item.effect.bend for item in instances))
+    several = len(comparison.record.run_labels) > 1
+    pauses = ", and no pause between runs" if several and not anew else ""
     if comparison.model.apart:
-        slow = listed(going_on(comparison.model.conditions, instances))
         pauses = (
-            f", and pauses of any length between runs, in which {slow} may go on: bias, scale"
-            " factor and misalignment are free in each run, and effects on them from run to run"
-            " cannot be seen"
+            f", and pauses of any length between runs, in which {listed(slow)} may go on: bias,"
+            " scale factor and misalignment are free in each run, and effects on them from run to"
+            " run cannot be seen"
         )
     yield Caveat(f"no times: one reading a minute is assumed, in the order of the strokes{pauses}")
 
