@@ -33,12 +33,12 @@ def orthonormal(columns: Array) -> Array:
 def _eigen(matrix: Array) -> tuple[Array, Array]:
     """Eigenvalues and vectors; where many are alike, LAPACK's quick way may not converge."""
     try:
-        return tuple(np.linalg.eigh(matrix))
+        values, vectors = np.linalg.eigh(matrix)
     except np.linalg.LinAlgError:
-        from scipy.linalg import eigh
+        from scipy.linalg import eigh  # type: ignore[import-untyped]
 
         values, vectors = eigh(matrix, driver="ev")
-        return values, vectors
+    return values, vectors
 
 
 def without(columns: Array, taken: Array) -> Array:
