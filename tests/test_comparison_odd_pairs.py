@@ -235,3 +235,15 @@ def test_exchanged_readings_do_not_pass_for_agreement(plan, declare, both, told)
 def test_a_coarse_head_that_is_declared_is_judged(calibration, record):
     found = accelcal.compare(calibration, record.with_apparatus(head_uncertainty=2e-2))
     assert "Simulation and measurement agree" in str(found)
+
+
+@pytest.mark.parametrize("reading", [1e-13, 1e-15])
+def test_readings_with_next_to_no_noise_are_told_of(reading):
+    """Beside a declared head they ended in an error of LAPACK."""
+    noise = accelcal.NoiseComponents(reading=reading, head=3e-5, launch=0.0, launch_sf=0.0)
+    record = accelcal.simulate(plan=ONE_LEVEL, noise=noise, seed=1)
+    calibration = accelcal.fit(record)
+    with pytest.raises(accelcal.AccelcalError, match="declared errors are too large"):
+        accelcal.compare(calibration, record)
+    same = accelcal.compare_calibrations(calibration, calibration)
+    assert all(abs(row.normalised_error) < 1e-6 for row in same.coefficients)

@@ -52,6 +52,9 @@ _MOST_POSITIONS = 1000
 _UNBOUNDED = 1.0
 """Variance of what nothing bounds [1, g^2 or rad^2], and of its slopes [per degC^2]."""
 
+_ROUNDING = 1e-12
+"""Part of the largest eigenvalue below which one is a rounding error."""
+
 _NOT_TOLD = np.empty(0), np.zeros((len(ERRORS), 0))
 
 
@@ -340,6 +343,6 @@ def _missed(
     head = next((s.value for s in calibration.error_sources if s.name == "head"), None)
     if calibration.method != METHODS[0] or noise is None or not noise.sigma or not head:
         return np.eye(positions.size)
-    shown = np.asarray(sum(table.shown(positions) for table in tables))
-    ratio = (head / noise.sigma) ** 2
-    return np.asarray(np.linalg.inv(np.eye(positions.size) + ratio * shown))
+    shown, patterns = np.linalg.eigh(sum(table.shown(positions) for table in tables))
+    shown = np.where(shown > _ROUNDING * shown[-1], shown, 0.0)
+    return np.asarray(patterns / (1.0 + (head / noise.sigma) ** 2 * shown) @ patterns.T)
