@@ -263,3 +263,18 @@ def test_the_order_of_the_rows_does_not_count():
     again = accelcal.read_arrays(mixed, overrides=EXACT)
     one, other = (accelcal.fit(each).tables[0].coefficients["K0"] for each in (own, again))
     assert other.expanded_uncertainty == pytest.approx(one.expanded_uncertainty, rel=1e-9)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("seed", [46, 47, 49])
+def test_runs_with_one_degree_of_freedom_tell_nothing(seed):
+    """Their ratio has no variance, of which a rounding error below zero was the root."""
+    rng, runs = np.random.default_rng(seed), 10
+    place, stroke = turns(3)
+    kept = np.concatenate([np.flatnonzero(stroke == 1), rng.choice(np.arange(18, 27), 1)])
+    angle, number = (np.tile(values[kept], runs) for values in (place * 45.0, stroke))
+    y = design(angle) @ list(TRUTH.values()) + NOISE * rng.standard_normal(angle.size)
+    readings = {"angle": angle, "stroke": number, "temperature": 20.0, "Y [mA]": y}
+    run = {"run": np.repeat(np.arange(runs), kept.size)}
+    found = accelcal.fit(accelcal.read_arrays(readings | run, overrides=EXACT))
+    assert not any(SAID in text for text in found.warnings)

@@ -255,7 +255,7 @@ def _found(angle: bytes, head: bytes, stroke: bytes, scatter: bytes) -> _Neighbo
     trend = trend_of(at, number, moment, cells.shape[1]).columns[0][order] * precision[:, None]
     taken = np.hstack([cells, _orthonormal(trend - cells @ (cells.T @ trend))])
     pure, dof = _of_rest(positions) / max(n - positions.shape[1], 1), n - taken.shape[1]
-    if dof < 1:
+    if dof < 2:  # the ratio of a single one is the same whatever the readings are
         return known._replace(pure=pure)
     beside = _beside(taken)
     inside = taken.T @ beside
