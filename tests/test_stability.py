@@ -536,38 +536,55 @@ def test_results_are_in_g_with_a_scale_factor_only():
     assert scaled.allan.deviation == pytest.approx([d / 2.0 for d in plain.allan.deviation])
 
 
-def test_the_calibration_gives_the_scale_factor_nearest_in_temperature():
-    calibration = fit(read_table("examples/al15.csv"))
+def at(degrees, **other):
     (launch,) = launches(1)
-    hot = Launch("1", launch.time, launch.output, temperature=np.full(700, 75.0))
-    tables = {round(t.temperature_degC): t.coefficients["K1"].value for t in calibration.tables}
-    found = scale_factor_from(calibration, StabilityRecord((hot,)))
-    assert found == (tables[80], ())
-    found = scale_factor_from(calibration, StabilityRecord((launch,)))
-    assert found.value == tables[20]
-    assert found.notes == ("the scale factor is that at 20 degC; the record has no temperature",)
-    cool = Launch("1", launch.time, launch.output, temperature=np.full(700, 43.0))
-    found = scale_factor_from(calibration, StabilityRecord((cool,)))
-    assert found.value == tables[20]
-    assert "23 degC away from the 43 degC of the record; calibrate at its" in found.notes[0]
+    temperature = np.broadcast_to(np.asarray(degrees, dtype=float), 700)
+    return StabilityRecord(
+        (Launch("1", launch.time, launch.output, temperature=temperature),), **other
+    )
+
+
+def test_the_calibration_gives_the_scale_factor_by_its_law():
+    """At 75 degC it was that of the table at 80 degC, 0.25 % off, and at 43 degC 1.2 % off."""
+    calibration = fit(read_table("examples/al15.csv"))
+    law = calibration.temperature_model.K1
+    for degrees, slope in ((75.0, law.above), (43.0, law.above), (-30.0, law.below)):
+        told = scale_factor_from(calibration, at(degrees))
+        rise = degrees - calibration.T0_degC
+        assert told == (pytest.approx(law.at_T0.value * (1.0 + slope.value * rise), rel=1e-12), ())
+    (launch,) = launches(1)
+    told = scale_factor_from(calibration, StabilityRecord((launch,)))
+    assert told.value == law.at_T0.value
+    assert told.notes == ("the scale factor is that at 20 degC; the record has no temperature",)
+    (note,) = scale_factor_from(calibration, at(95.0)).notes
+    assert note.startswith("the scale factor is extrapolated: temperature 95 degC is more than 1")
     for other in ({"unit": "V"}, {"serial": "AL-16"}):
         with pytest.raises(InputError, match="of this accelerometer"):
             scale_factor_from(calibration, StabilityRecord((launch,), **other))
 
 
+def test_without_a_law_the_scale_factor_is_that_of_the_nearest_table():
+    calibration = fit(read_table("examples/al15.csv"))
+    bare = dataclasses.replace(calibration, temperature_model=None)
+    tables = {round(t.temperature_degC): t.coefficients["K1"].value for t in bare.tables}
+    assert scale_factor_from(bare, at(77.0)) == (tables[80], ())
+    told = scale_factor_from(bare, at(43.0))
+    assert told.value == tables[20]
+    assert "23 degC away from the 43 degC of the record; calibrate at its" in told.notes[0]
+
+
 def test_the_scale_factor_is_that_of_the_known_temperatures_and_in_the_unit_of_the_record():
     """One unknown temperature gave the scale factor at T0, 3 % off; uA beside mA was refused."""
     calibration = fit(read_table("examples/al15.csv"))
-    (launch,) = launches(1)
     degrees = np.full(700, 75.0)
     degrees[5] = np.nan
-    hot = Launch("1", launch.time, launch.output, temperature=degrees)
-    unknown = Launch("2", launch.time, launch.output, temperature=np.full(700, np.nan))
-    tables = {round(t.temperature_degC): t.coefficients["K1"].value for t in calibration.tables}
-    assert scale_factor_from(calibration, StabilityRecord((hot, unknown))).value == tables[80]
-    assert scale_factor_from(calibration, StabilityRecord((unknown,))).value == tables[20]
-    in_microamperes = StabilityRecord((hot,), unit="uA")
-    assert scale_factor_from(calibration, in_microamperes).value == pytest.approx(1e3 * tables[80])
+    hot, unknown = at(degrees).launches[0], dataclasses.replace(at(np.nan).launches[0], label="2")
+    by_law = scale_factor_from(calibration, at(75.0)).value
+    assert scale_factor_from(calibration, StabilityRecord((hot, unknown))).value == by_law
+    at_T0 = calibration.temperature_model.K1.at_T0.value
+    assert scale_factor_from(calibration, StabilityRecord((unknown,))).value == at_T0
+    in_microamperes = at(degrees, unit="uA")
+    assert scale_factor_from(calibration, in_microamperes).value == pytest.approx(1e3 * by_law)
 
 
 # -- record and result -----------------------------------------------------------------------------

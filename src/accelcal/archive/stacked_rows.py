@@ -33,6 +33,7 @@ from accelcal.results.verdict import OUTCOMES
 from accelcal.sentences import both
 from accelcal.specification import Specification
 from accelcal.temperature.from_tables import LawsOfRecords
+from accelcal.temperature.one_meaning import telling_laws
 from accelcal.verdict.conformity import SECOND_AXIS, Found, Measured, conformity
 from accelcal.version import SOFTWARE
 
@@ -117,7 +118,7 @@ def stacked_laws(stack: CalibrationStack) -> tuple[Columns, Places]:
 def _laws_by_mounting(stack: CalibrationStack) -> list[tuple[str, LawsOfRecords]]:
     """Laws of one axis or of both, each with the mounting of most of its tables, in their order."""
     have = mountings_of(stack)
-    main, second = mountings_of_laws(have)
+    main, second = mountings_of_laws(have, telling_laws(stack.estimate))
     found = {main: stack.told_laws.main}
     if second is not None:
         found[second] = stack.told_laws.second_axis

@@ -30,7 +30,7 @@ from accelcal.results.beyond_uncertainty import (
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, Told, first_of, of_each
 from accelcal.temperature.error_component import Slopes
-from accelcal.temperature.one_meaning import said_of_meanings
+from accelcal.temperature.one_meaning import said_of_meanings, telling_laws
 
 if TYPE_CHECKING:
     from accelcal.calibrate.stack import CalibrationStack
@@ -323,7 +323,9 @@ def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
         )
     for said in said_of_meanings(tables, stack.estimate):
         yield Sentence(has_laws, said)
-    main, second = mountings_of_laws([table.mounting for table in tables])
+    main, second = mountings_of_laws(
+        [table.mounting for table in tables], telling_laws(stack.estimate)
+    )
     if len(_mountings(tables)) > 1:
         apart = f"; those of {second}, the other axis, stand apart" if second else ""
         yield Sentence(has_laws, f"the temperature laws are those of mounting {main}{apart}")

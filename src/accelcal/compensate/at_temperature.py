@@ -142,10 +142,10 @@ def coefficients_at(
 
     Notes
     -----
-    Bias, scale factor and misalignment follow the laws of (4); k2, k3 and delta_ip have none, they
-    are those of the table nearest to T0. With J the derivatives by the values at T0 and by the
-    slopes of the side of the temperature, and C their covariance, the covariance is J C J'. It is
-    that of the laws: the shift to the next launch and the hysteresis, which `accelcal.apply`
+    Bias, scale factor and misalignment follow the laws of (4); k2, k3 and delta_ip have none, each
+    is that of the table nearest to T0 that tells it. With J the derivatives by the values at T0 and
+    by the slopes of the side of the temperature, and C their covariance, the covariance is J C J'.
+    It is that of the laws: the shift to the next launch and the hysteresis, which `accelcal.apply`
     counts, are not in it. By levels the hysteresis is, see
     `accelcal.compensate.levels.LevelTable`.
 

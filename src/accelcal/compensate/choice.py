@@ -21,13 +21,9 @@ from accelcal.compensate.coefficients import (
     Compensation,
     CrossAxis,
     Launch,
-    Law,
-    Slope,
 )
-from accelcal.compensate.covariance import (
-    errors_of_laws,
-    standard_uncertainty,
-)
+from accelcal.compensate.covariance import errors_of_laws
+from accelcal.compensate.laws import law_of
 from accelcal.compensate.of_table import by_table, cross_name, lost_symbols, of_test, with_other
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
@@ -35,9 +31,9 @@ from accelcal.effects.without_sources import without_sources
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import LOOK_ALIKES
-from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
-from accelcal.results.temperature import TemperatureLaw, TemperatureModel
+from accelcal.results.table import TableCalibration, known_temperatures
+from accelcal.results.tables_in_use import tables_in_use
+from accelcal.results.temperature import TemperatureModel
 from accelcal.results.usable import (
     gates_that_warn,
     not_determined,
@@ -59,7 +55,6 @@ _UNLIKE = (
     "they are of several levels or mountings, or tell different coefficients, and have no mean; fit"
     " each of them by itself"
 )
-_OF_LAWS = ("K0", "K1", "M")
 _COMMON = ("k2", "k3", "delta_ip")
 """Parameters without a temperature law."""
 
@@ -105,9 +100,9 @@ def compensation(
 
     Notes
     -----
-    With temperature laws, k0, K1 and delta follow them; k2, k3 and delta_ip are those of the table
-    nearest to T0. The covariance is that of the laws with them. Where both sides of an axis were
-    measured, delta is free of the fixture angle.
+    With temperature laws, k0, K1 and delta follow them; k2, k3 and delta_ip are each of the table
+    nearest to T0 that tells it, see `accelcal.results.tables_in_use`. The covariance is that of the
+    laws with them. Where both sides of an axis were measured, delta is free of the fixture angle.
 
     Examples
     --------
@@ -130,7 +125,7 @@ def compensation(
         found = level_compensation(calibration, tables)
     elif model is not None and run is None:
         refuse_undetermined_laws(calibration)
-        found = _from_laws(calibration, model, tables)
+        found = _from_laws(calibration, model)
     else:
         found = _from_tables(calibration, tables, averaged=mean_of_runs)
     beyond = beyond_in_use(calibration, tables, by_laws=by_laws)
@@ -172,7 +167,8 @@ def _from_tables(
     calibration: Calibration, tables: Sequence[TableCalibration], *, averaged: bool
 ) -> Compensation:
     """One table, or one of each cross axis; or the mean of several that are alike."""
-    tables = _one_side(calibration, tables)
+    main_mounting = calibration.main_mounting
+    tables = _one_side(calibration, sorted(tables, key=lambda t: t.mounting != main_mounting))
     by_axis: dict[str, list[TableCalibration]] = {}
     for table in tables:
         by_axis.setdefault(cross_name(table.mounting), []).append(table)
@@ -195,26 +191,25 @@ def _from_tables(
     )
 
 
-def _from_laws(
-    calibration: Calibration, model: TemperatureModel, tables: Sequence[TableCalibration]
-) -> Compensation:
+def _from_laws(calibration: Calibration, model: TemperatureModel) -> Compensation:
     """The laws, and those of the other cross axis, or its table nearest in temperature."""
-    T0 = calibration.T0_degC
-    chosen = _of_main_mounting(tables)
-    if T0 is None or not chosen:
-        raise InputError("the temperature laws have no T0 or no tables; fit the record anew")
-    main, levels = nearest_table(chosen, T0), known_temperatures(chosen)
-    common = {name: nearest_table(_telling(chosen, name) or [main], T0) for name in _COMMON}
-    found = _by_laws(calibration, model, main, common)
-    others = [t for t in tables if cross_name(t.mounting) != cross_name(main.mounting)]
-    groups, said = [chosen], []
-    if others:
-        groups.append(others)
-        near, second = nearest_table(others, T0), calibration.second_axis_model
+    used = tables_in_use(calibration)
+    levels = known_temperatures(used.of_main)
+    if calibration.T0_degC is None or not levels:
+        raise InputError(
+            "the temperature laws have no T0 or no levels; fit the record anew, with temperatures"
+        )
+    main, near = used.main, used.second
+    found = _by_laws(calibration, model, main, {name: used.telling(name) for name in _COMMON})
+    groups, said = [used.of_main], []
+    if near is not None:
+        groups.append(used.of_second)
+        second = calibration.second_axis_model
         if second is None or second.delta.at_T0 is None:
             other = by_table(calibration, near)
         else:
-            other = _by_laws(calibration, second, near, dict.fromkeys(_COMMON, near))
+            common = {name: used.telling(name, second=True) for name in _COMMON}
+            other = _by_laws(calibration, second, near, common)
         found = with_other(found, other)
         said = same_at_all_temperatures(other.cross, near)
     return replace(
@@ -237,7 +232,7 @@ def _by_laws(
     common: Mapping[str, TableCalibration],
 ) -> Compensation:
     """What the laws of one axis tell, and for `_COMMON` a table each."""
-    laws = {name: _law(law, name) for name, law in model.laws.items()}
+    laws = {name: law_of(law, name) for name, law in model.laws.items()}
     alone = {name: own.error_model[name] for name, own in common.items()}
     values = {name: quantity.value or 0.0 for name, quantity in alone.items()}
     return Compensation(
@@ -267,35 +262,3 @@ def _one_side(
         axis = table.mounting[:1]
         kept.setdefault(axis if axis in reversed_axes else table.mounting, table)
     return list(kept.values())
-
-
-def _telling(tables: Sequence[TableCalibration], name: str) -> list[TableCalibration]:
-    """Tables that determined a parameter."""
-    return [table for table in tables if table.error_model[name].value is not None]
-
-
-def _of_main_mounting(tables: Sequence[TableCalibration]) -> list[TableCalibration]:
-    """Tables of the mounting that the laws are made from: the one that met most levels."""
-    by_mounting: dict[str, list[TableCalibration]] = {}
-    for table in tables:
-        if all(table.coefficients[name].value is not None for name in _OF_LAWS):
-            by_mounting.setdefault(table.mounting, []).append(table)
-    return max(by_mounting.values(), key=len, default=[])
-
-
-def _law(law: TemperatureLaw, name: str) -> Law:
-    """Law in plain numbers; a slope that is missing is that of the other side, +- all of it."""
-    if law.at_T0 is None or law.at_T0.value is None:
-        raise InputError(f"the temperature law of {name} has no value at T0; choose one run")
-    above, below = _slope(law.above), _slope(law.below)
-    return Law(law.at_T0.value, above or _borrowed(below), below or _borrowed(above))
-
-
-def _slope(slope: Quantity | None) -> Slope | None:
-    if slope is None or slope.value is None:
-        return None
-    return Slope(slope.value, standard_uncertainty(slope), determined=True)
-
-
-def _borrowed(slope: Slope | None) -> Slope:
-    return Slope() if slope is None else Slope(slope.value, abs(slope.value))

@@ -12,7 +12,8 @@ from accelcal.errors import InputError
 from accelcal.model import CROSS_AXES
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration, known_temperatures, nearest_table
+from accelcal.results.table import TableCalibration, known_temperatures
+from accelcal.results.tables_in_use import tables_in_use
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 
@@ -84,8 +85,8 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     -------
     Coefficients
         k0, K1 and the misalignments from the temperature laws, where there are any; everything else
-        from the table nearest to T0. Misalignments are free of the fixture angle, where both sides
-        of the axis were measured.
+        from the tables of `accelcal.results.tables_in_use`. Misalignments are free of the fixture
+        angle, where both sides of the axis were measured.
 
     Raises
     ------
@@ -99,14 +100,17 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     >>> sorted(found.at_T0), found.range
     (['K1', 'delta_O', 'delta_ip', 'k0', 'k2', 'k3'], (-40.0, 80.0))
     """
-    nearest = nearest_tables(calibration)
-    law_axis = calibration.main_mounting[0]
-    main = nearest[law_axis]
+    used = tables_in_use(calibration)
+    main, law_axis = used.main, used.main.mounting[0]
     found = {"k0": main.error_model["k0"], "K1": main.coefficients["K1"]}
-    found |= {name: main.error_model[name] for name in ("k2", "k3")}
-    for axis, table in nearest.items():
-        found[CROSS_AXES[axis].misalignment] = calibration.misalignment(table)
-        found[CROSS_AXES[axis].coupling] = table.error_model["delta_ip"]
+    found |= {name: used.telling(name).error_model[name] for name in ("k2", "k3")}
+    for table in used.nearest:
+        axis, teller = (
+            CROSS_AXES[table.mounting[0]],
+            used.telling("delta_ip", second=table is not main),
+        )
+        found[axis.misalignment] = calibration.misalignment(table)
+        found[axis.coupling] = teller.error_model["delta_ip"]
     model, delta = calibration.temperature_model, CROSS_AXES[law_axis].misalignment
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, delta: model.delta}
     second = calibration.second_axis_model
@@ -124,22 +128,3 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
         range=(min(levels), max(levels)) if levels else None,
         model=model,
     )
-
-
-def nearest_tables(calibration: Calibration) -> dict[str, TableCalibration]:
-    """For each axis along the shaft the table nearest to T0.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-
-    Returns
-    -------
-    dict of str to TableCalibration
-        By ``"o"`` and ``"p"``, as far as there are tables.
-    """
-    of_axes: dict[str, list[TableCalibration]] = {}
-    for table in calibration.tables:
-        of_axes.setdefault(table.mounting[0], []).append(table)
-    return {axis: nearest_table(own, calibration.T0_degC) for axis, own in of_axes.items()}

@@ -9,10 +9,11 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use, static_in_use
 from accelcal.effects.static import how_taken_up
-from accelcal.error_budget.coefficients import Coefficients, nearest_tables
+from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.conditions import Conditions
 from accelcal.error_budget.random_part import FEW_LAUNCHES, NOT_IDENTIFIED, RandomPart
 from accelcal.results.calibration import Calibration
+from accelcal.results.tables_in_use import tables_in_use
 from accelcal.results.usable import gates_that_warn, not_determined
 
 _CALIBRATED_WITHIN = 1.001  # a tumble test reaches 1 local g
@@ -75,7 +76,9 @@ def weaknesses(
         yield f"these random errors are not declared, and taken as 0: {', '.join(missing)}"
     yield from random.warnings
     yield from _drift(random)
-    yield from not_determined([[table] for table in nearest_tables(calibration).values()])
+    used = tables_in_use(calibration)
+    groups = (used.of_main, used.of_second) if used.by_laws else [[t] for t in used.nearest]
+    yield from not_determined([group for group in groups if group])
     yield from _one_of_several(calibration)
     unknown = [n for n, q in coefficients.at_T0.items() if q.standard_uncertainty is None]
     if unknown:
@@ -88,7 +91,7 @@ def _one_of_several(calibration: Calibration) -> Iterator[str]:
     """Say whose coefficients they are, where several runs share a level."""
     if calibration.temperature_model is not None:
         return
-    for table in nearest_tables(calibration).values():
+    for table in tables_in_use(calibration).nearest:
         alike = sum(other.mounting == table.mounting for other in calibration.tables)
         if alike > 1:
             yield (

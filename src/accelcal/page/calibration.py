@@ -48,7 +48,8 @@ from accelcal.report.lines import sentence
 from accelcal.report.numbers import significant
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
-from accelcal.results.table import TableCalibration, nearest_table
+from accelcal.results.table import TableCalibration
+from accelcal.results.tables_in_use import tables_in_use
 from accelcal.results.usable import is_misprinted
 from accelcal.units import MICRO
 
@@ -131,7 +132,7 @@ def _main_numbers(calibration: Calibration) -> list[_Main]:
 
 
 def _of_nearest(calibration: Calibration) -> list[_Main]:
-    table = nearest_table(calibration.tables, calibration.T0_degC)
+    table = tables_in_use(calibration).main
     free, found = _free_misalignment(calibration, table), []
     for row in coefficient_rows(table):
         own = (row.value, row.expanded, row.unit)
@@ -172,7 +173,7 @@ def _readings(calibration: Calibration) -> str:
             f" at {calibration.T0_degC:.4g} degC by the temperature laws, from {total} in"
             f" {counted(len(tables), 'table')}"
         )
-    table = nearest_table(tables, calibration.T0_degC)
+    table = tables_in_use(calibration).main
     where = "" if table.temperature_degC is None else f" at {table.temperature_degC:.4g} degC"
     if len(tables) == 1:
         return f"{where}, from {total}"

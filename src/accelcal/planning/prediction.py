@@ -26,6 +26,7 @@ from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.designs import Forecast, Visibility
 from accelcal.results.table import TableCalibration
+from accelcal.results.tables_in_use import nearest_of_mountings
 from accelcal.results.temperature import TemperatureModel
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
 
@@ -222,7 +223,7 @@ def figures(calibration: Calibration) -> dict[Key, Figure]:
     -------
     dict
         Name and mounting -> figure. Coefficients and terms of the error model are those of the
-        first table nearest to T0 in each mounting.
+        first table nearest to T0 in each mounting, the one of most tables first.
 
     Examples
     --------
@@ -231,7 +232,7 @@ def figures(calibration: Calibration) -> dict[Key, Figure]:
     0.0001
     """
     found: dict[Key, Figure] = {}
-    for table in _nearest_tables(calibration):
+    for table in nearest_of_mountings(calibration.tables, calibration.T0_degC).values():
         found |= _of_table(table)
     for laws in (calibration.temperature_model, calibration.second_axis_model):
         second = any((name, "") in found for name in SLOPES)
@@ -240,16 +241,6 @@ def figures(calibration: Calibration) -> dict[Key, Figure]:
         variance = (angle.angle.standard_uncertainty or 0.0) ** 2
         found["delta0", angle.axis] = Figure(angle.angle.value or 0.0, variance, "rad")
     return found
-
-
-def _nearest_tables(calibration: Calibration) -> Iterator[TableCalibration]:
-    reference, seen = calibration.T0_degC or 0.0, set()
-    for table in sorted(
-        calibration.tables, key=lambda t: round(abs((t.temperature_degC or 0.0) - reference), 6)
-    ):
-        if table.mounting not in seen:
-            seen.add(table.mounting)
-            yield table
 
 
 def _of_table(table: TableCalibration) -> dict[Key, Figure]:

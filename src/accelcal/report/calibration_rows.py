@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from accelcal.plural import counted, listed
 from accelcal.report.numbers import matching_digits, significant
-from accelcal.results.table import mountings_of_laws
 
 if TYPE_CHECKING:
     from accelcal.results.calibration import Calibration
@@ -198,10 +197,9 @@ def temperature_laws(
 
     Of each, whose they are where the tables have several mountings, and `temperature_rows`.
     """
-    mountings = [table.mounting for table in calibration.tables]
-    several = len(set(mountings)) > 1
+    several = len({table.mounting for table in calibration.tables}) > 1
     models = (calibration.temperature_model, calibration.second_axis_model)
-    found = zip(mountings_of_laws(mountings), models, strict=True)
+    found = zip(calibration.mountings_of_laws, models, strict=True)
     return [
         (f" of mounting {mounting}" if several else "", temperature_rows(calibration, model))
         for mounting, model in found

@@ -18,7 +18,7 @@ from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.mapping import members
 from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity
 from accelcal.results.result import StoredResult, TabularResult
-from accelcal.results.table import TableCalibration, mountings_of_laws
+from accelcal.results.table import TableCalibration, mountings_of_laws, tells_laws
 from accelcal.results.temperature import TemperatureModel
 
 if TYPE_CHECKING:
@@ -298,13 +298,19 @@ class Calibration(StoredResult, TabularResult):
 
     @property
     def main_mounting(self) -> str:
-        """Mounting that most tables are in: `temperature_model` is made from these."""
-        return mountings_of_laws([table.mounting for table in self.tables])[0]
+        """Mounting of most tables with K0, K1 and M: `temperature_model` is made from these."""
+        return self.mountings_of_laws[0]
 
     @property
     def second_mounting(self) -> str | None:
         """Mounting that `second_axis_model` is made from; None where one axis was measured."""
-        return mountings_of_laws([table.mounting for table in self.tables])[1]
+        return self.mountings_of_laws[1]
+
+    @property
+    def mountings_of_laws(self) -> tuple[str, str | None]:
+        """Main and second mounting."""
+        mountings = [table.mounting for table in self.tables]
+        return mountings_of_laws(mountings, [tells_laws(table) for table in self.tables])
 
     def _models(self) -> dict[str, TemperatureModel | None]:
         """Temperature laws by the mounting that they are made from."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from accelcal.arrays import Array
 
 __all__ = ["TableCalibration", "known_temperatures", "mountings_of_laws", "nearest_table"]
-__all__ += ["quotients_by_coefficients"]
+__all__ += ["quotients_by_coefficients", "tells_laws"]
 
 _SMALLEST = 1e-20
 """Scale factors below it are none [output unit / g]."""
@@ -246,18 +246,27 @@ def _all_of(names: Iterable[str]) -> Kind[dict[str, Quantity]]:
     return take
 
 
-def mountings_of_laws(mountings: Sequence[str]) -> tuple[str, str | None]:
+def tells_laws(table: TableCalibration) -> bool:
+    """Whether a table determined K0, K1 and M, so that temperature laws may be made from it."""
+    return all(table.coefficients[name].value is not None for name in ("K0", "K1", "M"))
+
+
+def mountings_of_laws(
+    mountings: Sequence[str], told: Sequence[bool] = ()
+) -> tuple[str, str | None]:
     """Tell the mountings that the temperature laws of a calibration are made from.
 
     Parameters
     ----------
     mountings : sequence of str
         Mounting of each table.
+    told : sequence of bool, optional
+        Which tables determined K0, K1 and M; by default all.
 
     Returns
     -------
     main : str
-        The one of most tables, the first of several.
+        The one of most tables that did, the first of several; of most tables where none did.
     second : str or None
         The same of the other axis along the shaft; None where no table has it.
 
@@ -265,7 +274,14 @@ def mountings_of_laws(mountings: Sequence[str]) -> tuple[str, str | None]:
     --------
     >>> mountings_of_laws(["o+", "o-", "o-", "p+"]), mountings_of_laws(["p+"])
     (('o-', 'p+'), ('p+', None))
+    >>> mountings_of_laws(["o+", "o+", "p+"], [False, False, True])
+    ('p+', 'o+')
     """
-    main = max(mountings, key=mountings.count)
-    others = [mounting for mounting in mountings if mounting[0] != main[0]]
-    return main, max(others, key=others.count) if others else None
+    able = [mounting for mounting, own in zip(mountings, told, strict=False) if own]
+    main = _most_of(able or mountings)
+    able, others = ([own for own in some if own[0] != main[0]] for some in (able, mountings))
+    return main, _most_of(able or others) if others else None
+
+
+def _most_of(mountings: Sequence[str]) -> str:
+    return max(mountings, key=mountings.count)

@@ -148,7 +148,8 @@ def nearest_level(levels: Sequence[float | None], temperature: float | None) -> 
     Returns
     -------
     int
-        Place of the first of the nearest; a level that is unknown is farther than all others.
+        Place of the first of the nearest, those within 1e-6 degC alike; a level that is unknown is
+        farther than all others.
 
     Examples
     --------
@@ -158,6 +159,8 @@ def nearest_level(levels: Sequence[float | None], temperature: float | None) -> 
 
     def away(place: int) -> float:
         level = levels[place]
-        return math.inf if level is None or temperature is None else abs(level - temperature)
+        if level is None or temperature is None:
+            return math.inf
+        return round(abs(level - temperature), 6)
 
     return min(range(len(levels)), key=away)

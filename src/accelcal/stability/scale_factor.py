@@ -6,14 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.compensate.laws import law_of
+from accelcal.compensate.ranges import outside_temperatures, within_temperatures
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
-from accelcal.results.table import nearest_table
+from accelcal.results.table import known_temperatures
+from accelcal.results.tables_in_use import tables_in_use
 from accelcal.stability.record import StabilityRecord
 from accelcal.units import conversion_factor
 
 _NEAR = 5.0
 """Farther from the record than so, the temperature of a table is told [degC]."""
+
+_REMEDY = "calibrate at its temperature, or give scale_factor=..."
 
 
 class ScaleFactor(NamedTuple):
@@ -39,13 +44,13 @@ def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> Scal
     calibration : Calibration
         Calibration of the same accelerometer.
     record : StabilityRecord
-        The record; the mean of its known temperatures chooses the table that is closest, T0 where
-        none is known.
+        The record; the scale factor is that at the mean of its known temperatures, at T0 where none
+        is known.
 
     Returns
     -------
     ScaleFactor
-        K1 of this table.
+        K1 by its temperature law; without one that of the nearest table of the main mounting.
 
     Raises
     ------
@@ -59,11 +64,33 @@ def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> Scal
     if record.serial and calibration.serial and record.serial != calibration.serial:
         raise _of_another("serial", record.serial, calibration.serial)
     wanted = _temperature(record)
-    table = nearest_table(calibration.tables, calibration.T0_degC if wanted is None else wanted)
-    value = table.coefficients["K1"].value
-    if not value:
+    found = _by_law(calibration, wanted) or _of_table(calibration, wanted)
+    if not found.value:
         raise InputError("the calibration has no scale factor; fit it with K1")
-    return ScaleFactor(float(value) * factor, _notes(table.temperature_degC, wanted))
+    return found._replace(value=found.value * factor)
+
+
+def _by_law(calibration: Calibration, wanted: float | None) -> ScaleFactor | None:
+    """Scale factor by its law; None where there is none."""
+    model, used, T0 = calibration.temperature_model, tables_in_use(calibration), calibration.T0_degC
+    if model is None or T0 is None or not used.by_laws:
+        return None
+    law = law_of(model.K1, "K1")
+    if wanted is None:
+        return ScaleFactor(law.at_T0, _without_temperature(T0))
+    value = law.at_T0 * (1.0 + float(law.change(np.asarray(wanted - T0))))
+    levels = known_temperatures(used.of_main) or [T0]
+    calibrated = min(levels), max(levels)
+    if within_temperatures(calibrated, wanted):
+        return ScaleFactor(value)
+    beyond = outside_temperatures(calibrated, wanted)
+    return ScaleFactor(value, (f"the scale factor is extrapolated: {beyond}; {_REMEDY}",))
+
+
+def _of_table(calibration: Calibration, wanted: float | None) -> ScaleFactor:
+    table = tables_in_use(calibration, wanted).main
+    value = table.coefficients["K1"].value or 0.0
+    return ScaleFactor(value, _notes(table.temperature_degC, wanted))
 
 
 def _temperature(record: StabilityRecord) -> float | None:
@@ -77,16 +104,19 @@ def _temperature(record: StabilityRecord) -> float | None:
 def _notes(calibrated: float | None, wanted: float | None) -> tuple[str, ...]:
     if calibrated is None:
         return ()
-    told = f"the scale factor is that at {calibrated:.4g} degC"
     if wanted is None:
-        return (f"{told}; the record has no temperature",)
+        return _without_temperature(calibrated)
     away = abs(calibrated - wanted)
     if away <= _NEAR:
         return ()
     return (
-        f"{told}, the nearest that was calibrated, but {away:.3g} degC away from the {wanted:.4g}"
-        " degC of the record; calibrate at its temperature, or give scale_factor=...",
+        f"the scale factor is that at {calibrated:.4g} degC, the nearest that was calibrated, but"
+        f" {away:.3g} degC away from the {wanted:.4g} degC of the record; {_REMEDY}",
     )
+
+
+def _without_temperature(level: float) -> tuple[str, ...]:
+    return (f"the scale factor is that at {level:.4g} degC; the record has no temperature",)
 
 
 def _of_another(what: str, ours: str, theirs: str) -> InputError:

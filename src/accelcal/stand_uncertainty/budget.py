@@ -10,6 +10,7 @@ import numpy as np
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
+from accelcal.compensate.laws import law_of
 from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -19,7 +20,7 @@ from accelcal.reference import USUAL_TEMPERATURE, fixture_angle
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.stand_budget import StandBudget, StandShare
-from accelcal.results.table import nearest_table
+from accelcal.results.tables_in_use import tables_in_use
 from accelcal.results.temperature import TemperatureLaw
 from accelcal.specification import Specification
 from accelcal.stand_uncertainty.estimator import Estimator, estimator_of
@@ -244,8 +245,9 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
     Returns
     -------
     Accelerometer
-        Laws from the temperature model, else from the table nearest to T0, with no slopes; what
-        was not determined is zero.
+        Laws from the temperature model, else from the table of the main mounting nearest to T0,
+        with no slopes; what was not determined is zero, and a slope that was not that of the other
+        side. The misalignment is free of the fixture angle where that is known.
 
     Raises
     ------
@@ -259,32 +261,30 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
     >>> round(found.scale_factor.at_T0, 3), round(found.scale_factor.above * 1e6)
     (1.35, 520)
     """
+    used, model = tables_in_use(calibration), calibration.temperature_model
+    main, laws = used.main, {} if model is None or not used.by_laws else model.laws
+    scale_factor = _law("K1", laws, main.coefficients["K1"])
+    k2, k3, coupling = (
+        used.telling(name).error_model[name].value or 0.0 for name in ("k2", "k3", "delta_ip")
+    )
     reference = calibration.T0_degC
-    reference = USUAL_TEMPERATURE if reference is None else reference
-    nearest = nearest_table(calibration.tables, reference)
-    own, model = nearest.error_model, calibration.temperature_model
-    laws = {} if model is None else model.laws
-    scale_factor = _law(laws.get("K1"), nearest.coefficients["K1"])
     if scale_factor.at_T0 == 0.0:
         raise InputError("the calibration has no scale factor K1; fit a record that determines it")
     return Accelerometer(
         scale_factor=scale_factor,
-        bias=_law(laws.get("k0"), own["k0"]),
-        misalignment=_law(laws.get("delta"), own["delta"]),
-        k2=_value(own["k2"]),
-        k3=_value(own["k3"]),
-        cross_coupling=_value(own["delta_ip"]),
-        reference_temperature=reference,
+        bias=_law("k0", laws, main.error_model["k0"]),
+        misalignment=_law("delta", laws, calibration.misalignment(main)),
+        k2=k2,
+        k3=k3,
+        cross_coupling=coupling,
+        reference_temperature=USUAL_TEMPERATURE if reference is None else reference,
         unit=calibration.output_unit,
         serial=calibration.serial,
     )
 
 
-def _law(law: TemperatureLaw | None, at_rest: Quantity) -> BilinearLaw:
-    if law is None or law.at_T0 is None:
-        return BilinearLaw(_value(at_rest))
-    return BilinearLaw(*(_value(part) for part in (law.at_T0, law.above, law.below)))
-
-
-def _value(quantity: Quantity | None) -> float:
-    return 0.0 if quantity is None or quantity.value is None else quantity.value
+def _law(name: str, laws: Mapping[str, TemperatureLaw], at_rest: Quantity) -> BilinearLaw:
+    if name not in laws:
+        return BilinearLaw(at_rest.value or 0.0)
+    law = law_of(laws[name], name)
+    return BilinearLaw(law.at_T0, law.above.value, law.below.value)

@@ -284,7 +284,7 @@ def joint_components(
         none tells are not in it.
     """
     place, one = stack.place, slice(record, record + 1)
-    size, near = len(place), np.argsort(np.abs(stack.rise[record]), kind="stable")
+    size, near = len(place), np.argsort(np.abs(stack.rise[record]).round(6), kind="stable")
     others = [COEFFICIENTS.index(name) for name in _WITHOUT_LAW]
     told = [(near[place[near, c] >= 0][0], c) for c in others if (place[:, c] >= 0).any()]
     lines = [(table, c) for c in (_K0, _K1, _M) for table in range(size)]

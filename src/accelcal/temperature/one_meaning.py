@@ -21,6 +21,11 @@ LAW_COEFFICIENTS = ("K0", "K1", "M")
 """Coefficients that follow temperature laws."""
 
 
+def telling_laws(estimate: JointEstimate) -> list[bool]:
+    """Which tables determined all of `LAW_COEFFICIENTS`."""
+    return [set(LAW_COEFFICIENTS) <= set(names) for names in estimate.names]
+
+
 def tables_of_one_mounting(
     tables: Sequence[PreparedTable], estimate: JointEstimate, axis: str = ""
 ) -> list[int]:
@@ -41,8 +46,9 @@ def tables_of_one_mounting(
         Of several such sets the one with most tables.
     """
     found: dict[tuple[object, ...], list[int]] = {}
-    for index, (table, own) in enumerate(zip(tables, _meanings(tables, estimate), strict=True)):
-        if set(LAW_COEFFICIENTS) <= set(estimate.names[index]) and table.mounting.startswith(axis):
+    told, meanings = telling_laws(estimate), _meanings(tables, estimate)
+    for index, (table, own) in enumerate(zip(tables, meanings, strict=True)):
+        if told[index] and table.mounting.startswith(axis):
             meaning = (own.get(name) for name in LAW_COEFFICIENTS)
             found.setdefault((table.mounting, *meaning), []).append(index)
     return max(found.values(), key=len, default=[])

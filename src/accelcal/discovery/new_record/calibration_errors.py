@@ -39,7 +39,7 @@ from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration
-from accelcal.results.temperature import nearest_level
+from accelcal.results.tables_in_use import nearest_of_mountings, tables_in_use
 
 _DELTA, _OTHER, _DELTA0 = (ERRORS.index(name) for name in ("delta", "other delta", "delta0"))
 _MAIN = [*range(len(PARAMETERS))]
@@ -186,12 +186,13 @@ def _stated(calibration: Calibration, found: Compensation) -> tuple[Array, Array
 
 
 def _each_alone(calibration: Calibration, found: Compensation, start: int) -> Array:
-    """Variances of the parameters of an axis and its slopes as the nearest table states each."""
-    axis = found.axes[int(start > 0)].name
-    own = [table for table in calibration.tables if cross_name(table.mounting) == axis]
-    table = own[nearest_level([each.temperature_degC for each in own], found.T0_degC)]
+    """Variances of the parameters of an axis and its slopes as the tables in use state each."""
+    used = tables_in_use(calibration, found.T0_degC)
+    second = cross_name(used.main.mounting) != found.axes[int(start > 0)].name
+    table = used.nearest[second]
     K1 = table.coefficients["K1"]
-    stated = {**table.error_model, "delta": calibration.misalignment(table), "K1": K1}
+    stated = {name: used.telling(name, second=second).error_model[name] for name in PARAMETERS[2:]}
+    stated |= {"k0": table.error_model["k0"], "delta": calibration.misalignment(table), "K1": K1}
     unit = {"K1": K1.value or 1.0}
     sizes = {name: quantity.standard_uncertainty for name, quantity in stated.items()}
     variance = {n: (u / unit.get(n, 1.0)) ** 2 for n, u in sizes.items() if u is not None}
@@ -256,7 +257,9 @@ def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Arra
     by_head = np.zeros((len(ERRORS), positions.size))
     for place, axis in enumerate(found.axes):
         own = [table for table in tables if cross_name(table.calibrated.mounting) == axis.name]
-        sides = _nearest(own, found.T0_degC)
+        near = nearest_of_mountings([table.calibrated for table in own], found.T0_degC)
+        places = {id(table.calibrated): table for table in own}
+        sides = {side: places[id(table)] for side, table in near.items()}
         influence = {side: _influence(table, positions) for side, table in sides.items()}
         freed = axis.name in {cross_name(told.axis) for told in calibration.fixture_angle}
         _tell(by_head, place, list(influence.values()), list(sides), freed=freed)
@@ -292,17 +295,6 @@ def _tables(calibration: Calibration, found: Compensation) -> Iterator[_Table]:
         estimator = linear_estimator(prepared, calibration.method, calibration.delta0_rad)
         simulated = simulated_readings(bare, found, record)
         yield _Table(table, estimator, simulated)
-
-
-def _nearest(tables: Sequence[_Table], level: float | None) -> dict[str, _Table]:
-    """Table nearest in temperature on each side of an axis, the side of most tables first."""
-    sides: dict[str, list[_Table]] = {}
-    for table in tables:
-        sides.setdefault(table.calibrated.mounting, []).append(table)
-    return {
-        side: own[nearest_level([t.calibrated.temperature_degC for t in own], level)]
-        for side, own in sorted(sides.items(), key=lambda item: -len(item[1]))
-    }
 
 
 def _tell(
