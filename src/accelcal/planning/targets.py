@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Mapping, Sequence
 
 from accelcal.arguments.numbers import check_number
@@ -12,16 +10,10 @@ from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, SLOPES, law_units
 from accelcal.planning.prediction import AT_T0
 from accelcal.results.designs import Forecast, TestDesign
-from accelcal.units import UNITS, scaled, size_of
+from accelcal.targets import target_size
 
 NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *AT_T0, *SLOPES, "delta0")
 """Everything of which an uncertainty can be asked for."""
-
-_KINDS = {"g": "acceleration", "rad": "angle", "1": "ratio"}
-_USUAL = {"g": "2ug", "rad": "5urad", "1": "5ppm"}
-_FORGOTTEN = 0.1  # of g, rad or one: so large a target is one whose unit was forgotten
-_POWERS = str.maketrans({"²": "2", "³": "3", "^": None})
-_WRITTEN = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([^/]*?)\s*(?:/\s*(\S+)\s*)?")
 
 
 def target_value(name: str, text: str) -> float:
@@ -55,27 +47,7 @@ def target_value(name: str, text: str) -> float:
 with %, ppm, ppb or none, as in K1=5ppm
     """
     check_choice(NAMES, coefficient=name)
-    unit, _, per = _unit_of(name).partition("/")
-    match = _WRITTEN.fullmatch(text)
-    size = _size(match[2], match[3], unit, per) if match else None
-    try:
-        value = scaled(match[1], size) if match and size else math.nan
-    except ValueError:
-        value = math.nan
-    own = "relative" if _unit_of(name) == "1" else f"in {_unit_of(name)}"
-    usual = f"{name}={_USUAL[unit]}{f'/{per}' if per else ''}"
-    if not 0.0 < value < math.inf:
-        known = ", ".join(own for own in UNITS[_KINDS[unit]] if own != "1")
-        raise InputError(
-            f"target {name}={text!r}, and {name} is {own}; write a number above zero with {known}"
-            f" or none, as in {usual}"
-        )
-    if match and not match[2] and value >= _FORGOTTEN:
-        raise InputError(
-            f"target {name}={text!r} has no unit, and {name} is {own}: it is too large; write the"
-            f" unit, as in {usual}"
-        )
-    return value
+    return target_size(name, text, _unit_of(name))
 
 
 def _unit_of(name: str) -> str:
@@ -86,21 +58,6 @@ def _unit_of(name: str) -> str:
         return AT_T0[name][1]
     units = {**ERROR_UNITS, "K1": "1", "delta0": "rad"}
     return units[ERROR_TERMS.get(name, name)]
-
-
-def _size(given: str, given_per: str | None, unit: str, per: str) -> float | None:
-    """Size of a unit as written, whose denominator may be left out; None where it is another."""
-    if given_per and not (given and _is_same(given_per, per)):
-        return None
-    return size_of(given, _KINDS[unit]) if given else 1.0
-
-
-def _is_same(given: str, per: str) -> bool:
-    """Tell whether a denominator as written is the one that is meant."""
-    plain = given.translate(_POWERS)
-    return plain == per.translate(_POWERS) or (
-        per == "degC" and size_of(given, "temperature difference") == 1.0
-    )
 
 
 def checked_targets(targets: Mapping[str, float | str] | None) -> dict[str, float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
@@ -21,14 +20,12 @@ from accelcal.results.stand_requirements import (
     TargetReached,
 )
 from accelcal.stand_uncertainty.linear import effective_dof
-from accelcal.units import UNITS, size_of
+from accelcal.targets import target_size
 
 _FARTHEST = 100.0
 """Times the present size to which a linear budget is extrapolated."""
 _COUNTS = 0.01
 """Share of a standard uncertainty from which on a component has a part in an allocation."""
-_KINDS = {"g": "acceleration", "rad": "angle", "1": "ratio"}
-"""Numerator of the unit of a coefficient -> what it is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,40 +117,12 @@ def _place(budget: StandBudget, symbol: str) -> int:
 
 def _target(budget: StandBudget, symbol: str, given: float | str) -> float:
     place = _place(budget, symbol)
-    unit = budget.coefficients[place].unit
-    value, factor = given, 1.0
     if isinstance(given, str):
-        match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S.*?)\s*", given)
-        if not match:
-            example = "as in K1=5ppm or k0=10ug"
-            raise InputError(f"target {symbol}={given}; write number and unit, {example}")
-        value = _number(symbol, match[1])
-        factor = _factor(symbol, match[2], unit, abs(float(budget.nominal[place])))
-    if not isinstance(value, Real) or not 0.0 < value < np.inf:
-        raise InputError(f"target {symbol} is {as_given(value)}; it is a finite number above zero")
-    return factor * float(value)
-
-
-def _number(symbol: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"target {symbol} is {text!r}; it is a number") from None
-
-
-def _factor(symbol: str, given: str, unit: str, nominal: float) -> float:
-    """Size of a target's unit in that of its coefficient."""
-    if given == unit:
-        return 1.0
-    relative = symbol in ("K1", "K1 per m/s^2")
-    kind = "ratio" if relative else _KINDS.get(unit.partition("/")[0], "")
-    whole = nominal if relative else 1.0
-    numerator, _, per = given.partition("/")
-    size = size_of(numerator, kind) if kind and numerator else None
-    if size is None or (per and per != unit.partition("/")[2]):
-        known = ", ".join(dict.fromkeys([unit, *UNITS.get(kind, {})]))
-        raise InputError(f"target {symbol}: unit {given!r} is none of it; use {known}")
-    return size * whole
+        nominal = float(budget.nominal[place]) if symbol in ("K1", "K1 per m/s^2") else None
+        return target_size(symbol, given, budget.coefficients[place].unit, nominal)
+    if not isinstance(given, Real) or not 0.0 < given < np.inf:
+        raise InputError(f"target {symbol} is {as_given(given)}; it is a finite number above zero")
+    return float(given)
 
 
 def _told(
