@@ -185,3 +185,31 @@ def test_of_tables_as_near_the_first_is_taken():
     assert nearest_level([20.0 + 1e-9, 20.0, 20.0 - 1e-9], 20.0) == 0
     calibration = fitted(("o+", "p+"))
     assert list(nearest_of_mountings(calibration.tables, None)) == ["o+", "p+"]
+
+
+def test_the_main_mounting_is_that_of_most_runs_without_laws_too(tmp_path):
+    """Of runs in p+, o+ and o+ the mean was for the axis of the first one, and the page of it."""
+    calibration = fitted(("p+", "o+"), (20.0, 20.0))
+    (first, *_), own = (
+        [t for t in calibration.tables if t.mounting == mounting] for mounting in ("p+", "o+")
+    )
+    found = replace(calibration, tables=(first, *own))
+    told = compensation(found, mean_of_runs=True)
+    assert (told.cross.name, told.other.name) == ("a_p", "a_o")
+    low, high = sorted(table.coefficients["K1"].value for table in own)
+    assert low <= told.K1.at_T0 <= high
+    assert accelerometer_of(found).scale_factor.at_T0 == own[0].coefficients["K1"].value
+    found.report(tmp_path / "page.md")
+    page = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert f"of run {own[0].run}, one of 3 tables" in page
+
+
+def test_the_picture_of_the_budget_is_of_the_main_mounting():
+    pytest.importorskip("matplotlib")
+    calibration = fitted(("o+", "o-"))
+    first = next(t for t in calibration.tables if t.mounting == "o-" and t.temperature_degC == 20.0)
+    own = tuple(t for t in calibration.tables if t.mounting == "o+")
+    found = replace(calibration, tables=(replace(first, run="minus"), *own))
+    ax = found.plot.budget()
+    titles = [ax.get_title(loc=side) for side in ("left", "center")]
+    assert any(title.endswith(f"run {own[0].run}") for title in titles)

@@ -12,6 +12,7 @@ from accelcal.plot.ticks import name_ticks, shortened
 from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
 from accelcal.report.numbers import matching_digits, readable, significant
 from accelcal.results.table import nearest_table
+from accelcal.results.tables_in_use import tables_in_use
 from accelcal.results.usable import tables_of_run
 
 if TYPE_CHECKING:
@@ -113,7 +114,12 @@ _SOURCES = {
 @styled
 def budget(calibration: Calibration, ax: Axes | None, *, run: str | int | None) -> Axes:
     """Draw `CalibrationPlot.budget`."""
-    table = nearest_table(tables_of_run(calibration, run), calibration.T0_degC)
+    used = tables_in_use(calibration)
+    table = (
+        used.main
+        if run is None
+        else nearest_table(tables_of_run(calibration, run), used.temperature)
+    )
     shown = [row for row in _SHOWN if any(table.budget.get(row[2], {}).values())]
     ax = canvas(ax, (7.2, 3.4))
     ax.grid(visible=False, axis="y")
