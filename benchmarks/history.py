@@ -4,6 +4,7 @@
     python benchmarks/history.py --choices  # other intervals that were tried
     python benchmarks/history.py --alarms --units 2000  # false alarms of few calibrations alone
     python benchmarks/history.py --wandering  # units that wander, which the drift does not know
+    python benchmarks/history.py --settling  # units that settle, whose drift slows
     python benchmarks/history.py --smoke    # 60 units of a few lines
 
 The units are drawn here, without accelcal: dates at random over ten years, stated uncertainties
@@ -43,6 +44,7 @@ class Kind(NamedTuple):
     unlike: float = 1.0  # every other calibration states so many times as much
     truly: bool = False  # and errs so many times as much
     walk: float = 0.0  # of a unit that wanders, in a root year
+    settles: float = 0.0  # from the first day on, in all, with a time constant of two years
 
     def __str__(self) -> str:
         """Columns of the tables."""
@@ -69,9 +71,14 @@ JUMPS = tuple(Kind(count, 10.0, jump=size) for count in (6, 12) for size in (50.
 
 WALKS = tuple(Kind(count, 0.0, walk=walk) for walk in (0.0, 20.0) for count in (5, 8, 15, 30))
 
+SETTLING = tuple(
+    Kind(count, 10.0, settles=size) for size in (0.0, 100.0, 300.0) for count in (4, 5, 8, 15)
+)
+
 HEADING = "calibrations  scatter/ug  shared   unlike"
 DRIFT = 5.0  # ug a year
 STATED = 10.0  # ug, the median standard uncertainty
+SETTLED = 2.0  # years, the time constant
 
 
 def unit(kind: Kind, rng: np.random.Generator) -> pd.DataFrame:
@@ -88,7 +95,8 @@ def unit(kind: Kind, rng: np.random.Generator) -> pd.DataFrame:
         steps = np.diff(days, prepend=days[0]) / 365.25
         error = error + kind.walk * np.cumsum(np.sqrt(steps) * rng.standard_normal(kind.count))
     step = kind.jump * (np.arange(kind.count) >= kind.count // 2)
-    bias = 3000.0 + DRIFT * days / 365.25 + step + error
+    settled = kind.settles * np.exp(-(days - days[0]) / 365.25 / SETTLED)
+    bias = 3000.0 + DRIFT * days / 365.25 + step + settled + error
     gain = 1.35 * (1.0 + 1e-6 * rng.normal(0.0, 10.0, kind.count))
     start = np.datetime64("2010-01-01")
     return pd.DataFrame(
@@ -232,6 +240,31 @@ def wandering(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
     return *held, bool(trend.jumps), noted
 
 
+def print_settling(kinds: tuple[Kind, ...], units: int) -> None:
+    """Print what becomes of the drift where a bias settles, and how often a note tells of it."""
+    print(f"{units} units a line, whose bias settles beside a scatter of 10 ug; percent whose")
+    print(
+        "interval of the drift holds what is left in the end, and that of a walk, in which a jump"
+    )
+    print("of the bias is named, and in which a note tells that the drift is not that of all years")
+    print("calibrations  settles/ug  drift  walk   jump   note")
+    for number, kind in enumerate(kinds):
+        rng = np.random.default_rng([60, number])
+        done = np.array([settling(kind, rng) for _ in range(units)])
+        cells = "".join(f"{one:7.1f}" for one in (100.0 * done.mean(axis=0)).tolist())
+        print(f"{kind.count:12d}  {kind.settles:10g}{cells}", flush=True)
+
+
+def settling(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
+    """One unit: whether both drifts are held, a jump is named, and a note tells of a bend."""
+    found = accelcal.history(unit(kind, rng), alpha=0.01)
+    said = ("the drift of the bias ", "a line that bends, as of a unit that settles, fits the bias")
+    noted = any(note.startswith(said) for note in found.notes)
+    trend = found.trends[0]
+    held = [holds(drift, DRIFT) for drift in (trend.drift, trend.drift_of_a_walk)]
+    return *held, bool(trend.jumps), noted
+
+
 def has_jump(frame: pd.DataFrame) -> bool:
     """Whether a jump of the bias or of the scale factor is named."""
     return any(trend.jumps for trend in accelcal.history(frame, alpha=0.01).trends)
@@ -259,10 +292,14 @@ def main() -> None:
     parser.add_argument("--choices", action="store_true", help="intervals that were tried")
     parser.add_argument("--alarms", action="store_true", help="false alarms of few calibrations")
     parser.add_argument("--wandering", action="store_true", help="units that wander")
+    parser.add_argument("--settling", action="store_true", help="units that settle")
     asked = parser.parse_args()
     units = 60 if asked.smoke else asked.units
     if asked.wandering:
         print_wandering(WALKS[1::5] if asked.smoke else WALKS, units)
+        return
+    if asked.settling:
+        print_settling(SETTLING[10:11] if asked.smoke else SETTLING, units)
         return
     if asked.alarms:
         print_alarms(units)

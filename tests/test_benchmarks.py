@@ -146,6 +146,12 @@ def test_history_of_units_that_wander():
     assert float(still[-1]) <= 12.0 < float(walking[-1])
 
 
+def test_history_of_units_that_settle():
+    printed = run("history.py", "--settling", "--smoke")
+    (noted,) = re.findall(r"^ +8 +300(?: +[\d.]+){3} +([\d.]+)$", printed, re.M)
+    assert float(noted) >= 70.0
+
+
 def test_gates():
     printed = run("gates.py", "--smoke", "--jobs", "1")
     clean = re.findall(r"^    (\w[\w ]*\w) +([\d.]+)$", printed, re.MULTILINE)

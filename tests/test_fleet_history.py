@@ -102,7 +102,9 @@ def test_units_are_due_by_their_last_date(frame):
 
 def test_the_text_tells_what_a_remark_is(fleet):
     told = " ".join(str(fleet).split())
-    assert "remark: a calibration stands apart, the unit wanders, or a jump may be a bend" in told
+    assert (
+        "remark: a calibration stands apart, the unit wanders, its drift slows or grows, or" in told
+    )
 
 
 def test_units_that_are_due_alone_are_sorted_by_their_last_dates(frame):

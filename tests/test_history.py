@@ -607,7 +607,7 @@ def test_dates_that_are_missing_are_told():
 def test_few_calibrations_have_no_search_for_jumps():
     found = accelcal.history(frame(4, jump=500.0))
     assert found.trends[0].no_other_jump is None
-    assert "4 calibrations are too few to look for jumps, which needs 5" in found.notes
+    assert "4 calibrations are too few to look for jumps and bends, which needs 5" in found.notes
 
 
 def test_the_gates_of_a_frame_are_its_checks_and_no_other_column_is():
@@ -930,6 +930,45 @@ def test_true_jumps_are_not_taken_for_bends():
     assert sum(map(len, map(told_of_bends, found))) <= 1
 
 
+def told_of_changes(found):
+    return [note for note in found.notes if note.startswith("the drift of the bias ")]
+
+
+@pytest.mark.parametrize(("count", "constant"), [(6, 1.0), (8, 2.0), (12, 3.0)])
+def test_a_unit_that_settles_without_a_jump_is_told(count, constant):
+    """A drift per year stood there without a word, which the last years do not have."""
+    number = np.arange(count)
+    table = frame(count, drift=0.0)
+    table["k0"] += 100.0 * UG * np.exp(-number / constant)
+    found = accelcal.history(table)
+    assert found.trends[0].jumps == ()
+    (note,) = told_of_changes(found)
+    assert re.match(
+        r"the drift of the bias slows \(chance [\de.-]+\): its figure per year is", note
+    )
+    assert told_of_changes(accelcal.history(frame(count))) == []
+
+
+def test_a_drift_that_grows_is_told():
+    table = frame(10)
+    (note,) = told_of_changes(accelcal.history(table.assign(k0=table["k0"] + UG * table.index**2)))
+    assert note.startswith("the drift of the bias grows (chance ")
+
+
+def test_a_straight_line_slows_by_chance_as_often_as_alpha_says():
+    found = [accelcal.history(frame(6, scatter=20.0, seed=n), alpha=0.2) for n in range(100)]
+    told = sum(len(told_of_changes(each)) for each in found)
+    assert stats.binomtest(told, 100, 0.1).pvalue > 1e-3
+
+
+def test_a_bend_that_the_temperature_may_make_is_not_told():
+    warm = 20.0 + 1.5 * np.exp(-np.arange(10) / 2.0)
+    table = frame(10, drift=0.0)
+    settled = table.assign(k0=table["k0"] + 40.0 * UG * (warm - 20.0))
+    assert len(told_of_changes(accelcal.history(settled))) == 1
+    assert told_of_changes(accelcal.history(settled.assign(temperature_degC=warm))) == []
+
+
 def test_a_calibration_apart_from_all_others_is_told():
     """The last one was 1000 ug off, and the history said that there was no jump, p = 1."""
     table = frame(8)
@@ -956,7 +995,7 @@ def test_a_calibration_apart_from_all_others_is_told():
 def test_a_calibration_between_others_is_no_jump(place, cause):
     table = frame(8)
     table.loc[place, "k0"] += 1000.0 * UG
-    (note,) = accelcal.history(table).notes
+    (note,) = (note for note in accelcal.history(table).notes if "all others say" in note)
     assert note.partition("): ")[2] == cause
 
 

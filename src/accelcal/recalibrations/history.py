@@ -16,6 +16,7 @@ from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR
 from accelcal.plural import listed
 from accelcal.recalibrations.apart import farthest
+from accelcal.recalibrations.bends import bend_of, jumps_like_bends
 from accelcal.recalibrations.comparable import (
     BIAS_PER_DEGREE,
     SCALE_FACTOR_PER_DEGREE,
@@ -27,7 +28,6 @@ from accelcal.recalibrations.jumps import (
     FEWEST,
     SMALLEST_CHANCE,
     Search,
-    jumps_like_bends,
     line_with_steps,
     search_jumps,
 )
@@ -178,7 +178,7 @@ def _few(chosen: Comparable) -> tuple[str, ...]:
     count = len(chosen.entries)
     if count >= FEWEST:
         return ()
-    return (f"{count} calibrations are too few to look for jumps, which needs {FEWEST}",)
+    return (f"{count} calibrations are too few to look for jumps and bends, which needs {FEWEST}",)
 
 
 def _warned(chosen: Comparable) -> tuple[str, ...]:
@@ -210,6 +210,11 @@ class _Followed(NamedTuple):
         All calibrations have the same slope, so that it does not average out.
         """
         return np.asarray(np.linalg.lstsq(columns, self.per_degree * rise, rcond=None)[0])
+
+    def last_beyond_heat(self, columns: Array, rise: Array) -> tuple[float, bool]:
+        """Last coefficient of a line, and whether it is more than what temperatures may make."""
+        size = float(np.linalg.lstsq(columns, self.measured[:, 0], rcond=None)[0][-1])
+        return size, abs(size) > NORMAL_FACTOR * abs(float(self.by_heat(columns, rise)[-1]))
 
     def searched(self, time: Array, rise: Array, alpha: float) -> tuple[Search, tuple[int, ...]]:
         """Jumps that no temperature makes, and the places of those that one may make."""
@@ -276,7 +281,7 @@ def _trend(followed: _Followed, chosen: Comparable, alpha: float) -> tuple[Trend
     )
     walks = _wandering(followed.name, chance_of_neighbours(columns, values, sigma))
     apart = _apart(followed, chosen, columns, alpha / QUANTITIES)
-    bent = _bent(followed, chosen, search.places)
+    bent = _bent(followed, chosen, search.places, alpha / QUANTITIES)
     return trend, (*_heated(followed.name, chosen, heated), *bent, *apart, *walks)
 
 
@@ -306,9 +311,8 @@ def _apart(followed: _Followed, chosen: Comparable, columns: Array, alpha: float
     values, uncertainty, _ = followed.measured.T
     place, chance = farthest(columns, values, uncertainty)
     alone = np.column_stack([columns, np.arange(values.size) == place])
-    size = float(np.linalg.lstsq(alone, values, rcond=None)[0][-1])
-    heat = float(followed.by_heat(alone, chosen.rise)[-1])
-    if chance < alpha and abs(size) > NORMAL_FACTOR * abs(heat):
+    size, beyond = followed.last_beyond_heat(alone, chosen.rise)
+    if chance < alpha and beyond:
         told = f"{1e6 * size:.1f} {'ug' if followed.unit == 'g' else 'ppm'}"
         after = ", or a jump that no second one confirms; calibrate again"
         yield (
@@ -319,14 +323,30 @@ def _apart(followed: _Followed, chosen: Comparable, columns: Array, alpha: float
         )
 
 
-def _bent(followed: _Followed, chosen: Comparable, places: tuple[int, ...]) -> Iterator[str]:
-    """Say which jumps may be a bend: a unit that ages or settles leaves no straight line."""
+def _bent(
+    followed: _Followed, chosen: Comparable, places: tuple[int, ...], alpha: float
+) -> Iterator[str]:
+    """Say where a line bends, as of a unit that ages or settles, or which jumps may be a bend."""
+    if not places:
+        yield from _changing(followed, chosen, alpha)
     values, uncertainty, _ = followed.measured.T
     for place in jumps_like_bends(np.array(chosen.years), values, uncertainty, places):
         after, before = (day(chosen.entries[i].date) for i in (place - 1, place))
         yield (
             f"a line that bends, as of a unit that settles, fits the {followed.name} better than"
             f" its jump between {after} and {before}: the drift is then not the same in all years"
+        )
+
+
+def _changing(followed: _Followed, chosen: Comparable, alpha: float) -> Iterator[str]:
+    """Say that the drift changes, if no temperature makes it so."""
+    values, uncertainty, _ = followed.measured.T
+    bend = bend_of(np.array(chosen.years), values, uncertainty)
+    if bend and bend.chance < alpha and followed.last_beyond_heat(bend.columns, chosen.rise)[1]:
+        yield (
+            f"the drift of the {followed.name} {'slows' if bend.slows else 'grows'} (chance"
+            f" {QUANTITIES * bend.chance:.1g}): its figure per year is that of all these years"
+            " together, and does not hold for those to come"
         )
 
 

@@ -27,42 +27,39 @@ _AT_A_TIME = 100_000
 
 _MOST = 5
 
-_SETTLING = (0.1, 0.2, 0.4)
-"""Time constants of a unit that settles, as parts of the whole time."""
-
 
 class _Measure(NamedTuple):
-    """What tests the steps where the standard deviations are in one proportion.
+    """What tests further columns where the standard deviations are in one proportion.
 
     `roots`, shape (n,), are their inverses; `base`, shape (n, p), is an orthonormal basis of the
-    line in the values times `roots`, and `steps`, shape (n, s), are the steps apart from it, each
-    of length 1.
+    line in the values times `roots`, and `further`, shape (n, s), are the columns apart from it,
+    each of length 1.
     """
 
     roots: Array
     base: Array
-    steps: Array
+    further: Array
     constant: float
 
     @classmethod
-    def of(cls, columns: Array, places: Places, sigma: Array) -> _Measure:
-        """Work it out of the columns of the line and the places of the steps."""
+    def of(cls, columns: Array, tried: Array, sigma: Array) -> _Measure:
+        """Work it out of the columns of the line and those that are tried beside them."""
         base, triangle = np.linalg.qr(columns / sigma[:, None])
-        steps = np.greater_equal.outer(np.arange(sigma.size), places) / sigma[:, None]
-        steps -= base @ (base.T @ steps)
-        steps /= np.sqrt((steps**2).sum(axis=0))
+        further = tried / sigma[:, None]
+        further -= base @ (base.T @ further)
+        further /= np.sqrt((further**2).sum(axis=0))
         constant = -np.log(sigma).sum() - np.log(np.abs(np.diagonal(triangle))).sum()
-        return cls(1.0 / sigma, base, steps, float(constant))
+        return cls(1.0 / sigma, base, further, float(constant))
 
     def likelihoods(self, values: Array) -> tuple[Array, Array]:
-        """Logarithms of the restricted likelihood of the line, and of it with each step.
+        """Logarithms of the restricted likelihood of the line, and of it with each column.
 
         Of each row of values, whose size is free, so that it takes the place of a variance.
         """
         whitened = values * self.roots
         left = whitened - (whitened @ self.base) @ self.base.T
         squares = (left**2).sum(axis=1, keepdims=True)
-        taken = (left @ self.steps) ** 2
+        taken = (left @ self.further) ** 2
         dof = values.shape[1] - self.base.shape[1]
         line = self.constant - 0.5 * dof * np.log(np.maximum(squares, ROUNDING))
         stepped = self.constant - 0.5 * dof * np.log(np.maximum(squares - taken, ROUNDING))
@@ -132,7 +129,7 @@ def search_jumps(time: Array, values: Array, uncertainty: Array, alpha: float) -
     return Search(tuple(places), tuple(p_values), rest, len(_places_to_try(time, [])))
 
 
-def line_with_steps(time: Array, places: tuple[int, ...] | list[int]) -> Array:
+def line_with_steps(time: Array, places: Sequence[int] | Places) -> Array:
     """Columns of a straight line with steps.
 
     Parameters
@@ -147,51 +144,8 @@ def line_with_steps(time: Array, places: tuple[int, ...] | list[int]) -> Array:
     ndarray, shape (n, 2 + number of steps)
         Columns 1, time less its mean, and a step for each.
     """
-    number = np.arange(time.size)
-    steps = [(number >= place).astype(float) for place in places]
-    return np.stack([np.ones(time.size), time - time.mean(), *steps], axis=1)
-
-
-def jumps_like_bends(
-    time: Array, values: Array, uncertainty: Array, places: tuple[int, ...]
-) -> tuple[int, ...]:
-    """Find the jumps in whose place a bend of the line fits better, as of a unit that settles.
-
-    Parameters
-    ----------
-    time, values, uncertainty : ndarray, shape (n,)
-        As of `search_jumps`.
-    places : tuple of int
-        The jumps that it found.
-
-    Returns
-    -------
-    tuple of int
-        Those of them in whose place a parabola, or an exponential from the first date on, leaves a
-        smaller sum of squares. A bend has as many parameters as a step.
-
-    Examples
-    --------
-    >>> time = np.arange(10.0)
-    >>> jumps_like_bends(time, np.exp(-time / 2.0), np.ones(10), (2,))
-    (2,)
-    >>> jumps_like_bends(time, 1.0 * (time > 4.0), np.ones(10), (5,))
-    ()
-    """
-
-    def squares(columns: Array) -> float:
-        seen, told = columns / uncertainty[:, None], values / uncertainty
-        return float(((told - seen @ np.linalg.lstsq(seen, told, rcond=None)[0]) ** 2).sum())
-
-    since = (time - time[0]) / (time[-1] - time[0])
-    bends = (since**2, *(np.exp(-since / constant) for constant in _SETTLING))
-    stepped = squares(line_with_steps(time, places))
-
-    def fits_better(place: int) -> bool:
-        others = line_with_steps(time, [other for other in places if other != place])
-        return min(squares(np.column_stack([others, bend])) for bend in bends) < stepped
-
-    return tuple(filter(fits_better, places))
+    steps = np.greater_equal.outer(np.arange(time.size), np.array(places, dtype=np.intp))
+    return np.column_stack([np.ones(time.size), time - time.mean(), steps])
 
 
 def _next_jump(
@@ -202,6 +156,40 @@ def _next_jump(
     tried = np.array(_places_to_try(time, places), dtype=np.intp)
     if not tried.size or time.size - columns.shape[1] - 1 < _SIDE:
         return None
+    place, chance = likeliest(columns, line_with_steps(time, tried)[:, 2:], values, uncertainty)
+    return int(tried[place]), chance
+
+
+def likeliest(columns: Array, tried: Array, values: Array, uncertainty: Array) -> tuple[int, float]:
+    """Find which further column values ask for most, and the chance that noise asks as much.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n, p)
+        Columns that the values have.
+    tried : ndarray, shape (n, s)
+        Further ones; n > p + 1.
+    values, uncertainty : ndarray, shape (n,)
+        Values and their standard uncertainties.
+
+    Returns
+    -------
+    place : int
+        Which of those that are tried.
+    chance : float
+        That the largest of all is so large by noise, by values that are drawn as `search_jumps`
+        says.
+
+    Examples
+    --------
+    >>> time = np.arange(10.0)
+    >>> columns = np.stack([np.ones(10), time], axis=1)
+    >>> tried = np.stack([time**3, time**2], axis=1)
+    >>> values = time**2 + np.cos(2.0 * time)
+    >>> place, chance = likeliest(columns, tried, values, np.ones(10))
+    >>> place, chance < 0.001
+    (1, True)
+    """
     line = np.linalg.lstsq(columns, values, rcond=None)[0]
     sigma = np.sqrt(proportions(uncertainty**2))
     measures = [_Measure.of(columns, tried, each) for each in sigma]
@@ -213,14 +201,14 @@ def _next_jump(
     for draws in (_DRAWS, _MORE_DRAWS):
         if chance > _NEAR:
             break
-        for rows in _in_parts(draws, time.size):
+        for rows in _in_parts(draws, values.size):
             drawn_from = random.choice(len(sigma), rows, p=shared)
-            noise = sigma[drawn_from] * random.standard_normal((rows, time.size))
+            noise = sigma[drawn_from] * random.standard_normal((rows, values.size))
             by_noise, _ = _log_ratios(measures, noise)
             larger += int((by_noise.max(axis=1) >= found.max()).sum())
         drawn += draws
         chance = (1 + larger) / (1 + drawn)
-    return int(tried[found.argmax()]), chance
+    return int(found.argmax()), chance
 
 
 def _in_parts(draws: int, values: int) -> list[int]:
@@ -241,9 +229,9 @@ def _places_to_try(time: Array, places: list[int]) -> list[int]:
 
 
 def _log_ratios(measures: Sequence[_Measure], values: Array) -> tuple[Array, Array]:
-    """Logarithms of the likelihood with each step over that of the line, and those of the line.
+    """Logarithms of the likelihood with each column over that of the line, and those of the line.
 
-    Of each row of values, which are off the line: shape (rows, steps), and (measures, rows).
+    Of each row of values, which are off the line: shape (rows, tried), and (measures, rows).
     """
     both = [measure.likelihoods(values) for measure in measures]
     line, stepped = (np.array(each) for each in zip(*both, strict=True))

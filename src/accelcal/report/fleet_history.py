@@ -81,8 +81,8 @@ def _jump(jump: Jump) -> str:
 def _legend(fleet: FleetHistory) -> Iterator[str]:
     yield from hanging(
         "Drifts of the bias [ug/year] and of the scale factor [ppm/year] have the U of units that"
-        " may wander. drift: beyond its U. remark: a calibration stands apart, the unit wanders, or"
-        " a jump may be a bend or come from the temperature."
+        " may wander. drift: beyond its U. remark: a calibration stands apart, the unit wanders,"
+        " its drift slows or grows, or a jump may be a bend or come from the temperature."
     )
     yield from hanging(
         f"{DOUBT}: noise alone shows as much in one unit or more of such a fleet. Without it, in"
