@@ -1069,8 +1069,26 @@ def test_a_history_without_the_drift_of_a_walk_is_read():
         assert trend.pop("drift_of_a_walk")["unit"].endswith("/year")
     again = accelcal.History.from_json(json.dumps(document))
     assert [trend.drift_of_a_walk for trend in again.trends] == [None, None]
-    assert "adds up as a random walk" not in str(again)
-    assert "adds up as a random walk" in str(accelcal.history(frame()))
+    assert "wander" not in str(again)
+    assert str(again).count("  drift ") == 2
+
+
+def test_the_interval_of_a_unit_that_may_wander_is_told_first():
+    """The narrow one stood first, which holds the drift of units that wander in 27 to 72 %."""
+    found = accelcal.history(frame(12, drift=15.0, jump=100.0, scatter=15.0))
+    trend = found.trends[0]
+    first, second = str(found).splitlines()[4:6]
+    told = [
+        f"{UG**-1 * drift.expanded_uncertainty:.2g} ug/year"
+        for drift in (trend.drift_of_a_walk, trend.drift)
+    ]
+    assert told[0] in first
+    assert first.endswith(", for a unit that may wander, jumps included")
+    assert told[1] in second
+    assert second.endswith(" beside the jumps if it does not wander")
+    assert str(trend.drift_of_a_walk) in repr(trend)
+    html = found._repr_html_()
+    assert html.index("drift if it may wander") < html.index("drift if it does not wander")
 
 
 def test_serials_that_differ_in_case_alone_are_told():

@@ -41,10 +41,7 @@ def _trend(trend: Trend, alpha: float) -> Iterator[str]:
     unit = SMALL_UNITS[trend.points[0].measured.unit]
     where = "" if not trend.reference else f", from {trend.reference:.9g} {trend.reference_unit}"
     yield f"{trend.name} {trend.symbol}{where} [{unit}]"
-    yield f"  drift    {_interval(trend.drift)} {unit}/year{_significance(trend.drift)}"
-    if trend.drift_of_a_walk is not None:
-        told = f"{_interval(trend.drift_of_a_walk)} {unit}/year"
-        yield f"           {told} if what scatters, jumps included, adds up as a random walk"
+    yield from _drifts(trend, unit)
     yield f"  scatter  {_scatter(trend, unit)}"
     for jump in trend.jumps:
         size, chance = _interval(jump.size), p_value(jump.p_value)
@@ -54,6 +51,20 @@ def _trend(trend: Trend, alpha: float) -> Iterator[str]:
         largest = p_value(trend.no_other_jump)
         yield f"  no {other}jump at alpha = {alpha:g}; the largest has {largest}"
     yield from (f"    {line}" for line in _points(trend))
+
+
+def _drifts(trend: Trend, unit: str) -> Iterator[str]:
+    """Tell the drift with the interval that holds for most units first."""
+    wide, narrow = trend.drift_of_a_walk, trend.drift
+    if wide is None:
+        yield f"  drift    {_interval(narrow)} {unit}/year{_significance(narrow)}"
+        return
+    included, beside = (", jumps included", " beside the jumps") if trend.jumps else ("", "")
+    yield (
+        f"  drift    {_interval(wide)} {unit}/year{_significance(wide)}, for a unit that may wander"
+        f"{included}"
+    )
+    yield f"           {_interval(narrow)} {unit}/year{beside} if it does not wander"
 
 
 def _points(trend: Trend) -> Iterator[str]:

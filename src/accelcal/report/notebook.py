@@ -239,7 +239,10 @@ def history_html(history: History) -> str:
     drifts = [
         (trend.name, name, drift)
         for trend in history.trends
-        for name, drift in (("drift", trend.drift), ("drift of a walk", trend.drift_of_a_walk))
+        for name, drift in (
+            ("drift if it may wander", trend.drift_of_a_walk),
+            ("drift if it does not wander", trend.drift),
+        )
     ]
     rows = [(of, name, "", *_interval(drift)) for of, name, drift in drifts if drift is not None]
     rows += [

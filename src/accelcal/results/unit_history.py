@@ -113,7 +113,8 @@ class Trend(ReadByFields):
         Slope of the line per year, of 365.25 days, if what scatters is new at each calibration.
     drift_of_a_walk : Quantity or None
         The same if a quarter or more of what scatters, jumps included, stays and adds up as a
-        random walk; None in documents that do not have it.
+        random walk: the interval to use unless the unit is known not to wander; None in documents
+        that do not have it.
     scatter : float
         Standard deviation from calibration to calibration beyond the stated uncertainties, as from
         launch to launch [unit of the points].
@@ -148,7 +149,8 @@ class Trend(ReadByFields):
     reference_unit: str
 
     def __repr__(self) -> str:
-        return f"<Trend of the {self.name}: {self.drift}, {counted(len(self.jumps), 'jump')}>"
+        drift = self.drift_of_a_walk or self.drift
+        return f"<Trend of the {self.name}: {drift}, {counted(len(self.jumps), 'jump')}>"
 
     def to_document(self) -> dict[str, Any]:
         """Return the trend as it stands in the JSON document."""
