@@ -5,6 +5,7 @@
     python benchmarks/history.py --alarms --units 2000  # false alarms of few calibrations alone
     python benchmarks/history.py --wandering  # units that wander, which the drift does not know
     python benchmarks/history.py --settling  # units that settle, whose drift slows
+    python benchmarks/history.py --campaigns  # three tests within four days each time
     python benchmarks/history.py --smoke    # 60 units of a few lines
 
 The units are drawn here, without accelcal: dates at random over ten years, stated uncertainties
@@ -44,6 +45,7 @@ class Kind(NamedTuple):
     unlike: float = 1.0  # every other calibration states so many times as much
     truly: bool = False  # and errs so many times as much
     walk: float = 0.0  # of a unit that wanders, in a root year
+    tests: int = 1  # two days after each other, which share the scatter; `count` is of all
     settles: float = 0.0  # from the first day on, in all, with a time constant of two years
 
     def __str__(self) -> str:
@@ -75,6 +77,10 @@ SETTLING = tuple(
     Kind(count, 10.0, settles=size) for size in (0.0, 100.0, 300.0) for count in (4, 5, 8, 15)
 )
 
+CAMPAIGNS = tuple(
+    Kind(3 * count, scatter, tests=3) for count in (5, 8, 15) for scatter in (0.0, 10.0, 40.0)
+)
+
 HEADING = "calibrations  scatter/ug  shared   unlike"
 DRIFT = 5.0  # ug a year
 STATED = 10.0  # ug, the median standard uncertainty
@@ -83,14 +89,17 @@ SETTLED = 2.0  # years, the time constant
 
 def unit(kind: Kind, rng: np.random.Generator) -> pd.DataFrame:
     """Draw the recalibrations of one unit, as the frame of a batch has them."""
-    days = np.sort(rng.choice(3653, kind.count, replace=False))
+    dates = kind.count // kind.tests
+    days = np.repeat(np.sort(rng.choice(3653, dates, replace=False)), kind.tests)
+    days = np.sort(days + 2 * (np.arange(kind.count) % kind.tests))
     stated = STATED * np.exp(rng.normal(0.0, 0.4, kind.count))
     factor = np.where(np.arange(kind.count) % 2, kind.unlike, 1.0)
     own = math.sqrt(1.0 - kind.shared**2)
     error = stated * (own * rng.standard_normal(kind.count) + kind.shared * rng.standard_normal())
     error = error * factor if kind.truly else error
-    tails = rng.standard_t(4, kind.count) / math.sqrt(2.0) if kind.heavy else None
-    error = error + kind.scatter * (rng.standard_normal(kind.count) if tails is None else tails)
+    tails = rng.standard_t(4, dates) / math.sqrt(2.0) if kind.heavy else None
+    scatter = kind.scatter * (rng.standard_normal(dates) if tails is None else tails)
+    error = error + np.repeat(scatter, kind.tests)
     if kind.walk:
         steps = np.diff(days, prepend=days[0]) / 365.25
         error = error + kind.walk * np.cumsum(np.sqrt(steps) * rng.standard_normal(kind.count))
@@ -265,6 +274,19 @@ def settling(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
     return *held, bool(trend.jumps), noted
 
 
+def print_campaigns(kinds: tuple[Kind, ...], units: int) -> None:
+    """Print what tests of a few days, which share their scatter, make of drift and jumps."""
+    print(f"{units} units a line, with {kinds[0].tests} tests within four days each time; percent")
+    print("whose interval of the drift holds the truth, and in which a jump is named falsely")
+    print("campaigns  scatter/ug  drift   jump")
+    for number, kind in enumerate(kinds):
+        rng = np.random.default_rng([70, number])
+        drift, *_, jump, _, _ = 100.0 * np.mean([trial(kind, rng) for _ in range(units)], axis=0)
+        print(
+            f"{kind.count // kind.tests:9d}  {kind.scatter:10g}{drift:7.1f}{jump:7.1f}", flush=True
+        )
+
+
 def has_jump(frame: pd.DataFrame) -> bool:
     """Whether a jump of the bias or of the scale factor is named."""
     return any(trend.jumps for trend in accelcal.history(frame, alpha=0.01).trends)
@@ -293,10 +315,14 @@ def main() -> None:
     parser.add_argument("--alarms", action="store_true", help="false alarms of few calibrations")
     parser.add_argument("--wandering", action="store_true", help="units that wander")
     parser.add_argument("--settling", action="store_true", help="units that settle")
+    parser.add_argument("--campaigns", action="store_true", help="three tests each time")
     asked = parser.parse_args()
     units = 60 if asked.smoke else asked.units
     if asked.wandering:
         print_wandering(WALKS[1::5] if asked.smoke else WALKS, units)
+        return
+    if asked.campaigns:
+        print_campaigns(CAMPAIGNS[5:6] if asked.smoke else CAMPAIGNS, units)
         return
     if asked.settling:
         print_settling(SETTLING[10:11] if asked.smoke else SETTLING, units)

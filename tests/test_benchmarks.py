@@ -146,6 +146,13 @@ def test_history_of_units_that_wander():
     assert float(still[-1]) <= 12.0 < float(walking[-1])
 
 
+def test_history_of_campaigns():
+    printed = run("history.py", "--campaigns", "--smoke")
+    ((held, named),) = re.findall(r"^ +8 +40 +([\d.]+) +([\d.]+)$", printed, re.M)
+    assert float(held) >= 100.0 * 47 / 60
+    assert float(named) <= 12.0
+
+
 def test_history_of_units_that_settle():
     printed = run("history.py", "--settling", "--smoke")
     (noted,) = re.findall(r"^ +8 +300(?: +[\d.]+){3} +([\d.]+)$", printed, re.M)

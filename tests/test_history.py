@@ -426,11 +426,12 @@ def test_runs_of_one_test_count_once():
     assert any("averaged" in note for note in found.notes)
 
 
-@pytest.mark.parametrize("clock", ["", "T15:30"])
-def test_tests_of_one_day_count_once(clock):
-    """They share what scatters from day to day: a third of such units got a jump that was none."""
-    morning, later = frame(5, scatter=20.0), frame(5, scatter=20.0, seed=2)
-    later = later.assign(source="b" + later["source"], date=later["date"] + clock)
+@pytest.mark.parametrize("when", ["-01", "-01T15:30", "-07"])
+def test_tests_of_one_week_count_once(when):
+    """They share what scatters from week to week: half of such units got a jump that was none."""
+    morning = frame(5, scatter=20.0)
+    later = morning.assign(k0=morning["k0"] + UG, source="b" + morning["source"])
+    later = later.assign(date=later["date"].str.removesuffix("-01") + when)
     found = accelcal.history(pd.concat([morning, later[1:3]]))
     mean = morning.copy()
     for name in ("k0", "K1"):
@@ -439,25 +440,32 @@ def test_tests_of_one_day_count_once(clock):
         assert len(one.points) == 5
         assert one.drift.value == pytest.approx(other.drift.value)
         assert one.drift.expanded_uncertainty == pytest.approx(other.drift.expanded_uncertainty)
-    assert found.notes[0] == "tests of one day are averaged: 2011-01-01 and 2012-01-01"
+    assert found.notes[0] == "tests of a week are averaged: from 2011-01-01 and 2012-01-01"
     sources = [point.source for point in found.trends[0].points]
     assert sources == ["2010.csv", "2011.csv; b2011.csv", "2012.csv; b2012.csv", *sources[3:]]
 
 
-def test_tests_of_a_day_between_which_the_unit_changed_are_told():
-    """Their mean stood between two levels without a word of it."""
+def test_tests_eight_days_apart_are_two():
+    first = frame(5)
+    later = first.assign(source="b" + first["source"], date=first["date"].str[:-2] + "09")
+    assert len(accelcal.history(pd.concat([first, later])).trends[0].points) == 10
+
+
+@pytest.mark.parametrize("date", ["2014-01-01T09:00", "2013-12-28"])
+def test_tests_between_which_the_unit_changed_are_two(date):
+    """As before and after an adjustment: their mean stood between two levels."""
     noon = frame(8, jump=100.0).assign(date=lambda table: table["date"] + "T12:00")
-    before = noon[4:5].assign(source="before.csv", k0=noon["k0"][3], date="2014-01-01T09:00")
+    before = noon[4:5].assign(source="before.csv", k0=noon["k0"][3], date=date)
     found = accelcal.history(pd.concat([noon, before]))
-    assert found.notes[:2] == (
-        "tests of one day are averaged: 2014-01-01",
-        "tests of one day differ by more than their uncertainties: 2014-01-01; if the unit was"
-        " adjusted between them, give one of these",
+    assert found.notes == (
+        "tests that differ from those of the week before by more than their uncertainties are"
+        " calibrations of their own: 2014-01-01",
     )
+    (jump,) = found.trends[0].jumps
+    assert (jump.after, jump.before) == (date[:10], "2014-01-01")
     alike = before.assign(k0=noon["k0"][4] + 5.0 * UG)
-    assert accelcal.history(pd.concat([noon, alike])).notes == found.notes[:1]
-    one = accelcal.history(noon).trends[0].jumps
-    assert [jump.before for jump in one] == ["2014-01-01"]
+    (note,) = accelcal.history(pd.concat([noon, alike])).notes
+    assert note == f"tests of a week are averaged: from {date[:10]}"
 
 
 def test_tests_of_a_month_or_year_are_not_of_one_day():

@@ -24,6 +24,8 @@ FEWEST = 3
 _ONE_LEVEL = 2.0  # degC; runs closer than this are at one level
 _ALIKE = 0.05  # degC; smaller differences change a scale factor by 25 ppm at most
 
+_WEEK = 7.0 / 365.25  # years; tests closer than this that agree are of one mounting, or nearly
+
 _ALIKE_READINGS = 0.01  # of a standard uncertainty, by which values of one calibration may differ
 
 BIAS_PER_DEGREE = 40e-6
@@ -97,7 +99,7 @@ def comparable(
     chosen = _of_mounting(chosen, mounting, notes)
     chosen = _dated(chosen, name, notes)
     chosen, level = _at_level(chosen, temperature, notes)
-    chosen = _one_a_day(_one_a_test(_whole(chosen, notes), notes), notes)
+    chosen = _one_a_week(_one_a_test(_whole(chosen, notes), notes), notes)
     dates = len({year(entry.date) for entry in chosen})
     if dates < FEWEST:
         left_out = f" ({'; '.join(notes)})" if notes else ""
@@ -296,22 +298,33 @@ def _one_a_test(entries: list[Entry], notes: list[str]) -> list[Entry]:
     return [_mean([_mean(same) for same in runs]) for runs in by_run]
 
 
-def _one_a_day(entries: list[Entry], notes: list[str]) -> list[Entry]:
-    """Tests of one day as one; they share what scatters from day to day, as runs of a test do."""
-    days: dict[tuple[str, ...], list[Entry]] = {}
-    for entry in entries:
-        key = (day(entry.date),) if names_day(entry.date) else entry.test
-        days.setdefault(key, []).append(entry)
-    again = {date: own for (date, *_), own in sorted(days.items()) if len(own) > 1}
+def _one_a_week(entries: list[Entry], notes: list[str]) -> list[Entry]:
+    """Tests of a week as one where they agree; they share what scatters, as runs of a test do."""
+    weeks: list[list[Entry]] = []
+    apart: dict[str, None] = {}
+    for entry in sorted(entries, key=lambda entry: year(entry.date) or 0.0):
+        if not (weeks and _in_a_week(weeks[-1][0], entry)):
+            weeks.append([entry])
+        elif _disagree([*weeks[-1], entry]):
+            apart[day(entry.date)] = None
+            weeks.append([entry])
+        else:
+            weeks[-1].append(entry)
+    again = dict.fromkeys(day(own[0].date) for own in weeks if len(own) > 1)
     if again:
-        notes.append(f"tests of one day are averaged: {listed(again)}")
-    differ = [date for date, own in again.items() if _disagree(own)]
-    if differ:
+        notes.append(f"tests of a week are averaged: from {listed(again)}")
+    if apart:
         notes.append(
-            f"tests of one day differ by more than their uncertainties: {listed(differ)}; if the"
-            " unit was adjusted between them, give one of these"
+            "tests that differ from those of the week before by more than their uncertainties are"
+            f" calibrations of their own: {listed(apart)}"
         )
-    return [replace(_mean(own), source=_sources(own)) for own in days.values()]
+    return [replace(_mean(own), source=_sources(own)) for own in weeks]
+
+
+def _in_a_week(first: Entry, later: Entry) -> bool:
+    """Whether two tests are less than a week apart, by dates that both name a day."""
+    since = (year(later.date) or 0.0) - (year(first.date) or 0.0)
+    return names_day(first.date) and names_day(later.date) and since < _WEEK
 
 
 def _sources(tests: Sequence[Entry]) -> str:
