@@ -55,7 +55,7 @@ def bend_of(time: Array, values: Array, uncertainty: Array) -> Bend | None:
     >>> bend_of(time, np.exp(-time / 2.0) + 0.01 * np.cos(2.0 * time), np.ones(10)).slows
     True
     >>> round(bend_of(time, time + 0.01 * np.cos(2.0 * time), np.ones(10)).chance, 1)
-    0.9
+    0.5
     """
     if time.size < FEWEST:
         return None
