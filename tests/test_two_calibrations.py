@@ -1,6 +1,7 @@
 """Two calibrations of one unit: what both share, how often noise differs, what is refused."""
 
 import io
+import itertools
 import json
 import sys
 from dataclasses import replace
@@ -266,6 +267,16 @@ def test_levels_that_do_not_overlap_are_refused_in_one_line():
     assert "the old one is for 20 degC" in str(refused.value)
     with pytest.raises(accelcal.InputError, match="new calibration: temperature 60 degC is more"):
         compare(LAWS, NEW, temperature=60.0)
+
+
+def test_ranges_that_do_not_overlap_are_refused_in_one_line():
+    """The change was told from 0.5 to -0.5 g, which neither had tested."""
+    up, down = (
+        accelcal.fit(measured(1, angles=angles), coefficients=("K0", "K1", "M"))
+        for angles in ((0.0, 60.0, 300.0, 315.0), (180.0, 120.0, 240.0, 135.0))
+    )
+    with pytest.raises(accelcal.InputError, match=r"0.5 to 1 g, the new one for -1 to -0.5 g; cal"):
+        compare(up, down)
 
 
 def test_single_levels_a_degree_apart_count_what_usual_slopes_make_of_it():
@@ -569,8 +580,11 @@ def test_pictures_show_e_n_and_the_change_in_use():
     assert sorted(x for line in points for x in line.get_xdata()) == sorted(
         found[name].normalised_error for name in MODEL
     )
-    far = compare(OLD, accelcal.fit(changed(measured(2), offset=1e-3))).plot.coefficients()
+    far = compare(OLD, accelcal.fit(changed(measured(2), offset=-1e-1))).plot.coefficients()
     assert far.get_xscale() == "symlog"
+    far.figure.canvas.draw()
+    labels = [text.get_window_extent() for text in far.get_xticklabels() if text.get_text()]
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(labels, 2))
     assert [text.get_text() for text in far.get_legend().get_texts()] == ["agrees", "DISAGREES"]
     line = found.plot.indicated().lines[0]
     np.testing.assert_allclose(
@@ -635,6 +649,8 @@ def test_one_unit_beside_several_is_paired_with_its_own(capsys, turned):
     told = capsys.readouterr()
     assert json.loads(told.out)["serial"].upper() == "B"
     assert "not compared, in one of the files alone: A" in told.err
+    assert main(["compare", *files, "--serial", "b", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out) == json.loads(told.out)
 
 
 @pytest.mark.usefixtures("folder")
@@ -656,6 +672,8 @@ def test_units_that_cannot_be_paired_are_refused_in_a_line_that_says_what_to_do(
         "no unit in both files: the first file holds A and B, the second C"
         in capsys.readouterr().err
     )
+    assert main(["compare", "several.json", "several.json", "--serial", "C"]) == 2
+    assert "the second A and B; give one that both hold" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("folder")

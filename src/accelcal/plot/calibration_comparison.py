@@ -20,6 +20,9 @@ _MICRO = 1e6
 _FAR = 5.0
 """Normalised error beyond which the axis is logarithmic outside -2 to 2."""
 
+_VERY_FAR = 20.0
+"""Normalised error from which only its powers of ten have room for a label."""
+
 
 class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
     """Pictures of two calibrations.
@@ -60,9 +63,10 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
         apart = np.abs(scores) > 1.0
         drawn.plot(scores[~apart], places[~apart], "o", color=colours.series[0])
         drawn.plot(scores[apart], places[apart], "o", color=colours.series[1], label="DISAGREES")
-        if (np.abs(scores) > _FAR).any():  # else one hides how all others lie
+        farthest = np.nanmax(np.abs(scores))
+        if farthest > _FAR:  # else one hides how all others lie
             drawn.set_xscale("symlog", linthresh=2.0, linscale=2.0)
-            drawn.locator_params(axis="x", subs=(1.0, 2.0, 5.0))
+            drawn.locator_params(axis="x", subs=(1.0, 2.0, 5.0) if farthest < _VERY_FAR else (1.0,))
             drawn.xaxis.set_major_formatter("{x:g}")
         drawn.set_yticks(places, [f"{name} {own.coefficient}" for name, own in changes])
         drawn.invert_yaxis()

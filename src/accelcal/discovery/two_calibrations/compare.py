@@ -115,8 +115,8 @@ def compare_calibrations(
     Raises
     ------
     InputError
-        If they are of two units or two outputs, have no temperature in common, do not say which
-        coefficients to use or state no uncertainties; if an option is none.
+        If they are of two units or two outputs, have no temperature or acceleration in common, do
+        not say which coefficients to use or state no uncertainties; if an option is none.
 
     Notes
     -----

@@ -11,6 +11,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name
 from accelcal.discovery.two_calibrations.errors import Side
+from accelcal.errors import InputError
 
 _POINTS = 41
 _UNTOLD = Coefficient(0.0, np.zeros(1), "")
@@ -38,9 +39,22 @@ class Indication(NamedTuple):
 
 
 def common_range(old: Side, new: Side) -> Array:
-    """Accelerations within 1 g that both calibrations tested, shape (n,) [g]."""
+    """Accelerations within 1 g that both calibrations tested, shape (n,) [g].
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
     (low, high), (lowest, highest) = old.found.accelerations, new.found.accelerations
-    return np.linspace(max(low, lowest, -1.0), min(high, highest, 1.0), _POINTS)
+    first, last = max(low, lowest, -1.0), min(high, highest, 1.0)
+    if first > last:
+        raise InputError(
+            f"no acceleration that both calibrations tested: the old one is for {low:.3g} to"
+            f" {high:.3g} g, the new one for {lowest:.3g} to {highest:.3g} g; calibrate at common"
+            " angles"
+        )
+    return np.linspace(first, last, _POINTS)
 
 
 def indication(

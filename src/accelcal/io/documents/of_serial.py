@@ -106,26 +106,33 @@ def pairs_of_units(
     InputError
         If there is no pair, or a result is in several.
     """
-    one, other = all_of_serial(known, serial), all_of_serial(later, serial)
-    names = [[own.serial and bare_serial(own.serial) for own in side] for side in (one, other)]
+    one, other = _bare_of_serial(known, serial), _bare_of_serial(later, serial)
     pairs = [
         (own, item)
-        for item, name in zip(other, names[1], strict=True)
-        for own, its_name in zip(one, names[0], strict=True)
+        for item, name in other
+        for own, its_name in one
         if not (name and its_name) or name == its_name
     ]
     first, second = (listed(_names(own)) or "no serial" for own in (known, later))
     have = f"the first file holds {first}, the second {second}"
+    if not pairs and serial is not None:
+        raise InputError(f"no serial {serial!r} in both files: {have}; give one that both hold")
     if not pairs:
-        asked = "unit" if serial is None else f"serial {serial!r}"
-        raise InputError(f"no {asked} in both files: {have}; give two files of one accelerometer")
+        raise InputError(f"no unit in both files: {have}; give two files of one accelerometer")
     times = Counter(id(result) for pair in pairs for result in pair)
     if max(times.values()) > 1:
         raise InputError(
             f"several results may be of one unit: {have}; choose one by serial=..., or save one of"
             " the results of one serial as a file of its own"
         )
-    return pairs, _names(own for own in (*one, *other) if id(own) not in times)
+    return pairs, _names(own for own, _ in (*one, *other) if id(own) not in times)
+
+
+def _bare_of_serial(results: Iterable[Item], serial: str | None) -> list[tuple[Item, str | None]]:
+    """Results of one serial number, however it is spelled, each with what is left of its own."""
+    named = [(own, bare_serial(own.serial) if own.serial else None) for own in results]
+    asked = None if serial is None else bare_serial(serial)
+    return [(own, name) for own, name in named if asked is None or name in (asked, None)]
 
 
 def _names(results: Iterable[_OfUnit]) -> list[str]:
