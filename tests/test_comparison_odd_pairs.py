@@ -247,3 +247,13 @@ def test_readings_with_next_to_no_noise_are_told_of(reading):
         accelcal.compare(calibration, record)
     same = accelcal.compare_calibrations(calibration, calibration)
     assert all(abs(row.normalised_error) < 1e-6 for row in same.coefficients)
+
+
+def test_two_calibrations_of_exchanged_readings_are_compared_and_used():
+    """Noise at two positions alone left a combination of 0.01 degrees of freedom: ZeroDivision."""
+    old, new = (accelcal.fit(exchanged(simulate(plan=ONE_LEVEL, seed=seed))) for seed in (1, 2))
+    found = accelcal.compare_calibrations(old, new, same_head=False)
+    assert all(np.isfinite(own.band) for own in found.indicated)
+    with pytest.warns(accelcal.AccelcalWarning, match="checks of the calibration warn"):
+        applied = accelcal.apply(old, np.linspace(-1.35, 1.35, 401))
+    assert np.isfinite(applied.expanded_uncertainty).all()

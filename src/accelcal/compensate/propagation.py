@@ -24,13 +24,15 @@ def propagated(covariance: ArrayLike, over_dof: ArrayLike, rows: Sequence[Array 
     """J C J' with its degrees of freedom J C J' / J D J', J given by its columns.
 
     D is the covariance with each source over its degrees of freedom; one without rows has none that
-    end. NaN in C is NaN in what depends on it, and nowhere else.
+    end. No source has fewer than 1, so that less is a rounding of D where C nearly vanishes. NaN in
+    C is NaN in what depends on it, and nowhere else.
     """
     jacobian = np.stack(rows, axis=-1)
     variance = variance_of(jacobian, np.asarray(covariance, dtype=np.float64))
     of_sources = np.asarray(over_dof, dtype=np.float64)
-    dof = ratio(variance, _squares(jacobian, of_sources)) if of_sources.any() else math.inf
-    return Part(variance, dof)
+    if not of_sources.any():
+        return Part(variance, math.inf)
+    return Part(variance, np.maximum(ratio(variance, _squares(jacobian, of_sources)), 1.0))
 
 
 def variance_of(jacobian: Array, covariance: Array) -> Array:
