@@ -254,6 +254,7 @@ def test_two_calibrations_of_exchanged_readings_are_compared_and_used():
     old, new = (accelcal.fit(exchanged(simulate(plan=ONE_LEVEL, seed=seed))) for seed in (1, 2))
     found = accelcal.compare_calibrations(old, new, same_head=False)
     assert all(np.isfinite(own.band) for own in found.indicated)
+    assert "old calibration: errors of this size hide disagreements: reading 54" in found.notes[0]
     with pytest.warns(accelcal.AccelcalWarning, match="checks of the calibration warn"):
         applied = accelcal.apply(old, np.linspace(-1.35, 1.35, 401))
     assert np.isfinite(applied.expanded_uncertainty).all()

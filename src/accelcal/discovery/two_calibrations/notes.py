@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 
 from accelcal.arguments.options import check_flag
 from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
+from accelcal.discovery.new_record.repeatability import hiding
 from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name, parameter_of
 from accelcal.discovery.two_calibrations.errors import Side
 from accelcal.discovery.two_calibrations.sizes import effect_key
@@ -141,6 +143,7 @@ def notes(
     """Say what makes a comparison less than it seems, a sentence each."""
     if are_of_one_file(old, new):
         yield "both calibrations are of the same readings: new ones would agree less well"
+    yield from _of_large_errors(old, new)
     yield from _not_compared(lost)
     yield from _of_head(old, new, same)
     yield from _of_fixture(old, new, same, lost)
@@ -150,6 +153,19 @@ def notes(
     yield from _of_runs(old, new)
     yield from _of_effects(old, new, same)
     yield from _of_launches(old, new)
+
+
+def _of_large_errors(old: Side, new: Side) -> Iterator[str]:
+    for own in (old, new):
+        scale = abs(own.found.K1.at_T0)
+        sources = (
+            replace(each, value=(each.value or 0.0) / scale, unit="g")
+            if each.name == "reading"
+            else each
+            for each in own.calibration.error_sources
+        )
+        if told := hiding(sources):
+            yield f"{own.name} calibration: {told}"
 
 
 def _not_compared(lost: Mapping[Name, str]) -> Iterator[str]:
