@@ -85,13 +85,37 @@ def test_rows_of_summaries_are_set_aside(below):
 def test_remarks_below_a_table_are_set_aside(below):
     text = "\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES), below])
     line = text.count("\n") + 1
-    assert has_them_all(text, f"1 remark below the table was set aside (line {line})")
+    assert has_them_all(text, f"1 remark was set aside (line {line})")
 
 
 @pytest.mark.parametrize("below", ["20", "AL-1", "60,3,x y"])
 def test_a_last_row_that_may_be_cut_short_is_no_remark(below):
     with pytest.raises(TableError):
         read("\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES), below]))
+
+
+@pytest.mark.parametrize("below", ["Positions: 12", "Serial: A-7", "Unit: V"])
+def test_a_declaration_below_a_table_is_no_remark(below):
+    """Twelve positions counted as eight."""
+    with pytest.raises(TableError, match=f"header line '{below}' inside the table; write it above"):
+        read("\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES), below]))
+
+
+@pytest.mark.parametrize("name", ["run", "serial"])
+@pytest.mark.parametrize("labels", [("AB", "QA"), ("max", "min")])
+def test_words_between_blanks_before_readings_are_no_remark_or_summary(name, labels):
+    """All rows but one were set aside."""
+    rows = [f"{own} {row}" for own in labels for row in lines_of(TWO_TEMPERATURES[:2])]
+    found = accelcal.read_tables(
+        io.StringIO("\n".join([f"{name},T,J,Y1,Y2", *rows]).replace(",", " "))
+    )
+    assert sum(map(len, found)) == 8
+    assert {label for own in found for label in (own.serial, *own.run_labels)} >= {*labels}
+
+
+def test_headings_between_blanks_may_have_tabs_too():
+    rows = [row.replace(",", " \t", 1).replace(",", " ") for row in lines_of(TWO_TEMPERATURES)]
+    assert has_them_all("\n".join(["T J\tY1 Y2", *rows]))
 
 
 @pytest.mark.parametrize("heading", ["Stroke No. {}", "Hub Nr. {}", "Ход № {}"])

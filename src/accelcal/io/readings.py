@@ -142,8 +142,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     outputs = np.stack([numbers(column) for column in table.outputs], axis=1)
     first, across = table.outputs[0], table.across
     present = ~np.isnan(outputs)
-    if table.across:  # of one column its numbers tell
-        refuse_thousands(table.outputs)
+    refuse_thousands(table.outputs)
     refuse_markers(table.outputs, outputs)
     _require_any(present, first)
     serial, serials = _labels(table.columns, "serial")

@@ -138,6 +138,20 @@ def header_line(text: str, key_of: KeyOf = table_key) -> tuple[str, str]:
     return (written, value) if _ONE_CELL.fullmatch(written) else ("", "")
 
 
+def refuse_declaration(text: str, source: str, line: int) -> None:
+    """Refuse a header line among the rows or below them.
+
+    Raises
+    ------
+    TableError
+        If the text declares something.
+    """
+    if header_line(text)[0] in KEYS:
+        problem = f"header line {shown(text)} inside the table"
+        remedy = "write it above the headings; one table a file, or a column serial"
+        raise TableError(problem, remedy, source=source, line=line)
+
+
 def key_and_unit(text: str, key_of: KeyOf = table_key) -> tuple[str, str]:
     """Split a key from its unit, in brackets or behind a comma, a slash or ``in``.
 

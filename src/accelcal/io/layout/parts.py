@@ -15,6 +15,7 @@ from accelcal.io.files.text import SourceText, refuse_document
 from accelcal.io.layout.header_lines import (
     Declared,
     header_line,
+    refuse_declaration,
     uncommented,
 )
 from accelcal.io.layout.heading_rows import (
@@ -29,7 +30,7 @@ from accelcal.io.layout.heading_rows import (
     tells_direction,
 )
 from accelcal.io.layout.rows_above import declarations_above
-from accelcal.io.words.vocabulary import KEYS, Heading
+from accelcal.io.words.vocabulary import Heading
 from accelcal.io.words.wording import lines_named, were
 
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
@@ -119,7 +120,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
         If there are no headings, no rows, or a key is declared twice with different values.
     """
     refuse_document(source.text, source.name)
-    lines = _with_tabs(source.text.split("\n"))
+    lines = _with_tabs(source.text)
     if source.encoding in ENCODINGS:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
     headings = _in_rows(lines, _below_numbers(lines, _find_headings(lines, source.name, remedy)))
@@ -205,13 +206,14 @@ def _filled(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
     return ((n, line) for n, line in enumerate(lines, 1) if line.strip(" \t,;|"))
 
 
-def _with_tabs(lines: list[str]) -> list[str]:
+def _with_tabs(text: str) -> list[str]:
     """Lines whose cells two blanks or more separate, one being a part of them, with tabs instead.
 
     So it is where nothing else separates the headings, and the first row has as many cells as
     these, and none more.
     """
-    if not any("  " in line for line in lines):
+    lines = text.split("\n")
+    if "  " not in text or "\t" in text:
         return lines
     with suppress(TableError):
         if _find_headings(lines, "", "").separator is not None:
@@ -219,7 +221,7 @@ def _with_tabs(lines: list[str]) -> list[str]:
         wide = [_WIDE_BLANKS.sub("\t", line.strip(" ")) for line in lines]
         headings = _find_headings(wide, "", "")
         size = len(headings.cells)
-        rows = [len(line.split("\t")) for _, line in _filled(wide[headings.below :])]
+        rows = [line.count("\t") + 1 for _, line in _filled(wide[headings.below :])]
         if headings.separator == "\t" and max(rows, default=0) == size and rows[0] == size:
             return wide
     return lines
@@ -246,7 +248,10 @@ def _find_headings(lines: list[str], name: str, remedy: str) -> _Headings:
 
 
 def _find_over_time(above: list[tuple[int, str]], name: str, remedy: str) -> _Headings:
-    """Where no row tells more, the last that has a time and an output; notes above may look so."""
+    """Where no row tells more, headings between blanks and tabs, or the last of time and output."""
+    for number, line in above:
+        if "\t" in line and (found := _split_best(line, number, [None], are_headings)):
+            return found
     for number, line in reversed(above):
         if found := _headings(line, number, over_time):
             return found
@@ -314,12 +319,18 @@ def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> _Head
     """
     marks: list[str | None] = [mark for mark in _MARKS if mark in line]
     blanks = [None] if len(line.split()) > 1 and {*marks} <= {","} else []
-    for separators in (marks, blanks):
-        split = [(read_headings(_split_headings(line, own)), own) for own in separators]
-        if told := [own for own in split if are(own[0])]:
-            cells, separator = max(told, key=lambda own: _known(own[0]))
-            return _Headings(cells, separator, (number,), number)
-    return None
+    return _split_best(line, number, marks, are) or _split_best(line, number, blanks, are)
+
+
+def _split_best(
+    line: str, number: int, separators: Sequence[str | None], are: _AreHeadings
+) -> _Headings | None:
+    split = [(read_headings(_split_headings(line, own)), own) for own in separators]
+    told = [own for own in split if are(own[0])]
+    if not told:
+        return None
+    cells, separator = max(told, key=lambda own: _known(own[0]))
+    return _Headings(cells, separator, (number,), number)
 
 
 def _known(cells: Sequence[Heading]) -> int:
@@ -369,11 +380,7 @@ def _comments(lines: list[str], numbers: Sequence[int], source: SourceText) -> I
         text = uncommented(line)
         if text is None or re.match(_EXCEL_ERROR, line.strip(' \t"')):
             continue
-        if header_line(text)[0] in KEYS:
-            problem = f"header line {shown(text)} inside the table"
-            remedy = "write it above the headings; one table a file, or a column serial"
-            place = number + source.skipped
-            raise TableError(problem, remedy, source=source.name, line=place)
+        refuse_declaration(text, source.name, number + source.skipped)
         yield number
 
 

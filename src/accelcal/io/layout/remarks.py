@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from accelcal.io.layout.header_lines import refuse_declaration
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import COLUMNS
@@ -17,8 +18,10 @@ _SUMMARIES = (
     *("среднее", "медиана", "макс", "максимум", "мин", "минимум", "размах", "сумма", "итого"),
     *(name.replace("_", r"[ _.\-]+") for name in COLUMNS["std"]),
 )
+_WORDS = r'(?=[^\W\d_][^\d\t;,|"]*(?:[\t;,|"]|$))'
+"""Before a cell without digits, which few rows of readings begin with."""
 _SUMMARY = re.compile(
-    rf'[\s;,|"]*(?=[^\W\d_])(?:{"|".join(_SUMMARIES)})[ .:]*(?=[\t;,|"]|$)', re.IGNORECASE
+    rf'[\s;,|"]*{_WORDS}(?:{"|".join(_SUMMARIES)})[ .:]*(?=[\t;,|"]|$)', re.IGNORECASE
 )
 """Beginning of a row that sums up others."""
 
@@ -52,7 +55,7 @@ def without_remarks(layout: Layout) -> Layout:
     remarks = sorted(set(below).difference(summaries))
     if (not summaries and not remarks) or len(summaries) == len(layout.rows):
         return layout
-    kinds = (("row of a summary", summaries), ("remark below the table", remarks))
+    kinds = (("summary", summaries), ("remark", remarks))
     told = [(what, [layout.lines[place] for place in own]) for what, own in kinds if own]
     notes = [f"{were(lines, what)} set aside ({lines_named(lines)})" for what, lines in told]
     left = sorted(set(range(len(layout.rows))).difference(summaries, remarks))
@@ -60,23 +63,21 @@ def without_remarks(layout: Layout) -> Layout:
 
 
 def _is_remark(layout: Layout, place: int) -> bool:
-    cells = list(filter(None, _cells(layout, place)))
+    cells = list(filter(None, split_line(layout.rows[place], layout.separator)))
+    if layout.separator is None:  # a row of words alone is one remark
+        cells = [cell for cell in [" ".join(cells)] if not any(map(str.isdecimal, cell))]
     if len(cells) != 1 or not _REMARK.fullmatch(cells[0]):
         return False
-    return cells[0] not in _cells(layout, max(place - 1, 0))  # or the row is cut short
+    refuse_declaration(cells[0], layout.source, layout.lines[place])
+    above = layout.rows[max(place - 1, 0)]
+    return cells[0] not in split_line(above, layout.separator)  # or the row is cut short
 
 
 def _is_summary(layout: Layout, place: int) -> bool:
     if not _SUMMARY.match(layout.rows[place]):
         return False
-    cells = _cells(layout, place)
+    cells = split_line(layout.rows[place], layout.separator)
     first = next(filter(None, cells))
     told = [cell for own, cell in zip(layout.headings, cells, strict=False) if own.role in _KEY]
     # a reading of a run that is called so has them all
     return not told or any(is_missing(cell) or cell == first for cell in told)
-
-
-def _cells(layout: Layout, place: int) -> list[str]:
-    if layout.separator is None:  # words between blanks are one remark
-        return [layout.rows[place].strip()]
-    return split_line(layout.rows[place], layout.separator)

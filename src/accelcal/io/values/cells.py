@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
-from itertools import compress
+from itertools import chain, compress
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.io.values.thousands import first_in_groups, without_blanks
 from accelcal.io.words.signs import MISSING, is_missing, with_hyphen
-from accelcal.io.words.vocabulary import OUTPUTS, UNITS_OF, has_unit, is_unit_of
+from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of
 from accelcal.units import canonical_unit
 
 _REMEDIES = {
@@ -243,8 +243,6 @@ def _floats(column: Column) -> list[float]:
             values.append(_float(cell, column.decimal, other))
         except ValueError:
             raise _not_a_number(column, index) from None
-    if column.role in OUTPUTS:
-        refuse_thousands([column])
     return values
 
 
@@ -254,7 +252,7 @@ def refuse_thousands(columns: Sequence[Column]) -> None:
     Parameters
     ----------
     columns : sequence of Column
-        Columns of outputs; what the engine has read already does not count.
+        Columns of outputs, of the same rows; what the engine has read already does not count.
 
     Raises
     ------
@@ -262,10 +260,10 @@ def refuse_thousands(columns: Sequence[Column]) -> None:
         At the first cell with such a mark.
     """
     written = [own for own in columns if not isinstance(own.cells, np.ndarray)]
-    places = [(own, row) for own in written for row in range(len(own.cells))]
-    place = first_in_groups([str(own.cells[row]) for own, row in places])
+    place = first_in_groups(chain.from_iterable(own.cells for own in written))
     if place is not None:
-        column, row = places[place]
+        which, row = divmod(place, len(written[0].cells))
+        column = written[which]
         problem = f"{{}} is one of numbers without decimals or with three: {column.decimal!r} is no"
         remedy = "write numbers without thousands marks"
         raise column.refuse(row, f"{problem} decimal mark", remedy)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import chain
+
+import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.io.words.signs import is_missing, with_hyphen
@@ -19,7 +22,7 @@ _FEWEST = 3  # grouped numbers; one or two happen to have three decimals
 _OF_WHOLE_NUMBERS = frozenset({"counts", "pulses"})
 
 
-def first_in_groups(cells: Sequence[str]) -> int | None:
+def first_in_groups(cells: Iterable[str]) -> int | None:
     """Find a number with a thousands mark among numbers of which some have no mark at all.
 
     A program that writes three decimals writes them everywhere, and one that leaves zeros out does
@@ -27,8 +30,8 @@ def first_in_groups(cells: Sequence[str]) -> int | None:
 
     Parameters
     ----------
-    cells : sequence of str
-        The numbers of a column as written; missing ones do not count.
+    cells : iterable of str
+        The numbers as written, of a column or several; missing ones do not count.
 
     Returns
     -------
@@ -79,10 +82,11 @@ def notes_of_thousands(
     whole = unit in _OF_WHOLE_NUMBERS
     if unit and not whole:
         return ()
-    cells = [cell for column in columns for cell in column if isinstance(cell, str)]
-    grouped = _grouped(cells)
+    written = [column for column in columns if not isinstance(column, np.ndarray)]
+    grouped = _grouped(chain.from_iterable(written))
     if not grouped or not all(grouped.values()):
         return ()
+    cells = list(chain.from_iterable(written))
     if not whole and max(len(cell.strip("+-\u2212\u2013")) for cell in cells) < _LONG:
         return ()
     why = f", though {unit} are whole numbers" if whole else ", and no unit is told"
@@ -92,7 +96,7 @@ def notes_of_thousands(
     )
 
 
-def _grouped(cells: Sequence[str]) -> dict[int, bool]:
+def _grouped(cells: Iterable[str]) -> dict[int, bool]:
     """Which numbers are grouped, by place; empty where a mark must be that of decimals."""
     found = {}
     for place, cell in enumerate(cells):
