@@ -179,6 +179,26 @@ def test_sheets_of_the_same_readings_are_not_taken_for_runs_of_one_unit(tmp_path
     )
 
 
+@pytest.mark.parametrize(
+    ("names", "serial"),
+    [
+        (("heating", "cooling"), None),
+        (("20 to 80", "20 to 80 (2)"), None),
+        (("Run 1", "Run 2"), None),
+        (("A-1", "A-2"), "Q-1"),
+    ],
+)
+def test_sheets_of_the_same_readings_are_runs_where_no_name_may_be_a_serial(
+    names, serial, tmp_path
+):
+    sheets = dict(zip(names, (both_levels(), both_levels(1e-6)), strict=True))
+    record = accelcal.read_table(
+        book_of(tmp_path / "a.xlsx", sheets), overrides={"serial": serial} if serial else None
+    )
+    assert record.run_labels == ("20", "80", "20 (2)", "80 (2)")
+    assert record.serial == serial
+
+
 def test_what_takes_one_table_asks_for_its_sheet(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     book_of("a.xlsx", {"1st": ROWS, "2nd": ROWS})

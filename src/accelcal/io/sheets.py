@@ -12,10 +12,12 @@ from accelcal.io.files.csv_text import in_quotes
 from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout
 from accelcal.io.words.signs import with_hyphen
-from accelcal.io.words.vocabulary import KEYS, read_heading
+from accelcal.io.words.vocabulary import COLUMNS, KEYS, read_heading
 
 _NUMBER = r"([+\-\u2212\u2013]?\d+(?:[.,]\d+)?)"
 _TEMPERATURE = re.compile(rf"(?:^|[\s_=(]){_NUMBER}[\s_]*(?:°[\s_]?C|℃|deg[\s_]?C)(?!\w)", re.I)
+_RUN = re.compile(rf"(?:{'|'.join(COLUMNS['run'])})[\s_.-]*\d", re.I)
+_COPY = re.compile(r"\s*\(\d+\)$")
 _RANGE = re.compile(r"(?:-|\u2013|\bto|\bbis|\.)[\s_]*$", re.I)
 
 
@@ -58,6 +60,30 @@ def _temperature(sheet: str) -> str | None:
     if len(found) != 1 or _RANGE.search(sheet[: found[0].start(1)]):
         return None
     return with_hyphen(found[0][1].replace(",", "."))
+
+
+def may_be_units(first: str, second: str) -> bool:
+    """Tell whether the names of two sheets may be serials: words with digits that differ.
+
+    The number of a run, or of a copy as Excel writes it, is none.
+
+    Examples
+    --------
+    >>> [may_be_units("60 up", own) for own in ("60 down", "60 up (2)", "A-7", "cooling")]
+    [False, False, True, False]
+    >>> may_be_units("Run 1", "Run 2"), may_be_units("A-7", "A-8")
+    (False, True)
+    """
+    one, other = _numbered(first), _numbered(second)
+    return bool(one and other and one != other)
+
+
+def _numbered(sheet: str) -> set[str]:
+    """Words of the name of a sheet that have digits."""
+    if _RUN.match(sheet):
+        return set()
+    words = _COPY.sub("", sheet).split()
+    return {word for word in words if any(map(str.isdecimal, word))}
 
 
 def require_same_columns(sheets: Sequence[Layout]) -> None:

@@ -39,7 +39,12 @@ from accelcal.io.readings import (
     read_readings,
 )
 from accelcal.io.records import records_of
-from accelcal.io.sheets import one_table, require_same_columns, with_name_of_sheet
+from accelcal.io.sheets import (
+    may_be_units,
+    one_table,
+    require_same_columns,
+    with_name_of_sheet,
+)
 from accelcal.io.strokes import with_cycles
 from accelcal.io.swapped import refuse_swapped
 from accelcal.io.values.places import notes_of_minutes
@@ -230,7 +235,7 @@ def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> S
     records = tuple(record for _, records in found for record in records)
     if len({record.serial for record in records} - {None}) == len(records):
         return found[0][0], records
-    _require_one_unit(layouts, records)
+    _require_one_unit(sheets, records)
     texts = [sheet.text for sheet in sheets]
     name = texts[0].name.removesuffix(f"#{texts[0].sheet}")
     names = ", ".join(shown(text.sheet) for text in texts)
@@ -246,24 +251,24 @@ def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> S
         raise TableError(problem, remedy, source=name) from None
 
 
-def _require_one_unit(sheets: Sequence[Layout], records: Sequence[TumbleRecord]) -> None:
-    """Refuse sheets with the same readings where nothing tells whether they are of one unit."""
-    told = {heading.role for sheet in sheets for heading in sheet.headings}.union(
-        *(sheet.declared for sheet in sheets)
+def _require_one_unit(sheets: Sequence[Sheet], records: Sequence[TumbleRecord]) -> None:
+    """Refuse sheets with the same readings whose names may be the serials of several units."""
+    told = {heading.role for _, layout in sheets for heading in layout.headings}.union(
+        *(layout.declared for _, layout in sheets)
     )
-    if not {"serial", "run"}.isdisjoint(told):
+    if "run" in told or any(record.serial for record in records):
         return
-    met: dict[tuple[object, ...], str] = {}
-    for sheet, record in zip(sheets, records, strict=True):
+    met: dict[tuple[object, ...], SourceText] = {}
+    for (text, layout), record in zip(sheets, records, strict=True):
         columns = (record.mounting, record.temperature.round(), record.angle, record.stroke)
         own = {*zip(*(column.tolist() for column in columns), strict=True)}
-        if other := next((met[key] for key in own if key in met), ""):
-            problem = f"the same temperature, position and stroke as in {other}"
-            remedy = (
-                "write a line '# serial: ...' or '# run: ...' in each sheet, or call it 'SN ...'"
-            )
-            raise sheet.refuse(problem, remedy)
-        met |= dict.fromkeys(own, sheet.source)
+        others = dict.fromkeys(met[key] for key in sorted(own & met.keys()))
+        for other in others:
+            if may_be_units(text.sheet, other.sheet):
+                problem = f"the same temperature, position and stroke as in {other.name}"
+                remedy = "write a line '# serial: ...' or '# run: ...' in each sheet"
+                raise layout.refuse(problem, f"{remedy}, or call it 'SN ...'")
+        met |= dict.fromkeys(own, text)
 
 
 def survey_text(
