@@ -113,6 +113,14 @@ def test_words_between_blanks_before_readings_are_no_remark_or_summary(name, lab
     assert {label for own in found for label in (own.serial, *own.run_labels)} >= {*labels}
 
 
+@pytest.mark.parametrize("units", ["°C,,mA,mA", "# form 7\n[degC],[-],[mA],[mA]"])
+def test_a_row_of_units_may_stand_above_the_headings(units):
+    text = "\n".join([units, "T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES)])
+    line = units.count("\n") + 1
+    assert has_them_all(text, f"the units stand above the headings (line {line})")
+    assert read(text).unit == "mA"
+
+
 def test_headings_between_blanks_may_have_tabs_too():
     rows = [row.replace(",", " \t", 1).replace(",", " ") for row in lines_of(TWO_TEMPERATURES)]
     assert has_them_all("\n".join(["T J\tY1 Y2", *rows]))

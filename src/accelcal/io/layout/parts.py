@@ -12,12 +12,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.files.encodings import ENCODINGS
 from accelcal.io.files.text import SourceText, refuse_document
-from accelcal.io.layout.header_lines import (
-    Declared,
-    header_line,
-    refuse_declaration,
-    uncommented,
-)
+from accelcal.io.layout.header_lines import Declared, header_line, refuse_declaration, uncommented
 from accelcal.io.layout.heading_rows import (
     are_headings,
     block_width,
@@ -30,6 +25,7 @@ from accelcal.io.layout.heading_rows import (
     tells_direction,
 )
 from accelcal.io.layout.rows_above import declarations_above
+from accelcal.io.layout.unit_rows import UNITS_ABOVE, headings_with_units
 from accelcal.io.words.vocabulary import Heading
 from accelcal.io.words.wording import lines_named, were
 
@@ -97,6 +93,7 @@ class _Headings(NamedTuple):
     lines: tuple[int, ...]  # which tell them
     below: int  # index of the first line below them
     labels: tuple[Heading, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
@@ -124,7 +121,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     if source.encoding in ENCODINGS:
         remedy = f"{remedy}; the text is not UTF-8: export it so, if these letters are not its own"
     headings = _in_rows(lines, _below_numbers(lines, _find_headings(lines, source.name, remedy)))
-    headings = _labelled(lines, headings)
+    headings = _with_row_above(lines, headings)
     above = [item for item in _filled(lines[: headings.below]) if item[0] not in headings.lines]
     declared, aside = declarations_above(above, source.name, headings.separator, headings.cells)
     rows, numbers, comments = _rows(lines, headings, source)
@@ -138,7 +135,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
         separator=headings.separator,
         rows=rows,
         lines=[number + source.skipped for number in numbers] if source.skipped else numbers,
-        notes=tuple(aside),
+        notes=(*headings.notes, *aside),
         labels=headings.labels,
     )
 
@@ -280,15 +277,17 @@ def _in_rows(lines: list[str], own: _Headings) -> _Headings:
     return own
 
 
-def _labelled(lines: list[str], own: _Headings) -> _Headings:
-    """Take the row above headings that tells of each block of columns what it is of."""
+def _with_row_above(lines: list[str], own: _Headings) -> _Headings:
+    """Take the row above headings that has their units, or tells what blocks of them are of."""
     width, first = block_width([cell.text for cell in own.cells]), own.lines[0]
-    if not width or first < 2:
+    row = _split_headings(lines[first - 2], own.separator) if first > 1 else []
+    labels = labels_of_blocks(row, width) if width else ()
+    cells = headings_with_units(own.cells, row)
+    if cells is None and (not labels or len(labels) != -(-len(own.cells) // width)):
         return own
-    labels = labels_of_blocks(_split_headings(lines[first - 2], own.separator), width)
-    if len(labels) != -(-len(own.cells) // width):
-        return own
-    return own._replace(lines=(first - 1, *own.lines), labels=labels)
+    notes = (UNITS_ABOVE.format(first - 1),) if cells else ()
+    taken = own._replace(cells=cells or own.cells, labels=labels, notes=notes)
+    return taken._replace(lines=(first - 1, *own.lines))
 
 
 def _below_directions(lines: list[str], last: int) -> _Headings | None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from accelcal.io.files.csv_text import in_quotes
 from accelcal.io.layout.heading_rows import block_width
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.layout.units_below import headings_with_units
+from accelcal.io.layout.unit_rows import headings_with_units
 from accelcal.io.words.vocabulary import ACROSS, Heading
 from accelcal.io.words.wording import lines_named, were
 

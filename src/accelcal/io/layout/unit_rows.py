@@ -1,0 +1,66 @@
+"""Units of columns in a row of their own, below the headings or above them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from accelcal.io.words.signs import MISSING
+from accelcal.io.words.vocabulary import Heading, is_unit_of, read_heading
+from accelcal.units import canonical_unit, size_of
+
+_NO_UNIT = MISSING | {"1"}
+_WORDED = (None, "date", "time")  # columns whose units may be any words, such as hh:mm:ss
+UNITS_ABOVE = "the units stand above the headings (line {})"
+
+
+def headings_with_units(
+    headings: Sequence[Heading], row: Sequence[str]
+) -> tuple[Heading, ...] | None:
+    """Join headings and their units.
+
+    Parameters
+    ----------
+    headings : sequence of Heading
+        One entry a column.
+    row : sequence of str
+        Cells of the row below or above.
+
+    Returns
+    -------
+    tuple of Heading or None
+        The headings with their units; None where the row holds something else.
+    """
+    if any(row[len(headings) :]):
+        return None
+    missing = len(headings) - len(row)
+    units = [cell.strip("[] ()") for cell in (*row, *[""] * missing)]
+    pairs = list(zip(headings, units, strict=False))
+    if not all(_may_be_unit(*pair) for pair in pairs) or not any(_is_unit(*pair) for pair in pairs):
+        return None
+    return tuple(_with_unit(*pair) for pair in pairs)
+
+
+def _is_unit(heading: Heading, cell: str) -> bool:
+    if cell.casefold() in _NO_UNIT or heading.role is None:
+        return False
+    units = {_by_size(unit) for unit in (heading.unit, cell) if unit is not None}
+    return is_unit_of(heading.role, cell) and len(units) == 1
+
+
+def _by_size(unit: str) -> str | float:
+    """A unit in whatever way it is written."""
+    return size_of(unit, "temperature", "angle", "time") or canonical_unit(unit)
+
+
+def _may_be_unit(heading: Heading, cell: str) -> bool:
+    is_other = heading.unit and is_unit_of(heading.role or "", cell)
+    worded = heading.role in _WORDED and not (any(map(str.isdigit, cell)) or is_other)
+    is_merged = cell == heading.text  # one cell over both rows
+    return is_merged or worded or cell.casefold() in _NO_UNIT or _is_unit(heading, cell)
+
+
+def _with_unit(heading: Heading, cell: str) -> Heading:
+    is_told = heading.role is None and cell.casefold() not in _NO_UNIT
+    if heading.unit or not (is_told or _is_unit(heading, cell)):
+        return heading
+    return read_heading(f"{heading.text} [{cell}]")
