@@ -60,7 +60,8 @@ def _may_be_unit(heading: Heading, cell: str) -> bool:
 
 
 def _with_unit(heading: Heading, cell: str) -> Heading:
+    text = f"{heading.text} [{cell}]"
+    if heading.unit is None and _is_unit(heading, cell):
+        return heading._replace(text=text, unit=cell)
     is_told = heading.role is None and cell.casefold() not in _NO_UNIT
-    if heading.unit or not (is_told or _is_unit(heading, cell)):
-        return heading
-    return read_heading(f"{heading.text} [{cell}]")
+    return read_heading(text) if is_told and not heading.unit else heading
