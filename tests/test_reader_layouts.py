@@ -121,6 +121,12 @@ def test_a_row_of_units_may_stand_above_the_headings(units):
     assert read(text).unit == "mA"
 
 
+def test_columns_between_blanks_may_touch_in_some_rows():
+    rows = [" ".join(f"{cell:>5}" for cell in row) for row in TWO_TEMPERATURES]
+    assert "20     5 -1.33 -1.34" in rows[1]
+    assert has_them_all("\n".join(["    T     J    Y1    Y2", *rows]))
+
+
 def test_headings_between_blanks_may_have_tabs_too():
     rows = [row.replace(",", " \t", 1).replace(",", " ") for row in lines_of(TWO_TEMPERATURES)]
     assert has_them_all("\n".join(["T J\tY1 Y2", *rows]))

@@ -206,20 +206,21 @@ def _filled(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
 def _with_tabs(text: str) -> list[str]:
     """Lines whose cells two blanks or more separate, one being a part of them, with tabs instead.
 
-    So it is where nothing else separates the headings, and the first row has as many cells as
-    these, and none more.
+    The first row has as many cells as the headings then, none more, and none fits single blanks.
     """
     lines = text.split("\n")
     if "  " not in text or "\t" in text:
         return lines
     with suppress(TableError):
-        if _find_headings(lines, "", "").separator is not None:
+        plain = _find_headings(lines, "", "")
+        if plain.separator is not None:
             return lines
         wide = [_WIDE_BLANKS.sub("\t", line.strip(" ")) for line in lines]
         headings = _find_headings(wide, "", "")
-        size = len(headings.cells)
-        rows = [line.count("\t") + 1 for _, line in _filled(wide[headings.below :])]
-        if headings.separator == "\t" and max(rows, default=0) == size and rows[0] == size:
+        size, words = len(headings.cells), len(plain.cells)
+        rows = [(row.count("\t") + 1, row) for _, row in _filled(wide[headings.below :])]
+        odd = any(n > size or (n < size and len(row.split()) == words) for n, row in rows)
+        if headings.separator == "\t" and rows and rows[0][0] == size and not odd:
             return wide
     return lines
 
