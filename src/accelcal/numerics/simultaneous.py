@@ -71,7 +71,7 @@ def simultaneous_quantile(level: float, dof: float, length: float) -> float:
     Examples
     --------
     >>> [round(simultaneous_quantile(0.95, float("inf"), length), 3) for length in (0.0, 3.0)]
-    [1.96, 2.42]
+    [1.96, 2.532]
     """
     c = student_quantile(level, dof)
     for _ in range(200):
