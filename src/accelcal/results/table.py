@@ -248,7 +248,8 @@ def _all_of(names: Iterable[str]) -> Kind[dict[str, Quantity]]:
 
 def tells_laws(table: TableCalibration) -> bool:
     """Whether a table determined K0, K1 and M, so that temperature laws may be made from it."""
-    return all(table.coefficients[name].value is not None for name in ("K0", "K1", "M"))
+    found = map(table.coefficients.get, ("K0", "K1", "M"))  # a document may have some of them only
+    return all(quantity is not None and quantity.value is not None for quantity in found)
 
 
 def mountings_of_laws(
