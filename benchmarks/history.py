@@ -233,20 +233,7 @@ def print_wandering(kinds: tuple[Kind, ...], units: int) -> None:
     )
     print("truth, and that of a walk, in which a jump is named, and in which a note tells of it")
     print("calibrations  walk/ug in a root year  drift  walk   jump   note")
-    for number, kind in enumerate(kinds):
-        rng = np.random.default_rng([50, number])
-        done = np.array([wandering(kind, rng) for _ in range(units)])
-        cells = "".join(f"{one:7.1f}" for one in (100.0 * done.mean(axis=0)).tolist())
-        print(f"{kind.count:12d}  {kind.walk:22g}{cells}", flush=True)
-
-
-def wandering(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
-    """One unit: whether both drifts are held, a jump is named, and a note tells of wandering."""
-    found = accelcal.history(unit(kind, rng), alpha=0.01)
-    noted = any(note.startswith("the bias wanders") for note in found.notes)
-    trend = found.trends[0]
-    held = [holds(drift, DRIFT) for drift in (trend.drift, trend.drift_of_a_walk)]
-    return *held, bool(trend.jumps), noted
+    print_lines(kinds, units, 50, "22g", [kind.walk for kind in kinds], ("the bias wanders",))
 
 
 def print_settling(kinds: tuple[Kind, ...], units: int) -> None:
@@ -257,21 +244,32 @@ def print_settling(kinds: tuple[Kind, ...], units: int) -> None:
     )
     print("of the bias is named, and in which a note tells that the drift is not that of all years")
     print("calibrations  settles/ug  drift  walk   jump   note")
-    for number, kind in enumerate(kinds):
-        rng = np.random.default_rng([60, number])
-        done = np.array([settling(kind, rng) for _ in range(units)])
-        cells = "".join(f"{one:7.1f}" for one in (100.0 * done.mean(axis=0)).tolist())
-        print(f"{kind.count:12d}  {kind.settles:10g}{cells}", flush=True)
-
-
-def settling(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
-    """One unit: whether both drifts are held, a jump is named, and a note tells of a bend."""
-    found = accelcal.history(unit(kind, rng), alpha=0.01)
     said = ("the drift of the bias ", "a line that bends, as of a unit that settles, fits the bias")
-    noted = any(note.startswith(said) for note in found.notes)
+    print_lines(kinds, units, 60, "10g", [kind.settles for kind in kinds], said)
+
+
+def print_lines(
+    kinds: tuple[Kind, ...],
+    units: int,
+    seed: int,
+    form: str,
+    sizes: list[float],
+    said: tuple[str, ...],
+) -> None:
+    """Print a line a kind: its size, and what becomes of its units in percent."""
+    for number, (kind, size) in enumerate(zip(kinds, sizes, strict=True)):
+        rng = np.random.default_rng([seed, number])
+        done = np.array([told(kind, rng, said) for _ in range(units)])
+        cells = "".join(f"{one:7.1f}" for one in (100.0 * done.mean(axis=0)).tolist())
+        print(f"{kind.count:12d}  {size:{form}}{cells}", flush=True)
+
+
+def told(kind: Kind, rng: np.random.Generator, said: tuple[str, ...]) -> tuple[bool, ...]:
+    """One unit: whether both drifts are held, a jump is named, and a note begins so."""
+    found = accelcal.history(unit(kind, rng), alpha=0.01)
     trend = found.trends[0]
     held = [holds(drift, DRIFT) for drift in (trend.drift, trend.drift_of_a_walk)]
-    return *held, bool(trend.jumps), noted
+    return *held, bool(trend.jumps), any(note.startswith(said) for note in found.notes)
 
 
 def print_campaigns(kinds: tuple[Kind, ...], units: int) -> None:
