@@ -12,11 +12,11 @@ _GLANCE = 3
 _FEW = 6
 """Values that mostly tell that their differences have no common factor."""
 
-_DIGITS = range(-3, 13)
-"""Decimals of readings: below zero, those of a large number in a small unit."""
+_DIGITS = np.arange(2, 12)
+"""Decimals that readings may have where the largest has one digit before the point."""
 
-_STEPS = np.array([10.0**-digits for digits in _DIGITS])
-_STEPS_IN_ONE = np.array([10.0**digits for digits in _DIGITS])
+_LEAST = -40
+_POWERS = np.array([float(f"1e{k}") for k in range(_LEAST, -_LEAST)])  # exact as far as can be
 
 
 def decimal_step(values: Array) -> float:
@@ -30,14 +30,14 @@ def decimal_step(values: Array) -> float:
     Returns
     -------
     float
-        The largest such step from 1000 to 1e-12 that the largest value has a hundred of; 0 where
-        there is none.
+        The largest such step of which the largest value has a hundred, and not 1e12; 0 where there
+        is none.
 
     Examples
     --------
     >>> import numpy as np
-    >>> [decimal_step(np.array(values)) for values in ([1.2503, -0.71], [1.3e6, 1e3], [1.0 / 3.0])]
-    [0.0001, 1000.0, 0.0]
+    >>> [decimal_step(np.array(values)) for values in ([1.2503, -0.71], [1.3e9, 1e4], [1.0 / 3.0])]
+    [0.0001, 10000.0, 0.0]
     """
     return float(decimal_steps(values.reshape(1, -1))[0])
 
@@ -53,8 +53,8 @@ def decimal_steps(values: Array) -> Array:
     Returns
     -------
     ndarray, shape (T,)
-        The largest such step from 1000 to 1e-12 that the largest value has a hundred of; 0 where
-        there is none.
+        The largest such step of which the largest value has a hundred, and not 1e12; 0 where there
+        is none.
 
     Examples
     --------
@@ -64,19 +64,20 @@ def decimal_steps(values: Array) -> Array:
     """
     if len(values) > values.shape[1]:
         values = np.asfortranarray(values)  # to go along many short rows takes longer
-    size = _STEPS_IN_ONE[:, None] * np.abs(values).max(axis=1)
-    few = np.multiply.outer(_STEPS_IN_ONE, values.T[:_GLANCE])
     # The largest value must have a hundred steps: values much smaller than a step would all pass
     # for zero times the step.
-    possible = (size >= 100.0) & (size <= 1e12) & _whole(few).all(axis=1)
+    largest = np.abs(values).max(axis=1)
+    digits = _DIGITS[:, None] - _exponent(largest)
+    in_one = _POWERS[digits - _LEAST]
+    possible = _whole(in_one[:, None] * values.T[:_GLANCE]).all(axis=1) & (largest > 0.0)
     step = np.zeros(len(values))
     rows = np.flatnonzero(possible.any(axis=0))
     while rows.size:
-        largest = possible[:, rows].argmax(axis=0)
+        first = possible[:, rows].argmax(axis=0)
         own = values if rows.size == len(values) else values[rows]
-        found = _whole(own * _STEPS_IN_ONE[largest, None]).all(axis=1)
-        step[rows[found]] = _STEPS[largest[found]]
-        possible[largest, rows] = False
+        found = _whole(own * in_one[first, rows][:, None]).all(axis=1)
+        step[rows[found]] = _POWERS[-digits[first, rows][found] - _LEAST]
+        possible[first, rows] = False
         rows = rows[~found & possible[:, rows].any(axis=0)]
     return step
 
@@ -114,6 +115,11 @@ def _common_factor(values: Array, digit: Array) -> Ints:
     """Greatest common divisor of the differences of the values, counted in digits, (T,)."""
     counts = np.round(values / np.where(digit > 0.0, digit, np.inf)).astype(np.int64)
     return np.asarray(np.gcd.reduce(counts - counts[0], axis=0))
+
+
+def _exponent(largest: Array) -> Ints:
+    """Power of ten of the first digit."""
+    return np.floor(np.log10(np.where(largest > 0.0, largest, 1.0))).astype(np.int64)
 
 
 def _whole(values: Array) -> Mask:
