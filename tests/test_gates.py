@@ -290,7 +290,7 @@ def test_of_swaps_that_are_as_good_the_one_of_the_first_stroke_is_found():
     basis = np.zeros((7, 1))
     found = best_swap(output, 2.0 * output, basis, swap_blocks(basis, strokes), 1.1)
     assert found.pair.tolist() == [[0, 1]]
-    assert found.squares.tolist() == [12.0 - 2.0]
+    assert found.squares.tolist() == pytest.approx([12.0 - 2.0], rel=1e-12)
 
 
 def test_strokes_of_equally_many_readings_are_together():

@@ -106,21 +106,25 @@ class _Scatter(NamedTuple):
         Sums of squares, in units of the noise of the table.
     dof : ndarray, shape (J,)
         Their degrees of freedom; 0 where the scatter is declared.
+    is_noise : ndarray of bool, shape (R,)
+        Whether it is more than rounding makes.
     """
 
     kind: tuple[object, ...]
     squares: Array
     dof: Array
+    is_noise: Mask
 
     @classmethod
-    def of(cls, table: PreparedTable, output: Array, noise: ReadingNoise) -> _Scatter:
+    def of(cls, table: PreparedTable, output: Array, noise: ReadingNoise, step: Array) -> _Scatter:
         at, members = table.at_head, table.at_head.members
         kind = table.scatter_dof is None, table.mounting, at.key.tobytes()
+        more = is_noise(noise.factor, step, output)
         if table.scatter_dof is not None:
-            return cls(kind, np.zeros((len(output), members.size)), np.zeros(members.size))
+            return cls(kind, np.zeros((len(output), members.size)), np.zeros(members.size), more)
         means = at.sums(output.T) / members[:, None]
         apart = (output.T - means[at.cell]) / np.where(noise.factor > 0.0, noise.factor, 1.0)
-        return cls(kind, at.sums(apart**2).T, np.asarray(members - 1.0))
+        return cls(kind, at.sums(apart**2).T, np.asarray(members - 1.0), more)
 
     @property
     def tells(self) -> bool:
@@ -172,9 +176,9 @@ def uneven_noises(
         at any position takes the scatter of all tables of its mounting and positions together.
         Where no position differs, those with the same size of a_i are taken together.
     """
-    own = list(map(_Scatter.of, tables, outputs, noises))
+    own = list(map(_Scatter.of, tables, outputs, noises, steps))
     told = own if all(scatter.tells for scatter in own) else _with_others(own)
-    return list(map(_uneven, tables, told, own, outputs, noises, steps))
+    return list(map(_uneven, tables, told, own, outputs, noises))
 
 
 def _with_others(scatters: Sequence[_Scatter]) -> list[_Scatter]:
@@ -183,7 +187,12 @@ def _with_others(scatters: Sequence[_Scatter]) -> list[_Scatter]:
     for own in scatters:
         kinds.setdefault(own.kind, []).append(own)
     together = {
-        kind: _Scatter(kind, np.sum([s.squares for s in own], 0), np.sum([s.dof for s in own], 0))
+        kind: _Scatter(
+            kind,
+            np.sum([s.squares for s in own], axis=0),
+            np.sum([s.dof for s in own], axis=0),
+            np.all([s.is_noise for s in own], axis=0),
+        )
         for kind, own in kinds.items()
     }
     return [
@@ -197,7 +206,6 @@ def _uneven(
     own: _Scatter,
     output: Array,
     noise: ReadingNoise,
-    step: Array,
 ) -> UnevenNoise:
     mirrors, size = _mirrors(table), noise.factor
     together = told.together(mirrors)
@@ -205,7 +213,8 @@ def _uneven(
     likely, clearly = together.differs(_FEW_TOGETHER, _SIGNIFICANT_TOGETHER, _SIGNIFICANT)
     of_sizes = together.variances(size) @ mirrors.T
     variance = np.where(told_apart[:, None], told.variances(size), of_sizes)
-    tells = is_noise(size, step, output) & (variance > 0.0).all(axis=1)  # or they are rounded
+    least = np.sqrt(variance.min(axis=1))  # that of the arithmetic, where readings are rounded
+    tells = told.is_noise & is_noise(least, np.zeros_like(least), output)
     return UnevenNoise(
         differs=tells & (told_apart | likely),
         clearly=tells & (told_apart | clearly),

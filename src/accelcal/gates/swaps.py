@@ -13,6 +13,7 @@ from accelcal.numerics.grouping import Grouped, few_at_a_time
 _BLOCK = 256  # readings whose swaps with all others are judged at a time, to bound the memory
 _NUMBERS = 2**20  # numbers of such a block over all tables, for the same reason
 _ROUNDING = 1e-6
+_SHARE_ROUNDING = 1e-14  # of a share, which decides where the residuals are but rounding errors
 
 
 class Swaps(NamedTuple):
@@ -123,7 +124,9 @@ def best_swap(
             y, r = output.T[part], residual.T[part]
             d = y[:, None, other] - y[:, one, None]
             pull = r[:, one, None] - r[:, None, other]
-            change = (2.0 * d * pull + d**2 * share).reshape(part.size, share.size)
+            change = (2.0 * d * pull + d**2 * (share + _SHARE_ROUNDING)).reshape(
+                part.size, share.size
+            )
             at = change.argmin(axis=1)
             left = squares[part] + change[np.arange(part.size), at]
             ahead = left < found.squares[part]

@@ -265,12 +265,15 @@ def _off_the_law(levels: Levels, fitted: Array, design: Array, loop: Branches) -
     left[:, 0] -= fitted[:, 0, count:] @ loop.acting.T
     covariance = levels.covariance
     known = np.isfinite(covariance.reshape(len(left), -1)).all(axis=1)
+    unit = np.ones((len(left), 3))
+    unit[:, 1] = np.abs(fitted[:, 1, 0])  # the scale factor is in units of the output
+    more = np.abs(left).max(axis=-1) >= _ROUNDING * unit
     off = np.zeros((len(left), 3), dtype=np.bool_)
     for i, law in enumerate((_with_loop(design, loop), design, design)):
         dof = size - law.shape[-1]
         if dof >= 1:
             p = f_survival(misfit(left[:, i], covariance[:, i]) / dof, float(dof), np.inf)
-            off[:, i] = known & (np.abs(left[:, i]).max(axis=1) >= _ROUNDING) & (p < _SIGNIFICANT)
+            off[:, i] = known & more[:, i] & (p < _SIGNIFICANT)
             rows = np.flatnonzero(off[:, i])
             off[rows, i] = _chance(levels, rows, i, law) < _SIGNIFICANT
     return off
