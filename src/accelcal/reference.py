@@ -55,11 +55,6 @@ def fixture_angle(record: TumbleRecord, given: float | None = None) -> float:
 def declared_fixture_angle(record: TumbleRecord) -> str:
     """Return the fixture angle as it is written in the record, which may be no number.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The record.
-
     Returns
     -------
     str

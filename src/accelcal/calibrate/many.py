@@ -33,13 +33,6 @@ class Many(NamedTuple):
 def calibrate_many(records: Sequence[TumbleRecord], options: Options | None = None) -> Many:
     """Calibrate many records, those of one plan together.
 
-    Parameters
-    ----------
-    records : sequence of TumbleRecord
-        The records.
-    options : Options, optional
-        What is asked of all.
-
     Returns
     -------
     Many

@@ -31,13 +31,6 @@ if TYPE_CHECKING:
 def calibration_of_record(stack: CalibrationStack, place: int) -> Calibration:
     """Make the calibration of one record.
 
-    Parameters
-    ----------
-    stack : CalibrationStack
-        Calibrations of records of one plan.
-    place : int
-        Place of the record among them.
-
     Returns
     -------
     Calibration

@@ -85,11 +85,6 @@ class CalibrationStack:
     def one(self, record: int) -> Calibration:
         """Return the calibration of one record.
 
-        Parameters
-        ----------
-        record : int
-            Its place in the stack.
-
         Returns
         -------
         Calibration
@@ -114,11 +109,6 @@ class CalibrationStack:
 
     def laws_of(self, record: int) -> tuple[TemperatureModel | None, TemperatureModel | None]:
         """Return the laws of one record, of its main and of its second axis.
-
-        Parameters
-        ----------
-        record : int
-            Its place in the stack.
 
         Returns
         -------
@@ -264,11 +254,6 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
         The records; one that told of a known head is alone, as its head is that of the others.
     options : Options
         What is asked.
-
-    Returns
-    -------
-    CalibrationStack
-        Their calibrations.
 
     Raises
     ------

@@ -86,18 +86,7 @@ class Warned(NamedTuple):
 
 
 def warnings_of(stack: CalibrationStack) -> Warned:
-    """Say what a reader must know.
-
-    Parameters
-    ----------
-    stack : CalibrationStack
-        Calibrations of R records of one plan.
-
-    Returns
-    -------
-    Warned
-        Sentences.
-    """
+    """Say what a reader must know."""
     estimate, tables, records = stack.estimate, stack.tables, len(stack)
     slopes = stack.laws.slopes(records)
     said = (

@@ -57,13 +57,6 @@ def level_compensation(
 ) -> LevelCompensation:
     """Take the coefficients level by level.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    tables : sequence of TableCalibration
-        All of its tables.
-
     Returns
     -------
     LevelCompensation

@@ -39,11 +39,6 @@ def by_runs(calibration: Calibration, tables: Sequence[TableCalibration]) -> Com
     tables : sequence of TableCalibration
         Those of one mounting, see `are_alike`.
 
-    Returns
-    -------
-    Compensation
-        Without slopes.
-
     Notes
     -----
     The weight of a run is that of its variances, as in

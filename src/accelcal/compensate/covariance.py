@@ -41,13 +41,6 @@ class _Errors(NamedTuple):
 def errors_of_table(calibration: Calibration, table: TableCalibration) -> _Errors:
     """Errors of `PARAMETERS` from those of K0 .. M_ip, by the quotients of (6).
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    table : TableCalibration
-        One of its tables.
-
     Returns
     -------
     _Errors

@@ -12,13 +12,6 @@ from accelcal.results.temperature import TemperatureLaw
 def law_of(law: TemperatureLaw, name: str) -> Law:
     """Take a law in plain numbers.
 
-    Parameters
-    ----------
-    law : TemperatureLaw
-        The law.
-    name : str
-        What it is of.
-
     Returns
     -------
     Law

@@ -29,20 +29,7 @@ from accelcal.results.usable import undetermined
 
 
 def by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
-    """What one table tells, at its own temperature.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    table : TableCalibration
-        One of its tables.
-
-    Returns
-    -------
-    Compensation
-        Without slopes.
-    """
+    """What one table tells, at its own temperature: coefficients without slopes."""
     values, level = values_of(calibration, table), table.temperature_degC
     return Compensation(
         k0=Law(values["k0"]),
@@ -58,20 +45,7 @@ def by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
 
 
 def of_test(calibration: Calibration, table: TableCalibration) -> dict[str, Any]:
-    """What a compensation has of the test, whatever tells its coefficients.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    table : TableCalibration
-        One of its tables.
-
-    Returns
-    -------
-    dict
-        Fields of the compensation.
-    """
+    """What a compensation has of the test, whatever tells its coefficients."""
     return {
         "accelerations": _tested(table, calibration.delta0_rad),
         "output_unit": calibration.output_unit,
@@ -82,13 +56,6 @@ def of_test(calibration: Calibration, table: TableCalibration) -> dict[str, Any]
 
 def with_other(found: Compensation, other: Compensation) -> Compensation:
     """Take the other cross axis up, and of its covariance what belongs to that axis alone.
-
-    Parameters
-    ----------
-    found : Compensation
-        That of the main axis.
-    other : Compensation
-        That of the other one.
 
     Returns
     -------
@@ -134,13 +101,6 @@ def lost_symbols(groups: Sequence[Sequence[TableCalibration]]) -> tuple[str, ...
 
 def values_of(calibration: Calibration, table: TableCalibration) -> dict[str, float]:
     """Tell `PARAMETERS` of a table, 0 where not determined.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    table : TableCalibration
-        One of its tables.
 
     Returns
     -------

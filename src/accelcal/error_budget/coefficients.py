@@ -76,11 +76,6 @@ def _part(quantity: Quantity | None, part: str) -> float:
 def coefficients_of(calibration: Calibration) -> Coefficients:
     """Gather the coefficients of (4).
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-
     Returns
     -------
     Coefficients

@@ -145,13 +145,6 @@ def _with_temperature(
 def random_components(random: RandomPart, points: Conditions) -> Iterator[ErrorComponent]:
     """Make the components behind +- in (4).
 
-    Parameters
-    ----------
-    random : RandomPart
-        The bounds.
-    points : Conditions
-        The points.
-
     Yields
     ------
     ErrorComponent

@@ -64,11 +64,6 @@ def conditions(
     extrapolate : bool
         Allow temperatures outside the calibrated ones.
 
-    Returns
-    -------
-    Conditions
-        The points, in one dimension.
-
     Raises
     ------
     InputError

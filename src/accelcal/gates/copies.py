@@ -78,11 +78,6 @@ def chance_of_agreement(step: float, noise: float, smallest: float) -> float:
 def copied_strokes(stack: TableStack) -> dict[int, tuple[int, int]]:
     """Find strokes that are the copy of another one at the same angles.
 
-    Parameters
-    ----------
-    stack : TableStack
-        The tables.
-
     Returns
     -------
     dict of int to tuple of int
@@ -106,18 +101,7 @@ def _look_alike(beginnings: Array) -> list[int]:
 
 
 def copy_said(first: str, second: str) -> str:
-    """Say what is a copy of what, and the remedy.
-
-    Parameters
-    ----------
-    first, second : str
-        The original and its copy.
-
-    Returns
-    -------
-    str
-        The finding.
-    """
+    """Say what is a copy of what, and the remedy."""
     return f"{second} has the readings of {first} to the last digit: give it its own"
 
 

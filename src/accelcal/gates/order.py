@@ -101,11 +101,6 @@ class _Found(NamedTuple):
 def order_of_positions(stack: TableStack) -> GateStack:
     """Look for another order of positions under which the fit would be far better.
 
-    Parameters
-    ----------
-    stack : TableStack
-        The tables.
-
     Returns
     -------
     GateStack

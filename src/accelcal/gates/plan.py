@@ -121,11 +121,6 @@ class TablePlan:
 def once_a_plan(function: Callable[[TablePlan], Found]) -> Callable[[TablePlan], Found]:
     """Let a function of a plan find its result once.
 
-    Parameters
-    ----------
-    function : callable
-        Finds what follows from a plan.
-
     Returns
     -------
     callable
@@ -151,11 +146,6 @@ def plan_of(table: PreparedTable, time: Array | None) -> TablePlan:
         Any table of the plan.
     time : ndarray, shape (T, n), or None
         Times of the readings of T tables [s].
-
-    Returns
-    -------
-    TablePlan
-        The plan of the tables.
     """
     record = table.record
     arrays = record.angle, table.head, record.stroke, table.kept_design

@@ -147,11 +147,6 @@ def _tilt_noise(estimate: JointEstimate) -> Array:
 def gates_of_records(stack: RecordStack) -> tuple[GateStack, ...]:
     """Check what several tables say together, for each of R records.
 
-    Parameters
-    ----------
-    stack : RecordStack
-        The records.
-
     Returns
     -------
     tuple of GateStack

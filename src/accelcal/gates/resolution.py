@@ -26,11 +26,6 @@ _FINE = 0.2  # chance that two agree: coarser ones leave readings of less noise 
 def resolution(stack: TableStack) -> GateStack:
     """Look for a step that the noise is too small to average out, copies, and ends of a range.
 
-    Parameters
-    ----------
-    stack : TableStack
-        The tables.
-
     Returns
     -------
     GateStack

@@ -30,11 +30,6 @@ _SMALLEST = 1e-300
 def proportions(stack: TableStack) -> GateStack:
     """Compare the error coefficients and residuals with what any accelerometer has.
 
-    Parameters
-    ----------
-    stack : TableStack
-        The tables.
-
     Returns
     -------
     GateStack
@@ -112,11 +107,6 @@ def wrong_sign(scale_factor: float, unit: str | None) -> str:
         K1 [output unit / g].
     unit : str or None
         Output unit.
-
-    Returns
-    -------
-    str
-        The finding.
     """
     return (
         f"K1 = {scale_factor:.6g} {coefficient_unit('K1', unit)} is not positive: the sign of the"
@@ -126,11 +116,6 @@ def wrong_sign(scale_factor: float, unit: str | None) -> str:
 
 def units(stack: TableStack) -> GateStack:
     """Look for strokes and readings that another unit or range has made larger or smaller.
-
-    Parameters
-    ----------
-    stack : TableStack
-        The tables.
 
     Returns
     -------

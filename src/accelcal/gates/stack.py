@@ -167,11 +167,6 @@ def stacked_times(records: Sequence[TumbleRecord]) -> Array | None:
 def of_one_plan(tables: Sequence[PreparedTable]) -> list[list[int]]:
     """Group tables that can be stacked.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        Tables prepared with one fixture angle.
-
     Returns
     -------
     list of list of int

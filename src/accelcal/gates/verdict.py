@@ -78,11 +78,6 @@ def gate_stack(
         For which tables the gate could not look (a mask, or a bool for all), and why; the first
         reason counts, and an empty one is told by `said`.
 
-    Returns
-    -------
-    GateStack
-        The verdicts.
-
     Examples
     --------
     >>> import numpy as np
@@ -134,11 +129,6 @@ def angle(value: float) -> str:
     value : float
         Angle [rad].
 
-    Returns
-    -------
-    str
-        Three digits and the unit.
-
     Examples
     --------
     >>> angle(2.1e-5), angle(0.0123), angle(0.5)
@@ -162,16 +152,6 @@ def _three_digits(value: float) -> str:
 def times(ratio: float) -> str:
     """Write a ratio as so many times.
 
-    Parameters
-    ----------
-    ratio : float
-        A ratio above zero.
-
-    Returns
-    -------
-    str
-        Two digits.
-
     Examples
     --------
     >>> times(38812.0), times(2.04), times(0.001003)
@@ -191,11 +171,6 @@ def reading_name(record: TumbleRecord, index: int, line: Ints | None) -> str:
         The reading.
     line : ndarray of int, shape (n,), or None
         Lines of the source that hold the readings.
-
-    Returns
-    -------
-    str
-        Stroke, angle and line.
     """
     told = "" if line is None else f" (line {line[index]})"
     return f"stroke {record.stroke[index]} at {record.angle[index]:g} deg{told}"

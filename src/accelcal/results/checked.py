@@ -58,11 +58,6 @@ def read_as(kind: Callable[[Any], Part], document: Any, writer: str) -> Part:
     writer : str
         The command that writes such documents.
 
-    Returns
-    -------
-    object
-        What it holds.
-
     Raises
     ------
     DocumentError
@@ -110,11 +105,6 @@ def checked(document: Mapping[str, Any], key: str, kind: Kind[Part], *default: P
         One of the functions of this module: gives the part back, or raises a `DamageError`.
     *default : object
         What stands for a key that is not there.
-
-    Returns
-    -------
-    object
-        The part.
 
     Raises
     ------

@@ -141,11 +141,6 @@ def rows_of(matrix: NDArray[Any]) -> Rows:
     ----------
     matrix : ndarray, shape (n, m)
         The matrix.
-
-    Returns
-    -------
-    tuple of tuple of float
-        Its rows.
     """
     return tuple(map(tuple, matrix.tolist()))
 

@@ -63,11 +63,6 @@ def document_of(part: Any) -> Any:
     part : object
         What `frozen` returns, or what has a method ``to_document``, in mappings and tuples.
 
-    Returns
-    -------
-    object
-        The same of dictionaries and lists.
-
     Examples
     --------
     >>> document_of(frozen([{"id": "warm-up"}]))

@@ -97,18 +97,6 @@ def gates_that_warn(
 def tables_of_run(calibration: Calibration, run: str | int | None) -> tuple[TableCalibration, ...]:
     """Take the tables of one run, or all.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    run : str, int or None
-        Label of the run.
-
-    Returns
-    -------
-    tuple of TableCalibration
-        One or more.
-
     Raises
     ------
     InputError
@@ -147,11 +135,6 @@ def not_determined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
 
 def undetermined(tables: Sequence[TableCalibration]) -> list[str]:
     """List the coefficients of (1) that no table determines.
-
-    Parameters
-    ----------
-    tables : sequence of TableCalibration
-        One or more.
 
     Returns
     -------

@@ -229,11 +229,6 @@ def estimator_of(
     gravity : float, optional
         Declared local gravity [m/s^2].
 
-    Returns
-    -------
-    Estimator
-        The estimator.
-
     Raises
     ------
     DesignError

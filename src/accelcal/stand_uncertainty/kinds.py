@@ -81,11 +81,6 @@ def size_of_unit(unit: str, quantity: str, gravity: float | None = None) -> floa
     gravity : float, optional
         Local gravity [m/s^2], by which an acceleration may be given in m/s^2.
 
-    Returns
-    -------
-    float
-        Its size.
-
     Raises
     ------
     InputError

@@ -89,11 +89,6 @@ def propagated(
         The estimator.
     by_coefficient : ndarray, shape (q, p + 1)
         The result of `jacobian`.
-
-    Returns
-    -------
-    Propagated
-        Its effect.
     """
     slopes = channel_slopes(readings, part.channel)
     standard = part.component.distribution.standard

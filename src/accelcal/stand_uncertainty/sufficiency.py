@@ -32,15 +32,6 @@ def sufficiency(
 ) -> tuple[Sufficiency, ...]:
     """Hold the limits of a data sheet against the uncertainties by the stand.
 
-    Parameters
-    ----------
-    budget : StandBudget
-        The budget.
-    specification : Specification
-        The data sheet.
-    output_unit : str or None
-        Output unit of the budget.
-
     Returns
     -------
     tuple of Sufficiency

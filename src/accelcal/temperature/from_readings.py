@@ -50,11 +50,6 @@ def laws_from_readings(
         Passes the errors of effects that were taken out of the readings through an estimator,
         shape (P, n), of the n readings of the tables at some places.
 
-    Returns
-    -------
-    TemperatureModel
-        The laws.
-
     Notes
     -----
     A head error, a shift of a launch and an error of temperature enter as unknowns with a

@@ -152,11 +152,6 @@ class LawsOfRecords(NamedTuple):
 def laws_of_records(stack: LevelStack) -> LawsOfRecords:
     """Fit the temperature laws of many records of one plan.
 
-    Parameters
-    ----------
-    stack : LevelStack
-        Their tables.
-
     Returns
     -------
     LawsOfRecords

@@ -137,11 +137,6 @@ def mean_hysteresis(
         Components of their errors.
     temperature : ndarray, shape (R, L)
         The levels [degC].
-
-    Returns
-    -------
-    Hysteresis
-        h_T with its uncertainty.
     """
     records, size = half_widths.shape
     if size == 0:

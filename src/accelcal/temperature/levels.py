@@ -108,11 +108,6 @@ def level_stack(
         Standard uncertainty of the level of each table [degC], and its degrees of freedom.
     chosen : sequence of int
         Tables of one mounting that mean the same by K0, K1 and M.
-
-    Returns
-    -------
-    LevelStack
-        The tables.
     """
     own, shift = [tables[i] for i in chosen], estimate.bias_shift
     coefficients = [estimate.coefficients[i] for i in chosen]
@@ -138,11 +133,6 @@ def _places(estimate: JointEstimate, table: int) -> list[int]:
 
 def alike(stack: LevelStack) -> list[Places]:
     """Group the records that have laws by the course of their levels.
-
-    Parameters
-    ----------
-    stack : LevelStack
-        The records.
 
     Returns
     -------
@@ -201,18 +191,7 @@ class Levels(NamedTuple):
 
 
 def levels_of(stack: LevelStack) -> Levels:
-    """Take the quotients by K1 and their error components, by the law of propagation.
-
-    Parameters
-    ----------
-    stack : LevelStack
-        Records.
-
-    Returns
-    -------
-    Levels
-        The quotients.
-    """
+    """Take the quotients by K1 and their error components, by the law of propagation."""
     tables = np.arange(len(stack.place))
     quotients = _Quotients.of(stack.coefficients, stack.place, tables, _WITH_LAW)
     values = np.moveaxis(quotients.value, -1, 0).copy()

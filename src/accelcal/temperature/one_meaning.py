@@ -129,11 +129,6 @@ def said_of_meanings(tables: Sequence[PreparedTable], estimate: JointEstimate) -
         The tables of one record, or of any of those of a stack.
     estimate : JointEstimate
         Their coefficients.
-
-    Yields
-    ------
-    str
-        A sentence.
     """
     meanings, chosen = _meanings(tables, estimate), tables_of_one_mounting(tables, estimate)
     if not chosen:

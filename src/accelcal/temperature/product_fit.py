@@ -243,13 +243,6 @@ def _products(head: HeadErrors, blocks: Sequence[Block], columns: _ColumnsOf) ->
 def estimator(fit: ProductFit, state: Solution) -> tuple[Array, Errors]:
     """Linearise the fit at its solution.
 
-    Parameters
-    ----------
-    fit : ProductFit
-        R records.
-    state : Solution
-        Their solution.
-
     Returns
     -------
     map : ndarray, shape (R, 3 p + c, n)

@@ -66,11 +66,6 @@ class Readings(NamedTuple):
             The parts.
         parameters : ndarray, shape (R, 3 p + c)
             Those of k0, K1 and delta, then of what is common to all temperatures.
-
-        Returns
-        -------
-        Point
-            The readings there.
         """
         rise = self.rise + self.deviation * felt[:, self.table]
         law = bilinear_design(rise, self.sides, axis=-2)

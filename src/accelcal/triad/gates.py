@@ -44,15 +44,6 @@ _SURE = 1e-4
 def gates_of(record: TriadRecord, found: Solution, frame: str) -> tuple[Gate, ...]:
     """Judge a calibration by its own data.
 
-    Parameters
-    ----------
-    record : TriadRecord
-        The attitudes.
-    found : Solution
-        Their calibration.
-    frame : str
-        Its frame.
-
     Returns
     -------
     tuple of Gate
