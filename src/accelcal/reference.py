@@ -25,18 +25,6 @@ LEAST_RISE = 5.0
 def fixture_angle(record: TumbleRecord, given: float | None = None) -> float:
     """Take the fixture angle as given, else as the record declares it, else 0.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The record.
-    given : float, optional
-        Fixture angle [rad].
-
-    Returns
-    -------
-    float
-        The fixture angle [rad].
-
     Raises
     ------
     InputError
@@ -64,32 +52,12 @@ def declared_fixture_angle(record: TumbleRecord) -> str:
 
 
 def has_reference_temperature(record: TumbleRecord, given: float | None) -> bool:
-    """Tell whether T0 is given, or declared by the record.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        The record.
-    given : float or None
-        T0 [degC].
-
-    Returns
-    -------
-    bool
-        Whether it is; otherwise `reference_temperature_of` chooses it.
-    """
+    """Tell whether T0 is given, or declared by the record."""
     return given is not None or record.reference_temperature is not None
 
 
 def reference_temperature_of(record: TumbleRecord, given: float | None) -> float | None:
     """Take T0 as given, else as the record declares it, else the level nearest to 20 degC.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        The record.
-    given : float or None
-        T0 [degC].
 
     Returns
     -------

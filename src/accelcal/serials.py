@@ -12,11 +12,6 @@ _HYPHENS = dict.fromkeys(map(ord, "\u2010\u2011\u2012\u2013\u2014\u2212"), "-")
 def serials_alike(names: Iterable[str]) -> list[tuple[str, ...]]:
     """Find serial numbers that differ in nothing but case, blanks and the kind of their hyphens.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Serial numbers, each once.
-
     Returns
     -------
     list of tuple of str
@@ -58,16 +53,6 @@ def _bare(names: Sequence[str]) -> list[str]:
 
 def notes_of_alike(names: Iterable[str]) -> list[str]:
     """Say which serial numbers are of two units by their spelling alone.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Serial numbers, each once.
-
-    Returns
-    -------
-    list of str
-        A sentence for each of `serials_alike`.
 
     Examples
     --------

@@ -33,15 +33,6 @@ _NOTABLE = 0.02
 def corrections(plan: OnePlan, options: Options, delta0: float) -> tuple[Correction, ...]:
     """Take the effects that are known out of the readings, whose sizes are those of each record.
 
-    Parameters
-    ----------
-    plan : OnePlan
-        The records.
-    options : Options
-        What is asked.
-    delta0 : float
-        Fixture angle [rad].
-
     Returns
     -------
     tuple of Correction
@@ -147,17 +138,6 @@ def said_of_effects(
     estimators: Sequence[LinearEstimator],
 ) -> list[tuple[str, ...]]:
     """Say whose effects were taken out, and which of them not with a size in these readings.
-
-    Parameters
-    ----------
-    plan : OnePlan
-        R records.
-    known : sequence of Correction
-        Of each record.
-    model : Discovery
-        Whose effects were taken out.
-    estimators : sequence of LinearEstimator
-        Those of the tables of any of the records.
 
     Returns
     -------

@@ -31,15 +31,6 @@ def of_large_turn(
 ) -> Sentence:
     """Say what a large fixture angle takes off K1.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of R records of one plan.
-    estimate : JointEstimate
-        Their coefficients.
-    delta0 : float
-        Fixture angle that was taken as given [rad].
-
     Returns
     -------
     Sentence

@@ -29,13 +29,7 @@ if TYPE_CHECKING:
 
 
 def calibration_of_record(stack: CalibrationStack, place: int) -> Calibration:
-    """Make the calibration of one record.
-
-    Returns
-    -------
-    Calibration
-        With all that is known of the record.
-    """
+    """Make the calibration of one record."""
     options, record, known = stack.options, stack.plan.records[place], stack.correction_of(place)
     tables, estimate = stack.tables_of(place), stack.estimate.of_records(place)
     main, second = stack.laws_of(place)

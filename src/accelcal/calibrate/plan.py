@@ -142,15 +142,6 @@ class OnePlan(NamedTuple):
     ) -> OnePlan:
         """Take the known errors of the head out of the readings.
 
-        Parameters
-        ----------
-        head : HeadCalibration
-            What is known of the head.
-        tables : sequence of PreparedTable
-            The tables of the first record.
-        delta0 : float
-            Fixture angle [rad].
-
         Returns
         -------
         OnePlan

@@ -83,13 +83,7 @@ class CalibrationStack:
         return len(self.plan.records)
 
     def one(self, record: int) -> Calibration:
-        """Return the calibration of one record.
-
-        Returns
-        -------
-        Calibration
-            As `accelcal.fit` gives it.
-        """
+        """Return the calibration of one record."""
         return calibration_of_record(self, record)
 
     def tables_of(self, record: int) -> list[PreparedTable]:

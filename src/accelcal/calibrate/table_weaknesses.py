@@ -14,22 +14,7 @@ from accelcal.sentences import Sentence
 
 
 def of_table(table: PreparedTable, noise: ReadingNoise, uneven: Mask) -> Iterator[Sentence]:
-    """Return what to know of the readings of a table, in R records of one plan.
-
-    Parameters
-    ----------
-    table : PreparedTable
-        The table of any of the records.
-    noise : ReadingNoise
-        Its reading noise in all records.
-    uneven : ndarray of bool, shape (R,)
-        Whether the noise clearly differs by position.
-
-    Yields
-    ------
-    Sentence
-        One for each condition.
-    """
+    """Return what to know of the readings of a table, in R records of one plan."""
     for text in table.estimability.sentences():
         yield Sentence(True, text)
     yield from _of_declared_scatter(table.record)

@@ -57,11 +57,6 @@ def level_compensation(
 ) -> LevelCompensation:
     """Take the coefficients level by level.
 
-    Returns
-    -------
-    LevelCompensation
-        Coefficients on straight lines between the levels.
-
     Raises
     ------
     InputError

@@ -32,13 +32,6 @@ def are_alike(tables: Sequence[TableCalibration]) -> bool:
 def by_runs(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:
     """What several runs tell, as their mean, at its temperature.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    tables : sequence of TableCalibration
-        Those of one mounting, see `are_alike`.
-
     Notes
     -----
     The weight of a run is that of its variances, as in

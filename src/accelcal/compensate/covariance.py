@@ -57,11 +57,6 @@ def errors_of_table(calibration: Calibration, table: TableCalibration) -> _Error
 def by_quotients(calibration: Calibration, table: TableCalibration) -> Array:
     """Derivatives of `PARAMETERS` by the coefficients in the covariance of a table.
 
-    Parameters
-    ----------
-    calibration, table
-        As of `errors_of_table`.
-
     Returns
     -------
     ndarray, shape (6, p)

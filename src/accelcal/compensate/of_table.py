@@ -55,13 +55,7 @@ def of_test(calibration: Calibration, table: TableCalibration) -> dict[str, Any]
 
 
 def with_other(found: Compensation, other: Compensation) -> Compensation:
-    """Take the other cross axis up, and of its covariance what belongs to that axis alone.
-
-    Returns
-    -------
-    Compensation
-        Of both.
-    """
+    """Take the other cross axis up, and of its covariance what belongs to that axis alone."""
     names = (*PARAMETERS, *SLOPES)
     own = [names.index(name) for name in OF_ONE_AXIS]
     axis = OtherAxis(
@@ -81,11 +75,6 @@ def cross_name(mounting: str) -> str:
 
 def lost_symbols(groups: Sequence[Sequence[TableCalibration]]) -> tuple[str, ...]:
     """List the symbols of (2) that no table determines.
-
-    Parameters
-    ----------
-    groups : sequence of sequence of TableCalibration
-        Tables of one cross axis each.
 
     Returns
     -------

@@ -38,13 +38,6 @@ SLOPES = {
 def sensitivity(name: str, points: Conditions) -> Array:
     """Error per unit of a coefficient of (2); that of the scale factor is relative.
 
-    Parameters
-    ----------
-    name : str
-        A name in `AT_T0`.
-    points : Conditions
-        The points.
-
     Returns
     -------
     ndarray, shape (n,)

@@ -56,15 +56,6 @@ def covariance(
 ) -> Added:
     """Sum of 2 r u u' over all pairs of correlated coefficients, GUM (16).
 
-    Parameters
-    ----------
-    correlations : sequence of dict
-        Those above T0, and those below and at it.
-    points : Conditions
-        The n points.
-    parts : sequence of ErrorComponent
-        The components of the error there.
-
     Returns
     -------
     Added

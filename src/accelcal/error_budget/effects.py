@@ -20,15 +20,6 @@ def effect_components(
 ) -> Iterator[ErrorComponent]:
     """Make the components of static effects.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration, whose coefficients are free of its effects.
-    coefficients : Coefficients
-        What (4) takes of it.
-    points : Conditions
-        The n points.
-
     Yields
     ------
     ErrorComponent

@@ -52,11 +52,6 @@ def weaknesses(
         Expanded uncertainty [local g].
     exact : bool
         Whether the scale factor was taken beyond the first order of (4).
-
-    Yields
-    ------
-    str
-        A sentence for each weakness.
     """
     yield from gates_that_warn(calibration, calibration.tables)
     yield from beyond_in_use(calibration, calibration.tables, by_laws=True)

@@ -96,13 +96,6 @@ def _size(name: str, value: float) -> str:
 def drift(stack: TableStack, level: float) -> GateStack:
     """Test the trends of the readings at one angle and in one direction over the run.
 
-    Parameters
-    ----------
-    stack : TableStack
-        The tables.
-    level : float
-        False-alarm rate of each table.
-
     Returns
     -------
     GateStack

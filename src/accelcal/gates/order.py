@@ -168,13 +168,6 @@ def _least(output: Array) -> Array:
 def order_of_strokes(table: PreparedTable, delta0: float) -> OtherOrder | None:
     """Find the other order of one or more strokes under which the fit would be far better.
 
-    Parameters
-    ----------
-    table : PreparedTable
-        The table.
-    delta0 : float
-        Fixture angle of the fit [rad].
-
     Returns
     -------
     OtherOrder or None

@@ -119,13 +119,7 @@ class TablePlan:
 
 
 def once_a_plan(function: Callable[[TablePlan], Found]) -> Callable[[TablePlan], Found]:
-    """Let a function of a plan find its result once.
-
-    Returns
-    -------
-    callable
-        The same, but a plan keeps what was found.
-    """
+    """Let a function of a plan find its result once, which the plan keeps."""
 
     @wraps(function)
     def found(plan: TablePlan) -> Found:

@@ -26,13 +26,6 @@ _LEAST_FREE = 1e-6
 def closure(stack: TableStack, level: float) -> GateStack:
     """Test Y9 - Y1 of the strokes, and the same as end minus start in the order of time.
 
-    Parameters
-    ----------
-    stack : TableStack
-        The tables.
-    level : float
-        False-alarm rate of each table.
-
     Returns
     -------
     GateStack
@@ -126,13 +119,6 @@ def _basis_with_return(plan: TablePlan) -> Array:
 
 def forward_against_back(stack: TableStack, level: float) -> GateStack:
     """Compare the two directions at each position.
-
-    Parameters
-    ----------
-    stack : TableStack
-        The tables.
-    level : float
-        False-alarm rate of each table.
 
     Returns
     -------
@@ -286,13 +272,6 @@ def _backlash_like(difference: Array, angle: Array) -> tuple[Array, Array]:
 
 def outlier(stack: TableStack, level: float) -> GateStack:
     """Test the reading that its replicates contradict most.
-
-    Parameters
-    ----------
-    stack : TableStack
-        The tables.
-    level : float
-        False-alarm rate of each table.
 
     Returns
     -------

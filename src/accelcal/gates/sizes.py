@@ -99,15 +99,7 @@ def _reason(ratios: dict[str, float], rms: float, side: float, *, alone: bool) -
 
 
 def wrong_sign(scale_factor: float, unit: str | None) -> str:
-    """Say what a scale factor that is not positive means.
-
-    Parameters
-    ----------
-    scale_factor : float
-        K1 [output unit / g].
-    unit : str or None
-        Output unit.
-    """
+    """Say what a scale factor that is not positive means."""
     return (
         f"K1 = {scale_factor:.6g} {coefficient_unit('K1', unit)} is not positive: the sign of the"
         " output is turned, or the positions are shifted by half a turn"

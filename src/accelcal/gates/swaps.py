@@ -104,11 +104,6 @@ def best_swap(
     better : float
         Swaps that do not make the squared residuals so many times smaller are of no interest.
 
-    Returns
-    -------
-    Swaps
-        The best of each table.
-
     Notes
     -----
     A swap changes the residuals r by d P (e_i - e_j) with d = y_j - y_i and P the projector on the

@@ -20,12 +20,6 @@ def gates_of_stack(stack: TableStack, tables: int = 1) -> tuple[GateStack, ...]:
         The T tables.
     tables : int, default 1
         Tables of the record of each, which share the false alarms of each gate.
-
-    Returns
-    -------
-    tuple of GateStack
-        Closure, drift, forward against back, order of positions, outlier, proportions,
-        resolution, units, each for all T tables.
     """
     level = SIGNIFICANT / tables
     return (

@@ -103,16 +103,6 @@ def gate_stack(
 def acceleration(value: float) -> str:
     """Write an acceleration in ug, mg or g, whichever is short.
 
-    Parameters
-    ----------
-    value : float
-        Acceleration [g].
-
-    Returns
-    -------
-    str
-        Three or four digits and the unit.
-
     Examples
     --------
     >>> acceleration(-2.147e-5), acceleration(0.7777), acceleration(9.3)
@@ -123,11 +113,6 @@ def acceleration(value: float) -> str:
 
 def angle(value: float) -> str:
     """Write an angle in urad, mrad or degrees, whichever is short.
-
-    Parameters
-    ----------
-    value : float
-        Angle [rad].
 
     Examples
     --------
@@ -161,16 +146,6 @@ def times(ratio: float) -> str:
 
 
 def reading_name(record: TumbleRecord, index: int, line: Ints | None) -> str:
-    """Say which reading it is.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        Readings with their strokes and angles.
-    index : int
-        The reading.
-    line : ndarray of int, shape (n,), or None
-        Lines of the source that hold the readings.
-    """
+    """Say which reading it is."""
     told = "" if line is None else f" (line {line[index]})"
     return f"stroke {record.stroke[index]} at {record.angle[index]:g} deg{told}"

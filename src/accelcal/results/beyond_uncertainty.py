@@ -44,11 +44,6 @@ def beyond_uncertainty(
         Words of further sentences: of `OF_USE`, which name what those who use the numbers for an
         acceleration mostly count themselves.
 
-    Returns
-    -------
-    list of str
-        The sentences as its report has them.
-
     Examples
     --------
     >>> import accelcal

@@ -135,13 +135,7 @@ class CorrelatedBySource(CorrelatedByName):
 
 
 def rows_of(matrix: NDArray[Any]) -> Rows:
-    """Take the rows of a matrix as plain numbers, which a frozen result holds.
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (n, m)
-        The matrix.
-    """
+    """Take the rows of a matrix as plain numbers, which a frozen result holds."""
     return tuple(map(tuple, matrix.tolist()))
 
 

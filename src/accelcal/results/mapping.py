@@ -14,13 +14,7 @@ _PLAIN = frozenset({str, float, int, bool, type(None)})
 
 
 def freeze(result: Any) -> None:
-    """Make what a frozen dataclass holds read-only, when it is born.
-
-    Parameters
-    ----------
-    result : dataclass
-        Its fields become what `frozen` makes of them.
-    """
+    """Make what a frozen dataclass holds read-only, when it is born."""
     for item in fields(result):
         object.__setattr__(result, item.name, frozen(getattr(result, item.name)))
 
@@ -87,11 +81,6 @@ def members(result: Any, names: str) -> dict[str, Any]:
     names : str
         Names of fields or properties, with spaces between them, as the document has them.
 
-    Returns
-    -------
-    dict
-        Each name with what `document_of` makes of its value.
-
     Examples
     --------
     >>> members(3 + 4j, "real imag")
@@ -106,16 +95,5 @@ def members_at(result: Any, names: str, place: int) -> dict[str, float]:
 
 
 def finite_or_none(value: float) -> float | None:
-    """Turn what JSON has no number for into None.
-
-    Parameters
-    ----------
-    value : float
-        A number, infinite or NaN.
-
-    Returns
-    -------
-    float or None
-        The number, if it is finite.
-    """
+    """Turn what JSON has no number for into None."""
     return float(value) if math.isfinite(value) else None

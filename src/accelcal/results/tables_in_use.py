@@ -113,13 +113,6 @@ def nearest_of_mountings(
 ) -> dict[str, TableCalibration]:
     """Choose the table nearest to a temperature in each mounting.
 
-    Parameters
-    ----------
-    tables : sequence of TableCalibration
-        Of any mountings.
-    temperature : float or None
-        Temperature, such as T0; None where unknown [degC].
-
     Returns
     -------
     dict of str to TableCalibration

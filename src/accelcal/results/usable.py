@@ -68,20 +68,7 @@ def refuse_without_uncertainty(calibration: Calibration) -> None:
 def gates_that_warn(
     calibration: Calibration | TriadCalibration, tables: Sequence[TableCalibration] = ()
 ) -> list[str]:
-    """Say which gates warn of the test, to who uses its numbers without its report.
-
-    Parameters
-    ----------
-    calibration : Calibration or TriadCalibration
-        The calibration.
-    tables : sequence of TableCalibration, optional
-        Those of its tables that are used.
-
-    Returns
-    -------
-    list of str
-        A sentence where any gate warns.
-    """
+    """Say which gates warn of the test, to who uses its numbers without its report."""
     gates = [gate for table in tables for gate in table.gates]
     found = Counter(gate.name for gate in gates if gate.verdict == "warn")
     names = [f"{name} ({counted(times, 'table')})" for name, times in found.items()]
@@ -116,11 +103,6 @@ def not_determined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
     ----------
     groups : sequence of sequence of TableCalibration
         Tables that stand for one another, in each group of one mounting.
-
-    Returns
-    -------
-    list of str
-        A sentence for each group that lacks something.
     """
     said = []
     for group in groups:
@@ -134,12 +116,6 @@ def not_determined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
 
 
 def undetermined(tables: Sequence[TableCalibration]) -> list[str]:
-    """List the coefficients of (1) that no table determines.
-
-    Returns
-    -------
-    list of str
-        Such as ``"K3"``.
-    """
+    """List the coefficients of (1) that no table determines."""
     names = tables[0].coefficients
     return [n for n in names if all(t.coefficients[n].value is None for t in tables)]

@@ -20,11 +20,6 @@ def coverage_factor(probability: float | None, dof: float | None) -> float:
     dof : float or None
         Degrees of freedom of the standard deviation; None for very many.
 
-    Returns
-    -------
-    float
-        Student's factor, or 3.
-
     Examples
     --------
     >>> coverage_factor(None, 5), round(coverage_factor(0.9973, 5), 2)
@@ -37,15 +32,6 @@ def coverage_factor(probability: float | None, dof: float | None) -> float:
 
 def random_bias(time: float, launch: Estimate, drift: Estimate, fluctuation: Estimate) -> BiasBound:
     """Bound (3) at one time after the start of a launch.
-
-    Parameters
-    ----------
-    time : float
-        Time since the start [s].
-    launch, fluctuation : Estimate
-        k0L and k0F.
-    drift : Estimate
-        gamma_D [unit/s].
 
     Returns
     -------

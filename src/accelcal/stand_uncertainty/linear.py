@@ -34,13 +34,6 @@ class Propagated(NamedTuple):
 def channel_slopes(readings: Readings, channel: str) -> Array:
     """Change of each reading, and behind them of the gravity, per unit of a channel.
 
-    Parameters
-    ----------
-    readings : Readings
-        The test.
-    channel : str
-        One of `accelcal.stand_uncertainty.readings.CHANNELS`.
-
     Returns
     -------
     ndarray, shape (n + 1,)
@@ -77,19 +70,7 @@ def jacobian(estimator: Estimator, coefficients: Array) -> Array:
 def propagated(
     part: Acting, readings: Readings, estimator: Estimator, by_coefficient: Array
 ) -> Propagated:
-    """Bring one component through readings and estimator.
-
-    Parameters
-    ----------
-    part : Acting
-        The component on the readings.
-    readings : Readings
-        The test.
-    estimator : Estimator
-        The estimator.
-    by_coefficient : ndarray, shape (q, p + 1)
-        The result of `jacobian`.
-    """
+    """Bring one component through readings and estimator."""
     slopes = channel_slopes(readings, part.channel)
     standard = part.component.distribution.standard
     effects = [slopes[:-1] * phase for phase in (standard * part.pattern).T]

@@ -104,11 +104,6 @@ def laws_of_stack(
 def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> TemperatureModel:
     """Take the law of the misalignment from the tables, where the fixture angle is out of it.
 
-    Parameters
-    ----------
-    readings, tables : TemperatureModel
-        Laws from the readings, and from the tables.
-
     Returns
     -------
     TemperatureModel

@@ -57,13 +57,6 @@ def tables_of_one_mounting(
 def with_one_meaning(tables: Sequence[PreparedTable], estimate: JointEstimate) -> JointEstimate:
     """Take off K0, K1 and M what they absorb, where other tables of the mounting tell it.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of one record, or of any of those of a stack.
-    estimate : JointEstimate
-        Their coefficients.
-
     Returns
     -------
     JointEstimate
@@ -121,15 +114,7 @@ def _mean_of(terms: Sequence[Linearised]) -> Linearised:
 
 
 def said_of_meanings(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Iterator[str]:
-    """Say what the laws take off coefficients that absorb others, and which runs they leave out.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of one record, or of any of those of a stack.
-    estimate : JointEstimate
-        Their coefficients.
-    """
+    """Say what the laws take off coefficients that absorb others, and which runs they leave out."""
     meanings, chosen = _meanings(tables, estimate), tables_of_one_mounting(tables, estimate)
     if not chosen:
         return

@@ -215,22 +215,7 @@ def product_fit(
 
 
 def sizes_at(fit: ProductFit, state: Solution, point: Point) -> Sizes:
-    """Sizes of the errors where the solution stands.
-
-    Parameters
-    ----------
-    fit : ProductFit
-        R records.
-    state : Solution
-        Where it stands.
-    point : Point
-        Their readings at the felt temperatures.
-
-    Returns
-    -------
-    Sizes
-        Those of all readings.
-    """
+    """Sizes of the errors where the solution stands."""
     noises = _noises(fit, state, point)
     pairs = zip(noises, fit.tables, strict=True)
     noise = np.concatenate([n.factor[:, None] * table.scatter for n, table in pairs], axis=1)
@@ -244,24 +229,7 @@ def sizes_at(fit: ProductFit, state: Solution, point: Point) -> Sizes:
 
 
 def errors_at(fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> Errors:
-    """Errors of the readings, as they act where the solution stands.
-
-    Parameters
-    ----------
-    fit : ProductFit
-        R records, or some of their readings.
-    state : Solution
-        Where it stands.
-    point : Point
-        Their readings at the felt temperatures.
-    sizes : Sizes
-        Those of their errors.
-
-    Returns
-    -------
-    Errors
-        By source.
-    """
+    """Errors of the readings, as they act where the solution stands."""
     of_table = np.eye(len(fit.tables))[:, fit.readings.table]
     K1 = point.scale_factor[:, None] * of_table
     heat = point.by_temperature[:, None] * of_table

@@ -65,11 +65,6 @@ def law_sentences(
         T0 [degC].
     temperature : ndarray, shape (R, n)
         The levels [degC].
-
-    Yields
-    ------
-    Sentence
-        What some or all of the records need.
     """
     for side, text in _NOT_MEASURED.items():
         if side not in sides:

@@ -45,11 +45,6 @@ def from_known_attitudes(
     shaft : tuple of str or None
         Shaft of each attitude, on which the block was clamped anew.
 
-    Returns
-    -------
-    Solution
-        All twelve parameters.
-
     Raises
     ------
     InputError

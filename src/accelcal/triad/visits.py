@@ -61,11 +61,6 @@ class Visits(NamedTuple):
     def of(cls, record: TriadRecord) -> Visits:
         """Find the visits of a record whose attitudes are known.
 
-        Parameters
-        ----------
-        record : TriadRecord
-            All rows, in the order in which they were taken.
-
         Returns
         -------
         Visits
@@ -94,11 +89,6 @@ class Visits(NamedTuple):
         ----------
         sensitivity : ndarray, shape (3, 3)
             S of y = b + S a [output unit per g].
-
-        Returns
-        -------
-        list of Noise
-            Of each channel.
         """
         felt = self.up @ sensitivity.T
         along = np.abs(felt) >= np.sqrt(1.0 - _ALONG) * np.linalg.norm(sensitivity, axis=1)

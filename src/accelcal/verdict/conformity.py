@@ -121,13 +121,6 @@ class Conformity(NamedTuple):
 def conformity(specification: Specification, measured: Measured) -> Iterator[Conformity]:
     """Judge calibrations by all limits of a data sheet.
 
-    Parameters
-    ----------
-    specification : Specification
-        The limits and the decision rule.
-    measured : Measured
-        What was found.
-
     Yields
     ------
     Conformity
@@ -209,13 +202,6 @@ def _outcome(
 
 def is_comparable(limit: Limit, output_unit: str | None) -> bool:
     """Tell whether a limit is in a unit that readings can be turned into.
-
-    Parameters
-    ----------
-    limit : Limit
-        The limit.
-    output_unit : str or None
-        Unit of the readings; None where no one knows it.
 
     Returns
     -------
