@@ -20,7 +20,6 @@ from accelcal import Calibration, DesignError, DocumentError, InputError
 from accelcal.frozen_mapping import FrozenMapping
 from accelcal.geometry import MOUNTINGS
 from accelcal.model import coefficient_unit
-from accelcal.results.calibration import SCHEMA
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
 from accelcal.results.quantity import ErrorSource, Gate, Quantity, Residuals
@@ -608,9 +607,15 @@ def assert_within(old, new):
         ('{"schema": "accelcal/calibration/2"}', "key schema: 'accelcal/calibration/2' in"),
         ('{"schema": "accelcal/discovery/1"}', "key schema: 'accelcal/discovery/1' in place of"),
         ('{"K_a": [[1]], "cal_type": "Ferraris"}', "key schema: missing"),
-        (json.dumps({"schema": SCHEMA}), "key acceleration_unit: missing"),
-        (json.dumps({"schema": SCHEMA, "acceleration_unit": "m/s^2"}), "acceleration_unit: 'm/s"),
-        (json.dumps({"schema": SCHEMA, "acceleration_unit": "g_local"}), "key method: missing"),
+        (json.dumps({"schema": Calibration.SCHEMA}), "key acceleration_unit: missing"),
+        (
+            json.dumps({"schema": Calibration.SCHEMA, "acceleration_unit": "m/s^2"}),
+            "acceleration_unit: 'm/s",
+        ),
+        (
+            json.dumps({"schema": Calibration.SCHEMA, "acceleration_unit": "g_local"}),
+            "key method: missing",
+        ),
     ],
 )
 def test_foreign_documents_are_refused(text, said):
@@ -624,7 +629,9 @@ def test_foreign_documents_are_refused(text, said):
 @pytest.mark.parametrize("several", [[], {}, None, 5, "ab"])
 def test_calibrations_without_a_list_are_refused(several):
     with pytest.raises(DocumentError, match=r"key calibrations: .* in place of a list of 1"):
-        all_from_json(Calibration, json.dumps({"schema": SCHEMA, "calibrations": several}))
+        all_from_json(
+            Calibration, json.dumps({"schema": Calibration.SCHEMA, "calibrations": several})
+        )
 
 
 def test_every_missing_key_is_refused(document):

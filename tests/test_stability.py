@@ -13,7 +13,7 @@ from accelcal.calibrate.fit import fit
 from accelcal.errors import DocumentError, InputError
 from accelcal.io.tables import read_table
 from accelcal.model import bias_bound
-from accelcal.results.stability import SCHEMA, Estimate, Stability
+from accelcal.results.stability import Estimate, Stability
 from accelcal.stability.analysis import analyse
 from accelcal.stability.bound import coverage_factor, random_bias
 from accelcal.stability.record import Launch, StabilityRecord, averaged, split_at_gaps
@@ -656,7 +656,7 @@ def test_the_frame_of_a_record_has_all_samples():
 def test_the_document_and_the_frame_hold_the_result():
     result = analyse(record(5, drift=0.02))
     document = json.loads(result.to_json())
-    assert document["schema"] == SCHEMA
+    assert document["schema"] == Stability.SCHEMA
     assert document["components"]["sigma_F"]["value"] == result.components["sigma_F"].value
     assert len(document["launches"]) == 5
     assert len(document["allan"]["points"]) == len(result.allan.tau_s)

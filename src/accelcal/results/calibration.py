@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from accelcal.results.findings import FoundEffect
     from accelcal.results.verdict import Verdict
 
-__all__ = ["SCHEMA", "Calibration"]
+__all__ = ["Calibration"]
 
-SCHEMA = "accelcal/calibration/1"
 
 _NOISE = "reading"
 """Name of the noise of the readings among the sources of error, one for each table."""
@@ -95,7 +94,7 @@ class Calibration(StoredResult, TabularResult):
     True
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/calibration/1"
     _SEVERAL: ClassVar[str] = "calibrations"
     _WRITER: ClassVar[str] = "accelcal fit"
     _REMEDIES: ClassVar[Mapping[str, str]] = {
@@ -228,10 +227,8 @@ class Calibration(StoredResult, TabularResult):
 
         write_certificate(self, path, laboratory)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the calibration as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(self, "software method robust"),
             "acceleration_unit": "g_local",
             **members(self, "g_local_m_s2 output_unit serial date source T0_degC delta0_rad"),

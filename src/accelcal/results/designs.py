@@ -15,9 +15,8 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.designs import DesignPlot
 
-__all__ = ["SCHEMA", "DesignComparison", "Forecast", "TestDesign", "Visibility"]
+__all__ = ["DesignComparison", "Forecast", "TestDesign", "Visibility"]
 
-SCHEMA = "accelcal/design/1"
 
 BLIND = "no effect can be searched for"
 """How the note of a test begins that shows no effects, and says why."""
@@ -218,7 +217,7 @@ class DesignComparison(StoredResult, TabularResult):
     24
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/design/1"
     _WRITER: ClassVar[str] = "accelcal design"
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"pace": _pace}
     _MISSING: ClassVar[Mapping[str, Any]] = {"notes": ()}
@@ -283,10 +282,8 @@ class DesignComparison(StoredResult, TabularResult):
 
         return DesignPlot(self)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the comparison as a JSON document."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(self, "stand declared pace targets designs"),
             "pareto_front": {name: list(self.front(name)) for name in self.names()},
             "meeting_targets": list(self.meeting()) if self.targets else None,

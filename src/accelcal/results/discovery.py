@@ -30,9 +30,8 @@ if TYPE_CHECKING:
 
     from accelcal.plot.discovery import DiscoveryPlot
 
-__all__ = ["SCHEMA", "Discovery"]
+__all__ = ["Discovery"]
 
-SCHEMA = "accelcal/discovery/1"
 
 IF_IT_IS = "if it is "
 """How a note begins that gives the coefficients for another explanation."""
@@ -113,7 +112,7 @@ class Discovery(StoredResult, TabularResult):
     True
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/discovery/1"
     _SEVERAL: ClassVar[str] = "discoveries"
     _WRITER: ClassVar[str] = "accelcal discover"
 
@@ -259,10 +258,8 @@ class Discovery(StoredResult, TabularResult):
 
         write_report([self], path, records=[record])
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the discovery as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(self, "software source sha256 serial head_name stand_name"),
             **members(self, "T0_degC delta0_rad readings"),
             **members(self, "alpha p_value"),

@@ -36,9 +36,8 @@ if TYPE_CHECKING:
     from accelcal.arrays import Array, Mask
     from accelcal.plot.error_budget import ErrorBudgetPlot
 
-__all__ = ["SCHEMA", "ErrorBudget", "ErrorComponent"]
+__all__ = ["ErrorBudget", "ErrorComponent"]
 
-SCHEMA = "accelcal/budget/1"
 
 _AXES = ("a_i", "a_p", "a_o")
 _OF_A_POINT = (
@@ -128,7 +127,7 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
     ((2,), ['k0', 'K1', 'k2'])
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/budget/1"
     _WRITER: ClassVar[str] = "accelcal budget"
 
     a_i: Array
@@ -165,10 +164,8 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
 
         return ErrorBudgetPlot(self)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the budget as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(self, "serial source"),
             "acceleration_unit": "g_local",
             "interval_level": LEVEL,

@@ -54,6 +54,10 @@ class ReadByFields:
                 known[item.name] = checked(document, item.name, kind, *default)
         return cls(**known)
 
+    def _contents(self) -> dict[str, Any]:
+        """What a document has of it."""
+        return {item.name: document_of(getattr(self, item.name)) for item in fields(self)}
+
 
 @dataclass(frozen=True, slots=True)
 class StoredPart(ReadByFields):
@@ -61,7 +65,7 @@ class StoredPart(ReadByFields):
 
     def to_document(self) -> dict[str, Any]:
         """Return the part as it stands in the JSON document."""
-        return {item.name: document_of(getattr(self, item.name)) for item in fields(self)}
+        return self._contents()
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Self:

@@ -20,9 +20,8 @@ if TYPE_CHECKING:
 
     from accelcal.plot.fleet_history import FleetHistoryPlot
 
-__all__ = ["DOUBT", "SCHEMA", "FleetHistory", "UnitOfFleet", "UnitTrend"]
+__all__ = ["DOUBT", "FleetHistory", "UnitOfFleet", "UnitTrend"]
 
-SCHEMA = "accelcal/fleet-history/1"
 
 DOUBT = "?"
 """What stands behind a finding that noise alone makes in one unit or more of such a fleet."""
@@ -163,7 +162,7 @@ class FleetHistory(StoredResult, TabularResult):
     [('AL-16', ('due',)), ('AL-15', ())]
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/fleet-history/1"
     _WRITER: ClassVar[str] = "accelcal history"
 
     units: tuple[UnitOfFleet, ...]
@@ -197,10 +196,8 @@ class FleetHistory(StoredResult, TabularResult):
         """Number of units with enough calibrations for a drift."""
         return sum(bool(unit.trends) for unit in self.units)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the fleet as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(self, "software alpha due_before searched"),
             "interval_level": LEVEL,
             **members(self, "jumps_by_chance drifts_by_chance units notes"),

@@ -36,9 +36,8 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.head import HeadPlot
 
-__all__ = ["SCHEMA", "HeadCalibration", "HeadHarmonic", "UnitOnHead"]
+__all__ = ["HeadCalibration", "HeadHarmonic", "UnitOnHead"]
 
-SCHEMA = "accelcal/head/1"
 
 _ROUNDED = 1e-9  # part of the largest entry by which one of a document may be off
 
@@ -144,7 +143,7 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
     ((0.0, 45.0, 90.0), 'self-calibration')
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/head/1"
     _WRITER: ClassVar[str] = "accelcal head"
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"declared_uncertainty_rad": size_or_none}
     _MISSING: ClassVar[Mapping[str, Any]] = dict.fromkeys(("head_name", "stand_name"))
@@ -293,11 +292,9 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         size = float(np.sqrt(np.mean(np.diagonal(matrix))))
         return size, covariance_root(matrix / size**2 if size else matrix)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the head as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         positions = zip(self.angles_deg, self.quantities(), strict=True)
         return {
-            "schema": SCHEMA,
             **members(self, "software origin source head_name stand_name declared_uncertainty_rad"),
             "positions": [{"angle_deg": a, "error": q.to_document()} for a, q in positions],
             "covariance": document_of(self.covariance_matrix),

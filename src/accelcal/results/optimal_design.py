@@ -16,9 +16,7 @@ from accelcal.results.result import StoredResult, TabularResult, part_of
 if TYPE_CHECKING:
     from accelcal.plot.designs import DesignPlot
 
-__all__ = ["SCHEMA", "OptimalDesign"]
-
-SCHEMA = "accelcal/optimal-design/1"
+__all__ = ["OptimalDesign"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +44,7 @@ class OptimalDesign(StoredResult, TabularResult):
     True
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/optimal-design/1"
     _WRITER: ClassVar[str] = "accelcal design"
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
         "comparison": partial(part_of, DesignComparison),
@@ -102,10 +100,8 @@ class OptimalDesign(StoredResult, TabularResult):
 
         return DesignPlot(self)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the design as a JSON document."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(self, "criterion spacing_deg seed"),
             "stops": [{"angle_deg": a, "readings": n} for a, n in self.stops()],
             "losses": dict(self.losses),

@@ -32,7 +32,7 @@ __all__ = [
 Result = TypeVar("Result", bound="StoredResult")
 
 
-class StoredResult(ReadByFields, ABC):
+class StoredResult(ReadByFields):
     """A result that is a document of JSON, and is read back from it."""
 
     __slots__ = ()
@@ -49,9 +49,9 @@ class StoredResult(ReadByFields, ABC):
     _SEVERAL: ClassVar[str] = ""
     """Key of the list in which several stand in one document."""
 
-    @abstractmethod
     def to_document(self) -> dict[str, Any]:
-        """Return the result as the document that `to_json` writes."""
+        """Return the result as the document that `to_json` writes, of schema `SCHEMA`."""
+        return {"schema": self.SCHEMA, **self._contents()}
 
     @overload
     def to_json(self, path: None = None) -> str: ...

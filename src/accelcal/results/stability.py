@@ -28,10 +28,9 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.stability import StabilityPlot
 
-__all__ = ["DRIFTS_DIFFER", "SCHEMA", "AllanDeviation", "BiasBound", "Estimate"]
+__all__ = ["DRIFTS_DIFFER", "AllanDeviation", "BiasBound", "Estimate"]
 __all__ += ["LaunchTrend", "Stability"]
 
-SCHEMA = "accelcal/stability/1"
 
 DRIFTS_DIFFER = "launches drift differently: root mean square of their slopes"
 """Finding of a drift that has another slope in each launch, and no mean."""
@@ -260,7 +259,7 @@ class Stability(StoredResult, TabularResult):
     True
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/stability/1"
     _WRITER: ClassVar[str] = "accelcal stability"
 
     components: Mapping[str, Estimate]
@@ -297,10 +296,8 @@ class Stability(StoredResult, TabularResult):
 
         return StabilityPlot(self)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the analysis as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(
                 self, "software source serial output_unit unit scale_factor coverage window_s"
             ),

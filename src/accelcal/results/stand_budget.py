@@ -34,9 +34,8 @@ from accelcal.results.stand_requirements import Requirements, Sufficiency
 if TYPE_CHECKING:
     from accelcal.plot.stand_budget import StandBudgetPlot
 
-__all__ = ["SCHEMA", "BudgetedCoefficient", "MonteCarlo", "StandBudget", "StandShare"]
+__all__ = ["BudgetedCoefficient", "MonteCarlo", "StandBudget", "StandShare"]
 
-SCHEMA = "accelcal/stand-budget/1"
 
 FELT = 1e-3
 """A component below this share of the standard uncertainty of every coefficient acts on nothing."""
@@ -235,7 +234,7 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
     True
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/stand-budget/1"
     _WRITER: ClassVar[str] = "accelcal budget"
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"components": list_of(StandShare._of_fields)}
 
@@ -311,10 +310,8 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
         place = self.index(symbol) or 0
         return {part.name: abs(float(part.contributions[place])) for part in self.components}
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the budget as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(self, "stand source test"),
             "interval_level": LEVEL,
             "coefficients": [self._coefficient(i) for i in range(len(self.coefficients))],

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.results.checked import Kind, one_of
-from accelcal.results.discovery import SCHEMA, Discovery
+from accelcal.results.discovery import Discovery
 from accelcal.results.fields import StoredPart
 from accelcal.results.findings import Change
 from accelcal.results.mapping import members
@@ -118,7 +118,7 @@ class StandDiscovery(StoredResult, TabularResult):
     <StandDiscovery of 3 units: backlash (stand)>
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = Discovery.SCHEMA
     _SEVERAL: ClassVar[str] = Discovery._SEVERAL
     _WRITER: ClassVar[str] = Discovery._WRITER
 
@@ -167,10 +167,9 @@ class StandDiscovery(StoredResult, TabularResult):
 
         write_report([self], path)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return what was discovered as it stands in a document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         names = "units alpha effects head coefficients common notes doubtful"
-        return {"schema": SCHEMA, **members(self, names)}
+        return members(self, names)
 
     _COLUMNS: ClassVar[Sequence[str]] = (
         "serial",

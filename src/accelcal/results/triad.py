@@ -24,9 +24,8 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.triad import TriadPlot
 
-__all__ = ["FRAMES", "NAMES", "SCHEMA", "TriadCalibration"]
+__all__ = ["FRAMES", "NAMES", "TriadCalibration"]
 
-SCHEMA = "accelcal/triad/1"
 
 NAMES = (*(f"b_{i}" for i in AXES), *(f"S_{i}{j}" for i in AXES for j in AXES))
 """Bias of each channel, and its sensitivity to the acceleration along each axis of the frame."""
@@ -105,7 +104,7 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
     (2.0, 'block')
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/triad/1"
     _WRITER: ClassVar[str] = "accelcal triad"
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
         "g_local_m_s2": size_or_none,
@@ -225,10 +224,8 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         named |= {f"angle_{pair}": q for pair, q in self.axis_angles.items()}
         return [{"quantity": name, **quantity.to_document()} for name, quantity in named.items()]
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the calibration as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             "software": self.software,
             "acceleration_unit": "g_local",
             **members(self, "g_local_m_s2 temperature_degC attitudes frame dof residual_rms"),

@@ -27,9 +27,7 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     from accelcal.plot.history import HistoryPlot
 
-__all__ = ["SCHEMA", "History", "Jump", "Point", "Trend"]
-
-SCHEMA = "accelcal/history/1"
+__all__ = ["History", "Jump", "Point", "Trend"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +209,7 @@ class History(StoredResult, TabularResult):
     ['bias', 'scale factor']
     """
 
-    SCHEMA: ClassVar[str] = SCHEMA
+    SCHEMA: ClassVar[str] = "accelcal/history/1"
     _WRITER: ClassVar[str] = "accelcal history"
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"trends": list_of(Trend.from_document, 1)}
 
@@ -240,10 +238,8 @@ class History(StoredResult, TabularResult):
 
         return HistoryPlot(self)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the history as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(self, "software serial mounting temperature_degC"),
             "interval_level": LEVEL,
             **members(self, "alpha trends notes"),
