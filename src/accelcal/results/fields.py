@@ -41,6 +41,9 @@ class ReadByFields:
     _MISSING: ClassVar[Mapping[str, Any]] = MappingProxyType({})
     """Field -> what it is where a document has no such key."""
 
+    _BESIDE: ClassVar[str] = ""
+    """Field whose own fields stand in the document beside the others, and not under its name."""
+
     def __post_init__(self) -> None:
         freeze(self)
 
@@ -50,13 +53,20 @@ class ReadByFields:
         for item in fields(cls):
             if item.name not in known:
                 kind = cls._KINDS.get(item.name) or _kind(str(item.type), cls.__module__)
+                if item.name == cls._BESIDE:
+                    known[item.name] = kind(document)
+                    continue
                 default = (cls._MISSING[item.name],) if item.name in cls._MISSING else ()
                 known[item.name] = checked(document, item.name, kind, *default)
         return cls(**known)
 
     def _contents(self) -> dict[str, Any]:
         """What a document has of it."""
-        return {item.name: document_of(getattr(self, item.name)) for item in fields(self)}
+        found: dict[str, Any] = {}
+        for item in fields(self):
+            part = document_of(getattr(self, item.name))
+            found |= part if item.name == self._BESIDE else {item.name: part}
+        return found
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,9 +19,9 @@ from accelcal.results.checked import (
     one_of,
     text,
 )
-from accelcal.results.fields import ReadByFields
+from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
-from accelcal.results.quantity import Quantity
+from accelcal.results.quantity import Document, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
@@ -30,8 +30,13 @@ if TYPE_CHECKING:
 __all__ = ["History", "Jump", "Point", "Trend"]
 
 
+def _measured(document: Document) -> Quantity:
+    checked(document, "unit", one_of("g", "1"))
+    return Quantity.from_document(document)
+
+
 @dataclass(frozen=True, slots=True)
-class Point(ReadByFields):
+class Point(StoredPart):
     """One calibration in a history.
 
     Attributes
@@ -46,28 +51,17 @@ class Point(ReadByFields):
         Line with its jumps at that date [unit of `measured`].
     """
 
+    _BESIDE: ClassVar[str] = "measured"
+    _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"measured": _measured}
+
     date: str
     source: str
     measured: Quantity
     line: float
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the point as it stands in the JSON document."""
-        return {
-            **members(self, "date source"),
-            **self.measured.to_document(),
-            "line": self.line,
-        }
-
-    @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> Point:
-        """Read the point from its place in a JSON document."""
-        checked(document, "unit", one_of("g", "1"))
-        return cls._of_fields(document, measured=Quantity.from_document(document))
-
 
 @dataclass(frozen=True, slots=True)
-class Jump(ReadByFields):
+class Jump(StoredPart):
     """A jump between two calibrations.
 
     Attributes
@@ -80,27 +74,16 @@ class Jump(ReadByFields):
         Chance that a line without it looks so by noise, over all places and quantities searched.
     """
 
+    _BESIDE: ClassVar[str] = "size"
+
     after: str
     before: str
     size: Quantity
     p_value: float
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the jump as it stands in the JSON document."""
-        return {
-            **members(self, "after before"),
-            **self.size.to_document(),
-            "p_value": self.p_value,
-        }
-
-    @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> Jump:
-        """Read the jump from its place in a JSON document."""
-        return cls._of_fields(document, size=Quantity.from_document(document))
-
 
 @dataclass(frozen=True, slots=True)
-class Trend(ReadByFields):
+class Trend(StoredPart):
     """One quantity through the recalibrations.
 
     Attributes
