@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -73,14 +74,26 @@ def systematic_components(
     for name in coefficients.slopes:
         yield _with_temperature(name, coefficients, points, exact)
     slope = _slope_of_error(coefficients, points)
-    yield ErrorComponent(
-        name="uncertainty of the temperature",
-        symbol="T",
-        value=np.zeros(slope.size),
-        bound=np.zeros(slope.size),
-        standard_uncertainty=slope * temperature_uncertainty,
-        dof=np.full(slope.size, np.inf),
-        origin="given" if temperature_uncertainty else "",
+    heat = without_bound("T", "uncertainty of the temperature", slope * temperature_uncertainty)
+    yield replace(heat, origin="given" if temperature_uncertainty else "")
+
+
+def without_bound(
+    symbol: str,
+    name: str,
+    standard: Array,
+    value: Array | float = 0.0,
+    dof: Array | float = np.inf,
+) -> ErrorComponent:
+    """Component that a calibration tells, with nothing behind +- in (4)."""
+    return ErrorComponent(
+        name=name,
+        symbol=symbol,
+        value=np.full(standard.size, value),
+        bound=np.zeros(standard.size),
+        standard_uncertainty=np.abs(standard),
+        dof=np.full(standard.size, dof),
+        origin="calibration",
     )
 
 
@@ -104,15 +117,8 @@ def _at_reference(name: str, quantity: Quantity, points: Conditions) -> ErrorCom
     value, standard = quantity.value or 0.0, quantity.standard_uncertainty or 0.0
     if name == "K1":  # (4) takes the reading over this K1: only its uncertainty is an error
         value, standard = 0.0, standard / abs(value)
-    return ErrorComponent(
-        name=AT_T0[name],
-        symbol=name,
-        value=value * x,
-        bound=np.zeros(x.size),
-        standard_uncertainty=np.abs(standard * x),
-        dof=np.full(x.size, np.inf if quantity.dof is None else quantity.dof),
-        origin="calibration",
-    )
+    dof = np.inf if quantity.dof is None else quantity.dof
+    return without_bound(name, AT_T0[name], standard * x, value * x, dof)
 
 
 def _with_temperature(
@@ -124,15 +130,8 @@ def _with_temperature(
         change = change / (1.0 + change)  # (K1 - K1N)/K1 of (2), where (4) has beta dT
     standard = coefficients.slope(name, points.rise, "standard_uncertainty") * points.rise
     x = sensitivity(name, points)
-    return ErrorComponent(
-        name=title,
-        symbol=symbol,
-        value=change * x,
-        bound=np.zeros(x.size),
-        standard_uncertainty=np.abs(standard * x),
-        dof=coefficients.slope(name, points.rise, "dof"),
-        origin="calibration",
-    )
+    dof = coefficients.slope(name, points.rise, "dof")
+    return without_bound(symbol, title, standard * x, change * x, dof)
 
 
 def random_components(random: RandomPart, points: Conditions) -> Iterator[ErrorComponent]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from accelcal.effects.static import Samples, StaticEffects, static_effects
 from accelcal.error_budget.coefficients import Coefficients
+from accelcal.error_budget.components import without_bound
 from accelcal.error_budget.conditions import Conditions
 from accelcal.estimate.uncertainty import combined
 from accelcal.model import CROSS_AXES
@@ -38,15 +39,8 @@ def _component(one: StaticEffects, samples: Samples, a_i: np.ndarray) -> ErrorCo
     (item,) = one.disturbances
     variances, freedom = zip(*one.parts(samples, a_i), strict=True)
     told = combined(variances, [np.asarray(dof) for dof in freedom])
-    return ErrorComponent(
-        name=item.effect.name,
-        symbol=item.effect.id,
-        value=one.total(samples, a_i),
-        bound=np.zeros(a_i.size),
-        standard_uncertainty=told.standard,
-        dof=told.dof,
-        origin="calibration",
-    )
+    value = one.total(samples, a_i)
+    return without_bound(item.effect.id, item.effect.name, told.standard, value, told.dof)
 
 
 def _samples(coefficients: Coefficients, points: Conditions) -> Samples:

@@ -213,21 +213,19 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
 
     def rows(self) -> list[dict[str, Any]]:
         """List the totals and components of all points, a flat dictionary each."""
-        rows = []
-        for point in self.to_document()["points"]:
-            where = point["acceleration"] | {
-                key: point[key] for key in ("temperature_degC", "time_s", "extrapolated")
+        return [
+            {
+                **point["acceleration"],
+                **{key: point[key] for key in ("temperature_degC", "time_s", "extrapolated")},
+                "component": part["symbol"],
+                **{f"{size}_g": part.get(size) for size in (*_OF_A_PART, "expanded_uncertainty")},
             }
-            total = {
-                "component": "total",
-                "value_g": point["systematic"],
-                "bound_g": point["bound"],
-                "standard_uncertainty_g": point["standard_uncertainty"],
-                "expanded_uncertainty_g": point["expanded_uncertainty"],
-            }
-            rows += [{**where, **_row(part)} for part in point["components"]]
-            rows.append({**where, **total})
-        return rows
+            for point in self.to_document()["points"]
+            for part in (
+                *point["components"],
+                {**point, "symbol": "total", "value": point["systematic"]},
+            )
+        ]
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate totals and components, a line each with the columns of `rows`."""
@@ -247,13 +245,3 @@ def _at_all(points: Sequence[ErrorComponent]) -> ErrorComponent:
         name: np.array([getattr(point, name) for point in points]) for name in (*_OF_A_PART, "dof")
     }
     return replace(points[0], **arrays)
-
-
-def _row(part: dict[str, Any]) -> dict[str, Any]:
-    return {
-        "component": part["symbol"],
-        "value_g": part["value"],
-        "bound_g": part["bound"],
-        "standard_uncertainty_g": part["standard_uncertainty"],
-        "expanded_uncertainty_g": None,
-    }
