@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from accelcal.report.findings import chance, factor_rows, noise_line
+from accelcal.report.findings import chance, noise_line, where_lines
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
 from accelcal.report.numbers import in_millionths, significant
 from accelcal.results.disagreement import ALPHA, Disagreement, is_hiding
@@ -42,12 +42,8 @@ def _verdict(found: Disagreement) -> Iterator[str]:
 
 
 def _where(found: Disagreement) -> Iterator[str]:
-    if found.p_value >= ALPHA:
-        return
-    yield "Where they disagree"
-    yield from aligned(factor_rows(found.where), right={1}, indent="  ")
-    if found.structure:
-        yield from wrapped(f"pattern: {found.structure}", "  ")
+    if found.p_value < ALPHA:
+        yield from where_lines(found.where, found.structure)
 
 
 def _runs(found: Disagreement) -> Iterator[str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from accelcal.errors import InputError
 from accelcal.plural import listed
-from accelcal.report.findings import chance, factor_rows, noise_line
+from accelcal.report.findings import chance, noise_line, where_lines
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
 from accelcal.report.numbers import (
     in_small_unit,
@@ -103,12 +103,9 @@ def _both(before: float, after: float) -> tuple[str, str]:
 
 
 def _where(found: Discovery) -> Iterator[str]:
-    if not (found.effects or found.unexplained):
-        return
-    yield "Where they disagree"
-    yield from aligned(factor_rows(found.where), right={1}, indent="  ")
-    if found.unexplained:
-        yield from wrapped(f"pattern: {found.unexplained.structure}", "  ")
+    if found.effects or found.unexplained:
+        structure = found.unexplained.structure if found.unexplained else ""
+        yield from where_lines(found.where, structure)
 
 
 NOT_REGISTERED = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.plural import degrees_of_freedom
-from accelcal.report.lines import hanging
+from accelcal.report.lines import aligned, hanging, wrapped
 from accelcal.report.numbers import in_small_unit, significant
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource, Gate
@@ -36,6 +36,14 @@ def factor_rows(where: Sequence[Share]) -> list[tuple[str, str, str]]:
     for factor, share, p in parts_of_disagreement(where):
         rows.append((factor, f"{100.0 * share:.1f} %", "" if p is None else probability(p)))
     return rows
+
+
+def where_lines(where: Sequence[Share], structure: str) -> Iterator[str]:
+    """Tell which factors disagree, and the pattern where there is one."""
+    yield "Where they disagree"
+    yield from aligned(factor_rows(where), right={1}, indent="  ")
+    if structure:
+        yield from wrapped(f"pattern: {structure}", "  ")
 
 
 def parts_of_disagreement(where: Sequence[Share]) -> list[tuple[str, float, float | None]]:

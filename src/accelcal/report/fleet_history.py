@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from accelcal.escapes import visible
 from accelcal.plural import counted
-from accelcal.report.lines import aligned, hanging, visible_lines
+from accelcal.report.lines import aligned, hanging, sections
 from accelcal.report.numbers import SMALL_UNITS, in_millionths
 from accelcal.results.fleet_history import DOUBT, FleetHistory, UnitOfFleet
 from accelcal.results.unit_history import Jump
@@ -19,16 +19,7 @@ _RIGHT = {2, 4, 5, 6, 7}
 
 def fleet_text(fleet: FleetHistory) -> str:
     """Write a fleet as a table, a line for each unit, and what chance makes of so many."""
-    lines = [*_heading(fleet), ""]
-    lines += aligned([_HEADINGS, *map(_cells, fleet.units[:_SHOWN])], right=_RIGHT)
-    if others := fleet.units[_SHOWN:]:
-        urgent = sum(bool(unit.attention) for unit in others)
-        told = f"and {counted(len(others), 'other unit')}, {urgent} of them with attention"
-        lines.append(f"{told} (CSV and JSON have all)")
-    lines += ["", *_legend(fleet)]
-    for note in fleet.notes:
-        lines += hanging(f"note: {visible(note)}")
-    return visible_lines(lines)
+    return sections(_heading(fleet), _units(fleet), _legend(fleet))
 
 
 def _heading(fleet: FleetHistory) -> Iterator[str]:
@@ -47,6 +38,14 @@ def _heading(fleet: FleetHistory) -> Iterator[str]:
         yield f"due      {_number(fleet, 'due')}, no calibration known since {fleet.due_before}"
     if left:
         yield f"{counted(left, 'unit')} cannot be judged: CSV and JSON tell why"
+
+
+def _units(fleet: FleetHistory) -> Iterator[str]:
+    yield from aligned([_HEADINGS, *map(_cells, fleet.units[:_SHOWN])], right=_RIGHT)
+    if others := fleet.units[_SHOWN:]:
+        urgent = sum(bool(unit.attention) for unit in others)
+        told = f"and {counted(len(others), 'other unit')}, {urgent} of them with attention"
+        yield f"{told} (CSV and JSON have all)"
 
 
 def _found(fleet: FleetHistory, finding: str, among: int) -> str:
@@ -90,3 +89,5 @@ def _legend(fleet: FleetHistory) -> Iterator[str]:
     )
     if any(unit.attention for unit in fleet.units):
         yield "--serial tells all of one unit."
+    for note in fleet.notes:
+        yield from hanging(f"note: {visible(note)}")
