@@ -82,11 +82,6 @@ class Labels(Generic[T]):
 def kept(array: NDArray[Any]) -> NDArray[Any]:
     """Keep an array as it is, whatever becomes of the one that was given.
 
-    Parameters
-    ----------
-    array : ndarray
-        Numbers or texts, which stay the caller's.
-
     Returns
     -------
     ndarray

@@ -78,11 +78,6 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
 def open_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     """Open a file so that it gets its content at the end of the block, or not at all.
 
-    Parameters
-    ----------
-    path : str or path-like
-        File to write, as for `write_atomically`.
-
     Yields
     ------
     file object
@@ -127,11 +122,6 @@ def replacing(target: Path, *, to_disk: bool = True) -> Iterator[IO[bytes]]:
         File to write, itself no link.
     to_disk : bool, default True
         Wait until the disk has it. Without, a power cut may spoil it; a kill never does.
-
-    Yields
-    ------
-    file object
-        Where to write.
 
     Raises
     ------

@@ -31,16 +31,6 @@ class EqualByContents:
 def equal(one: Any, other: Any) -> bool:
     """Tell whether two things are the same, NaN in place of NaN.
 
-    Parameters
-    ----------
-    one, other : object
-        Arrays, frames of pandas, tuples of them, or anything else.
-
-    Returns
-    -------
-    bool
-        Whether they are.
-
     Examples
     --------
     >>> equal((np.array([1.0, np.nan]), "g"), (np.array([1.0, np.nan]), "g"))

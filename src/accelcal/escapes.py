@@ -18,16 +18,6 @@ b'M\\xfcller \\u03a9'
 def encodable(text: str) -> str:
     r"""Replace each foreign byte of a file name by its escape, so that any text can be UTF-8.
 
-    Parameters
-    ----------
-    text : str
-        Any text.
-
-    Returns
-    -------
-    str
-        The text without lone surrogates.
-
     Examples
     --------
     >>> encodable("M\udcfcller Ω")
@@ -41,16 +31,6 @@ def visible(text: str) -> str:
 
     Letters of any script stay as they were typed. Where an encoding lacks one, who writes the text
     escapes it.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-
-    Returns
-    -------
-    str
-        The text with escapes.
 
     Examples
     --------
@@ -80,16 +60,6 @@ codecs.register_error(ESCAPED, _escaped)
 
 def ended(text: str) -> str:
     r"""Add a line feed at the end of a text where there is none.
-
-    Parameters
-    ----------
-    text : str
-        Any text.
-
-    Returns
-    -------
-    str
-        Whole lines.
 
     Examples
     --------

@@ -56,11 +56,6 @@ class FrozenMapping(dict[str, Value]):
 def kept_mapping(mapping: Mapping[str, Value]) -> FrozenMapping[Value]:
     """Keep a mapping as it is, whatever becomes of the one that was given.
 
-    Parameters
-    ----------
-    mapping : mapping
-        Names with their values, which stays the caller's.
-
     Returns
     -------
     FrozenMapping

@@ -10,18 +10,6 @@ _HISSING = ("ch", "sh", "s", "x")
 def plural(noun: str, number: float) -> str:
     """Put a noun into the plural where there are several.
 
-    Parameters
-    ----------
-    noun : str
-        One of the things.
-    number : float
-        How many there are.
-
-    Returns
-    -------
-    str
-        The noun.
-
     Examples
     --------
     >>> plural("run", 1), plural("run", 2), plural("launch", 0)
@@ -35,18 +23,6 @@ def plural(noun: str, number: float) -> str:
 def named(noun: str, names: Collection[str]) -> str:
     """Write the names of some things behind what they are.
 
-    Parameters
-    ----------
-    noun : str
-        One of the things.
-    names : collection of str
-        Their names.
-
-    Returns
-    -------
-    str
-        Noun and names.
-
     Examples
     --------
     >>> named("run", ["1"]), named("run", ["2", "3"])
@@ -57,16 +33,6 @@ def named(noun: str, names: Collection[str]) -> str:
 
 def are(names: Collection[str]) -> str:
     """Say whether one thing is, or several are.
-
-    Parameters
-    ----------
-    names : collection of str
-        Their names.
-
-    Returns
-    -------
-    str
-        The verb.
 
     Examples
     --------
@@ -79,18 +45,6 @@ def are(names: Collection[str]) -> str:
 def counted(number: int, noun: str) -> str:
     """Write a number of things.
 
-    Parameters
-    ----------
-    number : int
-        How many.
-    noun : str
-        One of them.
-
-    Returns
-    -------
-    str
-        Number and noun.
-
     Examples
     --------
     >>> counted(1, "degree") + ", " + counted(3, "table")
@@ -102,16 +56,6 @@ def counted(number: int, noun: str) -> str:
 def degrees_of_freedom(number: float) -> str:
     """Write a number of degrees of freedom, which need not be whole.
 
-    Parameters
-    ----------
-    number : float
-        How many.
-
-    Returns
-    -------
-    str
-        The nearest whole number and the noun.
-
     Examples
     --------
     >>> degrees_of_freedom(1), degrees_of_freedom(47.8)
@@ -122,13 +66,6 @@ def degrees_of_freedom(number: float) -> str:
 
 def listed(names: Iterable[str], most: int = 8) -> str:
     """Name some things in a sentence.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Their names.
-    most : int
-        How many are named.
 
     Returns
     -------

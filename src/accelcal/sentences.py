@@ -52,16 +52,6 @@ class Sentence(NamedTuple):
 def first_of(sentences: Iterable[Sentence]) -> Iterator[Sentence]:
     """Leave each record the first of the sentences that it needs.
 
-    Parameters
-    ----------
-    sentences : iterable of Sentence
-        Sentences of which one is enough.
-
-    Yields
-    ------
-    Sentence
-        Each where no other one comes before it.
-
     Examples
     --------
     >>> large, small = Sentence(np.array([True, False]), "large"), Sentence(True, "small")
@@ -77,18 +67,6 @@ def first_of(sentences: Iterable[Sentence]) -> Iterator[Sentence]:
 def of_each(sentences: Iterable[Sentence], records: int) -> Told:
     """Give each record the sentences that it needs.
 
-    Parameters
-    ----------
-    sentences : iterable of Sentence
-        The sentences.
-    records : int
-        Number R of records.
-
-    Returns
-    -------
-    Told
-        The sentences of each record, in their order.
-
     Examples
     --------
     >>> size = np.array([1.0, 30.0])
@@ -103,16 +81,6 @@ def of_each(sentences: Iterable[Sentence], records: int) -> Told:
 
 def both(told: Told, other: Told) -> Told:
     """Put other sentences of each record behind those that it has.
-
-    Parameters
-    ----------
-    told, other : Told
-        Sentences of R records each.
-
-    Returns
-    -------
-    Told
-        Those of both.
 
     Examples
     --------

@@ -162,11 +162,6 @@ _LONGEST = 40
 def canonical_unit(text: str) -> str:
     """Name of an output unit.
 
-    Parameters
-    ----------
-    text : str
-        The unit as written.
-
     Returns
     -------
     str
@@ -205,16 +200,6 @@ def _has_other_prefix(unit: str, spelling: str, known: Mapping[str, str]) -> boo
 def output_unit(text: str) -> str:
     """Name of an output unit, which must be known.
 
-    Parameters
-    ----------
-    text : str
-        The unit as written.
-
-    Returns
-    -------
-    str
-        The name in `OUTPUT_UNITS`.
-
     Raises
     ------
     InputError
@@ -242,16 +227,6 @@ def output_unit(text: str) -> str:
 def is_output_unit(text: str) -> bool:
     """Tell whether a text is a known output unit.
 
-    Parameters
-    ----------
-    text : str
-        The unit as written.
-
-    Returns
-    -------
-    bool
-        True for a spelling of one of `OUTPUT_UNITS`.
-
     Examples
     --------
     >>> is_output_unit("mA"), is_output_unit("chamber")
@@ -262,11 +237,6 @@ def is_output_unit(text: str) -> bool:
 
 def conversion_factor(given: str, wanted: str) -> float | None:
     """Factor from one output unit to another of the same quantity.
-
-    Parameters
-    ----------
-    given, wanted : str
-        The units as written.
 
     Returns
     -------
@@ -338,13 +308,6 @@ def size_of(unit: str, *kinds: str) -> float | None:
 
 def scaled(number: str, size: float) -> float:
     """Multiply a number as it is written by the size of its unit, and round once.
-
-    Parameters
-    ----------
-    number : str
-        The number, with a decimal point.
-    size : float
-        Size of the unit.
 
     Returns
     -------
