@@ -21,9 +21,9 @@ from accelcal.compensate.coefficients import (
     Compensation,
     CrossAxis,
     Launch,
+    Law,
 )
 from accelcal.compensate.covariance import errors_of_laws
-from accelcal.compensate.laws import law_of
 from accelcal.compensate.of_table import by_table, cross_name, lost_symbols, of_test, with_other
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
@@ -232,7 +232,7 @@ def _by_laws(
     common: Mapping[str, TableCalibration],
 ) -> Compensation:
     """What the laws of one axis tell, and for `_COMMON` a table each."""
-    laws = {name: law_of(law, name) for name, law in model.laws.items()}
+    laws = {name: Law.of(law, name) for name, law in model.laws.items()}
     alone = {name: own.error_model[name] for name, own in common.items()}
     values = {name: quantity.value or 0.0 for name, quantity in alone.items()}
     return Compensation(

@@ -13,8 +13,11 @@ from accelcal.arrays import Array
 from accelcal.compensate.inversion import FARTHEST
 from accelcal.compensate.propagation import Part, linear_sum, propagated
 from accelcal.effects.static import Samples, StaticEffects
+from accelcal.errors import InputError
 from accelcal.model import CROSS_AXES, LAWS
 from accelcal.results.covariance import Rows
+from accelcal.results.quantity import Quantity
+from accelcal.results.temperature import TemperatureLaw
 
 __all__ = [
     "OF_ONE_AXIS",
@@ -69,6 +72,15 @@ class Slope:
     standard_uncertainty: float = 0.0
     determined: bool = False
 
+    @classmethod
+    def of(cls, found: Quantity | None, other: Quantity | None) -> Slope:
+        """Slope that was found; where there is none that of the other side, +- all of it."""
+        if found is not None and found.value is not None:
+            u = found.standard_uncertainty
+            return cls(found.value, math.nan if u is None else u, determined=True)
+        borrowed = 0.0 if other is None else other.value or 0.0
+        return cls(borrowed, abs(borrowed))
+
 
 @dataclass(frozen=True, slots=True)
 class Law:
@@ -85,6 +97,20 @@ class Law:
     at_T0: float
     above: Slope = Slope()
     below: Slope = Slope()
+
+    @classmethod
+    def of(cls, law: TemperatureLaw, name: str) -> Law:
+        """Take the law of a parameter in plain numbers.
+
+        Raises
+        ------
+        InputError
+            If it has no value at T0.
+        """
+        if law.at_T0 is None or law.at_T0.value is None:
+            raise InputError(f"the temperature law of {name} has no value at T0; choose one run")
+        above, below = Slope.of(law.above, law.below), Slope.of(law.below, law.above)
+        return cls(law.at_T0.value, above, below)
 
     def change(self, rise: Array) -> Array:
         """Slope times T - T0, in the unit of the slopes times degC."""

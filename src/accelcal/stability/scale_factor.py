@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.compensate.laws import law_of
+from accelcal.compensate.coefficients import Law
 from accelcal.compensate.ranges import outside_temperatures, within_temperatures
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
@@ -75,7 +75,7 @@ def _by_law(calibration: Calibration, wanted: float | None) -> ScaleFactor | Non
     model, used, T0 = calibration.temperature_model, tables_in_use(calibration), calibration.T0_degC
     if model is None or T0 is None or not used.by_laws:
         return None
-    law = law_of(model.K1, "K1")
+    law = Law.of(model.K1, "K1")
     if wanted is None:
         return ScaleFactor(law.at_T0, _without_temperature(T0))
     value = law.at_T0 * (1.0 + float(law.change(np.asarray(wanted - T0))))

@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
-from accelcal.compensate.laws import law_of
+from accelcal.compensate.coefficients import Law
 from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -286,5 +286,5 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
 def _law(name: str, laws: Mapping[str, TemperatureLaw], at_rest: Quantity) -> BilinearLaw:
     if name not in laws:
         return BilinearLaw(at_rest.value or 0.0)
-    law = law_of(laws[name], name)
+    law = Law.of(laws[name], name)
     return BilinearLaw(law.at_T0, law.above.value, law.below.value)
