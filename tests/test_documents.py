@@ -74,6 +74,7 @@ class Kind:
     number: tuple
     writer: str
     command: str
+    taken: tuple = ()  # schemas and writers of all kinds that the command takes, if several
 
 
 KINDS = {
@@ -84,6 +85,7 @@ KINDS = {
         ("tables", 0, "residual_rms"),
         "accelcal fit",
         "export doc.json --format yaml",
+        (("calibration", "triad"), "accelcal fit or accelcal triad"),
     ),
     "calibrations": Kind(
         lambda: all_to_json(list(map(accelcal.fit, units()))),
@@ -92,6 +94,7 @@ KINDS = {
         ("calibrations", 0, "tables", 0, "coefficients", "K1", "value"),
         "accelcal fit",
         "apply doc.json data.csv --serial S1",
+        (("calibration", "triad"), "accelcal fit or accelcal triad"),
     ),
     "discovery": Kind(
         lambda: accelcal.discover(units()[0]).to_json(),
@@ -106,8 +109,9 @@ KINDS = {
         "discovery",
         ("stand", "units"),
         ("stand", "common", "where", 0, "share"),
-        "accelcal fit or accelcal discover",
+        "accelcal discover",
         "report doc.json -o out.md",
+        (("calibration", "discovery"), "accelcal fit or accelcal discover"),
     ),
     "head": Kind(
         head,
@@ -245,17 +249,15 @@ def another_type(kind, document):
 
 
 def other_schema(kind, document):
-    right = f"accelcal/{kind.schema}/1"
-    either = "accelcal/calibration/1, accelcal/discovery/1"
-    right = f"one of {either}" if " or " in kind.writer else repr(right)
+    names = kind.taken[0] if kind.taken else (kind.schema,)
+    schemas = [f"accelcal/{own}/1" for own in names]
+    right = f"one of {', '.join(schemas)}" if len(schemas) > 1 else repr(schemas[0])
     return changed(document, ("schema",), "a/1"), f"key schema: 'a/1' in place of {right}"
 
 
 def cut(_, document):
     return json.dumps(document)[:-9], "not JSON ("
 
-
-EITHER = "accelcal fit or accelcal triad"
 
 DAMAGES = {
     "missing": missing,
@@ -279,9 +281,9 @@ def test_a_damage_is_told_in_one_line_by_its_key(folder, capsys, name, damage):
     line = told(name, text, folder, capsys)
     assert "\n" not in line
     assert line.startswith(f"doc.json: {said}")
-    # a text that is no document may have been a calibration of either kind
-    is_either = kind.writer == "accelcal fit" and damage == "truncated"
-    writer = EITHER if is_either else kind.writer
+    # of what has no schema of theirs, any of the kinds may have been meant
+    is_any = kind.taken and damage in ("truncated", "another schema")
+    writer = kind.taken[1] if is_any else kind.writer
     assert line.endswith(f"; give a file as {writer} writes it")
 
 
@@ -316,7 +318,7 @@ def test_parts_within_parts_without_end(folder, capsys):
     deep = '{"a": ' * 100_000 + "1" + "}" * 100_000  # deeper than any Python reads
     text = json.dumps(document).replace('"options": 7', f'"options": {deep}')
     line = told("calibration", text, folder, capsys)
-    assert line.endswith(f"; give a file as {EITHER} writes it")
+    assert line.endswith(f"; give a file as {KINDS['calibration'].taken[1]} writes it")
 
 
 # -- any damage ------------------------------------------------------------------------------------

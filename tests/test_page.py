@@ -458,7 +458,7 @@ def test_a_result_without_a_serial_is_that_of_any_unit(calibration, tmp_path):
     """As everywhere else a unit is chosen."""
     path = tmp_path / "unnamed.json"
     path.write_text(replace(calibration, serial=None).to_json(), "utf-8")
-    assert len(read_results(str(path)).of_serial("Z").calibrations) == 1
+    assert len(read_results(str(path), accelcal.Calibration).of_serial("Z").results) == 1
 
 
 @pytest.mark.parametrize(

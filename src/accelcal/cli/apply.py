@@ -27,7 +27,7 @@ from accelcal.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from accelcal.io.documents.calibrations import CalibrationFile, TriadFile
+    from accelcal.io.documents.results import ResultFile
     from accelcal.io.samples.options import StreamOptions
     from accelcal.io.samples.reader import SampleReader
     from accelcal.io.samples.stream import Instrument
@@ -90,14 +90,17 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
       accelcal apply calibration.json flight.csv --by levels -o accelerations.csv
     """
     from accelcal.compensate.assumptions import warn_of
-    from accelcal.io.documents.calibrations import TriadFile, read_calibrations_or_triad
+    from accelcal.io.documents.results import read_results
     from accelcal.io.samples.forms import ONE_ACCELEROMETER, TRIAD
     from accelcal.io.samples.options import StreamOptions
     from accelcal.io.samples.reader import open_samples
     from accelcal.io.samples.stream import AccelerationStream
+    from accelcal.results.calibration import Calibration
+    from accelcal.results.triad import TriadCalibration
 
-    file, how = read_calibrations_or_triad(calibration), StreamOptions(**options)
-    form = TRIAD if isinstance(file, TriadFile) else ONE_ACCELEROMETER
+    how = StreamOptions(**options)
+    file = read_results(calibration, Calibration, TriadCalibration)
+    form = TRIAD if isinstance(file.results[0], TriadCalibration) else ONE_ACCELEROMETER
     with open_samples(data, form, how.output_unit) as samples:
         instrument = _instrument(file, samples, how, path)
         about = f"{file.name}, SHA-256 {file.sha256}" + (
@@ -115,7 +118,7 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
 
 
 def _instrument(
-    file: CalibrationFile | TriadFile,
+    file: ResultFile,
     samples: SampleReader,
     options: StreamOptions,
     path: str | None,

@@ -115,10 +115,8 @@ def budget(
       accelcal budget --stand examples/paper-stand.toml --monte-carlo adaptive --seed 1
       accelcal budget --stand stand.toml cal.json --positions 12 --target K1=20ppm
     """
-    from accelcal.io.documents.calibrations import read_calibrations
-
     of_stand = asked_for_stand(click.get_current_context())
-    chosen = read_calibrations(calibration).choose(serial, mounting) if calibration else None
+    chosen = _calibration(calibration, serial, mounting) if calibration else None
     if of_stand:
         found: ErrorBudget | StandBudget = budget_of_stand(chosen, options)
     else:
@@ -126,6 +124,14 @@ def budget(
         found = _budget(chosen, _random(chosen, options), options)
     deliver_picture(lambda: _drawn(found), picture)
     deliver_result(found, path, form)
+
+
+def _calibration(path: str, serial: str | None, mounting: str | None) -> Calibration:
+    from accelcal.io.documents.results import read_results
+    from accelcal.results.calibration import Calibration
+
+    found: Calibration = read_results(path, Calibration).choose(serial, mounting)
+    return found
 
 
 def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:

@@ -77,15 +77,11 @@ def compare(
       accelcal compare calibration.json next-year.csv
       accelcal compare calibration.json next-year.json
     """
-    from accelcal.io.documents.calibrations import (
-        read_calibrations_or_models,
-        read_records_or_calibrations,
-    )
     from accelcal.io.documents.of_serial import pairs_of_units
+    from accelcal.io.documents.results import read_known, read_later
     from accelcal.results.result import all_to_json
 
-    known = read_calibrations_or_models(calibration).calibrations
-    later = read_records_or_calibrations(data, declared)
+    known, later = read_known(calibration), read_later(data, declared)
     pairs, alone = pairs_of_units(known, later, serial)
     if alone:
         remark(f"note: not compared, in one of the files alone: {listed(alone)}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from accelcal.cli.deliver import deliver
@@ -12,6 +14,9 @@ from accelcal.cli.options import (
     serial_option,
     text_option,
 )
+
+if TYPE_CHECKING:
+    pass
 
 
 @click.command(cls=Command)
@@ -48,10 +53,12 @@ def export(
       accelcal export triad.json -o triad.h
     """
     from accelcal.export.write import export_text, form_of
-    from accelcal.io.documents.calibrations import read_calibrations_or_triad
+    from accelcal.io.documents.results import read_results
+    from accelcal.results.calibration import Calibration
+    from accelcal.results.triad import TriadCalibration
 
     form = form_of(path or "-", form)
-    file = read_calibrations_or_triad(calibration)
+    file = read_results(calibration, Calibration, TriadCalibration)
     chosen = file.choose(serial, mounting)
     refuse_source(chosen.source, path)
     deliver(export_text(chosen, form, file.sha256, run), path)

@@ -65,7 +65,9 @@ def fit(
     ]
     remark_alike(records)
     calibrations = tuple(
-        calibrate(record, model=asked.models and asked.models.choose(record.serial), **asked.of_all)
+        calibrate(
+            record, model=asked.models and asked.models.model_of(record.serial), **asked.of_all
+        )
         for record in records
     )
     for serial, files in _apart(calibrations):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from accelcal.cli.deliver import remark
 
 if TYPE_CHECKING:
-    from accelcal.io.documents.discoveries import DiscoveryFile
+    from accelcal.io.documents.results import ResultFile
     from accelcal.specification import Specification
 
 _PLAIN = ("method", "robust", "delta0", "strict", "temperature_laws")
@@ -22,13 +22,13 @@ class FitArguments(NamedTuple):
         Arguments of `accelcal.fit` that are the same for all records.
     specification : Specification or None
         The data sheet to judge against.
-    models : DiscoveryFile or None
+    models : ResultFile or None
         Discoveries whose effects are to be taken out, each of its unit.
     """
 
     of_all: dict[str, Any]
     specification: Specification | None
-    models: DiscoveryFile | None
+    models: ResultFile | None
 
 
 def fit_arguments(options: dict[str, Any]) -> FitArguments:
@@ -70,7 +70,7 @@ def fit_arguments(options: dict[str, Any]) -> FitArguments:
 
         specification = read_specification(sheet)
     if model is not None:
-        from accelcal.io.documents.discoveries import read_models
+        from accelcal.io.documents.results import read_models
 
         models = read_models(model)
     return FitArguments(arguments, specification, models)

@@ -77,8 +77,10 @@ def report(
     if laboratory is not None and certificate is None:
         raise InputError("--dcc-data tells of a certificate; name its file with --dcc")
     from accelcal.io.documents.results import read_results
+    from accelcal.results.calibration import Calibration
+    from accelcal.results.discovery import Discovery
 
-    found = read_results(result)
+    found = read_results(result, Calibration, Discovery, what="result")
     found = found if serial is None else found.of_serial(serial)
     found = found if spec is None else _judged(found, spec)
     if path is not None:
@@ -93,14 +95,14 @@ def _judged(found: ResultFile, spec: str) -> ResultFile:
 
     if not found.calibrations:
         raise InputError(f"{found.name}: a discovery has no limits to judge; leave --spec out")
-    return found._replace(calibrations=judged(found.calibrations, read_specification(spec)))
+    return found._replace(results=judged(found.calibrations, read_specification(spec)))
 
 
 def _write_page(found: ResultFile, path: str, data: Sequence[str]) -> None:
     from accelcal.page.write import Result, write_report
 
     stand = [] if found.stand is None else [found.stand]
-    results: list[Result] = [*found.calibrations, *found.discoveries, *stand]
+    results: list[Result] = [*found.results, *stand]
     write_report(results, path, records=_records(found, data))
 
 
@@ -108,14 +110,14 @@ def _records(found: ResultFile, data: Sequence[str]) -> list[TumbleRecord | None
     """The record of each discovery: of its serial number, or in the order given."""
     if not data:
         return []
-    if not found.discoveries:
+    if found.calibrations:
         raise InputError(f"{found.name}: a calibration holds its residuals; leave --data out")
     from accelcal.io.tables import read_tables
 
     records = [record for source in data for record in read_tables(source)]
-    if len(records) != len(found.discoveries):
+    if len(records) != len(found.results):
         raise InputError(
-            f"{len(records)} records by --data, but {found.name} holds {len(found.discoveries)}"
+            f"{len(records)} records by --data, but {found.name} holds {len(found.results)}"
             " discoveries; give the tables that were searched, in their order"
         )
     return list(records)

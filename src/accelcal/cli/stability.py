@@ -121,13 +121,13 @@ def stability(
 
 def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> ScaleFactor:
     from accelcal.errors import InputError
-    from accelcal.io.documents.calibrations import read_calibrations
+    from accelcal.io.documents.results import read_calibration
     from accelcal.results.usable import refuse_misprinted
     from accelcal.stability.scale_factor import scale_factor_from
 
     if scale_factor is not None:
         raise InputError("--calibration and --scale-factor; give one of the two")
-    chosen = read_calibrations(path).choose(record.serial)
+    chosen = read_calibration(path, record.serial)
     refuse_misprinted(chosen)
     return scale_factor_from(chosen, record)
 

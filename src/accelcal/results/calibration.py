@@ -98,7 +98,8 @@ class Calibration(StoredResult, TabularResult):
     _SEVERAL: ClassVar[str] = "calibrations"
     _WRITER: ClassVar[str] = "accelcal fit"
     _REMEDIES: ClassVar[Mapping[str, str]] = {
-        "accelcal/discovery/1": "use it by accelcal fit --model, and give what this writes"
+        "accelcal/discovery/1": "use it by accelcal fit --model, and give what this writes",
+        "accelcal/triad/1": "this is the calibration of a triad; give that of one accelerometer",
     }
 
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {
