@@ -40,18 +40,8 @@ def parquet_frame(
 ) -> Iterator[Callable[[bytes], None]]:
     """Write a frame as Parquet, part by part.
 
-    Parameters
-    ----------
-    kinds : mapping of str to FrameColumn
-        The columns in their order.
-    file : binary file object
-        Where to write.
-
-    Yields
-    ------
-    callable
-        Takes what `arrow_bytes` returned, part after part; the frame is whole when the context
-        ends.
+    The context gives what takes the bytes that `arrow_bytes` returned, part after part; the frame
+    is whole when it ends.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq

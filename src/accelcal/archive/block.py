@@ -91,22 +91,7 @@ class Outcome(NamedTuple, Generic[Rows]):
 
 
 def work(block: Block, settings: Settings, form: str) -> Outcome[bytes]:
-    """Read, fit and encode a block.
-
-    Parameters
-    ----------
-    block : Block
-        Files to read.
-    settings : Settings
-        How to fit.
-    form : str
-        One of `accelcal.archive.formats.FORMS`.
-
-    Returns
-    -------
-    Outcome
-        The encoded rows.
-    """
+    """Read, fit and encode a block."""
     found = fit_block(block, settings)
     tables, laws = encode(found.tables, ROWS, form), encode(found.laws, LAWS, form)
     return Outcome(tables, laws, found.told)
@@ -115,10 +100,7 @@ def work(block: Block, settings: Settings, form: str) -> Outcome[bytes]:
 def fit_block(block: Block, settings: Settings) -> Outcome[Columns]:
     """Read and fit a block.
 
-    Returns
-    -------
-    Outcome
-        Rows in the order of the files, and within a file in that of its serials and runs.
+    Rows are in the order of the files, and within a file in that of its serials and runs.
     """
     keep_freed_memory()
     stretches: tuple[str, ...] = ()
@@ -162,19 +144,7 @@ def keep_freed_memory(*, in_large_pages: bool = True) -> None:
 def fit_to_file(block: Block, settings: Settings, folder: str) -> str:
     """Read and fit a block, and put its rows into a file.
 
-    Parameters
-    ----------
-    block : Block
-        Files to read.
-    settings : Settings
-        How to fit.
-    folder : str
-        Where the file goes.
-
-    Returns
-    -------
-    str
-        The file, for `from_file` of the same batch.
+    `from_file` of the same batch takes it up.
 
     Raises
     ------
@@ -194,18 +164,7 @@ def fit_to_file(block: Block, settings: Settings, folder: str) -> str:
 
 
 def from_file(path: str) -> Outcome[Columns]:
-    """Take up such a file.
-
-    Parameters
-    ----------
-    path : str
-        What `fit_to_file` returned; it is removed.
-
-    Returns
-    -------
-    Outcome
-        What came of the block.
-    """
+    """Take up a file of `fit_to_file`, and remove it."""
     found: Outcome[Columns] = pickle.loads(Path(path).read_bytes())
     Path(path).unlink()
     return found

@@ -55,11 +55,6 @@ class FrameColumn(NamedTuple):
 def gate_column(gate: str) -> str:
     """Name of the column of a gate.
 
-    Returns
-    -------
-    str
-        Such as ``"gate_lack_of_fit"``.
-
     Examples
     --------
     >>> gate_column("lack of fit")
@@ -177,17 +172,8 @@ def no_rows(kinds: Mapping[str, FrameColumn]) -> Columns:
 def put_together(parts: Sequence[Columns], order: Places | None = None) -> Columns:
     """Put parts of a frame below each other.
 
-    Parameters
-    ----------
-    parts : sequence of mapping
-        Parts with the same columns, one or more.
-    order : ndarray of int, optional
-        Place in that frame of each row that is wanted; by default all as they come.
-
-    Returns
-    -------
-    mapping of str to Labels or ndarray
-        Cells by column.
+    The parts, one or more, have the same columns. `order` has the place in that frame of each row
+    that is wanted; by default all are, as they come.
     """
     return {name: _joined([part[name] for part in parts], order) for name in parts[0]}
 

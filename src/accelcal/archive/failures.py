@@ -13,19 +13,7 @@ Result = TypeVar("Result")
 def attempt(source: str, function: Callable[..., Result], *arguments: object) -> Result | str:
     """Call a function that must not end a batch.
 
-    Parameters
-    ----------
-    source : str
-        File that it is about.
-    function : callable
-        What may fail.
-    *arguments : object
-        What it is called with.
-
-    Returns
-    -------
-    object or str
-        What it returns, or the line that tells why it failed.
+    Returns what the function does, or the line that tells why this file failed.
     """
     try:
         return function(*arguments)
@@ -43,10 +31,7 @@ def attempt(source: str, function: Callable[..., Result], *arguments: object) ->
 def one_line(error: AccelcalError) -> str:
     """Word an error as the command line does.
 
-    Returns
-    -------
-    str
-        One line; ``error:`` stands in front where no file does.
+    ``error:`` stands in front where no file does.
     """
     text = " ".join(str(error).splitlines())
     return text if getattr(error, "source", None) else f"error: {text}"
@@ -55,10 +40,7 @@ def one_line(error: AccelcalError) -> str:
 def reason(error: Exception) -> str:
     r"""Word an error of somebody else's in one line.
 
-    Returns
-    -------
-    str
-        What it says, or its name where it says nothing.
+    One that says nothing is called by its name.
 
     Examples
     --------

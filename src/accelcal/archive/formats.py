@@ -50,15 +50,7 @@ def form_of(path: str) -> str:
 def results(path: str) -> dict[str, str]:
     """Names of the files that a batch writes.
 
-    Parameters
-    ----------
-    path : str
-        Where the rows of the tables go.
-
-    Returns
-    -------
-    dict of str
-        Under ``"tables"``, ``"laws"`` and ``"errors"``.
+    Under ``"tables"``, which is the given path, ``"laws"`` and ``"errors"``.
 
     Examples
     --------
@@ -72,11 +64,6 @@ def results(path: str) -> dict[str, str]:
 
 def require_form(form: str) -> None:
     """Demand what a form needs.
-
-    Parameters
-    ----------
-    form : str
-        One of `FORMS`.
 
     Raises
     ------
@@ -94,19 +81,7 @@ def require_form(form: str) -> None:
 def encode(columns: Columns, kinds: Mapping[str, FrameColumn], form: str) -> bytes:
     """Encode a part of a frame, without what stands once in a file.
 
-    Parameters
-    ----------
-    columns : mapping of str to Labels or ndarray
-        Cells by column.
-    kinds : mapping of str to FrameColumn
-        The columns in their order.
-    form : str
-        One of `FORMS`.
-
-    Returns
-    -------
-    bytes
-        Lines of CSV, a member of gzip, or a stream of Arrow.
+    Lines of CSV, a member of gzip, or a stream of Arrow.
     """
     if form == ".parquet":
         return arrow_bytes(columns, kinds)
@@ -122,19 +97,8 @@ def open_frame(
 ) -> Iterator[Callable[[bytes], object]]:
     """Write a whole frame, part by part.
 
-    Parameters
-    ----------
-    kinds : mapping of str to FrameColumn
-        The columns in their order.
-    form : str
-        One of `FORMS`.
-    file : binary file object
-        Where to write.
-
-    Yields
-    ------
-    callable
-        Takes what `encode` returned, part after part; the frame is whole when the context ends.
+    The context gives what takes the bytes that `encode` returned, part after part; the frame is
+    whole when it ends.
     """
     if form == ".parquet":
         with parquet_frame(kinds, file) as add:
@@ -148,12 +112,7 @@ def open_frame(
 def write_errors(errors: Iterable[Sequence[str]], file: IO[bytes]) -> None:
     """Write the list of what could not be read or fitted.
 
-    Parameters
-    ----------
-    errors : iterable of sequence of str
-        Source and message of each.
-    file : binary file object
-        Where to write CSV with headings.
+    Each has a source and a message.
     """
     file.write(csv_text([ERRORS, *errors]).encode("utf-8", errors=ESCAPED))
 

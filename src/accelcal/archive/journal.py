@@ -167,21 +167,8 @@ def _take_name(draft: Path, path: str) -> None:
 def open_journal(output: str, settings: Settings, form: str, *, resume: bool) -> Iterator[Journal]:
     """Open the journal of a batch, for one thread of one process at a time.
 
-    Parameters
-    ----------
-    output : str
-        Where the results go; the journal is beside them.
-    settings : Settings
-        How the blocks are fitted.
-    form : str
-        How they are encoded.
-    resume : bool
-        Take up the journal of an interrupted run.
-
-    Yields
-    ------
-    Journal
-        The journal; it stays on disk unless it is removed.
+    The journal is beside the output and stays on disk unless it is removed; that of an interrupted
+    run is taken up only where the caller says so.
 
     Raises
     ------
@@ -322,10 +309,7 @@ class GrowingResults:
 def growing_results(journal: Journal) -> Iterator[GrowingResults]:
     """Draft the frames of tables and laws in a journal.
 
-    Yields
-    ------
-    GrowingResults
-        Who keeps the blocks; all that it expects are finished when the context ends.
+    All blocks that are expected are finished when the context ends.
     """
     keep_freed_memory(in_large_pages=False)
     with ExitStack() as opened:

@@ -57,10 +57,7 @@ class Part(NamedTuple):
 def divide(source: SourceFile) -> list[Part]:
     """Divide a large table of many serials.
 
-    Returns
-    -------
-    list of Part
-        In the order of the file; empty where it is to be read whole.
+    The parts are in the order of the file; there are none where it is to be read whole.
     """
     if source.size < LARGE // _PACKED:  # as nearly all
         return []
@@ -75,12 +72,7 @@ def divide(source: SourceFile) -> list[Part]:
 def part_content(path: str, part: Part) -> tuple[Content, int]:
     """Read a part, below the headings of its table.
 
-    Returns
-    -------
-    content : Content
-        Headings and rows.
-    column : int
-        Index of the serial.
+    Returns headings and rows, and the index of the serial.
 
     Raises
     ------
@@ -121,17 +113,7 @@ class Stretch(NamedTuple):
 def stretches(content: Content, column: int) -> Iterator[Stretch]:
     """Divide a part by its serials.
 
-    Parameters
-    ----------
-    content : Content
-        Headings and rows.
-    column : int
-        Index of the serial.
-
-    Yields
-    ------
-    Stretch
-        The rows of a serial.
+    `column` is the index of the serial.
     """
     lines = content.data.removeprefix(BOM_UTF8).splitlines(keepends=True)
     above = next(i for i, line in enumerate(lines) if not line.startswith(b"#")) + 1
@@ -149,16 +131,6 @@ def stretches(content: Content, column: int) -> Iterator[Stretch]:
 
 def comes_back(serials: Iterable[str]) -> set[str]:
     """Serials that stand in several places.
-
-    Parameters
-    ----------
-    serials : iterable of str
-        The serial of each stretch of rows of a table.
-
-    Returns
-    -------
-    set of str
-        Those that occur more than once.
 
     Examples
     --------

@@ -60,17 +60,8 @@ def read_files(
 ) -> Iterator[Found | Failure]:
     """Read the files of a block.
 
-    Parameters
-    ----------
-    files : sequence of SourceFile
-        What to read.
-    overrides : mapping of str to object
-        Declarations that win over the header lines.
-
-    Yields
-    ------
-    Found or Failure
-        The records of each file in its order, and why it or some of its serials could not be read.
+    Yields the records of each file in its order, and why it or some of its serials could not be
+    read.
     """
     ordinary = attempt("", read_ordinary, map(_content, files), overrides)
     if isinstance(ordinary, str):  # a bug, which the general reader need not have
@@ -97,21 +88,7 @@ def read_part(
 ) -> tuple[list[Found | Failure], tuple[str, ...]]:
     """Read a part of a large table.
 
-    Parameters
-    ----------
-    file : SourceFile
-        The file.
-    part : Part
-        Which part of it.
-    overrides : mapping of str to object
-        Declarations that win over the header lines.
-
-    Returns
-    -------
-    found : list of Found or Failure
-        Its records, or why they could not be read.
-    serials : tuple of str
-        Serial of each stretch of its rows.
+    Returns its records, or why they could not be read, and the serial of each stretch of its rows.
     """
     records = attempt(file.path, _read_at_once, file.path, part, overrides)
     if isinstance(records, tuple):

@@ -160,17 +160,7 @@ def is_url(path: str) -> bool:
 def read_bytes(path: str, size: int = 0) -> bytes:
     """Read a file or the object of a URL whole.
 
-    Parameters
-    ----------
-    path : str
-        Path or URL.
-    size : int, optional
-        How many bytes it has as far as known: a file that has them still is read at once.
-
-    Returns
-    -------
-    bytes
-        Its content.
+    A file that still has the size that is known is read at once.
 
     Raises
     ------

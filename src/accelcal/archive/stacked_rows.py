@@ -44,15 +44,7 @@ JOINT = " | "
 def stacked_tables(stack: CalibrationStack) -> Columns:
     """Columns of the tables of a stack, record after record.
 
-    Parameters
-    ----------
-    stack : CalibrationStack
-        R records of t tables.
-
-    Returns
-    -------
-    mapping of str to Labels or ndarray
-        R * t cells of each of `ROWS`.
+    Of R records of t tables these are R * t cells of each of `ROWS`.
     """
     records, count = stack.plan.records, len(stack.tables)
     record = np.repeat(np.arange(len(records)), count)
@@ -98,12 +90,7 @@ def _warnings(stack: CalibrationStack) -> Labels[str]:
 def stacked_laws(stack: CalibrationStack) -> tuple[Columns, Places]:
     """Columns of the temperature laws of a stack, record after record.
 
-    Returns
-    -------
-    columns : mapping of str to Labels or ndarray
-        Cells of each of `LAWS`.
-    record : ndarray of int
-        Place in the stack of the record of each row.
+    Returns cells of each of `LAWS`, and the place in the stack of the record of each row.
     """
     parts = [_laws_of(stack, laws, mounting) for mounting, laws in _laws_by_mounting(stack)]
     if not parts:
@@ -217,19 +204,7 @@ def verdicts_of(
 ) -> StackVerdicts:
     """Judge the calibrations of a stack against a data sheet.
 
-    Parameters
-    ----------
-    stack : CalibrationStack
-        R calibrations, none of them alone.
-    tables : mapping of str to ndarray
-        Columns of their tables, record after record.
-    specification : Specification
-        The data sheet.
-
-    Returns
-    -------
-    StackVerdicts
-        What `accelcal.judge` says of each.
+    The columns are those of their tables, record after record.
     """
     found = list(conformity(specification, _measured(stack, tables)))
     outcome = np.array([np.where(each.holds, each.outcome, len(OUTCOMES)) for each in found])

@@ -76,15 +76,8 @@ class InMemory:
 def blocks_of(sources: Sources) -> Iterator[Block]:
     """Divide files into blocks, in the same way whoever works on them.
 
-    Parameters
-    ----------
-    sources : Sources
-        The files, which are measured as their blocks are asked for.
-
-    Yields
-    ------
-    Block
-        Files that follow each other, or a part of a large table.
+    A block is files that follow each other, measured as it is asked for, or a part of a large
+    table.
     """
     files: list[SourceFile] = []
     size, place, most = 0, count(), 0
@@ -120,20 +113,9 @@ def work_through(
 ) -> None:
     """Work through the blocks of some files until all of them are kept.
 
-    A block that is finished is forgotten, or a million files would fill the memory.
-
-    Parameters
-    ----------
-    sources : Sources
-        The files.
-    function : callable
-        What to do with a block; it travels to the workers.
-    keeper : Keeper
-        Who has the finished ones.
-    jobs, dask
-        As of `accelcal.batch`.
-    tell : callable or None
-        As `progress` of `accelcal.batch`.
+    A block that is finished is forgotten, or a million files would fill the memory. The function
+    travels to the workers. `jobs` and `dask` are those of `accelcal.batch`, and `tell` is its
+    `progress`.
 
     Notes
     -----

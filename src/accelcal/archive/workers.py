@@ -66,21 +66,8 @@ def completed(
 ) -> Iterator[tuple[Task, Result]]:
     """Do tasks, a few more at a time than there are workers.
 
-    Parameters
-    ----------
-    executor : Executor or None
-        Who does them; None does them here.
-    function : callable
-        What to do with a task.
-    tasks : iterable
-        The tasks, which are looked for while the workers are busy.
-    workers : int
-        Number of workers.
-
-    Yields
-    ------
-    tuple
-        A task and its result, in the order in which they end.
+    Without an executor they are done here. They are looked for while the workers are busy, and each
+    comes with its result, in the order in which they end.
 
     Raises
     ------
@@ -185,17 +172,9 @@ def _kills_told() -> Iterator[None]:
 def workers(jobs: int, dask: str | None) -> AbstractContextManager[tuple[Executor | None, int]]:
     """Engage workers.
 
-    Parameters
-    ----------
-    jobs : int
-        Number of processes; 1 works in this one.
-    dask : str or None
-        Address of the scheduler of a Dask cluster, or ``"local"`` for one of `jobs` processes.
-
-    Returns
-    -------
-    context manager
-        Gives the executor, None where this process works alone, and the number of workers.
+    One job is done in this process, without an executor. `dask` is the address of a scheduler, or
+    ``"local"`` for a cluster of `jobs` processes. The context gives the executor and the number of
+    workers.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Arguments of a call, checked: what does not fit is refused in one line, before any work."""
+"""Arguments of a call, checked: what does not fit is an InputError of one line, before any work."""

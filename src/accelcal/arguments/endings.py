@@ -12,25 +12,6 @@ from accelcal.errors import InputError
 def ending_of(path: str | PathLike[str], endings: Iterable[str], remedy: str = "choose one") -> str:
     """Tell the end of the name of a file, capitals or not.
 
-    Parameters
-    ----------
-    path : path
-        The file.
-    endings : iterable of str
-        Those that there are.
-    remedy : str
-        What to do about another one, for the message.
-
-    Returns
-    -------
-    str
-        The one of them that the name has.
-
-    Raises
-    ------
-    InputError
-        If it has none of them.
-
     Examples
     --------
     >>> ending_of("budget.SVG", [".png", ".svg"])

@@ -108,18 +108,6 @@ _KINDS = {
 def expect(value: object, kind: type) -> None:
     """Refuse what is of another kind, such as the path of a record.
 
-    Parameters
-    ----------
-    value : object
-        What was given.
-    kind : type
-        What it must be.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
-
     Examples
     --------
     >>> from accelcal.record import TumbleRecord
@@ -134,25 +122,7 @@ def expect(value: object, kind: type) -> None:
 
 
 def each_of(values: Any, kind: type) -> tuple[Any, ...]:
-    """Take several of a kind; a single one counts as a list of one.
-
-    Parameters
-    ----------
-    values : object or iterable
-        What was given.
-    kind : type
-        What each must be.
-
-    Returns
-    -------
-    tuple
-        All of them.
-
-    Raises
-    ------
-    InputError
-        If one is something else.
-    """
+    """Take several of a kind; a single one counts as a list of one."""
     found = (values,) if isinstance(values, kind) else several(values)
     for value in found:
         expect(value, kind)
@@ -161,16 +131,6 @@ def each_of(values: Any, kind: type) -> tuple[Any, ...]:
 
 def several(values: Any) -> tuple[Any, ...]:
     """Take several values; a single one, a text or a table of columns counts as one.
-
-    Parameters
-    ----------
-    values : object or iterable
-        What was given.
-
-    Returns
-    -------
-    tuple
-        All of them.
 
     Examples
     --------
@@ -184,25 +144,7 @@ def several(values: Any) -> tuple[Any, ...]:
 
 
 def path_text(value: str | PathLike[str], remedy: str = "give the name of a file") -> str:
-    """Take a path as text.
-
-    Parameters
-    ----------
-    value : str or path
-        What was given.
-    remedy : str
-        What to give, for the message.
-
-    Returns
-    -------
-    str
-        The path.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
-    """
+    """Take a path as text."""
     if not isinstance(value, str | PathLike):
         raise InputError(f"{kind_of(value)} in place of a path; {remedy}")
     return fspath(value)

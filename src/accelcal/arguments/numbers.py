@@ -18,18 +18,6 @@ from accelcal.errors import InputError
 def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **values: float) -> None:
     """Refuse values that are not finite or outside a range.
 
-    Parameters
-    ----------
-    minimum, maximum : float
-        Smallest and largest value allowed.
-    **values : float
-        The values, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one breaks the rule.
-
     Examples
     --------
     >>> check_number(0.0, hours="8")
@@ -49,18 +37,6 @@ def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **val
 def check_number_or_none(minimum: float = -math.inf, /, **values: float | None) -> None:
     """Refuse what is neither None nor passes `check_number`.
 
-    Parameters
-    ----------
-    minimum : float
-        Smallest value allowed.
-    **values : float or None
-        The values, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one breaks the rule.
-
     Examples
     --------
     >>> check_number_or_none(0.0, hours=None)
@@ -71,18 +47,6 @@ def check_number_or_none(minimum: float = -math.inf, /, **values: float | None) 
 
 def check_whole(minimum: int, /, **values: float) -> None:
     """Refuse values that are no whole numbers or below the minimum.
-
-    Parameters
-    ----------
-    minimum : int
-        Smallest value allowed.
-    **values : int
-        The values, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one breaks the rule.
 
     Examples
     --------
@@ -100,22 +64,7 @@ def check_whole(minimum: int, /, **values: float) -> None:
 def number_array(value: ArrayLike, name: str) -> Array:
     """Take a number or an array of numbers.
 
-    Parameters
-    ----------
-    value : array_like
-        What was given.
-    name : str
-        Its name, for the message.
-
-    Returns
-    -------
-    ndarray of float
-        The numbers; NaN where an array of `numpy.ma` has a mask.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
+    A masked value of `numpy.ma` is NaN.
 
     Examples
     --------
@@ -136,11 +85,6 @@ def number_array(value: ArrayLike, name: str) -> Array:
 
 def check_side_by_side(**columns: Any) -> None:
     """Refuse columns of samples that pandas would not set side by side as they are.
-
-    Parameters
-    ----------
-    **columns : array_like or None
-        The columns, by the name that the message gives.
 
     Raises
     ------
@@ -163,11 +107,6 @@ def check_side_by_side(**columns: Any) -> None:
 
 def refuse_other_order(columns: Mapping[Any, Any]) -> None:
     """Refuse Series whose rows pandas would match by an index that is not the same.
-
-    Parameters
-    ----------
-    columns : mapping of str to array_like
-        The columns by their names.
 
     Raises
     ------

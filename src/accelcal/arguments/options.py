@@ -14,16 +14,6 @@ from accelcal.errors import InputError
 def check_flag(**values: bool) -> None:
     """Refuse flags that are neither true nor false, such as ``"no"``, which counts as true.
 
-    Parameters
-    ----------
-    **values : bool
-        The flags, of Python or NumPy, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one is something else.
-
     Examples
     --------
     >>> check_flag(robust="no")
@@ -38,18 +28,6 @@ def check_flag(**values: bool) -> None:
 
 def check_choice(choices: Collection[str], /, **values: str) -> None:
     """Refuse what is none of some names.
-
-    Parameters
-    ----------
-    choices : collection of str
-        The names.
-    **values : str
-        What was chosen, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
 
     Examples
     --------
@@ -68,16 +46,6 @@ def check_choice(choices: Collection[str], /, **values: str) -> None:
 def check_text(**values: str | None) -> None:
     """Refuse what is neither text nor None.
 
-    Parameters
-    ----------
-    **values : str or None
-        The texts, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one is something else.
-
     Examples
     --------
     >>> check_text(serial=15)
@@ -89,18 +57,7 @@ def check_text(**values: str | None) -> None:
 
 
 def check_written(**values: str) -> None:
-    """Refuse what is no text.
-
-    Parameters
-    ----------
-    **values : str
-        The texts, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one is something else.
-    """
+    """Refuse what is no text."""
     for name, value in values.items():
         if not isinstance(value, str):
             raise InputError(f"{name} is {as_given(value)}; it is a text, in quotes")
@@ -108,16 +65,6 @@ def check_written(**values: str) -> None:
 
 def check_texts(**values: tuple[str, ...]) -> None:
     """Refuse what is no tuple of texts.
-
-    Parameters
-    ----------
-    **values : tuple of str
-        The texts, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one is something else.
 
     Examples
     --------
@@ -135,18 +82,7 @@ def check_texts(**values: tuple[str, ...]) -> None:
 
 
 def check_function(**values: Callable[..., object] | None) -> None:
-    """Refuse what is neither a function nor None.
-
-    Parameters
-    ----------
-    **values : callable or None
-        The functions, by the name that the message gives.
-
-    Raises
-    ------
-    InputError
-        If one is something else.
-    """
+    """Refuse what is neither a function nor None."""
     for name, value in values.items():
         if value is not None and not callable(value):
             raise InputError(f"{name} is {as_given(value)}; it is a function, or None")
@@ -155,14 +91,7 @@ def check_function(**values: Callable[..., object] | None) -> None:
 def check_options(function: Any, options: Iterable[str], handed_on: Iterable[str]) -> None:
     """Refuse unknown options as Python does, where a function hands them on.
 
-    Parameters
-    ----------
-    function : function
-        What was called.
-    options : iterable of str
-        Names of the options that it was given beside its own.
-    handed_on : iterable of str
-        Those that it takes beside its own.
+    `handed_on` are those that it takes beside its own.
 
     Raises
     ------
@@ -190,25 +119,6 @@ def check_options(function: Any, options: Iterable[str], handed_on: Iterable[str
 
 def mapping_of(value: Any, name: str, example: str) -> Mapping[str, Any]:
     """Take values by their names.
-
-    Parameters
-    ----------
-    value : mapping or None
-        What was given; None for none.
-    name : str
-        Its name, for the message.
-    example : str
-        One that is right, for the message.
-
-    Returns
-    -------
-    mapping
-        The same.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
 
     Examples
     --------

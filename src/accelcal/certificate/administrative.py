@@ -23,17 +23,7 @@ _MODEL = "pendulous accelerometer"
 def administrative_data(calibration: Calibration, known: Laboratory) -> Element:
     """Make the administrative part.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    known : Laboratory
-        What is stated of laboratory and customer.
-
-    Returns
-    -------
-    Element
-        ``dcc:administrativeData``; ``not stated`` where nothing is.
+    It says ``not stated`` where nothing is.
 
     Raises
     ------

@@ -260,15 +260,7 @@ class SiUnit(NamedTuple):
 def si_unit(unit: str) -> SiUnit | None:
     r"""Write the unit of a coefficient in the form of the D-SI.
 
-    Parameters
-    ----------
-    unit : str
-        Unit such as ``"mA/g^2"``, ``"g/g^2"``, ``"rad"``, ``"g/degC"`` or ``"1"``.
-
-    Returns
-    -------
-    SiUnit or None
-        The unit; None for one that the SI does not know, such as counts.
+    There is none for one that the SI does not know, such as counts.
 
     Examples
     --------

@@ -52,12 +52,7 @@ def deliver(text: str, path: str | None = None, *, words: bool = False) -> None:
 def deliver_picture(draw: Callable[[], Any], path: str | None) -> None:
     """Draw a picture into a file, where one is asked for.
 
-    Parameters
-    ----------
-    draw : callable
-        What draws, and returns axes.
-    path : str or None
-        File to write; its ending names the form.
+    The ending of the file names the form.
 
     Raises
     ------
@@ -81,10 +76,7 @@ def remark(text: str) -> None:
 def remark_alike(records: Sequence[TumbleRecord]) -> None:
     """Tell serial numbers of several files that are two by their spelling alone.
 
-    Parameters
-    ----------
-    records : sequence of TumbleRecord
-        The records; those of one file have such a note of their own.
+    Those of one file have such a note of their own.
     """
     from accelcal.serials import notes_of_alike
 
@@ -96,13 +88,6 @@ def remark_alike(records: Sequence[TumbleRecord]) -> None:
 
 def say(text: str, *, color: bool | None = None) -> None:
     """Write a line to standard error, as far as it takes one: the exit code says the rest.
-
-    Parameters
-    ----------
-    text : str
-        The line.
-    color : bool, optional
-        As of `click.echo`.
 
     Raises
     ------
@@ -167,19 +152,8 @@ def by_options(text: str, command: click.Command | None = None) -> str:
     """Name the options of a command where a message of the library names arguments.
 
     The library writes an argument as Python has it: ``resume=True``, ``dask='local'``, or
-    ``local_gravity=...`` where the reader has a value of his own to give.
-
-    Parameters
-    ----------
-    text : str
-        The message.
-    command : click.Command, optional
-        Whose options they are; the command that runs by default.
-
-    Returns
-    -------
-    str
-        The message; what is no argument of the command stays as it is.
+    ``local_gravity=...`` where the reader has a value of his own to give. The options are those of
+    the command that runs, unless another is given. What is no argument of it stays as it is.
 
     Examples
     --------

@@ -148,13 +148,6 @@ class Command(click.Command):
 def refuse_source(source: str, path: str | None) -> None:
     """Refuse to write over the table that a calibration was made from.
 
-    Parameters
-    ----------
-    source : str
-        Its file, as the calibration names it.
-    path : str or None
-        What ``-o`` names.
-
     Raises
     ------
     InputError

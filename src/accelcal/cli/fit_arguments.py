@@ -34,15 +34,7 @@ class FitArguments(NamedTuple):
 def fit_arguments(options: dict[str, Any]) -> FitArguments:
     """Take what is asked of a calibration out of the options of a command.
 
-    Parameters
-    ----------
-    options : dict
-        Values of `accelcal.cli.options.calibration_options`; what is left is declared of the test.
-
-    Returns
-    -------
-    FitArguments
-        What is asked.
+    What is left of the options is declared of the test.
 
     Raises
     ------

@@ -28,14 +28,7 @@ Forms = Mapping[str, Callable[[], str]]
 def deliver_forms(forms: Forms, path: str | None, form: str) -> None:
     """Write what was found as JSON to a file, and show it unless the file is standard output.
 
-    Parameters
-    ----------
-    forms : mapping of str to callable
-        What writes it in each form that there is.
-    path : str or None
-        The file; ``"-"`` is standard output.
-    form : str
-        The form in which it is shown.
+    The file ``"-"`` is standard output.
     """
     made = {name: cache(make) for name, make in forms.items()}
     if path is not None:
@@ -49,14 +42,7 @@ def deliver_result(
 ) -> None:
     """Deliver one result in the forms that all have.
 
-    Parameters
-    ----------
-    found : Result
-        The result.
-    path, form
-        As of `deliver_forms`.
-    csv : callable, optional
-        What writes the CSV, where it is not the rows of the result.
+    The CSV is the rows of the result unless something else writes it.
     """
     forms = {
         "text": lambda: str(found),
@@ -80,16 +66,6 @@ def one_below_the_other(texts: Iterable[str]) -> str:
 
 def csv_of(rows: Rows) -> str:
     r"""Write rows as CSV, under the names of the first one.
-
-    Parameters
-    ----------
-    rows : sequence of mapping
-        One or more rows with the same names.
-
-    Returns
-    -------
-    str
-        The CSV.
 
     Examples
     --------

@@ -83,11 +83,6 @@ stand_options = together(
 def asked_for_stand(context: click.Context) -> bool:
     """Tell whether the budget of a stand is asked for; refuse options that do not go with it.
 
-    Returns
-    -------
-    bool
-        True with ``--stand``.
-
     Raises
     ------
     InputError
@@ -119,17 +114,7 @@ def asked_for_stand(context: click.Context) -> bool:
 def budget_of_stand(calibration: Calibration | None, options: Mapping[str, Any]) -> StandBudget:
     """Make the budget of a stand as the options ask for it.
 
-    Parameters
-    ----------
-    calibration : Calibration or None
-        The accelerometer; None for the AL-15.
-    options : mapping
-        Values of `stand_options`.
-
-    Returns
-    -------
-    StandBudget
-        The budget.
+    Without a calibration it is that of the AL-15.
 
     Raises
     ------

@@ -63,17 +63,8 @@ def duration(text: str) -> float:
 def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
     """Make the type of an option that is a number, perhaps with a unit as in ``2 arcsec``.
 
-    Parameters
-    ----------
-    unit : str
-        Unit of the value, and of a number that has none.
-    *kinds : str
-        What it is, of `accelcal.units.UNITS`.
-
-    Returns
-    -------
-    callable
-        From the text to the value.
+    The unit is that of the value, and of a number that has none; the kinds are of
+    `accelcal.units.UNITS`.
     """
 
     def converted(text: str) -> float:

@@ -15,16 +15,6 @@ _OF_THEIR_OWN = ("coefficients", "covariance", "new_launch")
 def c_prefix(serial: str | None) -> str:
     """Prefix of all names in the header of an instrument.
 
-    Parameters
-    ----------
-    serial : str or None
-        Serial number.
-
-    Returns
-    -------
-    str
-        A C identifier.
-
     Examples
     --------
     >>> c_prefix("AL-15"), c_prefix(None)

@@ -68,18 +68,6 @@ class Table(NamedTuple):
 def choose_columns(layout: Layout, engine: Engine) -> Table:
     """Choose the columns of a table and split its rows.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    engine : callable
-        `columns_by_split` or `columns_by_pandas`.
-
-    Returns
-    -------
-    Table
-        Its columns.
-
     Raises
     ------
     TableError
@@ -120,21 +108,8 @@ def places_of(
 ) -> dict[str, int]:
     """Index of the column of each role.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    needed : sequence of str
-        Roles that must be there.
-    remedy : str
-        What the headings should be.
-    among : collection of str, optional
-        Roles that count; all of them without it.
-
-    Returns
-    -------
-    dict of str to int
-        Role -> index.
+    Roles that are needed must be there; only some of them count where `among` lists these. The
+    remedy tells what the headings should be.
 
     Raises
     ------

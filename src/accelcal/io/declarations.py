@@ -58,22 +58,8 @@ def declarations(
 ) -> Declarations:
     """Read the header lines.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    decimal : str
-        Its decimal mark.
-    unit : str or None
-        Output unit that the table shows.
-    overrides : mapping of str to object
-        Declarations of the caller, as of `declared_by_caller`; they win over the header. A quantity
-        may be a text with its unit, as ``"2 arcsec"``.
-
-    Returns
-    -------
-    Declarations
-        What is declared.
+    Overrides, as of `declared_by_caller`, win over the header; a quantity may be a text with its
+    unit, as ``"2 arcsec"``. The unit is that of the outputs in the table.
 
     Raises
     ------
@@ -111,17 +97,7 @@ def declarations(
 def declared_by_caller(overrides: Any, names: Sequence[str] = OVERRIDES) -> dict[str, Any]:
     """Take the declarations of a caller.
 
-    Parameters
-    ----------
-    overrides : mapping of str to object, or None
-        What was given.
-    names : sequence of str, default `OVERRIDES`
-        What can be declared.
-
-    Returns
-    -------
-    dict of str to object
-        Those that are not None.
+    Those that are None are left out.
 
     Raises
     ------
@@ -139,18 +115,7 @@ def declared_by_caller(overrides: Any, names: Sequence[str] = OVERRIDES) -> dict
 
 
 def notes_of_serial(given: str | None, written: str | None) -> tuple[str, ...]:
-    """Say that the serial of a caller takes the place of another one in the table.
-
-    Parameters
-    ----------
-    given, written : str or None
-        What the caller declares, and what the table has.
-
-    Returns
-    -------
-    tuple of str
-        A sentence; none where they are not at odds.
-    """
+    """Say that the serial of a caller takes the place of another one in the table."""
     if None in (given, written) or given == written:
         return ()
     return (f"the serial is {given}, as given, in place of {written} in the table",)
@@ -185,23 +150,8 @@ def declared_number(
 ) -> float:
     """Take the number of a header line.
 
-    Parameters
-    ----------
-    key : str
-        What it declares, one of `KEYS`.
-    declared : Declared
-        The value as written, with its place.
-    decimal : str
-        Decimal mark of the table.
-    output_unit : str, optional
-        Unit of the outputs, to which that of a resolution is converted.
-    gravity : float, optional
-        Local gravity [m/s^2], by which an acceleration may be given in m/s^2.
-
-    Returns
-    -------
-    float
-        The number in g, rad, degC, m/s^2, parts of one or the unit of the outputs.
+    It is in g, rad, degC, m/s^2 or parts of one; a resolution is converted to the unit of the
+    outputs. By the local gravity [m/s^2] an acceleration may be given in m/s^2.
 
     Raises
     ------
@@ -257,19 +207,8 @@ def _check_apparatus(key: str, value: float, declared: Declared, written: str) -
 def number_and_unit(text: str, decimal: str) -> tuple[str, str]:
     """Split a number from the unit behind it.
 
-    Parameters
-    ----------
-    text : str
-        As written.
-    decimal : str
-        Decimal mark of the table.
-
-    Returns
-    -------
-    number : str
-        With a decimal point, perhaps no number yet; empty where the text does not begin as one.
-    unit : str
-        The unit, empty where there is none.
+    The number has a decimal point, and may be no number yet; it is empty where the text does not
+    begin as one.
 
     Examples
     --------

@@ -19,18 +19,6 @@ _SEPARATORS = {",": "comma", ";": "semicolon", "|": "bar", "\t": "tab", " ": "bl
 def describe(record: TumbleRecord, form: TableForm | None = None) -> str:
     r"""Tell what the reader understood, a line a fact.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-    form : TableForm, optional
-        How the table was written, as `survey` returns it.
-
-    Returns
-    -------
-    str
-        Lines of text.
-
     Examples
     --------
     >>> import io
@@ -52,17 +40,7 @@ def describe(record: TumbleRecord, form: TableForm | None = None) -> str:
 def summary(records: Sequence[TumbleRecord], form: TableForm) -> dict[str, Any]:
     """Tell what the reader understood, ready for JSON.
 
-    Parameters
-    ----------
-    records : sequence of TumbleRecord
-        The accelerometers of a table.
-    form : TableForm
-        How the table was written.
-
-    Returns
-    -------
-    dict
-        Names and plain values; units are in the names.
+    Units are in the names.
     """
     return {
         "schema": "accelcal/check/1",

@@ -56,18 +56,8 @@ Engine = Callable[[Layout, Sequence[int], int], Columns]
 def by_an_engine(layout: Layout, read: Callable[[Engine], Found]) -> Found:
     """Read a table by pandas where there is so much of it that its import is worth it.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    read : callable
-        Reads it by an engine.
-
-    Returns
-    -------
-    object
-        What `read` returns; where pandas gives up, or the table is refused, by the light engine,
-        which words the faults.
+    Where pandas gives up, or the table is refused, the light engine reads it, which words the
+    faults.
     """
     if sum(map(len, layout.rows)) >= BULK_CHARACTERS:
         with suppress(BulkEngineGivesUp, TableError):
@@ -78,19 +68,7 @@ def by_an_engine(layout: Layout, read: Callable[[Engine], Found]) -> Found:
 def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Columns:
     """Split the rows by the standard library.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    used : sequence of int
-        Indices of the headings whose columns are wanted.
-    needed : int
-        Number of fields that a row has at least.
-
-    Returns
-    -------
-    mapping of int to Column
-        The columns, with cells of text.
+    The columns that are used have cells of text. A row has at least the fields that are needed.
 
     Raises
     ------
@@ -107,15 +85,7 @@ def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Column
 def split_rows(layout: Layout, needed: int) -> list[list[str]]:
     """Cells of each row, as many as there are headings.
 
-    Parameters
-    ----------
-    layout, needed
-        As of `columns_by_split`.
-
-    Returns
-    -------
-    list of list of str
-        The rows; blank cells at their ends fall away or are added.
+    Blank cells at their ends fall away or are added.
 
     Raises
     ------
@@ -133,18 +103,8 @@ def split_rows(layout: Layout, needed: int) -> list[list[str]]:
 def decimal_mark(cells: Sequence[str], separator: str | None) -> str:
     """Tell the decimal mark of numbers.
 
-    Parameters
-    ----------
-    cells : sequence of str
-        Numbers as they are written, without quotes.
-    separator : str or None
-        Separator of the columns.
-
-    Returns
-    -------
-    str
-        A comma or a point. Between commas a comma inside quotes is a decimal one where it cannot be
-        a thousands mark: somewhere there are not three digits behind it.
+    Between commas a comma inside quotes is a decimal one where it cannot be a thousands mark:
+    somewhere there are not three digits behind it.
 
     Examples
     --------
@@ -160,19 +120,7 @@ def decimal_mark(cells: Sequence[str], separator: str | None) -> str:
 def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Columns:
     """Split the rows, and read their numbers, by pandas.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    used : sequence of int
-        Indices of the headings whose columns are wanted.
-    needed : int
-        Number of fields that a row has at least.
-
-    Returns
-    -------
-    mapping of int to Column
-        The columns, with numbers where they hold numbers.
+    The arguments are those of `columns_by_split`.
 
     Raises
     ------
@@ -203,24 +151,8 @@ def read_frame(
 ) -> pd.DataFrame:
     """Read plain rows by pandas.
 
-    Parameters
-    ----------
-    rows : bytes
-        The rows, each ended by a line feed, without quotes.
-    separator : str or None
-        What separates the fields.
-    headings : int
-        Number of headings.
-    used, numeric : collection of int
-        Indices of the columns that are wanted, and of those that hold numbers.
-    decimal : str
-        Decimal mark.
-
-    Returns
-    -------
-    pandas.DataFrame
-        The columns by their indices; numbers lose no digit, what is missing is NaN, and a text is
-        no number.
+    Each row ends in a line feed, and none has quotes. The columns that are used are called by their
+    indices; numbers lose no digit, what is missing is NaN, and a text is no number.
 
     Raises
     ------
@@ -328,10 +260,7 @@ def _column(layout: Layout, index: int, cells: Any, lines: Any, decimal: str) ->
 def exact_numbers() -> dict[str, str]:
     r"""Options of `pandas.read_csv` by which each number becomes the float nearest to it.
 
-    Returns
-    -------
-    dict of str
-        Nothing from pandas 3.1 on, which has no other converter.
+    There are none from pandas 3.1 on, which has no other converter.
 
     Examples
     --------

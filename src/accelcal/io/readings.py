@@ -122,17 +122,8 @@ class Readings:
 def read_readings(table: Table, positions: int) -> Readings:
     """Turn the columns of a table into readings.
 
-    Parameters
-    ----------
-    table : Table
-        The columns.
-    positions : int
-        Number of positions in a full turn.
-
-    Returns
-    -------
-    Readings
-        One entry a reading, in the order of the file; missing readings are left out.
+    They are in the order of the file; missing readings are left out. `positions` is the number in a
+    full turn.
 
     Raises
     ------
@@ -194,17 +185,7 @@ def _by_direction(
 def notes_of_turn(readings: Readings, positions: int) -> list[str]:
     """Say where a turn of fewer positions than declared would hold all readings.
 
-    Parameters
-    ----------
-    readings : Readings
-        The readings.
-    positions : int
-        Number of positions in a full turn, as declared.
-
-    Returns
-    -------
-    list of str
-        A sentence, where positions 1 to a last one occur and the rest of the turn never does.
+    That is where positions 1 to a last one occur and the rest of the turn, as declared, never does.
     """
     last = int(readings.position.max(initial=0))
     met = distinct(readings.position)
@@ -218,13 +199,7 @@ def notes_of_turn(readings: Readings, positions: int) -> list[str]:
 
 
 def notes_of_midnight(readings: Readings) -> list[str]:
-    """Say where clock times without a date were taken to be of the next day.
-
-    Returns
-    -------
-    list of str
-        A sentence, where there are such.
-    """
+    """Say where clock times without a date were taken to be of the next day."""
     if readings.time is None or readings.time.dtype.kind != "m":
         return []
     passed = readings.time // DAY
@@ -235,13 +210,7 @@ def notes_of_midnight(readings: Readings) -> list[str]:
 
 
 def notes_of_clock(readings: Readings) -> list[str]:
-    """Say where dates, which otherwise go on from row to row, once step back by an hour or less.
-
-    Returns
-    -------
-    list of str
-        A sentence, where it is so.
-    """
+    """Say where dates, which otherwise go on from row to row, once step back by an hour or less."""
     if readings.time is None or readings.time.dtype.kind == "f":
         return []
     step = np.diff(readings.time)
@@ -259,15 +228,7 @@ def notes_of_clock(readings: Readings) -> list[str]:
 def notes_of_pace(time: NDArray[Any] | None) -> list[str]:
     """Say where times are in another unit than s, such as the days of a spreadsheet.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,), or None
-        Times of the readings of a record, numbers [s] or as in `Readings`.
-
-    Returns
-    -------
-    list of str
-        A sentence, where numbers follow each other too quickly.
+    The times are numbers [s] or as in `Readings`.
     """
     said = "" if time is None or time.dtype.kind != "f" else too_quick(time)
     return [f"{said}; name the unit of the time in its heading, such as time [d]"] if said else []

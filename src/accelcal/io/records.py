@@ -31,21 +31,8 @@ def records_of(
 ) -> Iterator[TumbleRecord]:
     """Make the records of a table.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    readings : Readings
-        Its readings.
-    declared : Declarations
-        What is declared.
-    common : dict
-        What all records have in common, by the names of `TumbleRecord`.
-
-    Yields
-    ------
-    TumbleRecord
-        A record for each serial number, in the order of the file.
+    One for each serial number, in the order of the file. `common` is what all have in common, by
+    the names of `TumbleRecord`.
 
     Raises
     ------

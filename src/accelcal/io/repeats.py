@@ -17,17 +17,7 @@ _AVERAGE = "average the samples of a reading: write their mean, with columns std
 def without_repeats(readings: Readings, run: Ints) -> Mask:
     """Leave out the readings that repeat one with the same output.
 
-    Parameters
-    ----------
-    readings : Readings
-        All readings of one accelerometer.
-    run : ndarray of int, shape (n,)
-        Run of each.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        Mask of those that are kept.
+    Returns a mask of those that are kept, of one accelerometer; `run` is that of each, shape (n,).
 
     Raises
     ------

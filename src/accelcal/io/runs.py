@@ -46,17 +46,8 @@ class Runs:
 def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
     """Tell the runs of a table.
 
-    Parameters
-    ----------
-    readings : Readings
-        All readings of one accelerometer.
-    declared : tuple of str
-        Names of the runs in their order, empty where no header line tells them.
-
-    Returns
-    -------
-    Runs
-        Run of each reading.
+    The readings are of one accelerometer. `declared` names the runs in their order where a header
+    line tells them.
 
     Raises
     ------

@@ -16,23 +16,8 @@ def serial_of_file(
 ) -> tuple[str | None, tuple[str, ...]]:
     """Tell the one serial number of a file.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    column : Column or None
-        Its column of serial numbers.
-    given : str or None
-        The serial number that the caller declares, which takes the place of that of the file.
-    remedy : str
-        What to do where the file has several.
-
-    Returns
-    -------
-    serial : str or None
-        The serial number; None where nothing tells it.
-    notes : tuple of str
-        That the file has another one, where it is so.
+    That of the caller takes the place of that of the file, and a note says so. The remedy tells
+    what to do where the file has several.
 
     Raises
     ------

@@ -24,18 +24,8 @@ _RANGE = re.compile(r"(?:-|\u2013|\bto|\bbis|\.)[\s_]*$", re.I)
 def with_name_of_sheet(layout: Layout, sheet: str) -> Layout:
     """Take the temperature or the serial from the name of a sheet whose rows do not tell it.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table of the sheet.
-    sheet : str
-        Its name, empty where it is no sheet.
-
-    Returns
-    -------
-    Layout
-        The table, with a header line and a note where the name tells one temperature with its unit,
-        or a serial as a heading of outputs does, such as ``SN A-7``.
+    The name tells one temperature with its unit, or a serial as a heading of outputs does, such as
+    ``SN A-7``. It is empty for what is no sheet.
 
     Examples
     --------
@@ -89,11 +79,6 @@ def _numbered(sheet: str) -> set[str]:
 def require_same_columns(sheets: Sequence[Layout]) -> None:
     """Refuse sheets whose headings differ.
 
-    Parameters
-    ----------
-    sheets : sequence of Layout
-        Tables of one workbook.
-
     Raises
     ------
     TableError
@@ -110,18 +95,8 @@ def require_same_columns(sheets: Sequence[Layout]) -> None:
 def one_table(sheets: Sequence[Layout], source: str) -> Layout:
     """Put the rows of sheets below each other.
 
-    Parameters
-    ----------
-    sheets : sequence of Layout
-        Tables with the same columns.
-    source : str
-        Name of the workbook.
-
-    Returns
-    -------
-    Layout
-        One table. Its first columns hold what header lines tell of the rows of their sheet alone;
-        those of the test count for all sheets, wherever they stand. Lines are those of the sheets.
+    The first columns hold what header lines tell of the rows of their sheet alone; those of the
+    test count for all sheets, wherever they stand. Lines are those of the sheets.
 
     Raises
     ------

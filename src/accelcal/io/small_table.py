@@ -41,23 +41,8 @@ def small_table(
 ) -> SmallTable:
     """Take a small table out of a text.
 
-    Parameters
-    ----------
-    given : SourceText
-        The text.
-    recognise : callable
-        What tells the meaning of a heading.
-    needed : sequence of str
-        Roles that must be there.
-    remedy : str
-        What the headings should be.
-    key_of : callable, optional
-        What tells the meaning of a key that header lines have; None where it has none.
-
-    Returns
-    -------
-    SmallTable
-        Its columns.
+    `recognise` tells the meaning of a heading, and `key_of` that of a key; roles that are needed
+    must be there. The remedy tells what the headings should be.
 
     Raises
     ------

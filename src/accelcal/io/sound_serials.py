@@ -40,18 +40,8 @@ class SoundSerials(NamedTuple):
 def read_sound(source: Source, overrides: Mapping[str, object]) -> SoundSerials:
     r"""Read the accelerometers of a table that its faults do not concern.
 
-    Parameters
-    ----------
-    source : path or file object
-        A table; a file object can be read again.
-    overrides : mapping of str to object
-        Declarations that win over the header, as of `read_tables`.
-
-    Returns
-    -------
-    SoundSerials
-        All of them where `read_tables` reads them. Else those that it reads once the rows of the
-        faulty ones are deleted; the first fault is told as it tells it.
+    All of them where `read_tables` reads them. Else those that it reads once the rows of the faulty
+    ones are deleted; the first fault is told as it tells it. A file object can be read again.
 
     Raises
     ------
@@ -86,19 +76,7 @@ def sound_serials(
 ) -> SoundSerials:
     """Read the accelerometers of a part of a text, see `read_sound`.
 
-    Parameters
-    ----------
-    text : SourceText
-        The text.
-    layout : Layout
-        Its rows.
-    overrides : mapping of str to object
-        As of `read_sound`.
-
-    Returns
-    -------
-    SoundSerials
-        Those that can be read; the fault of the whole where there is none.
+    Where there is none, the fault is that of the whole.
     """
     try:
         return SoundSerials(survey_text(text, overrides, layout)[1])

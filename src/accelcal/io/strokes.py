@@ -28,16 +28,6 @@ _FEWEST_STEPS = 3
 def with_cycles(layout: Layout) -> Layout:
     r"""Take a column of cycles for the strokes, where only directions stand beside it.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-
-    Returns
-    -------
-    Layout
-        The same where there are strokes or no directions.
-
     Examples
     --------
     >>> from accelcal.io.layout.parts import read_layout

@@ -17,13 +17,6 @@ _ALONG, _DOWN = 0.5, 0.25
 def refuse_swapped(table: Table, readings: Readings) -> None:
     """Refuse numbered columns of strokes that differ as positions do, while the rows do not.
 
-    Parameters
-    ----------
-    table : Table
-        The columns.
-    readings : Readings
-        Their readings.
-
     Raises
     ------
     TableError

@@ -33,18 +33,9 @@ _COLUMN_BEHIND_Z = re.compile(rb"""\br=["']([A-Z]{2,3})\d+["'][^>]*(?<!/)>""")
 def read_sheets(data: bytes, name: str) -> tuple[SourceText, ...]:
     """Read the sheets of a workbook that have tables.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    name : str
-        Its name, with that of the sheet behind ``#`` where one is meant.
-
-    Returns
-    -------
-    tuple of SourceText
-        Text of each sheet, a line for each row of it and tabs between the cells. Where there are
-        several tables each has the name of its sheet, and where there are other sheets a note.
+    The text of a sheet has a line for each row of it and tabs between the cells. Where there are
+    several tables each has the name of its sheet, and where there are other sheets a note. The name
+    of the file has that of a sheet behind ``#`` where one is meant.
 
     Raises
     ------

@@ -23,21 +23,8 @@ Other = TypeVar("Other", bound=_OfUnit)
 def one_of_serial(results: Sequence[Item], serial: str | None, name: str, what: str) -> Item:
     """Choose one result of a file.
 
-    Parameters
-    ----------
-    results : sequence of object with serial
-        What the file holds.
-    serial : str or None
-        Serial number; without it the file must hold one result.
-    name : str
-        Name of the file.
-    what : str
-        What a result is, such as ``"calibration"``.
-
-    Returns
-    -------
-    object
-        The result of this serial number; one that has none fits any.
+    One that has no serial number fits any; without the serial number there must be one. `what` is
+    such as ``"calibration"``, for messages.
 
     Raises
     ------
@@ -86,20 +73,9 @@ def pairs_of_units(
 ) -> tuple[list[tuple[Item, Other]], list[str]]:
     """Pair the results of two files that are of one unit.
 
-    Parameters
-    ----------
-    known, later : sequence of object with serial
-        What the files hold.
-    serial : str or None
-        Serial number of the only unit that is asked for.
-
-    Returns
-    -------
-    list of tuple
-        The pairs, in the order of the second file. Serial numbers that differ by their spelling
-        alone are one; a result that has none fits any.
-    list of str
-        Serial numbers without a partner.
+    The pairs are in the order of the second file; with them come the serial numbers without a
+    partner. Serial numbers that differ by their spelling alone are one; a result that has none fits
+    any.
 
     Raises
     ------

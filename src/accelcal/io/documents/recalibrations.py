@@ -25,16 +25,8 @@ _DECIMAL_COMMA = re.compile(r'[;\t]"?-?\d+,\d+(?:[eE][+-]?\d+)?"?(?:[;\t]|$)', r
 def read_entries(paths: Sequence[str]) -> list[Entry]:
     """Read what some files say of units.
 
-    Parameters
-    ----------
-    paths : sequence of str
-        Frames of ``accelcal batch`` (CSV or Parquet) and documents of
-        ``accelcal fit`` (JSON).
-
-    Returns
-    -------
-    list of Entry
-        One a table.
+    They are frames of ``accelcal batch`` (CSV or Parquet) or documents of ``accelcal fit`` (JSON),
+    and an entry is of one table.
 
     Raises
     ------

@@ -17,15 +17,7 @@ _MARKS = re.compile('[,"\n\r]')
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
     r"""Write rows as CSV, in quotes what must be.
 
-    Parameters
-    ----------
-    rows : iterable of iterable
-        Cells; nothing is written for None.
-
-    Returns
-    -------
-    str
-        A line for each row.
+    Nothing is written for None.
 
     Examples
     --------
@@ -40,15 +32,7 @@ def csv_text(rows: Iterable[Iterable[Any]]) -> str:
 def cell_text(value: Any) -> str:
     r"""Write a value as a cell of one line.
 
-    Parameters
-    ----------
-    value : object
-        What a workbook or an array has in a cell.
-
-    Returns
-    -------
-    str
-        Of a float that is a whole number its digits alone.
+    A float that is a whole number is its digits alone.
 
     Examples
     --------
@@ -89,15 +73,7 @@ _FAILURES = {"source", "message"}
 def is_batch_result(text: str) -> bool:
     r"""Tell whether a text is a result of a batch.
 
-    Parameters
-    ----------
-    text : str
-        The text, or its first line.
-
-    Returns
-    -------
-    bool
-        True where it is, even if a spreadsheet has written it anew.
+    Its first line tells, even if a spreadsheet has written it anew.
 
     Examples
     --------

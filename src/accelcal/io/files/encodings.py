@@ -26,17 +26,9 @@ _BETWEEN = re.compile(r"[\s_,;|:=/\-.\[\]()（）\"'#]+")
 def encoding_of(data: bytes) -> str:
     r"""Tell the encoding of a text that is not UTF-8.
 
-    Parameters
-    ----------
-    data : bytes
-        The text, or the start of it.
-
-    Returns
-    -------
-    str
-        One of `ENCODINGS`: the one in which the text has the most known words of letters beyond
-        ASCII. Where several have, the third where there are words in Cyrillic letters, else one of
-        the first two.
+    It is the one of `ENCODINGS` in which the text has the most known words of letters beyond ASCII.
+    Where several have, it is windows-1251 if there are words in Cyrillic letters, else one of the
+    first two.
 
     Examples
     --------

@@ -24,17 +24,7 @@ _SIMULATED = re.compile(r"(?:#.*\n)*# simulated: ")
 def may_be_replaced(path: str, is_own: Callable[[str], bool]) -> bool:
     """Tell whether a file is empty or of one kind, so that nothing else is lost with it.
 
-    Parameters
-    ----------
-    path : str
-        The file.
-    is_own : callable
-        Tells by the header lines and headings whether a table is of the kind.
-
-    Returns
-    -------
-    bool
-        True where it may be written anew.
+    `is_own` tells by the header lines and headings whether a table is of the kind.
     """
     if not os.path.isfile(path):  # noqa: PTH113  (nothing, a device, a name that cannot be)
         return True
@@ -49,15 +39,7 @@ def may_be_replaced(path: str, is_own: Callable[[str], bool]) -> bool:
 def is_simulated(text: str) -> bool:
     r"""Tell whether a text is a table that `accelcal.simulate` has made.
 
-    Parameters
-    ----------
-    text : str
-        The text, or its header lines.
-
-    Returns
-    -------
-    bool
-        True where a header line says so.
+    A header line says so.
 
     Examples
     --------

@@ -26,15 +26,7 @@ def is_parquet(path: str) -> bool:
 def read_all(source: str | IO[bytes]) -> Any:
     """Read a Parquet file.
 
-    Parameters
-    ----------
-    source : str or binary file object
-        The file, by its path or open, with a name.
-
-    Returns
-    -------
-    pyarrow.Table
-        Its rows, texts in dictionaries.
+    Texts are in dictionaries.
 
     Raises
     ------
@@ -49,17 +41,7 @@ def read_all(source: str | IO[bytes]) -> Any:
 def read_rows(path: str, start: int, end: int) -> Any:
     """Read some rows of a Parquet file.
 
-    Parameters
-    ----------
-    path : str
-        The file.
-    start, end : int
-        The first of the rows, and the one behind the last.
-
-    Returns
-    -------
-    pyarrow.Table
-        The rows, texts in dictionaries.
+    `end` is the row behind the last.
 
     Raises
     ------
@@ -86,19 +68,7 @@ def _row_group(path: str, _stamp: int, group: int) -> Any:
 def as_csv(table: Any, name: str, above: int = 0) -> bytes:
     """Write rows as CSV, below their headings; numbers keep all their digits.
 
-    Parameters
-    ----------
-    table : pyarrow.Table
-        The rows.
-    name : str
-        Name of the file, for messages.
-    above : int, default 0
-        Rows of the file above these.
-
-    Returns
-    -------
-    bytes
-        The text; cells that are missing are empty.
+    Cells that are missing are empty. `above` counts the rows of the file above these.
 
     Raises
     ------
@@ -242,19 +212,7 @@ def headings_of(path: str) -> list[str]:
 def row_ranges(path: str, size: int, serial: int) -> Iterator[tuple[int, int]]:
     """Divide the rows of a Parquet file where its serial changes.
 
-    Parameters
-    ----------
-    path : str
-        The file.
-    size : int
-        About how many bytes a range holds as text.
-    serial : int
-        Index of the column of serials.
-
-    Yields
-    ------
-    tuple of int
-        First row and the one behind the last.
+    `size` is about how many bytes a range holds as text, `serial` the index of its column.
     """
     file = _open(path, with_dictionaries=True)
     names = file.schema_arrow.names

@@ -84,18 +84,9 @@ Texts = tuple[SourceText, ...]
 def read_text(source: Source | Texts, what: str = "table") -> SourceText:
     """Read the whole of a source as text.
 
-    Parameters
-    ----------
-    source : path, "-" or file object
-        What to read; gzip, Parquet and workbooks are told by their first bytes. A path may end in
-        the name of a sheet, as in ``"tests.xlsx#AL-15"``. Texts are given back.
-    what : str, default "table"
-        What it is, for messages.
-
-    Returns
-    -------
-    SourceText
-        Text without byte order mark.
+    Gzip, Parquet and workbooks are told by their first bytes. A path may end in the name of a
+    sheet, as in ``"tests.xlsx#AL-15"``. Texts that were read before are given back. `what` is for
+    messages.
 
     Raises
     ------
@@ -113,16 +104,6 @@ def read_text(source: Source | Texts, what: str = "table") -> SourceText:
 
 def read_texts(source: Source | Texts, what: str = "table") -> Texts:
     """Read the tables of a source as text: several where a workbook has them in its sheets.
-
-    Parameters
-    ----------
-    source, what
-        As of `read_text`.
-
-    Returns
-    -------
-    tuple of SourceText
-        One for all but workbooks.
 
     Raises
     ------
@@ -149,19 +130,7 @@ def read_document(
 ) -> tuple[SourceText, Found]:
     """Read a source whose text is a document.
 
-    Parameters
-    ----------
-    source, what
-        As of `read_text`.
-    read : callable
-        Takes the text, and gives what it holds.
-
-    Returns
-    -------
-    SourceText
-        The text.
-    object
-        What it holds.
+    `read` takes the text, and gives what it holds.
 
     Raises
     ------
@@ -214,17 +183,7 @@ def named_bytes(content: bytes, name: str) -> BytesIO:
 def file_and_sheet(name: str) -> tuple[str, str | None]:
     """Take the name of a sheet off that of its workbook.
 
-    Parameters
-    ----------
-    name : str
-        Path of a file, or of a sheet in one.
-
-    Returns
-    -------
-    file : str
-        Path of the file.
-    sheet : str or None
-        Name of the sheet; None where the path names none, or is that of a file as it stands.
+    There is no sheet where the path names none, or is that of a file as it stands.
 
     Examples
     --------
@@ -242,12 +201,7 @@ def file_and_sheet(name: str) -> tuple[str, str | None]:
 def refuse_foreign(data: bytes, name: str) -> None:
     """Refuse what other programs write that is no text, and say what it is.
 
-    Parameters
-    ----------
-    data : bytes
-        The file, or its beginning.
-    name : str
-        Name of the file.
+    The beginning of the file is enough.
 
     Raises
     ------
@@ -268,12 +222,7 @@ def is_document(text: str) -> bool:
 def refuse_document(text: str, name: str) -> None:
     """Refuse JSON or results of a batch where a table belongs, and say what they are.
 
-    Parameters
-    ----------
-    text : str
-        Text of the file, or its first lines.
-    name : str
-        Name of the file.
+    The first lines are enough.
 
     Raises
     ------

@@ -78,18 +78,8 @@ def declare(declared: dict[str, Declared], key: str, new: Declared) -> None:
 def keys_and_values(line: str, key_of: KeyOf = table_key) -> list[tuple[str, str]] | None:
     """Take what a header line declares.
 
-    Parameters
-    ----------
-    line : str
-        The line as it stands in the file.
-    key_of : callable, optional
-        As of `header_line`.
-
-    Returns
-    -------
-    list of tuple of str, or None
-        Key and value of each declaration, as of `header_line`, with an empty key for a text that
-        declares nothing; None where the line has no ``#``.
+    The pairs are those of `header_line`, with an empty key for a text that declares nothing; None
+    where the line has no ``#``.
 
     Examples
     --------
@@ -107,19 +97,8 @@ def keys_and_values(line: str, key_of: KeyOf = table_key) -> list[tuple[str, str
 def header_line(text: str, key_of: KeyOf = table_key) -> tuple[str, str]:
     """Split a header line into its key and value.
 
-    Parameters
-    ----------
-    text : str
-        The line, without ``#``.
-    key_of : callable, optional
-        Tells what a key without its unit declares; None where it is not known.
-
-    Returns
-    -------
-    key : str
-        What `key_of` tells, else the key as written; empty where the line is no declaration.
-    value : str
-        The value, with the unit of a known key behind it.
+    The key is what `key_of` tells, else as written, and empty where the line is no declaration. The
+    value has the unit of a known key behind it.
 
     Examples
     --------
@@ -155,19 +134,7 @@ def refuse_declaration(text: str, source: str, line: int) -> None:
 def key_and_unit(text: str, key_of: KeyOf = table_key) -> tuple[str, str]:
     """Split a key from its unit, in brackets or behind a comma, a slash or ``in``.
 
-    Parameters
-    ----------
-    text : str
-        The key as written.
-    key_of : callable, optional
-        As of `header_line`.
-
-    Returns
-    -------
-    key : str
-        What `key_of` tells; empty for an unknown one.
-    unit : str
-        The unit, empty where there is none.
+    Each is empty where there is none.
 
     Examples
     --------
@@ -190,17 +157,7 @@ def is_any_unit(text: str) -> bool:
 def declarations_in(text: str, key_of: KeyOf = table_key) -> list[str]:
     """Take the declarations of a header line apart, as of ``serial=X1; unit=mA``.
 
-    Parameters
-    ----------
-    text : str
-        The line, without ``#``.
-    key_of : callable, optional
-        As of `header_line`.
-
-    Returns
-    -------
-    list of str
-        A text for each; the line as it is where it holds one, whose value may have such signs.
+    The line stays as it is where it holds one, whose value may have such signs.
 
     Examples
     --------
@@ -218,15 +175,7 @@ def declarations_in(text: str, key_of: KeyOf = table_key) -> list[str]:
 def unquoted(line: str) -> str:
     """Take blank fields off a line, and the quotes in which Excel saves one with a comma.
 
-    Parameters
-    ----------
-    line : str
-        The line.
-
-    Returns
-    -------
-    str
-        What it says; a quote at its end alone is kept, as it is the unit of seconds of arc.
+    A quote at its end alone is kept, as it is the unit of seconds of arc.
 
     Examples
     --------
@@ -247,16 +196,6 @@ def uncommented(line: str) -> str | None:
 
 def notes_of_keys(declared: Mapping[str, Declared]) -> Iterator[str]:
     """Say which header lines are kept as metadata, but nearly have a key that declares something.
-
-    Parameters
-    ----------
-    declared : mapping of str to Declared
-        Header lines by canonical key, or by the key as written where it is not known.
-
-    Yields
-    ------
-    str
-        A note for each line with a number whose key is misspelt.
 
     Examples
     --------

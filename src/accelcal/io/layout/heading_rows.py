@@ -65,17 +65,8 @@ _PART_OF_ANGLE = {
 def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     """Find the column that can only be the outputs.
 
-    Parameters
-    ----------
-    headings : sequence of Heading
-        All headings.
-
-    Returns
-    -------
-    tuple of int and Heading, or None
-        Place and meaning of that which alone of the unknown ones has a unit of outputs, or else is
-        called a current, a voltage, a frequency or a mean. None where a heading says which it is,
-        or several may be.
+    That alone of the unknown ones has a unit of outputs, or else is called a current, a voltage, a
+    frequency or a mean. There is none where a heading says which it is, or several may be.
 
     Examples
     --------
@@ -260,15 +251,8 @@ def _way(text: str) -> _Way | None:
 def joined(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
     """Join headings in several rows that tell together what outputs side by side stand for.
 
-    Parameters
-    ----------
-    rows : sequence of sequence of str
-        Cells of each row, the uppermost first. One that is empty may be merged with that before it.
-
-    Returns
-    -------
-    tuple of Heading or None
-        The headings; None where the rows tell something else.
+    The uppermost row is the first. A cell that is empty may be merged with that before it. None
+    where the rows tell something else.
 
     Examples
     --------

@@ -18,11 +18,6 @@ _LABELS = frozenset(
 def with_merged_cells(layout: Layout) -> Layout:
     r"""Repeat the cells of columns where empty ones stand below each.
 
-    Returns
-    -------
-    Layout
-        The table with a note; the same where no column is such.
-
     Examples
     --------
     >>> from accelcal.io.layout.parts import read_layout

@@ -16,18 +16,8 @@ _BEFORE_UNIT = " _/,[("
 def with_channels(layout: Layout, given: str = "") -> Layout:
     r"""Take columns for the outputs of accelerometers, where a list of serials names them.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    given : str, optional
-        Serials that the caller lists, which win over the header line ``# serials``.
-
-    Returns
-    -------
-    Layout
-        The table with these headings understood; the same where nothing lists serials, or other
-        columns hold outputs or serials.
+    Serials that the caller lists win over the header line ``# serials``. The table stays the same
+    where nothing lists serials, or other columns hold outputs or serials.
 
     Raises
     ------
@@ -82,18 +72,6 @@ def _named(heading: Heading, names: Sequence[str]) -> Heading:
 
 def with_lone_output(layout: Layout) -> Layout:
     r"""Take a column for the outputs, where no heading says so and only one can be.
-
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-
-    Returns
-    -------
-    Layout
-        With the column that alone of the unknown ones has a unit of outputs, or else is called a
-        current, a voltage, a frequency or a mean; and a note of it. The same where there are
-        outputs, or no such column, or several.
 
     Examples
     --------

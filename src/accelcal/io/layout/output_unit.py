@@ -39,23 +39,8 @@ def unit_of_outputs(
 ) -> tuple[str | None, tuple[str, ...]]:
     """Tell the one unit of the outputs.
 
-    Parameters
-    ----------
-    written : iterable of Written
-        Units as the file writes them.
-    given : str or None
-        The unit that the caller asks for, which wins over the one unit of the file.
-    source : str
-        Name of the file, for messages.
-    several : str, optional
-        What is said of two units that are not the same, problem and remedy.
-
-    Returns
-    -------
-    unit : str or None
-        The unit, one of `accelcal.units.OUTPUT_UNITS`; None where none is known.
-    notes : tuple of str
-        That the file has another one, where it is so.
+    That of the caller wins over the one unit of the file, and a note says so. `several` is what is
+    said of two units that are not the same, problem and remedy.
 
     Raises
     ------
@@ -92,19 +77,7 @@ def units_written(
 ) -> Iterator[Written]:
     """List the units that a table writes in the header line, with its outputs and in its rows.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    outputs : iterable of Column
-        Columns of outputs.
-    rows : Column, optional
-        Column of units.
-
-    Yields
-    ------
-    Written
-        Each of them.
+    `rows` is a column of units.
     """
     header = layout.declared.get("unit")
     if header and header.value:
@@ -143,19 +116,7 @@ def factor_of_std(
 ) -> float:
     """Factor from the unit of a column std to that of the outputs.
 
-    Parameters
-    ----------
-    std, outputs : sequence of Written
-        The unit that the column writes, if it does, and those of the outputs.
-    given : str or None
-        The unit of the outputs that the caller asks for.
-    source : str
-        Name of the file, for messages.
-
-    Returns
-    -------
-    float
-        What a std is multiplied by.
+    The unit `given` is the one that the caller asks for.
 
     Raises
     ------
@@ -176,17 +137,7 @@ def factor_of_std(
 def notes_of_unit(unit: str, written: Iterable[str]) -> tuple[str, ...]:
     """Say where a table has another unit than the one that is asked for.
 
-    Parameters
-    ----------
-    unit : str
-        The unit that is asked for, in its canonical form.
-    written : iterable of str
-        Units as the table writes them.
-
-    Returns
-    -------
-    tuple of str
-        A note on the first that differs.
+    The first that differs is told. The unit that is asked for is in its canonical form.
     """
     for own in written:
         if canonical_unit(own) != unit:

@@ -99,18 +99,6 @@ class _Headings(NamedTuple):
 def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     """Take a table apart.
 
-    Parameters
-    ----------
-    source : SourceText
-        The whole text of the file.
-    remedy : str, optional
-        What the headings should be, for the message where there are none.
-
-    Returns
-    -------
-    Layout
-        Header lines, headings and rows.
-
     Raises
     ------
     TableError
@@ -143,17 +131,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
 def split_line(line: str, separator: str | None) -> list[str]:
     """Split a line into cells without surrounding blanks.
 
-    Parameters
-    ----------
-    line : str
-        A row of the table.
-    separator : str or None
-        Separator of the cells, None for runs of blanks.
-
-    Returns
-    -------
-    list of str
-        The cells; quotes around a cell are taken off.
+    Quotes around a cell are taken off; None separates by runs of blanks.
 
     Examples
     --------
@@ -176,19 +154,8 @@ def split_line(line: str, separator: str | None) -> list[str]:
 def split_headings(line: str, recognise: Recognise) -> tuple[tuple[Heading, ...], str | None]:
     """Split headings by the separator that gives the most known ones.
 
-    Parameters
-    ----------
-    line : str
-        The line of the headings.
-    recognise : callable
-        What tells the meaning of a heading.
-
-    Returns
-    -------
-    headings : tuple of Heading
-        One entry a column.
-    separator : str or None
-        ``","``, ``";"``, ``"|"`` or tab; None for runs of blanks.
+    `recognise` tells the meaning of a heading. The separator is a comma, a semicolon, a bar or a
+    tab; None for runs of blanks.
     """
     marks: list[str | None] = [mark for mark in _MARKS if mark in line]
     if not marks and recognise(line).role:

@@ -33,11 +33,6 @@ _REMARK = re.compile(r"[^\W\d_].*(?:[:=]|[^\W\d_]\s).*|\*.*")
 def without_remarks(layout: Layout) -> Layout:
     r"""Set aside rows that are called a mean or another summary, and remarks below the readings.
 
-    Returns
-    -------
-    Layout
-        The table with a note for each kind; the same where there are none.
-
     Examples
     --------
     >>> from accelcal.io.layout.parts import read_layout

@@ -80,23 +80,9 @@ def declarations_above(
 ) -> tuple[dict[str, Declared], list[str]]:
     """Take what header lines and rows of a form declare above a table.
 
-    Parameters
-    ----------
-    above : sequence of (int, str)
-        The lines that are not blank, with their numbers.
-    name : str
-        Name of the file.
-    separator : str or None
-        Separator of the table below.
-    headings : sequence of Heading
-        Its headings.
-
-    Returns
-    -------
-    declared : dict of str to Declared
-        Values by canonical key, or by the key as written where a header line has another one.
-    notes : list of str
-        What was set aside, and what is not sure.
+    The lines are those that are not blank, with their numbers; separator and headings are those of
+    the table below. Values are by canonical key, or by the key as written where a header line has
+    another one; with them come notes.
 
     Raises
     ------
@@ -175,20 +161,8 @@ def said_in_row(line: str, separator: str | None, above: str = "") -> list[Said]
 
     The value of a key is in its own cell, behind a colon, or in the next cell that is not empty;
     the unit of a number may be in the cell behind it. A comment goes on to the end of the row.
-
-    Parameters
-    ----------
-    line : str
-        The row.
-    separator : str or None
-        Separator of the table below. Where the row does not have it, another one counts.
-    above : str, optional
-        What the row stands below, and may be an instrument.
-
-    Returns
-    -------
-    list of Said
-        What it says, cell by cell.
+    Where the row does not have the separator of the table below, another one counts. What it stands
+    below may be an instrument.
 
     Examples
     --------
@@ -231,19 +205,7 @@ def said_in_row(line: str, separator: str | None, above: str = "") -> list[Said]
 def label(cell: str) -> tuple[str, str, str]:
     """Take a text such as ``Temperature, °C: 20`` for a key.
 
-    Parameters
-    ----------
-    cell : str
-        The text.
-
-    Returns
-    -------
-    key : str
-        One of `accelcal.io.words.vocabulary.KEYS`, empty for an unknown one.
-    value : str
-        What stands behind its colon.
-    unit : str
-        The unit of the key.
+    Key, value and unit are empty where there is none.
 
     Examples
     --------

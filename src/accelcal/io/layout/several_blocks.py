@@ -23,10 +23,7 @@ _PLACES = frozenset({"position", "angle", "stroke"})
 def without_repeated_headings(layout: Layout) -> Layout:
     r"""Leave out the rows that repeat the headings, where the blocks tell their readings apart.
 
-    Returns
-    -------
-    Layout
-        The table with a note; the same where nothing is repeated, or it has a reading twice.
+    The table stays as it is where it would have a reading twice.
 
     Examples
     --------
@@ -57,12 +54,8 @@ def without_repeated_headings(layout: Layout) -> Layout:
 def with_blocks_below(layout: Layout) -> Layout:
     r"""Put blocks of the same columns that stand side by side below each other.
 
-    A temperature or serial that stands above each of them becomes a column.
-
-    Returns
-    -------
-    Layout
-        The table with a note; the same where there is one block, or it has a reading twice.
+    A temperature or serial that stands above each of them becomes a column. The table stays as it
+    is where it would have a reading twice.
 
     Examples
     --------

@@ -14,11 +14,6 @@ _SIDE = ("position", "angle")
 def with_strokes_in_rows(layout: Layout) -> Layout:
     r"""Take the first cells of the rows for strokes, where they or the angles are called so.
 
-    Returns
-    -------
-    Layout
-        The table with a column ``stroke`` and columns of positions or angles; else the same.
-
     Examples
     --------
     >>> from accelcal.io.layout.parts import read_layout

@@ -18,17 +18,7 @@ def headings_with_units(
 ) -> tuple[Heading, ...] | None:
     """Join headings and their units.
 
-    Parameters
-    ----------
-    headings : sequence of Heading
-        One entry a column.
-    row : sequence of str
-        Cells of the row below or above.
-
-    Returns
-    -------
-    tuple of Heading or None
-        The headings with their units; None where the row holds something else.
+    None where the row, which is below or above them, holds something else.
     """
     if any(row[len(headings) :]):
         return None

@@ -11,11 +11,6 @@ UNITS_BELOW = "the units stand below the headings (line {})"
 def with_units_below(layout: Layout) -> Layout:
     r"""Take a first row that holds units, and no reading, into the headings.
 
-    Returns
-    -------
-    Layout
-        The table without such a row, with a note of it; the same where it has none.
-
     Examples
     --------
     >>> from accelcal.io.layout.parts import read_layout

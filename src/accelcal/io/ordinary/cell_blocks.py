@@ -86,21 +86,8 @@ def parse_cells(
 ) -> CellBlock:
     r"""Parse rows of plain cells.
 
-    Parameters
-    ----------
-    body : bytes
-        Rows of cells separated by commas, each ended by a line feed.
-    roles : sequence of str
-        What the columns hold.
-    labels : collection of str
-        Roles whose cells are text.
-    engine : str
-        ``"pyarrow"`` or ``"pandas"``.
-
-    Returns
-    -------
-    CellBlock
-        The columns.
+    Cells are separated by commas, and each row is ended by a line feed. `labels` are the roles
+    whose cells are text; the engine is ``"pyarrow"`` or ``"pandas"``.
 
     Raises
     ------
@@ -122,15 +109,7 @@ def parse_cells(
 def is_plain(body: bytes, roles: Sequence[str], labels: Collection[str]) -> bool:
     r"""Tell whether rows are such as `parse_cells` reads, and no cell is empty.
 
-    Parameters
-    ----------
-    body, roles, labels
-        As of `parse_cells`.
-
-    Returns
-    -------
-    bool
-        False also where one is only rare, as a number with a plus.
+    Rows that are only rare, as with a number with a plus, are not.
 
     Examples
     --------
@@ -149,17 +128,7 @@ def _rows_of(is_label: tuple[bool, ...]) -> re.Pattern[bytes]:
 def cells_of_arrow(table: Any, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
     """Take the columns of an Arrow table, where they are as plain as those of `parse_cells`.
 
-    Parameters
-    ----------
-    table : pyarrow.Table
-        The table, with a row or more.
-    roles, labels
-        As of `parse_cells`.
-
-    Returns
-    -------
-    CellBlock
-        The columns; each number is the one of its shortest decimal form.
+    The table has a row or more. Each number is the one of its shortest decimal form.
 
     Raises
     ------

@@ -56,20 +56,8 @@ class Plans(NamedTuple):
 def read_plans(cells: CellBlock, tests: Stretches, positions: int) -> Plans:
     """Read where the readings of some tests were taken.
 
-    Parameters
-    ----------
-    cells : CellBlock
-        Columns temperature, stroke, position or angle, and those of run and mounting that there
-        are.
-    tests : Stretches
-        Rows of each test.
-    positions : int
-        Number of positions in a full turn.
-
-    Returns
-    -------
-    Plans
-        What was read.
+    The columns are temperature, stroke, position or angle, and those of run and mounting that there
+    are; the tests are the rows of each.
     """
     numbers, odd = without_gaps(cells.numbers)
     temperature, stroke = numbers["temperature"], numbers["stroke"]

@@ -84,19 +84,9 @@ def read_ordinary(
 ) -> list[tuple[TumbleRecord, ...] | None]:
     r"""Read the ordinary ones among some tables.
 
-    Parameters
-    ----------
-    tables : iterable of Content
-        The files; each is taken only when the one before has been looked at.
-    overrides : mapping of str to object
-        Declarations that win over the header lines, as of `read_tables`.
-    engine : str, optional
-        ``"pyarrow"`` or ``"pandas"``; by default pyarrow where it is installed.
-
-    Returns
-    -------
-    list of tuple of TumbleRecord, or None
-        For each file what `read_tables` returns; None where `read_tables` must read it.
+    Each is taken only when the one before has been looked at. Returns for each what `read_tables`
+    does, or None where `read_tables` must read it. The engine is ``"pyarrow"`` or ``"pandas"``; by
+    default pyarrow where it is installed.
 
     Examples
     --------
@@ -126,21 +116,8 @@ def read_arrow(
 ) -> tuple[TumbleRecord, ...] | None:
     """Read an ordinary Arrow table as `read_ordinary` reads the text of its rows.
 
-    Parameters
-    ----------
-    name : str
-        Name of the file, for the records.
-    table : pyarrow.Table
-        Part of a table, with a row or more.
-    skipped : int
-        Rows of the file above it.
-    overrides : mapping of str to object
-        As of `read_ordinary`.
-
-    Returns
-    -------
-    tuple of TumbleRecord, or None
-        None where the text of the rows must be read.
+    It is a part of a table with a row or more; `skipped` counts the rows of the file above it. None
+    where the text of the rows must be read.
     """
     head = (",".join(table.column_names) + "\n").encode()
     found = _Heads(overrides).plain(Content(name, head + b"\n", skipped))
@@ -157,16 +134,8 @@ def read_arrow(
 def ordinary_head(data: bytes) -> tuple[bytes, tuple[str, ...]] | None:
     """Find the header lines and headings of an ordinary table.
 
-    Parameters
-    ----------
-    data : bytes
-        The beginning of its file, with a row or more.
-
-    Returns
-    -------
-    tuple or None
-        Its first bytes to the end of the headings, and what the columns hold; None where they are
-        out of the ordinary.
+    The data are the beginning of its file, with a row or more. Returns its first bytes to the end
+    of the headings, and what the columns hold; None where they are out of the ordinary.
     """
     split = _split(data)
     understood = None if split is None else _Heads({}).understood(split[0])

@@ -85,10 +85,7 @@ class Group(NamedTuple):
 def records_of(group: Group) -> list[tuple[TumbleRecord, ...] | None]:
     """Make the records of a group.
 
-    Returns
-    -------
-    list of tuple of TumbleRecord, or None
-        Records of each table, one a serial; None where the general reader must read it.
+    One for each serial of a table; None where the general reader must read it.
     """
     tables = Stretches.of(np.array([table.rows for table in group.tables]))
     parts = parts_of(group.cells.codes.get("serial"), tables)

@@ -90,17 +90,8 @@ class Parts(NamedTuple):
 def parts_of(serial: Ints | None, tables: Stretches) -> Parts:
     """Divide the rows of tables by their serials.
 
-    Parameters
-    ----------
-    serial : ndarray of int, or None
-        Number of the serial of each row, where the tables have such a column.
-    tables : Stretches
-        Rows of each table.
-
-    Returns
-    -------
-    Parts
-        The parts, in the order of the rows.
+    `serial` has a number for that of each row, where the tables have such a column. The parts are
+    in the order of the rows.
     """
     if serial is None:
         table = np.arange(tables.size.size)
@@ -114,16 +105,6 @@ def parts_of(serial: Ints | None, tables: Stretches) -> Parts:
 
 def met_before(group: Ints, code: Ints) -> Mask:
     """Mask of the entries whose group had their code before.
-
-    Parameters
-    ----------
-    group, code : ndarray of int
-        Group and code of each entry.
-
-    Returns
-    -------
-    ndarray of bool
-        The mask.
 
     Examples
     --------
@@ -158,17 +139,8 @@ class Leading(NamedTuple):
 def leading_of(stretches: Stretches, columns: Sequence[NDArray[Any]]) -> Leading:
     """Find the stretches that differ from the one before.
 
-    Parameters
-    ----------
-    stretches : Stretches
-        All stretches.
-    columns : sequence of ndarray of int or float
-        What they may differ in, one entry a row.
-
-    Returns
-    -------
-    Leading
-        Those that do, and those that have not as many rows as most.
+    Those that have not as many rows as most lead as well. The columns, one entry a row, are what
+    they may differ in.
 
     Examples
     --------

@@ -21,25 +21,8 @@ def first_unit(
 ) -> tuple[Written | None, str]:
     """Look for the unit that a column of units has first.
 
-    Parameters
-    ----------
-    row : str
-        The first row of samples, empty where it is not yet read.
-    line : int
-        Its line.
-    readline : callable
-        Gives the next line, an empty text at the end.
-    place : int
-        Index of the column.
-    separator : str or None
-        Separator of the columns.
-
-    Returns
-    -------
-    unit : Written or None
-        The unit; None where the first rows have none.
-    rows : str
-        The rows that were read.
+    The first row may be read already, and `place` is the index of the column. Returns the rows that
+    were read as well; no unit where none of them has one.
     """
     rows = [row or readline()]
     while rows[-1] and len(rows) <= _MOST_ROWS:
@@ -52,17 +35,6 @@ def first_unit(
 
 def refuse_other_units(cells: Sequence[str], lines: Ints, unit: str | None, source: str) -> None:
     """Refuse samples that a column of units gives another unit than the others.
-
-    Parameters
-    ----------
-    cells : sequence of str
-        The column.
-    lines : ndarray of int
-        Line of each cell.
-    unit : str or None
-        Unit of the outputs; None where nothing tells it.
-    source : str
-        Name of the file.
 
     Raises
     ------

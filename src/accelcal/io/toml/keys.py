@@ -22,19 +22,7 @@ _PLAIN: Mapping[Any, str] = {
 def read_toml(given: SourceText, make: Callable[[dict[str, Any]], Found], tables: str) -> Found:
     """Make what a file in TOML describes.
 
-    Parameters
-    ----------
-    given : SourceText
-        The file.
-    make : callable
-        Makes it of the document.
-    tables : str
-        How the tables of the file are headed, as the remedy names them.
-
-    Returns
-    -------
-    object
-        What `make` returns.
+    `tables` is how its tables are headed, as the remedy names them.
 
     Raises
     ------
@@ -46,16 +34,6 @@ def read_toml(given: SourceText, make: Callable[[dict[str, Any]], Found], tables
 
 def toml_document(given: SourceText, tables: str) -> dict[str, Any]:
     """Read a file in TOML.
-
-    Parameters
-    ----------
-    given, tables
-        As of `read_toml`.
-
-    Returns
-    -------
-    dict
-        The document.
 
     Raises
     ------
@@ -81,18 +59,8 @@ def check_keys(
 ) -> None:
     """Refuse a table with a key that is unknown, missing or of the wrong type.
 
-    Parameters
-    ----------
-    entry : mapping
-        The table.
-    keys : mapping
-        Key -> its type: str, float (any number), int, bool, dict, list or a tuple of types.
-    names : mapping
-        Type -> how a message calls it, of others than texts, numbers and flags.
-    required : tuple of str
-        Keys that must be there.
-    where : str
-        What the message begins with.
+    A type is str, float (any number), int, bool, dict, list or a tuple of types; names tell how a
+    message calls others than texts, numbers and flags. The message begins with `where`.
 
     Raises
     ------
@@ -117,20 +85,7 @@ def check_keys(
 
 
 def is_of_kind(value: Any, kind: Any) -> bool:
-    """Tell whether a value of TOML is of a type; a bool is no number.
-
-    Parameters
-    ----------
-    value : object
-        The value.
-    kind : type or tuple of type
-        See `check_keys`.
-
-    Returns
-    -------
-    bool
-        True for one of it.
-    """
+    """Tell whether a value of TOML is of a type; a bool is no number."""
     if kind in (int, float):
         return isinstance(value, int | kind) and not isinstance(value, bool)
     return isinstance(value, kind)

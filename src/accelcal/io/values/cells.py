@@ -77,10 +77,7 @@ class Column(NamedTuple):
     def without_unit(self, is_unit: Callable[[str], bool] | None = None) -> Column:
         """Take off the unit that every cell carries, as in ``1.25 mA``; it becomes the column's.
 
-        Parameters
-        ----------
-        is_unit : callable, optional
-            What tells a unit, right or wrong, of the column; by default that of its role.
+        `is_unit` tells a unit, right or wrong, of the column; by default that of its role.
         """
         first = next((cell for cell in self.cells if not is_missing(str(cell))), "")
         match = _WITH_UNIT.fullmatch(str(first))
@@ -124,11 +121,6 @@ class Column(NamedTuple):
 def numbers(column: Column) -> Array:
     """Numbers of a column, NaN where a cell is missing.
 
-    Returns
-    -------
-    ndarray of float, shape (n,)
-        Its values.
-
     Raises
     ------
     TableError
@@ -145,11 +137,6 @@ def numbers(column: Column) -> Array:
 def complete_numbers(column: Column) -> Array:
     """Numbers of a column, of which none is missing.
 
-    Returns
-    -------
-    ndarray of float, shape (n,)
-        Its values.
-
     Raises
     ------
     TableError
@@ -163,17 +150,7 @@ def complete_numbers(column: Column) -> Array:
 def whole_numbers(column: Column, rule: str) -> Ints:
     """Whole numbers of a column, 0 where a cell is missing.
 
-    Parameters
-    ----------
-    column : Column
-        The column.
-    rule : str
-        What would be right, for the message.
-
-    Returns
-    -------
-    ndarray of int, shape (n,)
-        Its values.
+    The rule tells what would be right.
 
     Raises
     ------
@@ -190,12 +167,7 @@ def whole_numbers(column: Column, rule: str) -> Ints:
 def labels(column: Column) -> tuple[Ints, tuple[str, ...]]:
     """Labels of a column, in order of first appearance.
 
-    Returns
-    -------
-    index : ndarray of int, shape (n,)
-        Index of each cell's label.
-    names : tuple of str
-        The labels.
+    Returns the index of the label of each cell, and the labels.
 
     Raises
     ------
@@ -215,15 +187,7 @@ def labels(column: Column) -> tuple[Ints, tuple[str, ...]]:
 def written_otherwise(labels: Collection[str]) -> dict[str, str]:
     """Find labels that are the number of another one, as programs write it that know no label.
 
-    Parameters
-    ----------
-    labels : collection of str
-        Different labels.
-
-    Returns
-    -------
-    dict of str to str
-        The label with a point or with zeros before it, and the one without.
+    Each label with a point or with zeros before it, and the one without.
 
     Examples
     --------
@@ -249,10 +213,7 @@ def _floats(column: Column) -> list[float]:
 def refuse_thousands(columns: Sequence[Column]) -> None:
     """Refuse outputs whose decimal mark is one of thousands.
 
-    Parameters
-    ----------
-    columns : sequence of Column
-        Columns of outputs, of the same rows; what the engine has read already does not count.
+    The columns are of the same rows; what the engine has read already does not count.
 
     Raises
     ------

@@ -40,19 +40,8 @@ def lot_of_column(
 ) -> tuple[dict[str, str], list[str]]:
     """Metadata with the lot of one unit, and what is set aside.
 
-    Parameters
-    ----------
-    lots : ndarray of str, or None
-        Lots of its readings, as of `lots_of_rows`; None without such a column.
-    metadata : mapping of str to str
-        What is declared of the unit.
-
-    Returns
-    -------
-    lot : dict
-        ``{"lot": ...}``; empty where the column names no lot, or several.
-    notes : list of str
-        A sentence, where it names several, or another one than is declared.
+    The lots are those of its readings, as of `lots_of_rows`. There is none where the column names
+    none, or several. A sentence tells of several, and of another one than is declared.
 
     Examples
     --------

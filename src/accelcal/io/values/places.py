@@ -24,19 +24,8 @@ _FROM_ZERO = "add 1 to each where they are counted from 0"
 def places_of_rows(columns: Mapping[str, Column], positions: int) -> tuple[Ints, Array]:
     """Read positions and head angles.
 
-    Parameters
-    ----------
-    columns : mapping of str to Column
-        A column ``position``, ``angle`` or both.
-    positions : int
-        Number of positions in a full turn.
-
-    Returns
-    -------
-    position : ndarray of int
-        Numbers of the positions, 0 where there is none.
-    angle : ndarray of float
-        Head angles, as written where they are, else those of the positions [deg].
+    A position is 0 where there is none. Angles [deg] are as written where they are, else those of
+    the positions.
 
     Raises
     ------
@@ -73,12 +62,7 @@ def _angle(column: Column) -> Array:
 def refuse_radians(column: Column, angle: Array) -> None:
     """Refuse angles that go around in a few degrees, and not by whole ones.
 
-    Parameters
-    ----------
-    column : Column
-        The column of the angles.
-    angle : ndarray of float, shape (n,)
-        Its numbers [deg], NaN where one is missing.
+    Angles are in deg, NaN where one is missing.
 
     Raises
     ------
@@ -98,15 +82,8 @@ def refuse_radians(column: Column, angle: Array) -> None:
 def notes_of_minutes(angle: Array) -> list[str]:
     """Say where angles look like degrees with minutes behind the decimal mark.
 
-    Parameters
-    ----------
-    angle : ndarray of float, shape (n,)
-        Head angles, as they were read [deg].
-
-    Returns
-    -------
-    list of str
-        A sentence, where with minutes, and not with decimals, they divide the turn evenly.
+    That is where with minutes, and not with decimals, they divide the turn evenly. Angles are in
+    deg.
 
     Examples
     --------

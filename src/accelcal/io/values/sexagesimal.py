@@ -23,16 +23,6 @@ _COLONS = re.compile(rf"{_SIGN}([0-9]+):{_NUMBER}(?::{_NUMBER})?")
 def in_degrees(column: Column) -> Column:
     """Turn cells such as ``45°30'`` or ``45:30:15`` into decimal degrees.
 
-    Parameters
-    ----------
-    column : Column
-        A column of angles.
-
-    Returns
-    -------
-    Column
-        The same where no cell has minutes or seconds.
-
     Raises
     ------
     TableError
@@ -53,17 +43,7 @@ def in_degrees(column: Column) -> Column:
 def with_parts(angle: Column, parts: Sequence[Column]) -> Column:
     """Put minutes and seconds, which stand in columns of their own, to the degrees of an angle.
 
-    Parameters
-    ----------
-    angle : Column
-        The degrees.
-    parts : sequence of Column
-        Minutes, and perhaps seconds; a blank cell is 0.
-
-    Returns
-    -------
-    Column
-        The angle in decimal degrees.
+    A blank cell is 0.
 
     Raises
     ------

@@ -26,17 +26,8 @@ def first_in_groups(cells: Iterable[str]) -> int | None:
     """Find a number with a thousands mark among numbers of which some have no mark at all.
 
     A program that writes three decimals writes them everywhere, and one that leaves zeros out does
-    not end with three of them each time.
-
-    Parameters
-    ----------
-    cells : iterable of str
-        The numbers as written, of a column or several; missing ones do not count.
-
-    Returns
-    -------
-    int or None
-        Place of the first one; None where the marks are those of decimals.
+    not end with three of them each time. Missing ones do not count. None where the marks are those
+    of decimals.
 
     Examples
     --------
@@ -65,19 +56,8 @@ def notes_of_thousands(
 ) -> tuple[str, ...]:
     """Say where all outputs have three decimals, and are in a unit of whole numbers.
 
-    Without a unit, it is so where one of them is 100 or more.
-
-    Parameters
-    ----------
-    columns : sequence of sequence of str
-        The outputs of each column as written; what the engine has read already does not count.
-    unit : str or None
-        Output unit.
-
-    Returns
-    -------
-    tuple of str
-        A sentence, or none.
+    Without a unit, it is so where one of them is 100 or more. What the engine has read already does
+    not count.
     """
     whole = unit in _OF_WHOLE_NUMBERS
     if unit and not whole:

@@ -42,22 +42,9 @@ _MIDNIGHT = re.compile(r"[0:.,]+(?:Z|[+-].*)?")
 def times(column: Column, dates: Column | None = None, group: Ints | None = None) -> NDArray[Any]:
     """Times of a column, of the kind that its first cell is.
 
-    Parameters
-    ----------
-    column : Column
-        The column.
-    dates : Column, optional
-        The column of the days of its clock times.
-    group : ndarray of int, shape (n,), optional
-        Groups of cells that follow each other in time, for clock times without a day; by default
-        all do.
-
-    Returns
-    -------
-    ndarray of float, datetime64 or timedelta64, shape (n,)
-        Numbers in the unit of the column; UTC dates; or, of clock times without days, the time
-        since the midnight before the first of their group. One that is more than 12 h before
-        the one above it is of the next day.
+    They are numbers in the unit of the column; UTC dates; or, of clock times without days, the time
+    since the midnight before the first of their group. One that is more than 12 h before the one
+    above it is of the next day. Cells of a group follow each other in time; by default all do.
 
     Raises
     ------
@@ -86,17 +73,7 @@ def times(column: Column, dates: Column | None = None, group: Ints | None = None
 def days(column: Column, found: NDArray[Any]) -> NDArray[np.datetime64] | None:
     """Days of the times of a column, where the readings were taken.
 
-    Parameters
-    ----------
-    column : Column
-        The column.
-    found : ndarray, shape (n,)
-        Its times, as of `times`.
-
-    Returns
-    -------
-    ndarray of datetime64, shape (n,), or None
-        The days as written, which those of UTC need not be; None where the times have no days.
+    They are as written, which those of UTC need not be; None where the times have no days.
 
     Examples
     --------
@@ -116,17 +93,7 @@ def days(column: Column, found: NDArray[Any]) -> NDArray[np.datetime64] | None:
 def in_seconds(column: Column, values: Array) -> Array:
     """Turn the numbers of a column of times into seconds.
 
-    Parameters
-    ----------
-    column : Column
-        The column; without a unit it is in seconds, and of ``s since start`` the first word counts.
-    values : ndarray of float, shape (n,)
-        Its numbers.
-
-    Returns
-    -------
-    ndarray of float, shape (n,)
-        The times [s].
+    Without a unit the column is in seconds, and of ``s since start`` the first word counts.
 
     Raises
     ------
@@ -151,24 +118,15 @@ def in_seconds(column: Column, values: Array) -> Array:
 
 
 def has_clock_times(column: Column) -> bool:
-    """Tell whether a column of times needs the days of its clock times.
-
-    Returns
-    -------
-    bool
-        True where one of its cells is a clock time.
-    """
+    """Tell whether a column of times needs the days of its clock times."""
     return any(form.fullmatch(str(cell)) for cell in column.cells for form in _CLOCKS)
 
 
 def has_times_of_day(column: Column) -> bool:
     """Tell whether a column of dates tells the times of the readings as well.
 
-    Returns
-    -------
-    bool
-        True where its cells differ and one has a time of day other than midnight, which is what
-        programs write behind a mere date.
+    That is where its cells differ and one has a time of day other than midnight, which is what
+    programs write behind a mere date.
     """
     found = {str(cell) for cell in column.cells}
     return len(found) > 1 and any(map(_is_moment, found))
@@ -183,17 +141,8 @@ def _is_moment(text: str) -> bool:
 def one_date(column: Column, *, timed: bool) -> str | None:
     """Text that stands in all cells of a column of dates.
 
-    Parameters
-    ----------
-    column : Column
-        The column.
-    timed : bool
-        Look at the days only, as its cells have times of day.
-
-    Returns
-    -------
-    str or None
-        None where there are several, or where it stands for nothing.
+    None where there are several, or it stands for nothing. `timed` looks at the days only, as the
+    cells have times of day.
     """
     found = {str(cell) for cell in column.cells}
     if timed:

@@ -131,16 +131,6 @@ class Cover(NamedTuple):
 def without_cover(text: str) -> Cover:
     """Take coverage factors and probabilities off a heading or value of an uncertainty.
 
-    Parameters
-    ----------
-    text : str
-        As written.
-
-    Returns
-    -------
-    Cover
-        The rest, and what was taken off.
-
     Examples
     --------
     >>> without_cover("U (k = 2) [arcsec]"), without_cover('U (95 %), "')  # doctest: +ELLIPSIS
@@ -163,15 +153,7 @@ def without_cover(text: str) -> Cover:
 def head_heading(text: str) -> Heading:
     """Understand a column heading of a certificate.
 
-    Parameters
-    ----------
-    text : str
-        The heading.
-
-    Returns
-    -------
-    Heading
-        Its role is one of `HEAD_COLUMNS`, or None.
+    Its role is one of `HEAD_COLUMNS`, or None.
 
     Examples
     --------
@@ -194,16 +176,8 @@ def _name_and_unit(heading: str) -> tuple[str, str]:
 def head_key(key: str) -> str | None:
     """Name of what a header line of a certificate declares.
 
-    Parameters
-    ----------
-    key : str
-        As written, without its unit.
-
-    Returns
-    -------
-    str or None
-        One of `HEAD_KEYS`, else of `accelcal.io.words.vocabulary.KEYS`, None for an unknown key. A
-        bare factor or probability is that of an expanded uncertainty.
+    It is one of `HEAD_KEYS`, else of `accelcal.io.words.vocabulary.KEYS`, None for an unknown key.
+    A bare factor or probability is that of an expanded uncertainty.
 
     Examples
     --------
@@ -221,16 +195,8 @@ def head_key(key: str) -> str | None:
 def kind_of_uncertainty(heading: str) -> str:
     """Tell what a heading says of its uncertainty.
 
-    Parameters
-    ----------
-    heading : str
-        A heading of an uncertainty.
-
-    Returns
-    -------
-    str
-        Of `HEAD_KEYS`: ``"expanded"`` for a capital U, alone or behind its name, and the words in
-        `EXPANDED`, ``"standard"`` for those in `STANDARD`, else ``"uncertainty"``.
+    Of `HEAD_KEYS` it is ``"expanded"`` for a capital U, alone or behind its name, and the words in
+    `EXPANDED`, ``"standard"`` for those in `STANDARD`, else ``"uncertainty"``.
 
     Examples
     --------

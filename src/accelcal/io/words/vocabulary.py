@@ -230,13 +230,6 @@ def read_heading(text: str) -> Heading:
 def is_unit_of(role: str, unit: str) -> bool:
     """Tell whether a text is a unit, right or wrong, of what a column holds.
 
-    Parameters
-    ----------
-    role : str
-        One of `COLUMNS` or of `ACROSS`.
-    unit : str
-        The unit as written.
-
     Examples
     --------
     >>> is_unit_of("temperature", "K"), is_unit_of("stroke", "mA")
@@ -267,11 +260,6 @@ def _folded_units(units: tuple[str, ...]) -> frozenset[str]:
 def canonical_key(text: str) -> str | None:
     """Name of what a header key declares, None for an unknown key.
 
-    Returns
-    -------
-    str or None
-        One of `KEYS`.
-
     Examples
     --------
     >>> canonical_key("T0"), canonical_key("g"), canonical_key("operator")
@@ -283,10 +271,7 @@ def canonical_key(text: str) -> str | None:
 def split_unit(key: str) -> tuple[str, str]:
     """Split a header key such as ``T0 [degC]`` into its name and unit.
 
-    Returns
-    -------
-    tuple of str
-        Name and unit; the unit is empty where there is none.
+    The unit is empty where there is none.
 
     Examples
     --------
@@ -302,19 +287,8 @@ def name_and_unit(
 ) -> tuple[str, str]:
     """Split a name from its unit, in brackets or behind a comma, a slash, ``in`` or a blank.
 
-    Parameters
-    ----------
-    text : str
-        A heading or key.
-    is_unit : callable
-        What tells a unit; of one in brackets it is not asked.
-    behind_blanks : bool, default True
-        Whether a unit may stand behind a blank or ``_`` alone.
-
-    Returns
-    -------
-    tuple of str
-        Name and unit; the unit is empty where there is none.
+    `is_unit` is not asked of one in brackets. The unit is empty where there is none; it stands
+    behind a blank or ``_`` alone only where `behind_blanks` says so.
 
     Examples
     --------

@@ -10,11 +10,6 @@ from accelcal.plural import counted, named
 def lines_named(lines: Iterable[int]) -> str:
     """Name lines for a note, at most five of them.
 
-    Returns
-    -------
-    str
-        Such as ``"lines 3, 4"``.
-
     Examples
     --------
     >>> lines_named([7]), lines_named(range(1, 9))
@@ -28,11 +23,6 @@ def lines_named(lines: Iterable[int]) -> str:
 def were(lines: Sized, what: str) -> str:
     """Count what stands in some lines, before saying what was done to it.
 
-    Returns
-    -------
-    str
-        Such as ``"2 rows were"``.
-
     Examples
     --------
     >>> were([7], "row"), were([7, 8], "row")
@@ -43,11 +33,6 @@ def were(lines: Sized, what: str) -> str:
 
 def all_outputs(count: int) -> str:
     """Say that all outputs are something.
-
-    Returns
-    -------
-    str
-        Such as ``"all 3 outputs are"``.
 
     Examples
     --------
