@@ -17,13 +17,13 @@ from accelcal.archive.columns import (
     Columns,
     FrameColumn,
     put_together,
-    units_of,
 )
-from accelcal.archive.formats import form_of, require_form, results, write_errors
+from accelcal.archive.formats import FORMS, require_form, results, write_errors
 from accelcal.archive.journal import growing_results, open_journal, work_and_keep
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import Sources, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, work_through
+from accelcal.arguments.endings import ending_of
 from accelcal.arguments.kinds import path_text, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag, check_function, check_options, check_text
@@ -259,7 +259,7 @@ def write_batch(
     (1, 0)
     """
     target = path_text(target)
-    form = form_of(target)
+    form = ending_of(target, FORMS)
     require_form(form)
     _check_workers(jobs, dask, progress)
     check_flag(resume=resume)
@@ -368,7 +368,7 @@ def _frame(parts: Sequence[Columns], kinds: Mapping[str, FrameColumn]) -> pd.Dat
         for name, cells in put_together(parts).items()
     }
     frame = pd.DataFrame(columns)
-    frame.attrs["units"] = units_of(kinds)
+    frame.attrs["units"] = {name: column.unit for name, column in kinds.items() if column.unit}
     return frame
 
 

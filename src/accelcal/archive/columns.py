@@ -63,22 +63,6 @@ def gate_column(gate: str) -> str:
     return "gate_" + gate.replace(" ", "_")
 
 
-def units_of(columns: Mapping[str, FrameColumn]) -> dict[str, str]:
-    """Units of the columns that have one.
-
-    Parameters
-    ----------
-    columns : mapping of str to FrameColumn
-        `ROWS` or `LAWS`.
-
-    Returns
-    -------
-    dict
-        Name of a column -> unit.
-    """
-    return {name: column.unit for name, column in columns.items() if column.unit}
-
-
 def _of_quantity(name: str, unit: str) -> Iterator[FrameColumn]:
     for suffix, told in _PARTS:
         yield FrameColumn(name + suffix, "number", unit, told.format(name))

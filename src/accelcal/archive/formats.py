@@ -26,27 +26,6 @@ _ROWS = 2**12
 _PACKED = 4  # level of gzip: 9, its default, takes more than twice as long for a twentieth less
 
 
-def form_of(path: str) -> str:
-    """Form of results by the end of their name.
-
-    Returns
-    -------
-    str
-        One of `FORMS`.
-
-    Raises
-    ------
-    InputError
-        If the name ends otherwise.
-
-    Examples
-    --------
-    >>> form_of("results.csv.gz")
-    '.csv.gz'
-    """
-    return ending_of(path, FORMS)
-
-
 def results(path: str) -> dict[str, str]:
     """Names of the files that a batch writes.
 
@@ -57,7 +36,7 @@ def results(path: str) -> dict[str, str]:
     >>> results("al15.parquet")["errors"]
     'al15.errors.csv'
     """
-    form = form_of(path)
+    form = ending_of(path, FORMS)
     stem = path[: -len(form)]
     return {"tables": path, "laws": f"{stem}.laws{form}", "errors": f"{stem}.errors.csv"}
 

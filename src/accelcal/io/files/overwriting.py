@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import gzip
-import io
 import os
 import re
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
-from itertools import islice
 
 from accelcal.errors import InputError
 from accelcal.io.files.parquet import headings_of, is_parquet
@@ -17,7 +14,9 @@ from accelcal.io.files.parquet import headings_of, is_parquet
 _BEGINNING = 2**14
 """Bytes that hold the header lines and headings of a table."""
 
-_LINES = 200
+_GZIP = 16 + zlib.MAX_WBITS
+"""Of `zlib`, what takes gzip."""
+
 _SIMULATED = re.compile(r"(?:#.*\n)*# simulated: ")
 
 
@@ -54,16 +53,6 @@ def _down_to_headings(path: str, beginning: bytes) -> str:
         with suppress(InputError):
             return ",".join(headings_of(path))
     if beginning.startswith(b"\x1f\x8b"):
-        beginning = _unpacked(beginning)
+        with suppress(zlib.error):
+            beginning = zlib.decompressobj(_GZIP).decompress(beginning, _BEGINNING)
     return beginning.decode("utf-8", errors="replace")
-
-
-def _unpacked(beginning: bytes) -> bytes:
-    """First lines of a packed file, of which the end is not there."""
-    lines: list[bytes] = []
-    with suppress(OSError, EOFError, zlib.error):
-        for line in islice(gzip.GzipFile(fileobj=io.BytesIO(beginning)), _LINES):
-            lines.append(line)
-            if not line.startswith(b"#"):
-                break
-    return b"".join(lines)
