@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import accelcal
-from accelcal.io.files import digest
+from accelcal.io.files import text
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "al15.csv"
 
@@ -51,11 +51,11 @@ def test_a_discovery_names_its_file():
 
 @pytest.mark.parametrize("size", [0, 1, 9000, 600_000])
 @pytest.mark.parametrize("loaded", [True, False])
-@pytest.mark.parametrize("alone", [digest._ALONE, "no_such_module"])
+@pytest.mark.parametrize("alone", [text._ALONE, "no_such_module"])
 def test_the_digest_is_that_of_hashlib(monkeypatch, size, loaded, alone):
     data = bytes(range(256)) * (size // 256) + b"x" * (size % 256)
     expected = hashlib.sha256(data).hexdigest()
-    monkeypatch.setattr(digest, "_ALONE", alone)
+    monkeypatch.setattr(text, "_ALONE", alone)
     if not loaded:
         monkeypatch.delitem(sys.modules, "hashlib")
-    assert digest.sha256_of(data) == expected
+    assert text.sha256_of(data) == expected

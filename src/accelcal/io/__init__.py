@@ -2,7 +2,7 @@
 
 A table of readings becomes a record in `tables`, by way of `files` (bytes to text), `layout`
 (header lines, headings and rows), `columns` (what each column holds, by the `words` of tables),
-`engines` and `values` (text to numbers), `readings`, `runs` and `repeats`. Many ordinary tables at
+`engines` and `values` (text to numbers), `readings`, `runs` and `records`. Many ordinary tables at
 once take the shorter way of `ordinary` to the same records. Other tables, of a `head`, a `triad` or
 a `stability_record`, have headings of their own, and the same header lines and cells.
 

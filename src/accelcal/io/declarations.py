@@ -13,12 +13,13 @@ from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import shown
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_text, mapping_of
-from accelcal.errors import InputError, located
+from accelcal.errors import InputError, TableError, located
 from accelcal.geometry import checked_fixture_angle
 from accelcal.head_angles import checked_positions
 from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
+from accelcal.io.values.cells import Column, labels
 from accelcal.io.words.signs import is_missing, with_hyphen
 from accelcal.io.words.vocabulary import KEYS, KINDS_OF
 from accelcal.units import UNITS, conversion_factor, output_unit, scaled, size_of
@@ -119,6 +120,38 @@ def notes_of_serial(given: str | None, written: str | None) -> tuple[str, ...]:
     if None in (given, written) or given == written:
         return ()
     return (f"the serial is {given}, as given, in place of {written} in the table",)
+
+
+def serial_of_file(
+    layout: Layout, column: Column | None, given: str | None, remedy: str
+) -> tuple[str | None, tuple[str, ...]]:
+    """Tell the one serial number of a file.
+
+    That of the caller takes the place of that of the file, and a note says so. The remedy tells
+    what to do where the file has several.
+
+    Raises
+    ------
+    TableError
+        If the file has several, or a cell of the column is empty.
+    """
+    found = _lines_of_serials(layout, column)
+    if len(found) > 1:
+        problem = f"serials {shown(', '.join(found))} in one record"
+        raise TableError(problem, remedy, source=layout.source, line=list(found.values())[1])
+    written = next(iter(found), None)
+    return given or written, notes_of_serial(given, written)
+
+
+def _lines_of_serials(layout: Layout, column: Column | None) -> dict[str, int]:
+    """Line of each serial number where it first stands."""
+    header = layout.declared.get("serial")
+    found = {header.value: header.line} if header and header.value else {}
+    if column and any(column.cells):
+        index, names = labels(column)
+        first = np.unique(index, return_index=True)[1]
+        found = dict(zip(names, column.lines[first].tolist(), strict=True)) | found
+    return dict(sorted(found.items(), key=lambda own: own[1]))
 
 
 def _checked(

@@ -14,15 +14,14 @@ from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError, TableError
 from accelcal.io.columns import notes_of_unused, places_of
-from accelcal.io.declarations import declared_by_caller
+from accelcal.io.declarations import declared_by_caller, serial_of_file
 from accelcal.io.engines import by_an_engine, split_rows
 from accelcal.io.files.text import Source, read_text
 from accelcal.io.layout.output_columns import with_lone_output
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
-from accelcal.io.layout.units_below import with_units_below
+from accelcal.io.layout.rearranged import with_units_below
 from accelcal.io.readings import refuse_markers, refuse_other_temperatures
-from accelcal.io.serial_of_file import serial_of_file
 from accelcal.io.values.cells import Column, labels, numbers
 from accelcal.io.values.times import in_seconds, times
 from accelcal.io.words.vocabulary import Heading, has_unit, name_and_unit

@@ -20,7 +20,6 @@ from accelcal.io.declarations import (
 )
 from accelcal.io.engines import Engine, by_an_engine
 from accelcal.io.files.text import Source, SourceText, Texts, read_texts
-from accelcal.io.layout.merged_cells import with_merged_cells
 from accelcal.io.layout.output_columns import with_channels, with_lone_output
 from accelcal.io.layout.output_unit import (
     factor_of_std,
@@ -29,14 +28,19 @@ from accelcal.io.layout.output_unit import (
     units_written,
 )
 from accelcal.io.layout.parts import Layout, read_layout
+from accelcal.io.layout.rearranged import (
+    with_blocks_below,
+    with_merged_cells,
+    with_strokes_in_rows,
+    with_units_below,
+    without_repeated_headings,
+)
 from accelcal.io.layout.remarks import without_remarks
-from accelcal.io.layout.several_blocks import with_blocks_below, without_repeated_headings
-from accelcal.io.layout.transposed import with_strokes_in_rows
-from accelcal.io.layout.units_below import with_units_below
 from accelcal.io.readings import (
     notes_of_midnight,
     notes_of_turn,
     read_readings,
+    refuse_swapped,
 )
 from accelcal.io.records import records_of
 from accelcal.io.sheets import (
@@ -46,7 +50,6 @@ from accelcal.io.sheets import (
     with_name_of_sheet,
 )
 from accelcal.io.strokes import with_cycles
-from accelcal.io.swapped import refuse_swapped
 from accelcal.io.values.places import notes_of_minutes
 from accelcal.io.values.thousands import notes_of_thousands
 from accelcal.logs import tell

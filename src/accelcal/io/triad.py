@@ -11,11 +11,15 @@ from accelcal.arguments.axes import AXES, axis_named
 from accelcal.arrays import Array
 from accelcal.errors import TableError, located
 from accelcal.head_angles import nominal_angles
-from accelcal.io.declarations import declared_by_caller, declared_number, declared_temperature
+from accelcal.io.declarations import (
+    declared_by_caller,
+    declared_number,
+    declared_temperature,
+    serial_of_file,
+)
 from accelcal.io.files.text import Source, read_text
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
 from accelcal.io.readings import refuse_markers, temperatures_of
-from accelcal.io.serial_of_file import serial_of_file
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.values.cells import Column, complete_numbers
 from accelcal.io.values.places import refuse_radians

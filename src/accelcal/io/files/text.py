@@ -7,13 +7,13 @@ import re
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from importlib import import_module
 from io import BytesIO
 from typing import IO, NamedTuple, TypeVar, cast
 
 from accelcal.arguments.kinds import kind_of
 from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.files.csv_text import is_batch_result
-from accelcal.io.files.digest import sha256_of
 from accelcal.io.files.encodings import encoding_of, errors_of, note_of_encoding
 
 Source = str | os.PathLike[str] | IO[bytes] | IO[str]
@@ -41,6 +41,13 @@ _FOREIGN = (
     (b"\x89HDF", "an HDF5 or MATLAB file"),
     (b"MATLAB 5.0", "a MATLAB file"),
 )
+
+
+_SMALL = 500_000
+"""Bytes that take less long without OpenSSL than it takes to load."""
+
+_ALONE = "_sha256" if sys.version_info < (3, 12) else "_sha2"
+"""Module of CPython that has the function alone; other Pythons may lack it."""
 
 
 class SourceText(NamedTuple):
@@ -157,6 +164,28 @@ def standard_input() -> IO[bytes]:
     if sys.stdin is None:
         raise InputError("standard input is closed; open it, or give the path of a file")
     return cast("IO[bytes]", getattr(sys.stdin, "buffer", sys.stdin))
+
+
+def sha256_of(data: bytes) -> str:
+    """SHA-256 in hexadecimal.
+
+    ``hashlib`` loads OpenSSL, which is faster, but takes longer to load than a table takes to read.
+
+    Examples
+    --------
+    >>> sha256_of(b"")[:16]
+    'e3b0c44298fc1c14'
+    """
+    if len(data) < _SMALL and "hashlib" not in sys.modules:
+        try:
+            digest: str = import_module(_ALONE).sha256(data).hexdigest()
+        except ImportError:
+            pass
+        else:
+            return digest
+    from hashlib import sha256
+
+    return sha256(data).hexdigest()
 
 
 def unreadable(error: OSError | ValueError, path: str, what: str) -> TableError:

@@ -11,6 +11,7 @@ from accelcal.units import canonical_unit, size_of
 _NO_UNIT = MISSING | {"1"}
 _WORDED = (None, "date", "time")  # columns whose units may be any words, such as hh:mm:ss
 UNITS_ABOVE = "the units stand above the headings (line {})"
+UNITS_BELOW = "the units stand below the headings (line {})"
 
 
 def headings_with_units(

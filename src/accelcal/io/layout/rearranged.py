@@ -1,0 +1,239 @@
+"""Tables brought into one form: headings stand once, units in them, and no cell is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+from accelcal.arguments.kinds import shown
+from accelcal.io.files.csv_text import in_quotes
+from accelcal.io.layout.heading_rows import block_width
+from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
+from accelcal.io.words.vocabulary import ACROSS, Heading, read_heading
+from accelcal.io.words.wording import lines_named, were
+
+_KEY = frozenset(
+    {"serial", "run", "temperature", "mounting", "clamping", "stroke", "direction"}
+    | {"position", "angle", "minutes", "seconds"}
+)
+"""Roles of the columns that tell which reading it is."""
+
+_LABELS = _KEY.difference(("minutes", "seconds")).union(("lot", "date"))
+"""Roles of columns whose cells may hold for rows below them."""
+
+_PLACES = frozenset({"position", "angle", "stroke"})
+
+_SIDE = ("position", "angle")
+
+
+def with_units_below(layout: Layout) -> Layout:
+    r"""Take a first row that holds units, and no reading, into the headings.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "T;J;Y [mA];;\n;;1;2;3\ndegC;-;mA;mA;mA\n20;1;1.35;1.35;1.35"
+    >>> layout = with_units_below(read_layout(SourceText("a.csv", text, "utf-8")))
+    >>> [heading.text for heading in layout.headings], layout.rows
+    (['T [degC]', 'J', '1 [mA]', '2 [mA]', '3 [mA]'], ['20;1;1.35;1.35;1.35'])
+    """
+    row = split_line(layout.rows[0], layout.separator)
+    headings = headings_with_units(layout.headings, row) if len(layout.rows) > 1 else None
+    if headings is None:
+        return layout
+    return layout._replace(
+        headings=headings,
+        rows=layout.rows[1:],
+        lines=layout.lines[1:],
+        notes=(*layout.notes, UNITS_BELOW.format(layout.lines[0])),
+    )
+
+
+def without_repeated_headings(layout: Layout) -> Layout:
+    r"""Leave out the rows that repeat the headings, where the blocks tell their readings apart.
+
+    The table stays as it is where it would have a reading twice.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "T,J,Y1,Y2\n20,1,1.35,1.35\nT,J,Y1,Y2\n60,1,1.36,1.36\n"
+    >>> without_repeated_headings(read_layout(SourceText("a.csv", text, "utf-8"))).rows
+    ['20,1,1.35,1.35', '60,1,1.36,1.36']
+    """
+    texts = [heading.text for heading in layout.headings]
+    first = next(filter(None, texts))
+    repeated = [
+        place
+        for place, row in enumerate(layout.rows)
+        if first in row and _cells(row, layout, len(texts)) == texts
+    ]
+    if not repeated:
+        return layout
+    if headings_with_units(layout.headings, _cells(layout.rows[0], layout, len(texts))):
+        below = [place + 1 for place in repeated]
+        repeated += [place for place in below if layout.rows[place : place + 1] == layout.rows[:1]]
+    left = sorted(set(range(len(layout.rows))).difference(repeated))
+    lines = [layout.lines[place] for place in sorted(repeated)]
+    note = f"{were(lines, 'row')} of headings again, and left out ({lines_named(lines)})"
+    return _if_told_apart(layout, layout.some(left)._replace(notes=(*layout.notes, note)))
+
+
+def with_blocks_below(layout: Layout) -> Layout:
+    r"""Put blocks of the same columns that stand side by side below each other.
+
+    A temperature or serial that stands above each of them becomes a column. The table stays as it
+    is where it would have a reading twice.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "T,J,Y1,Y2,,T,J,Y1,Y2\n20,1,1.35,1.35,,60,1,1.36,1.36\n"
+    >>> with_blocks_below(read_layout(SourceText("a.csv", text, "utf-8"))).rows
+    ['"20","1","1.35","1.35"', '"60","1","1.36","1.36"']
+    """
+    texts = [heading.text for heading in layout.headings]
+    width = block_width(texts)
+    labels = layout.labels
+    label = [Heading(own.text, ACROSS[own.role or ""]) for own in labels[:1]]
+    used = width - (texts[width - 1 : width] == [""])
+    headings = (*layout.headings[:used], *label)
+    if not _PLACES & {heading.role for heading in headings}:
+        return layout
+    count = -(-len(texts) // width)
+    table = [_cells(row, layout, count * width) for row in layout.rows]
+    gaps = range(width - 1, count * width, width) if used < width else ()
+    if any(any(row[count * width :]) or any(row[place] for place in gaps) for row in table):
+        return layout
+    blocks = [
+        ([*row[start : start + used], *_told(labels[start // width :][:1])], line)
+        for start in range(0, count * width, width)
+        for row, line in zip(table, layout.lines, strict=True)
+        if any(row[start : start + width])
+    ]
+    return _if_told_apart(
+        layout,
+        layout._replace(
+            headings=headings,
+            rows=_joined((cells for cells, _ in blocks), layout.separator or " "),
+            lines=[line for _, line in blocks],
+            notes=(*layout.notes, f"{count} blocks side by side are read as one table"),
+        ),
+    )
+
+
+def _told(labels: Sequence[Heading]) -> list[str]:
+    """Cell of what stands above a block."""
+    return [own.of if isinstance(own.of, str) else f"{own.of:g}" for own in labels]
+
+
+def _if_told_apart(before: Layout, after: Layout) -> Layout:
+    """The table made anew if no two rows of it are of one reading, else as it was."""
+    size = len(after.headings)
+    key = [place for place, own in enumerate(after.headings) if own.role in _KEY]
+    rows = [_cells(row, after, size) for row in after.rows]
+    told = {tuple(row[place] for place in key) for row in rows}
+    return after if len(told) == len(rows) else before
+
+
+def _cells(row: str, layout: Layout, size: int) -> list[str]:
+    """Cells of a row, at least as many as there are columns."""
+    cells = split_line(row, layout.separator)
+    while len(cells) > size and not cells[-1]:
+        cells.pop()
+    return cells + [""] * (size - len(cells))
+
+
+def with_merged_cells(layout: Layout) -> Layout:
+    r"""Repeat the cells of columns where empty ones stand below each.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "T,J,Y1\n20,1,1.35\n,3,0.01\n,5,-1.34\n60,1,1.36\n,3,0.02\n,5,-1.35\n"
+    >>> with_merged_cells(read_layout(SourceText("a.csv", text, "utf-8"))).rows[4]
+    '"60","3","0.02"'
+    """
+    columns = [place for place, own in enumerate(layout.headings) if own.role in _LABELS]
+    head = [split_line(row, layout.separator) for row in layout.rows[:2]]
+    if layout.separator is None or not any(_stands_once(head, place) for place in columns):
+        return layout  # as nearly all
+    table = [split_line(row, layout.separator) for row in layout.rows]
+    merged = [place for place in columns if _stands_once(table, place) and _is_sparse(table, place)]
+    if not merged:
+        return layout
+    for above, row in pairwise(table):
+        for place in merged:
+            row[place] = row[place] or above[place]
+    names = shown(", ".join(layout.headings[place].text for place in merged))
+    note = f"empty cells of {names} count as the one above them"
+    rows = _joined(table, layout.separator)
+    return layout._replace(rows=rows, notes=(*layout.notes, note))
+
+
+def _stands_once(table: list[list[str]], place: int) -> bool:
+    """Whether the first cell of a column is filled, and an empty one stands below each that is."""
+    if any(len(row) <= place for row in table):
+        return False
+    filled = [bool(row[place]) for row in table]
+    return filled[0] and not any(above and below for above, below in pairwise([*filled, True]))
+
+
+def _is_sparse(table: list[list[str]], place: int) -> bool:
+    """Whether most cells are empty: a few that are missing look otherwise."""
+    return 2 * sum(bool(row[place]) for row in table) < len(table)
+
+
+def with_strokes_in_rows(layout: Layout) -> Layout:
+    r"""Take the first cells of the rows for strokes, where they or the angles are called so.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "Position;1;2;3\nStroke 1;1,35;0,95;0,01\nStroke 2;1,36;0,96;0,01\n"
+    >>> layout = with_strokes_in_rows(read_layout(SourceText("a.csv", text, "utf-8")))
+    >>> [heading.text for heading in layout.headings], layout.rows[1]
+    (['stroke', '1', '2', '3'], '"2";"1,36";"0,96";"0,01"')
+    """
+    side, *others = layout.headings
+    mark = layout.separator
+    if side.role not in _SIDE or not others or mark is None:
+        return layout
+    across = [_across(side.role, heading) for heading in others]
+    first = read_heading(split_line(layout.rows[0], mark)[0])
+    named = not first.text[:1].isdigit() or all(own.role == "angles" for own in others)
+    if first.role != "strokes" or not named or None in across:
+        return layout
+    table = [split_line(row, mark) for row in layout.rows]
+    strokes = [_stroke(row) for row in table]
+    if None in strokes:
+        return layout
+    rows = ([str(own), *row[1:]] for own, row in zip(strokes, table, strict=True))
+    return layout._replace(
+        headings=(Heading("stroke", "stroke"), *filter(None, across)),
+        rows=_joined(rows, mark),
+    )
+
+
+def _across(side: str, heading: Heading) -> Heading | None:
+    """Heading of a column by its number, or None where it is something else."""
+    if side == "position":
+        return heading if heading.role == "strokes" and heading.text[:1].isdigit() else None
+    angle = read_heading(f"{heading.text.rstrip('°')} deg")
+    return angle._replace(text=heading.text) if angle.role == "angles" else None
+
+
+def _stroke(row: Sequence[str]) -> float | str | None:
+    heading = read_heading(row[0])
+    return heading.of if heading.role == "strokes" else None
+
+
+def _joined(table: Iterable[Sequence[str]], mark: str) -> list[str]:
+    """Rows of the cells of a table."""
+    return [mark.join(map(in_quotes, cells)) for cells in table]
