@@ -13,7 +13,6 @@ from accelcal.io.files.parquet import as_csv, is_parquet, read_all, read_rows
 from accelcal.io.files.text import named_bytes, read_text
 from accelcal.io.ordinary.reader import Content, read_arrow, read_ordinary
 from accelcal.io.sound_serials import SoundSerials, read_sound, sound_serials
-from accelcal.io.tables import layout_of
 from accelcal.record import TumbleRecord
 
 Records = tuple[TumbleRecord, ...]
@@ -137,7 +136,7 @@ def _read_stretch(piece: Content, overrides: Mapping[str, Any]) -> SoundSerials:
         line = None if error.line is None else error.line + skipped
         raise TableError(error.problem, error.remedy, source=piece.name, line=line) from None
     text = text._replace(sha256=None, skipped=skipped)
-    return sound_serials(text, layout_of(text), overrides)
+    return sound_serials(text, overrides)
 
 
 def _read(path: str, overrides: Mapping[str, Any]) -> SoundSerials:

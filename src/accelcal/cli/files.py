@@ -146,13 +146,7 @@ class Command(click.Command):
 
 
 def refuse_source(source: str, path: str | None) -> None:
-    """Refuse to write over the table that a calibration was made from.
-
-    Raises
-    ------
-    InputError
-        If it is that file.
-    """
+    """Refuse to write over the table that a calibration was made from."""
     if path is not None and os.path.isfile(path) and _place(source) == os.path.realpath(path):  # noqa: PTH113
         raise InputError(
             f"-o {path} is the table that the calibration was made from; name another file with -o"

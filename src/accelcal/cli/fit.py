@@ -58,6 +58,7 @@ def fit(
     """
     from accelcal.calibrate.fit import fit as calibrate
     from accelcal.io.tables import read_tables
+    from accelcal.results.result import all_to_json
 
     asked = fit_arguments(options)
     records = [
@@ -83,7 +84,7 @@ def fit(
         write_report(calibrations, page)
     forms = {
         "text": lambda: one_below_the_other(map(str, calibrations)),
-        "json": lambda: _json(calibrations),
+        "json": lambda: all_to_json(calibrations),
         "csv": lambda: _csv(calibrations),
     }
     deliver_forms(forms, path, form)
@@ -112,12 +113,6 @@ def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
         for note in record.notes:
             remark(f"note: {record.source}: {note}")
         yield record
-
-
-def _json(calibrations: Sequence[Calibration]) -> str:
-    from accelcal.results.result import all_to_json
-
-    return all_to_json(calibrations)
 
 
 def _csv(calibrations: Sequence[Calibration]) -> str:

@@ -77,13 +77,7 @@ def _numbered(sheet: str) -> set[str]:
 
 
 def require_same_columns(sheets: Sequence[Layout]) -> None:
-    """Refuse sheets whose headings differ.
-
-    Raises
-    ------
-    TableError
-        If they do.
-    """
+    """Refuse sheets whose headings differ."""
     first, *others = sheets
     for sheet in others:
         if (sheet.headings, sheet.separator) != (first.headings, first.separator):

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from accelcal.errors import TableError
 from accelcal.io.files.text import Source, SourceText, read_texts
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.tables import Sheet, layout_of, read_tables, survey_sheets, survey_text
+from accelcal.io.tables import Sheet, layout_of, read_tables, survey_sheets
 from accelcal.io.values.cells import written_otherwise
 from accelcal.io.words.wording import lines_named, were
 from accelcal.record import TumbleRecord
@@ -71,17 +71,16 @@ def read_sound(source: Source, overrides: Mapping[str, object]) -> SoundSerials:
         return found
 
 
-def sound_serials(
-    text: SourceText, layout: Layout, overrides: Mapping[str, object]
-) -> SoundSerials:
+def sound_serials(text: SourceText, overrides: Mapping[str, object]) -> SoundSerials:
     """Read the accelerometers of a part of a text, see `read_sound`.
 
     Where there is none, the fault is that of the whole.
     """
+    sheets = [Sheet(text, layout_of(text))]
     try:
-        return SoundSerials(survey_text(text, overrides, layout)[1])
+        return SoundSerials(survey_sheets(sheets, overrides)[1])
     except TableError as error:
-        return _without_faulty([Sheet(text, layout)], overrides, error)
+        return _without_faulty(sheets, overrides, error)
 
 
 def _without_faulty(

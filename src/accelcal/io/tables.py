@@ -55,7 +55,7 @@ from accelcal.io.values.thousands import notes_of_thousands
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 
-__all__ = ["TableForm", "read_table", "read_tables", "survey", "survey_text"]
+__all__ = ["TableForm", "read_table", "read_tables", "survey"]
 
 ONE_AT_A_TIME = "read them by read_tables, or give one accelerometer at a time"
 
@@ -272,33 +272,6 @@ def _require_one_unit(sheets: Sequence[Sheet], records: Sequence[TumbleRecord]) 
                 remedy = "write a line '# serial: ...' or '# run: ...' in each sheet"
                 raise layout.refuse(problem, f"{remedy}, or call it 'SN ...'")
         met |= dict.fromkeys(own, text)
-
-
-def survey_text(
-    text: SourceText, overrides: Mapping[str, object], layout: Layout | None = None
-) -> Survey:
-    """Read the text of a table and tell how it was written.
-
-    Parameters
-    ----------
-    text : SourceText
-        The text.
-    overrides : mapping of str to object
-        As for `read_tables`.
-    layout : Layout, optional
-        Some rows of the table that `layout_of` takes apart; by default all.
-
-    Returns
-    -------
-    tuple
-        As of `survey`.
-
-    Raises
-    ------
-    TableError
-        If the table is unusable.
-    """
-    return _survey(text, layout or layout_of(text), overrides)
 
 
 def layout_of(text: SourceText) -> Layout:

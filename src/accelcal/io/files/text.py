@@ -231,11 +231,6 @@ def refuse_foreign(data: bytes, name: str) -> None:
     """Refuse what other programs write that is no text, and say what it is.
 
     The beginning of the file is enough.
-
-    Raises
-    ------
-    TableError
-        If the file begins as one of them.
     """
     for mark, kind in _FOREIGN:
         if data.startswith(mark):
@@ -252,11 +247,6 @@ def refuse_document(text: str, name: str) -> None:
     """Refuse JSON or results of a batch where a table belongs, and say what they are.
 
     The first lines are enough.
-
-    Raises
-    ------
-    TableError
-        If the text begins as such a file does.
     """
     if is_batch_result(text):
         problem = "results of accelcal batch, not a table of readings"

@@ -118,13 +118,7 @@ def header_line(text: str, key_of: KeyOf = table_key) -> tuple[str, str]:
 
 
 def refuse_declaration(text: str, source: str, line: int) -> None:
-    """Refuse a header line among the rows or below them.
-
-    Raises
-    ------
-    TableError
-        If the text declares something.
-    """
+    """Refuse a text among the rows, or below them, that declares something."""
     if header_line(text)[0] in KEYS:
         problem = f"header line {shown(text)} inside the table"
         remedy = "write it above the headings; one table a file, or a column serial"

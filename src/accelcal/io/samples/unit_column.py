@@ -34,13 +34,7 @@ def first_unit(
 
 
 def refuse_other_units(cells: Sequence[str], lines: Ints, unit: str | None, source: str) -> None:
-    """Refuse samples that a column of units gives another unit than the others.
-
-    Raises
-    ------
-    TableError
-        At the first of them.
-    """
+    """Refuse samples that a column of units gives another unit than the others."""
     others = {cell for cell in {*cells} if names_unit(cell) and canonical_unit(cell) != unit}
     if others:
         at = next(i for i, cell in enumerate(cells) if cell in others)

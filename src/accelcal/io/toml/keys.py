@@ -62,11 +62,6 @@ def check_keys(
     A type is str, float (any number), int, bool, dict, list or a tuple of types; names tell how a
     message calls others than texts, numbers and flags. The message begins with `where`.
 
-    Raises
-    ------
-    InputError
-        If a key breaks a rule.
-
     Examples
     --------
     >>> check_keys({"unit": 5}, {"unit": str}, {str: "a text in quotes"})

@@ -214,11 +214,6 @@ def refuse_thousands(columns: Sequence[Column]) -> None:
     """Refuse outputs whose decimal mark is one of thousands.
 
     The columns are of the same rows; what the engine has read already does not count.
-
-    Raises
-    ------
-    TableError
-        At the first cell with such a mark.
     """
     written = [own for own in columns if not isinstance(own.cells, np.ndarray)]
     place = first_in_groups(chain.from_iterable(own.cells for own in written))
