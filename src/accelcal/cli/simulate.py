@@ -171,7 +171,7 @@ def _resolution(step: float | str, unit: str | None) -> float:
     """Step in the unit of the outputs."""
     if not isinstance(step, str):
         return step
-    from accelcal.io.declarations import number_and_unit
+    from accelcal.io.values.cells import number_and_unit
     from accelcal.units import conversion_factor, scaled
 
     number, own = number_and_unit(step, ".")

@@ -19,8 +19,8 @@ from accelcal.head_angles import checked_positions
 from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.readings import MAXIMUM_TEMPERATURE
-from accelcal.io.values.cells import Column, labels
-from accelcal.io.words.signs import is_missing, with_hyphen
+from accelcal.io.values.cells import Column, labels, number_and_unit
+from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import KEYS, KINDS_OF
 from accelcal.units import UNITS, conversion_factor, output_unit, scaled, size_of
 
@@ -32,7 +32,6 @@ OVERRIDES += ("date", "metadata")
 _QUANTITIES = (*APPARATUS, "reference_temperature")
 
 _DECIMAL_COMMA = re.compile(r"\d,\d")
-_NUMBER = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
 _FACTOR = re.compile(r"\bk\s*=|sigma\b|σ|\b9[59][0-9.,]*\s*%", re.IGNORECASE)
 
 
@@ -235,22 +234,6 @@ def _check_apparatus(key: str, value: float, declared: Declared, written: str) -
     except InputError as error:
         problem, _, remedy = str(error).partition("; ")
         raise declared.refuse(written or problem, remedy) from None
-
-
-def number_and_unit(text: str, decimal: str) -> tuple[str, str]:
-    """Split a number from the unit behind it.
-
-    The number has a decimal point, and may be no number yet; it is empty where the text does not
-    begin as one.
-
-    Examples
-    --------
-    >>> number_and_unit("0,5 arcsec", ","), number_and_unit("-2", "."), number_and_unit("no", ".")
-    (('0.5', 'arcsec'), ('-2', ''), ('', ''))
-    """
-    match = _NUMBER.fullmatch(with_hyphen(text))
-    number, unit = match.groups() if match else ("", "")
-    return number.replace(",", ".") if decimal == "," else number, unit
 
 
 def _size(

@@ -11,11 +11,10 @@ from accelcal.arrays import Array, Mask
 from accelcal.errors import TableError, located
 from accelcal.estimate.same_head import HEAD, STAND, names_of
 from accelcal.head_angles import head_positions
-from accelcal.io.declarations import number_and_unit
 from accelcal.io.files.text import Source, read_document
 from accelcal.io.layout.header_lines import Declared
 from accelcal.io.small_table import SmallTable, small_table
-from accelcal.io.values.cells import Column, complete_numbers
+from accelcal.io.values.cells import Column, complete_numbers, number_and_unit
 from accelcal.io.words.head_words import (
     Cover,
     head_heading,

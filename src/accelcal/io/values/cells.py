@@ -28,8 +28,7 @@ _REMEDIES = {
 }
 """Column -> what its cells should be, where one is no number."""
 
-_WITH_UNIT = re.compile(r"([-+\u2212\u2013]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,+-].*)")
-
+_NUMBER_AND_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
 
 _WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
 
@@ -80,10 +79,10 @@ class Column(NamedTuple):
         `is_unit` tells a unit, right or wrong, of the column; by default that of its role.
         """
         first = next((cell for cell in self.cells if not is_missing(str(cell))), "")
-        match = _WITH_UNIT.fullmatch(str(first))
-        if not match or not (is_unit or partial(is_unit_of, self.role))(match[2]):
+        _, unit = number_and_unit(str(first), ".")
+        if not unit or not (is_unit or partial(is_unit_of, self.role))(unit):
             return self
-        unit, allowed = match[2], UNITS_OF.get(self.role)
+        allowed = UNITS_OF.get(self.role)
         if allowed and not has_unit(self.role, unit):
             problem, remedy = f"{{}} is in {unit}", f"give it in {allowed[0]}"
             raise self.refuse(list(self.cells).index(first), problem, remedy)
@@ -96,9 +95,9 @@ class Column(NamedTuple):
 
     def _bare(self, index: int, unit: str) -> str:
         cell = str(self.cells[index])
-        match = _WITH_UNIT.fullmatch(cell)
-        if match and match[2] == unit:
-            return match[1]
+        number, own = number_and_unit(cell, ".")
+        if own == unit:
+            return number
         if is_missing(cell):
             return cell
         raise self.refuse(index, f"{{}} after cells in {unit}", "use one unit in a column")
@@ -116,6 +115,22 @@ class Column(NamedTuple):
         """Refuse the first cell where `good` is false."""
         if not good.all():
             raise self.refuse(int(np.argmin(good)), problem, remedy)
+
+
+def number_and_unit(text: str, decimal: str) -> tuple[str, str]:
+    """Split a number from the unit behind it.
+
+    The number has a decimal point, and may be no number yet; it is empty where the text does not
+    begin as one.
+
+    Examples
+    --------
+    >>> number_and_unit("0,5 arcsec", ","), number_and_unit("-2", "."), number_and_unit("no", ".")
+    (('0.5', 'arcsec'), ('-2', ''), ('', ''))
+    """
+    match = _NUMBER_AND_UNIT.fullmatch(with_hyphen(text))
+    number, unit = match.groups() if match else ("", "")
+    return number.replace(",", ".") if decimal == "," else number, unit
 
 
 def numbers(column: Column) -> Array:

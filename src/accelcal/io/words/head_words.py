@@ -15,6 +15,7 @@ from accelcal.io.words.vocabulary import (
     canonical_key,
     is_unit_of,
     name_and_unit,
+    plain_name,
 )
 
 STANDARD = (
@@ -98,15 +99,11 @@ _LEFT_BEHIND = (
 """What is left of brackets where these were, and what becomes of it."""
 
 
-def _plain(name: str) -> str:
-    return re.sub(r"[\s_\-]+", "_", name.strip()).casefold().replace("ё", "е").replace("’", "'")
-
-
-_ROLES = {_plain(name): role for role, names in HEAD_COLUMNS.items() for name in names}
+_ROLES = {plain_name(name): role for role, names in HEAD_COLUMNS.items() for name in names}
 _UNCERTAINTIES = (*HEAD_COLUMNS["uncertainty"], *EXPANDED)
-_ROLES |= {_plain(name) + sign: "uncertainty" for name in _UNCERTAINTIES for sign in ("", "_u")}
-_KEYS = {_plain(name): key for key, names in HEAD_KEYS.items() for name in names}
-_KEYS |= {_plain(name) + "_u": "expanded" for name in EXPANDED}
+_ROLES |= {plain_name(name) + sign: "uncertainty" for name in _UNCERTAINTIES for sign in ("", "_u")}
+_KEYS = {plain_name(name): key for key, names in HEAD_KEYS.items() for name in names}
+_KEYS |= {plain_name(name) + "_u": "expanded" for name in EXPANDED}
 _KEYS |= {key: key for key in HEAD_KEYS}
 
 
@@ -163,13 +160,13 @@ def head_heading(text: str) -> Heading:
     (('error', 'угл. с'), None)
     """
     name, unit = _name_and_unit(text)
-    return Heading(text, _ROLES.get(_plain(name)), unit or None)
+    return Heading(text, _ROLES.get(plain_name(name)), unit or None)
 
 
 def _name_and_unit(heading: str) -> tuple[str, str]:
     """Take unit and coverage factor off a heading."""
     bare = without_cover(heading).rest
-    is_name = _plain(bare) in _ROLES
+    is_name = plain_name(bare) in _ROLES
     return (bare, "") if is_name else name_and_unit(bare, partial(is_unit_of, "angle"))
 
 
@@ -189,7 +186,7 @@ def head_key(key: str) -> str | None:
     cover = without_cover(key)
     bare = (cover.factors or cover.probability) and not cover.rest
     known = canonical_key(key)
-    return "expanded" if bare else _KEYS.get(_plain(known or key), known)
+    return "expanded" if bare else _KEYS.get(plain_name(known or key), known)
 
 
 def kind_of_uncertainty(heading: str) -> str:
@@ -208,9 +205,9 @@ def kind_of_uncertainty(heading: str) -> str:
     ['expanded', 'uncertainty']
     """
     name = _name_and_unit(heading)[0]
-    plain = _plain(name)
-    if plain.startswith(tuple(map(_plain, STANDARD))):
+    plain = plain_name(name)
+    if plain.startswith(tuple(map(plain_name, STANDARD))):
         return "standard"
-    if _CAPITAL.search(name) or plain.startswith(tuple(map(_plain, EXPANDED))):
+    if _CAPITAL.search(name) or plain.startswith(tuple(map(plain_name, EXPANDED))):
         return "expanded"
     return "uncertainty"

@@ -265,7 +265,7 @@ def canonical_key(text: str) -> str | None:
     >>> canonical_key("T0"), canonical_key("g"), canonical_key("operator")
     ('reference_temperature', 'local_gravity', None)
     """
-    return "temperature" if text == "T" else _CANONICAL_KEYS.get(_folded(text))
+    return "temperature" if text == "T" else _CANONICAL_KEYS.get(plain_name(text))
 
 
 def split_unit(key: str) -> tuple[str, str]:
@@ -310,7 +310,7 @@ def _with_units_behind(text: str, behind_blanks: bool = True) -> Iterator[tuple[
 
 
 def _known(text: str, name: str, unit: str | None) -> Heading:
-    folded = _folded(name)
+    folded = plain_name(name)
     if folded == "t":
         return Heading(text, _temperature_or_time(name, unit), unit)
     role = _role(folded)
@@ -370,5 +370,7 @@ def _temperature_or_time(name: str, unit: str | None) -> str:
     return next(told, "temperature" if name == "T" else "time")
 
 
-def _folded(name: str) -> str:
-    return re.sub(r"[\s\-./]+", "_", name.strip()).strip("_").casefold()
+def plain_name(name: str) -> str:
+    """Name in small letters, its words joined by ``_``, with ``е`` for ``ё`` and a plain quote."""
+    joined = re.sub(r"[\s\-./]+", "_", name.strip()).strip("_")
+    return joined.casefold().replace("ё", "е").replace("’", "'")
