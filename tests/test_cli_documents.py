@@ -117,6 +117,11 @@ def test_a_document_by_the_contract_is_used(folder, capsys, request, levels, com
     assert (code, "error:" in err) == (0, False)
 
 
+def test_a_list_of_several_needs_no_schema_beside_theirs(folder, document):
+    save(folder, {"calibrations": [by_contract(document)]})
+    assert accelcal.read_calibration("cal.json").serial == document["serial"]
+
+
 def test_a_document_by_the_contract_has_defaults(folder, document):
     save(folder, by_contract(document))
     found = accelcal.read_calibration("cal.json")

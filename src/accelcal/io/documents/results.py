@@ -128,15 +128,22 @@ def _results(
     """Results of a JSON text, and what discoveries tell of their stand."""
     writers = " or ".join(own._WRITER for own in kinds)
     document = parse_json(text, writer=writers)
-    by_schema = {own.SCHEMA: own for own in kinds}
-    right = schema_of(*by_schema, remedies=kinds[0]._REMEDIES)
-    kind = by_schema[read_as(partial(checked, key="schema", kind=right), document, writers)]
+    kind = read_as(partial(_kind_of, kinds=kinds), document, writers)
     results = read_as(partial(parts_of, kind), document, kind._WRITER)
     stand = None
     if kind is Discovery and document.get("stand"):
         of_stand = partial(checked, key="stand", kind=partial(part_of, StandDiscovery))
         stand = read_as(of_stand, document, kind._WRITER)
     return results, stand
+
+
+def _kind_of(document: Any, kinds: tuple[type[StoredResult], ...]) -> type[StoredResult]:
+    """Which of some kinds a document is; a list of several may leave it to their own schemas."""
+    by_schema = {own.SCHEMA: own for own in kinds}
+    given = document if isinstance(document, dict) else {}
+    listed = [own.SCHEMA for own in kinds if own._SEVERAL in given]
+    right = schema_of(*by_schema, remedies=kinds[0]._REMEDIES)
+    return by_schema[checked(document, "schema", right, *listed[:1])]
 
 
 def read_calibration(source: Source, serial: str | None = None) -> Calibration:
