@@ -50,16 +50,7 @@ def refuse_several_clampings(record: TumbleRecord) -> None:
 def with_temperatures_of_runs(record: TumbleRecord) -> TumbleRecord:
     """Give readings of unknown temperature the mean of the known ones of their run.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-
-    Returns
-    -------
-    TumbleRecord
-        The same, with a note that tells of it; the very same record where all temperatures are
-        known, or none is.
+    A note tells of it. It is the very same record where all temperatures are known, or none is.
 
     Raises
     ------

@@ -62,24 +62,10 @@ def silent_readings(
 ) -> Mask | None:
     """Find the readings that a dead zone silences, by what all others tell.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The n readings.
-    reference, delta0 : float
-        T0 [degC] and fixture angle [rad].
-    instances : sequence of Instance
-        Effects, among them a dead zone.
-    width : float, optional
-        Its threshold [g]; by default as the readings that are not silent tell it.
-    noise : ReadingNoise, optional
-        Noise of the readings; by default that of their replicates.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,), or None
-        None where no reading is silent or those that are not do not tell the threshold, and without
-        a given one where the effects leave much of the disagreement.
+    It is one of the effects, with a given width [g], else with the one that the readings that are
+    not silent tell. The noise is by default that of replicates. None where no reading is silent or
+    the others do not tell the width, and without a given one where the effects leave much of the
+    disagreement.
     """
     across = across_the_axis(conditions_of(record, reference, delta0))
     if across is None:

@@ -62,22 +62,9 @@ def in_pauses(
 ) -> tuple[Array, tuple[str, ...]]:
     """Tell what effects may do in the pauses between runs, where no times tell these.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The record of n readings.
-    explanations : sequence of sequence of Instance
-        Effects whose sizes are fitted to it, in one or several sets.
-    held : sequence of Disturbance
-        Effects that have a size.
-
-    Returns
-    -------
-    columns : ndarray, shape (n, k)
-        Errors of the readings by each set, if there are no pauses [g]: the sum of their squares is
-        the mean square over pauses of up to a day.
-    said : tuple of str
-        What a reader must know of it.
+    Their sizes are fitted in one or several sets, but for those that are held. Returned are the
+    errors of the n readings by each set if there are no pauses, shape (n, k) [g], whose sum of
+    squares is the mean square over pauses of up to a day, and what a reader must know of it.
     """
     c = comparison.model.conditions
     names = {place: going_on(c, own, held) for place, own in enumerate(explanations)}

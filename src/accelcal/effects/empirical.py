@@ -41,19 +41,7 @@ class _Pattern:
 
 
 def empirical(factor: str, angles: Iterable[float]) -> Effect:
-    """Make an empirical term.
-
-    Parameters
-    ----------
-    factor : str
-        One of `FACTORS`.
-    angles : iterable of float
-        Head positions [deg].
-
-    Returns
-    -------
-    Effect
-        With an amplitude for each position.
+    """Make an empirical term of one of `FACTORS`, with an amplitude for each head position [deg].
 
     Raises
     ------
@@ -82,19 +70,7 @@ def empirical(factor: str, angles: Iterable[float]) -> Effect:
 
 
 def effect_of(name: str, parameters: Iterable[str]) -> Effect:
-    """Look up an effect of a document: in the catalogue, or empirical.
-
-    Parameters
-    ----------
-    name : str
-        Its id.
-    parameters : iterable of str
-        Names of its parameters.
-
-    Returns
-    -------
-    Effect
-        The effect.
+    """Look up an effect of a document by its id: in the catalogue, or empirical.
 
     Raises
     ------

@@ -16,16 +16,6 @@ from accelcal.results.findings import FoundEffect
 def disturbances(found: Iterable[FoundEffect]) -> tuple[Disturbance, ...]:
     """Give effects of the catalogue, or empirical ones, the sizes that were found.
 
-    Parameters
-    ----------
-    found : iterable of FoundEffect
-        Effects of a discovery.
-
-    Returns
-    -------
-    tuple of Disturbance
-        The effects with all their parameters.
-
     Raises
     ------
     InputError
@@ -35,22 +25,7 @@ def disturbances(found: Iterable[FoundEffect]) -> tuple[Disturbance, ...]:
 
 
 def total(acts_on: ActsOn, effects: Iterable[Disturbance], c: Conditions) -> Array:
-    """Sum of the effects that act on one thing, by their exact laws.
-
-    Parameters
-    ----------
-    acts_on : {"angle", "temperature", "output", "readings"}
-        The thing.
-    effects : iterable of Disturbance
-        Effects, of which others are left out.
-    c : Conditions
-        Of n readings.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        In rad, degC or g.
-    """
+    """Sum of the effects that act on one thing, by their exact laws [rad, degC or g]."""
     acting = (item.change(c) for item in effects if item.effect.acts_on == acts_on)
     return sum(acting, start=np.zeros(c.angle.size))
 

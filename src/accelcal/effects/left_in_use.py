@@ -20,17 +20,8 @@ _NOT_IN_USE = ("angle", "temperature", "readings")
 def left_in_use(calibration: Calibration, taken_up: Collection[str] = ()) -> list[str]:
     """Say which effects are in the outputs that a calibration is used for.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    taken_up : collection of str, optional
-        Ids of effects that whoever asks takes up.
-
-    Returns
-    -------
-    list of str
-        One sentence, or none where the calibration has no effects but those of the test.
+    Those of some ids are taken up by whoever asks. It is one sentence, or none where there are no
+    others but those of the test.
 
     Notes
     -----
@@ -72,18 +63,7 @@ def is_counted_in_use(effect: Effect, other: Effect) -> bool:
 
 
 def static_in_use(calibration: Calibration) -> list[FoundEffect]:
-    """Tell which effects of a calibration depend on acceleration and temperature alone.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-
-    Returns
-    -------
-    list of FoundEffect
-        Those of its effects that the catalogue has as static.
-    """
+    """Tell which effects of a calibration the catalogue has as static."""
     if not calibration.effects:
         return []
     from accelcal.effects.catalogue import catalogue  # here, as few calibrations need it
@@ -97,16 +77,9 @@ def beyond_in_use(
 ) -> list[str]:
     """List the sentences by which uncertainties are too small, to who uses the coefficients.
 
-    Parameters
-    ----------
-    calibration, tables, by_laws
-        As of `accelcal.results.beyond_uncertainty.beyond_uncertainty`.
-
-    Returns
-    -------
-    list of str
-        The sentences, with what else the effects of the calibration could be: of a static effect
-        its use counts that, see `accelcal.effects.static`.
+    To those of `accelcal.results.beyond_uncertainty.beyond_uncertainty` comes what else the effects
+    of the calibration could be: of a static effect its use counts that, see
+    `accelcal.effects.static`.
     """
     other = calibration.effects and not static_in_use(calibration)
     also = (NOT_COUNTED,) if other else ()

@@ -118,20 +118,7 @@ class StaticEffects:
     look_alikes: tuple[tuple[LookAlike, ...], ...]
 
     def total(self, samples: Samples, a_i: Array) -> Array:
-        """Sum of the effects.
-
-        Parameters
-        ----------
-        samples : Samples
-            The samples.
-        a_i : ndarray
-            Acceleration of each [g].
-
-        Returns
-        -------
-        ndarray
-            Addition to the indication Y / K1 [g].
-        """
+        """Sum of the effects at accelerations a_i: addition to the indication Y / K1 [g]."""
         c = self._conditions(samples, a_i)
         parts = (_value(item, samples, c) for item in self.disturbances)
         return sum(parts, start=np.zeros(a_i.shape))
@@ -208,21 +195,10 @@ def _one_by_one(
 def static_effects(
     calibration: Calibration, K1: float, level: float | None
 ) -> StaticEffects | None:
-    """Find the static effects of a calibration.
+    """Find the static effects of a calibration, None where there are none.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    K1 : float
-        Scale factor of the coefficients that they go with [output unit / g].
-    level : float or None
-        Their temperature [degC].
-
-    Returns
-    -------
-    StaticEffects or None
-        None where there are none.
+    The scale factor [output unit / g] and the level [degC] are those of the coefficients that they
+    go with.
 
     Raises
     ------
@@ -329,18 +305,7 @@ def _of_model(samples: Samples, a_i: Array) -> Array:
 
 
 def how_taken_up(calibration: Calibration) -> list[str]:
-    """Say how static effects are taken up, and what else could be there in their place.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-
-    Returns
-    -------
-    list of str
-        A sentence for each.
-    """
+    """Say how static effects are taken up, and what else could be there in their place."""
     said = []
     for item in static_in_use(calibration):
         counted = [entry.id for entry in _counted(item)]

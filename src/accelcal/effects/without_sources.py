@@ -17,20 +17,10 @@ from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 
 
 def without_sources(calibration: Calibration, sources: Collection[str]) -> Calibration:
-    """Take what some sources give out of the uncertainties of a calibration.
+    """Take what some sources of its `shares` give out of the uncertainties of a calibration.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    sources : collection of str
-        Sources among the `shares` of its covariances.
-
-    Returns
-    -------
-    Calibration
-        With smaller uncertainties of its tables and laws. Fixture angles keep theirs, and so do the
-        misalignments that they are told apart from.
+    Those of its tables and laws are smaller then. Fixture angles keep theirs, and so do the
+    misalignments that they are told apart from.
     """
     told = (*calibration.tables, calibration.temperature_model, calibration.second_axis_model)
     if not any(each and not set(sources).isdisjoint(each.shares) for each in told):

@@ -97,24 +97,10 @@ def _brought(record: TumbleRecord, read: Array, delta0: float) -> Array:
 
 
 def as_read_there(table: PreparedTable, readings: Array, read: Array, delta0: float) -> Array:
-    """Readings at the angles of a table in place of others nearby.
+    """Readings at the angles of a table in place of others nearby [output unit].
 
-    Parameters
-    ----------
-    table : PreparedTable
-        The table.
-    readings : ndarray, shape (..., n)
-        Readings [output unit].
-    read : ndarray, shape (n,)
-        Angles at which they were taken [deg].
-    delta0 : float
-        Fixture angle [rad].
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-        Y(th) in place of Y(read), by the coefficients of the table that these readings make
-        [output unit].
+    They were taken at angles of shape (n,) [deg], with a fixture angle [rad]. It is Y(th) in place
+    of Y(read), by the coefficients of the table that these readings make, shape (..., n).
     """
     mounting = table.mounting
     change = design_matrix(accelerations(read, delta0, mounting), mounting) - table.design

@@ -58,15 +58,7 @@ def closed_form_map(table: PreparedTable, method: str, delta0: float) -> Array:
 def closed_form_meaning(method: str) -> dict[str, str]:
     """Say what the estimates of a closed form stand for, where it is not what they are named.
 
-    Parameters
-    ----------
-    method : str
-        One of `accelcal.printed.CLOSED_FORMS`.
-
-    Returns
-    -------
-    dict of str to str
-        Coefficient -> combination of coefficients that noise-free data at delta0 = 0 return.
+    By coefficient it is the combination that noise-free data at delta0 = 0 return.
 
     Examples
     --------

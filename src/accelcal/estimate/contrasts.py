@@ -61,17 +61,8 @@ class LackOfFit(NamedTuple):
     def deviance(self, noise: Array, head: Array) -> tuple[Array, Array]:
         """Sums over the contrasts of log(variance) and of contrast^2 / variance.
 
-        Parameters
-        ----------
-        noise : ndarray, shape (..., m)
-            Variances of the noise.
-        head : ndarray, shape (..., m)
-            Variances of a head position [rad^2].
-
-        Returns
-        -------
-        spread, squares : ndarray, shape (..., m)
-            The sums where the variances are noise + head * strength^2.
+        The variances are noise + head * strength^2, of noise and head position [rad^2], shape (...,
+        m).
         """
         variance = self._variances(noise, head)
         nothing = (self.strengths.shape[-1] - self.number)[..., None] * np.log(noise)
@@ -130,18 +121,7 @@ class SeenErrors(NamedTuple):
     from_noise: Array
 
     def noise(self, influence: Array) -> Array:
-        """Covariance by the noise in what is seen.
-
-        Parameters
-        ----------
-        influence : ndarray, shape (..., k, J)
-            What the errors do to k quantities.
-
-        Returns
-        -------
-        ndarray, shape (..., k, k)
-            Covariance of these quantities.
-        """
+        """Covariance by the noise in what is seen, of quantities on which it acts, (..., k, J)."""
         return _square(influence @ self.from_noise)
 
     def missed(self, influence: Array, uncertainty: Array) -> Array:

@@ -179,19 +179,7 @@ def _stands_for(absorbed: Mapping[str, Mapping[str, float]]) -> dict[str, str]:
 
 
 def signed(share: float, name: str) -> str:
-    """Write a share of a coefficient as a term of a sum.
-
-    Parameters
-    ----------
-    share : float
-        The share.
-    name : str
-        The coefficient.
-
-    Returns
-    -------
-    str
-        The term, with its sign.
+    """Write a share of a coefficient as a term of a sum, with its sign.
 
     Examples
     --------

@@ -216,17 +216,7 @@ def _scatter(values: Array, variances: Array, temperature: Array, reached: Array
 
 
 def same_levels(temperature: Array) -> list[Places]:
-    """Group the runs by temperature.
-
-    Parameters
-    ----------
-    temperature : ndarray, shape (runs,)
-        Temperature of each run [degC]; NaN where unknown.
-
-    Returns
-    -------
-    list of ndarray
-        Indices of the runs of each level, from the lowest to the highest.
+    """Group the runs by temperature [degC], NaN where unknown, from the lowest level up.
 
     Examples
     --------

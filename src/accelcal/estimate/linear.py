@@ -41,18 +41,7 @@ class LinearEstimator(NamedTuple):
     stands_for: Mapping[str, str]
 
     def coefficients(self, output: Array) -> Array:
-        """Estimate from readings.
-
-        Parameters
-        ----------
-        output : ndarray, shape (..., n)
-            Readings [output unit].
-
-        Returns
-        -------
-        ndarray, shape (..., 6)
-            Coefficients, zero where not estimated [output unit / g^n].
-        """
+        """Coefficients, shape (..., 6), of readings, shape (..., n); zero where not estimated."""
         return self.expand(self.solve(output))
 
     def expand(self, values: Array) -> Array:

@@ -95,21 +95,10 @@ class Linearised:
 def adjusted(
     estimate: JointEstimate, names: Sequence[tuple[int, str]], change: Linearised
 ) -> JointEstimate:
-    """Add to some coefficients what depends on all of them.
+    """Add to some coefficients what depends on all of them, by the law of propagation.
 
-    Parameters
-    ----------
-    estimate : JointEstimate
-        Coefficients of all tables of a record, or of a stack of records.
-    names : sequence of tuple of int and str
-        Table and name of each of m coefficients to change.
-    change : Linearised, shape (..., m)
-        What is added to them [output unit / g^n].
-
-    Returns
-    -------
-    JointEstimate
-        With these coefficients and their error components changed, by the law of propagation.
+    They are m coefficients by table and name; what is added, shape (..., m), is in output unit /
+    g^n.
     """
     coefficients = [values.copy() for values in estimate.coefficients]
     for row, (table, name) in enumerate(names):

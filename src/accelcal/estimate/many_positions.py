@@ -132,20 +132,7 @@ class ManyPositions(NamedTuple):
         return self._replace(**own)
 
     def deviance(self, noise: Array, head: Array) -> tuple[Array, Array]:
-        """Sums over the contrasts of log(variance) and of contrast^2 / variance.
-
-        Parameters
-        ----------
-        noise : ndarray, shape (..., m)
-            Variances of the noise.
-        head : ndarray, shape (..., m)
-            Variances of a head position [rad^2].
-
-        Returns
-        -------
-        spread, squares : ndarray, shape (..., m)
-            The sums where the variances are noise + head * strength^2.
-        """
+        """The same as `accelcal.estimate.contrasts.LackOfFit.deviance`."""
         found = [self._deviance(*both) for both in _each(noise, head)]
         spread, squares = (np.stack(values, axis=-1) for values in zip(*found, strict=True))
         return spread, squares
@@ -230,18 +217,7 @@ class SeenAtMany(NamedTuple):
     inverse: Array
 
     def noise(self, influence: Array) -> Array:
-        """Covariance by the noise in what is seen.
-
-        Parameters
-        ----------
-        influence : ndarray, shape (..., k, J)
-            What the errors do to k quantities.
-
-        Returns
-        -------
-        ndarray, shape (..., k, k)
-            Covariance of these quantities.
-        """
+        """The same as `accelcal.estimate.contrasts.LackOfFit.noise`."""
         left = self._left(influence)
         return np.asarray(self.ratio[..., None, None] * ((influence - left) @ left.mT))
 

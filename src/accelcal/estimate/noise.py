@@ -94,19 +94,9 @@ class ReadingNoise(NamedTuple):
 
 
 def is_noise(size: Array, step: Array, output: Array) -> Mask:
-    """Tell where a scatter is more than rounding makes.
+    """Tell where a standard deviation, shape (R,), is more than rounding makes.
 
-    Parameters
-    ----------
-    size, step : ndarray, shape (R,)
-        Standard deviation, and the step of the readings [output unit].
-    output : ndarray, shape (R, n)
-        The readings [output unit].
-
-    Returns
-    -------
-    ndarray of bool, shape (R,)
-        Whether it tells of noise.
+    The readings, shape (R, n), have steps [output unit].
     """
     return np.asarray(size > np.maximum(_OF_STEP * step, _ROUNDED * np.abs(output).max(axis=1)))
 

@@ -140,21 +140,10 @@ def _jointly(units: Sequence[Told], noise: Array, chosen: Sequence[int], declare
 
 
 def together(units: Sequence[Told], declared: float) -> tuple[Array, Array]:
-    """Estimate the errors of a head from all that units tell of it.
+    """Estimate the errors of J head positions from all that units tell of them.
 
-    Parameters
-    ----------
-    units : sequence of Told
-        The units, in units of their noise.
-    declared : float
-        Standard uncertainty of a head position [rad].
-
-    Returns
-    -------
-    errors : ndarray, shape (J,)
-        Error of each position [rad].
-    covariance : ndarray, shape (J, J)
-        Their covariance [rad^2].
+    The units are in units of their noise, the declared uncertainty of a position in rad; the
+    covariance is of shape (J, J).
     """
     start = np.eye(len(units[0].pull)) / declared**2
     information = start + np.sum([unit.information for unit in units], axis=0)

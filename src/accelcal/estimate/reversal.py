@@ -82,20 +82,9 @@ def fixture_angles(
 
 
 def fixture_angle_stack(tables: Sequence[PreparedTable], estimate: JointEstimate) -> Array | None:
-    """Tell the fixture angles of many records beyond the one that was taken as given.
+    """Tell the fixture angles of R records beyond the one taken as given [rad], shape (R,).
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of the R records.
-    estimate : JointEstimate
-        Their coefficients.
-
-    Returns
-    -------
-    ndarray, shape (R,), or None
-        Of several axes and clampings the one that is largest [rad]; None where no axis was measured
-        on both sides.
+    Of several axes and clampings it is the largest; None where no axis was measured on both sides.
     """
     reversals = list(_reversals(tables, estimate))
     if not reversals:
@@ -109,22 +98,10 @@ def fixture_angle_stack(tables: Sequence[PreparedTable], estimate: JointEstimate
 def misalignment_stack(
     tables: Sequence[PreparedTable], estimate: JointEstimate, temperatures: Array
 ) -> tuple[Array, Array]:
-    """Tell the misalignments free of the fixture angle of many records.
+    """Tell the misalignments of R records free of the fixture angle, shape (R, tables) [rad].
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of the R records.
-    estimate : JointEstimate
-        Their coefficients.
-    temperatures : ndarray, shape (R, tables)
-        Temperature of each table; NaN where unknown [degC].
-
-    Returns
-    -------
-    value, expanded : ndarray, shape (R, tables)
-        What `FixtureAngle.nearest` has for the temperature of each table, and its expanded
-        uncertainty; NaN where one side of the axis was measured only [rad].
+    They are what `FixtureAngle.nearest` has for the temperature of each table [degC], with expanded
+    uncertainties; NaN where one side of the axis was measured only.
     """
     value, expanded = (np.full(temperatures.shape, np.nan) for _ in range(2))
     axes = np.array([table.axis for table in tables])
@@ -194,19 +171,9 @@ def free_of_fixture_angle(
 ) -> JointEstimate:
     """Take the fixture angle out of M, where both sides of an axis were measured.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of one record, or of any of those of a stack.
-    estimate : JointEstimate
-        Their coefficients.
-
-    Returns
-    -------
-    JointEstimate
-        With the M and its error components of the tables of these axes free of the angle, by that
-        of their own level, or by the mean angle where a level has one side only. The same object
-        where no axis was measured on both sides.
+    M and its error components of the tables of these axes are freed by the angle of their own
+    level, or by the mean angle where a level has one side only. It is the same object where no axis
+    was measured on both sides.
     """
     corrections = [reversal.correction for reversal in _reversals(tables, estimate)]
     if not corrections:

@@ -94,20 +94,7 @@ class Grouped(NamedTuple):
         return found
 
     def sums(self, values: Array, weight: Array | float = 1.0) -> Array:
-        """Sum values over each cell.
-
-        Parameters
-        ----------
-        values : ndarray, shape (..., n, k)
-            Values.
-        weight : ndarray, shape (n,), or float
-            What they are multiplied by.
-
-        Returns
-        -------
-        ndarray, shape (..., m, k)
-            The sums.
-        """
+        """Sum values, shape (..., n, k), times a weight, over each cell: shape (..., m, k)."""
         if self.cell.size * self.members.size <= _SMALL:  # a product is faster, but grows as m n
             own = np.arange(self.members.size)[:, None] == self.cell
             return multiply(own * weight, values)
@@ -115,20 +102,7 @@ class Grouped(NamedTuple):
         return np.asarray(np.add.reduceat(weighted, self.starts, axis=-2))
 
     def products(self, values: Array, columns: Array) -> Array:
-        """Sum the products of two matrices over the rows of each cell.
-
-        Parameters
-        ----------
-        values : ndarray, shape (n, j)
-            One matrix.
-        columns : ndarray, shape (n, k)
-            The other.
-
-        Returns
-        -------
-        ndarray, shape (m, j, k)
-            The sums.
-        """
+        """Sum the products of (n, j) and (n, k) over the rows of each cell, shape (m, j, k)."""
         shape = self.members.size, values.shape[1], columns.shape[1]
         if shape[1] * shape[2] <= _FEW and self.cell.size * shape[0] <= _SMALL:
             each = values[:, :, None] * columns[:, None]

@@ -11,23 +11,11 @@ _LEAST = 1e-12
 
 
 def posterior(information: Array, pull: Array, least: float = _LEAST) -> tuple[Array, Array]:
-    """Estimate from information that was added up, with its covariance.
+    """Estimate k errors from information that was added up, with their covariance, shape (k, k).
 
-    Parameters
-    ----------
-    information : ndarray, shape (k, k)
-        Sum of S^T S over all that tells of the k errors, the declaration included.
-    pull : ndarray, shape (k,)
-        Sum of S^T z.
-    least : float
-        Information below it, over that of each error alone, is taken for rounding.
-
-    Returns
-    -------
-    value : ndarray, shape (k,)
-        Estimate.
-    covariance : ndarray, shape (k, k)
-        Its covariance.
+    The information is the sum of S^T S over all that tells of them, the declaration included, the
+    pull that of S^T z. Information below `least`, over that of each error alone, is taken for
+    rounding.
     """
     scale = np.sqrt(np.diagonal(information))
     scale = np.where(scale > 0.0, scale, 1.0)

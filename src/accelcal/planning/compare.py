@@ -142,27 +142,10 @@ def compared(
     *,
     declared: bool,
 ) -> DesignComparison:
-    """Put tests that were foreseen side by side.
+    """Put tests that were foreseen side by side, with what they have in common.
 
-    Parameters
-    ----------
-    designs : tuple of TestDesign
-        The tests.
-    noise : NoiseComponents
-        Errors of the stand, `declared` to the fit or not.
-    resolution : float
-        Step of the readings [g].
-    pace : Pace
-        Time that each action takes.
-    targets : mapping
-        Standard uncertainties asked for.
-    declared : bool
-        Whether the errors of the stand will be declared.
-
-    Returns
-    -------
-    DesignComparison
-        The tests with what they have in common.
+    The errors of the stand will be `declared` to the fit or not; the step of the readings is in g,
+    targets are standard uncertainties.
 
     Raises
     ------

@@ -76,19 +76,9 @@ class Criterion(NamedTuple):
 
 
 def criterion_of(name: str, scales: Mapping[str, float]) -> Criterion:
-    """Make a criterion.
+    """Make one of `CRITERIA`, for A with the uncertainty of each coefficient that counts as one.
 
-    Parameters
-    ----------
-    name : str
-        One of `CRITERIA`.
-    scales : mapping of str to float
-        For A, the uncertainty of each coefficient that counts as one; the others do not count.
-
-    Returns
-    -------
-    Criterion
-        The criterion.
+    Coefficients without one do not count in A.
 
     Raises
     ------
@@ -165,19 +155,10 @@ def _nominal(accelerometer: Accelerometer) -> Array:
 
 
 def covariances(angles: Angles, counts: Array) -> Array:
-    """Covariance of the coefficients over K1 for some choices of repetitions.
+    """Covariance of the coefficients over K1, shape (..., 6, 6), for choices of repetitions.
 
-    Parameters
-    ----------
-    angles : Angles
-        The angles.
-    counts : ndarray, shape (..., a)
-        Readings at each angle in a stroke.
-
-    Returns
-    -------
-    ndarray, shape (..., 6, 6)
-        Covariances; infinite where the coefficients are not determined.
+    There are counts, shape (..., a), of readings at each angle in a stroke. It is infinite where
+    the coefficients are not determined.
     """
     taken = counts > 0
     per_mean = angles.noise / (np.where(taken, counts, 1) * angles.tables)
@@ -207,20 +188,10 @@ def _inverses(information: Array) -> Array:
 
 
 def losses(criterion: Criterion, covariance: Array) -> Array:
-    """What is to be small, as a standard uncertainty.
+    """What is to be small, as a standard uncertainty, of covariances of shape (..., 6, 6).
 
-    Parameters
-    ----------
-    criterion : Criterion
-        The criterion.
-    covariance : ndarray, shape (..., 6, 6)
-        Covariances of the coefficients.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        For D the sixth root of the root of the determinant, for A the root mean square of the
-        uncertainties over their scales, else the uncertainty of the coefficient.
+    For D it is the sixth root of the root of the determinant, for A the root mean square of the
+    uncertainties over their scales, else the uncertainty of the coefficient.
     """
     if criterion.name == "D":
         sign, logarithm = np.linalg.slogdet(covariance)

@@ -62,23 +62,8 @@ def exchange(
 ) -> tuple[Ints, float]:
     """Improve a choice of repetitions until no exchange makes it better.
 
-    Parameters
-    ----------
-    angles : Angles
-        Candidate angles.
-    criterion : Criterion
-        What is to be small.
-    budget : Budget
-        What a stroke may cost.
-    start : ndarray of int, shape (a,)
-        Where to start, within the budget.
-
-    Returns
-    -------
-    counts : ndarray of int, shape (a,)
-        Readings at each angle in a stroke.
-    loss : float
-        What it comes to.
+    It starts from readings at each angle in a stroke, shape (a,), within the budget, and gives the
+    best ones and what they come to.
 
     Notes
     -----
@@ -156,25 +141,9 @@ def polish(
 ) -> tuple[Array, float]:
     """Move the angles off their grid, one by one, as long as it helps.
 
-    Parameters
-    ----------
-    degrees : ndarray, shape (m,)
-        Angles of the stops [deg].
-    counts : ndarray of int, shape (m,)
-        Readings at each of them.
-    criterion : Criterion
-        What is to be small.
-    budget : Budget
-        For the least distance.
-    seen : callable
-        Makes `Angles` of degrees.
-
-    Returns
-    -------
-    degrees : ndarray, shape (m,)
-        Angles, in steps of half a degree off the grid.
-    loss : float
-        What it comes to.
+    Stops are at angles, shape (m,) [deg], with counts of readings; `seen` makes `Angles` of
+    degrees, and the budget has the least distance. It gives the angles, in steps of half a degree
+    off the grid, and what they come to.
     """
 
     def loss_of(tried: Array) -> float:

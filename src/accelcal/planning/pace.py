@@ -63,19 +63,7 @@ class Pace:
 
 
 def hours_of(plan: TumblePlan, pace: Pace) -> float:
-    """Time of a whole test.
-
-    Parameters
-    ----------
-    plan : TumblePlan
-        The test.
-    pace : Pace
-        Its times.
-
-    Returns
-    -------
-    float
-        Time [h].
+    """Time of a whole test [h].
 
     Notes
     -----
@@ -95,21 +83,7 @@ def hours_of(plan: TumblePlan, pace: Pace) -> float:
 
 
 def per_run(plan: TumblePlan, pace: Pace, hours: float) -> float:
-    """Time that is left for the readings of each run.
-
-    Parameters
-    ----------
-    plan : TumblePlan
-        Levels and mountings.
-    pace : Pace
-        Times.
-    hours : float
-        Time of the whole test [h].
-
-    Returns
-    -------
-    float
-        Time [s].
+    """Time that is left for the readings of each run [s], of hours for the whole test.
 
     Raises
     ------
@@ -128,21 +102,7 @@ def per_run(plan: TumblePlan, pace: Pace, hours: float) -> float:
 
 
 def strokes_within(plan: TumblePlan, pace: Pace, hours: float) -> int:
-    """Find the most strokes, in whole cycles, that some hours allow.
-
-    Parameters
-    ----------
-    plan : TumblePlan
-        The test; its own strokes do not count.
-    pace : Pace
-        Times.
-    hours : float
-        Time of the whole test [h].
-
-    Returns
-    -------
-    int
-        Even number of strokes, 0 where not one cycle fits.
+    """Find the most strokes, in whole cycles, that some hours allow; 0 where not one fits.
 
     Examples
     --------

@@ -61,17 +61,9 @@ def _unit_of(name: str) -> str:
 
 
 def checked_targets(targets: Mapping[str, float | str] | None) -> dict[str, float]:
-    """Check names and sizes of the uncertainties asked for.
+    """Check names and sizes of the uncertainties asked for, and give them as numbers.
 
-    Parameters
-    ----------
-    targets : mapping of str to float or str, or None
-        Name -> standard uncertainty, a text as `target_value` reads it.
-
-    Returns
-    -------
-    dict of str to float
-        The same as numbers; empty for None.
+    A text is one that `target_value` reads; there are none for None.
 
     Raises
     ------
@@ -91,13 +83,6 @@ def checked_targets(targets: Mapping[str, float | str] | None) -> dict[str, floa
 
 def refuse_impossible(designs: Sequence[TestDesign], targets: Mapping[str, float]) -> None:
     """Refuse targets that no number of strokes reaches in any of some tests.
-
-    Parameters
-    ----------
-    designs : sequence of TestDesign
-        The tests.
-    targets : mapping of str to float
-        Name -> standard uncertainty.
 
     Raises
     ------

@@ -37,17 +37,8 @@ class Bend(NamedTuple):
 def bend_of(time: Array, values: Array, uncertainty: Array) -> Bend | None:
     """Compare a straight line with lines that bend: parabola and exponentials from the first date.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Dates, rising [years].
-    values, uncertainty : ndarray, shape (n,)
-        Values and their standard uncertainties.
-
-    Returns
-    -------
-    Bend or None
-        What the best of them says; None of less values than a search for jumps needs.
+    Dates, rising [years], have values with standard uncertainties, all of shape (n,). It is what
+    the best of them says; None of less values than a search for jumps needs.
 
     Examples
     --------
@@ -73,18 +64,8 @@ def jumps_like_bends(
 ) -> tuple[int, ...]:
     """Find the jumps in whose place a bend of the line fits better, as of a unit that settles.
 
-    Parameters
-    ----------
-    time, values, uncertainty : ndarray, shape (n,)
-        As of `bend_of`.
-    places : tuple of int
-        The jumps that were found.
-
-    Returns
-    -------
-    tuple of int
-        Those of them in whose place a parabola, or an exponential from the first date on, leaves a
-        smaller sum of squares. A bend has as many parameters as a step.
+    There a parabola, or an exponential from the first date on, leaves a smaller sum of squares than
+    the step. It has as many parameters.
 
     Examples
     --------

@@ -70,21 +70,10 @@ def comparable(
     mounting: str | None,
     temperature: float | None,
 ) -> Comparable:
-    """Choose the calibrations of one unit that can be compared.
+    """Choose the calibrations of one unit that can be compared, at least `FEWEST`.
 
-    Parameters
-    ----------
-    entries : sequence of Entry
-        Tables of any units.
-    serial, mounting : str or None
-        Unit and mounting; None takes the only unit, and the mounting of most tables.
-    temperature : float or None
-        Level [degC]; None takes the one that most dates have.
-
-    Returns
-    -------
-    Comparable
-        At least `FEWEST`.
+    Without a serial it is the only unit, without a mounting that of most tables, without a
+    temperature [degC] the level that most dates have.
 
     Raises
     ------

@@ -86,18 +86,7 @@ class Entry:
 
 
 def entries_of(calibrations: pd.DataFrame | Iterable[Calibration]) -> list[Entry]:
-    """List the tables of a frame or of some calibrations.
-
-    Parameters
-    ----------
-    calibrations : DataFrame or iterable of Calibration
-        The frame of tables of `accelcal.batch`, also of polars or pyarrow, or what
-        `accelcal.fit` returns.
-
-    Returns
-    -------
-    list of Entry
-        One a table.
+    """List the tables of some calibrations, or of a frame, also of polars or pyarrow.
 
     Raises
     ------
@@ -117,17 +106,9 @@ def entries_of(calibrations: pd.DataFrame | Iterable[Calibration]) -> list[Entry
 
 
 def day(date: str | None) -> str:
-    """Tell the day of a date, where the test was.
+    """Tell the day of a date that `year` can read, where the test was.
 
-    Parameters
-    ----------
-    date : str or None
-        As of `year`, and one that can be read.
-
-    Returns
-    -------
-    str
-        The day, ISO 8601; the first of a month or year.
+    Of a month or a year it is the first.
 
     Examples
     --------
@@ -141,16 +122,6 @@ def day(date: str | None) -> str:
 def names_day(date: str | None) -> bool:
     """Whether a date names a day, and not a month or year alone.
 
-    Parameters
-    ----------
-    date : str or None
-        As of `year`.
-
-    Returns
-    -------
-    bool
-        Whether it does.
-
     Examples
     --------
     >>> names_day("31.5.2024"), names_day("2024-05"), names_day("2024")
@@ -160,17 +131,9 @@ def names_day(date: str | None) -> bool:
 
 
 def year(date: str | None) -> float | None:
-    """Tell a date as a number of years.
+    """Tell a date as years of 365.25 days since 1970; None where it cannot be read.
 
-    Parameters
-    ----------
-    date : str or None
-        Date, as `accelcal.dates.date_of` has it, or a month or year such as 2024-05.
-
-    Returns
-    -------
-    float or None
-        Years of 365.25 days since 1970; None where it cannot be read.
+    It is as `accelcal.dates.date_of` has it, or a month or year such as 2024-05.
 
     Examples
     --------

@@ -93,25 +93,7 @@ def fleet_history_of(
     alpha: float,
     due_before: str | None,
 ) -> FleetHistory:
-    """Follow all units of some tables, see `fleet_history`.
-
-    Parameters
-    ----------
-    entries : sequence of Entry
-        Tables of any units.
-    mounting, temperature, alpha, due_before
-        As of `fleet_history`.
-
-    Returns
-    -------
-    FleetHistory
-        The fleet.
-
-    Raises
-    ------
-    InputError
-        As of `fleet_history`.
-    """
+    """Follow all units of some tables, with options and errors as of `fleet_history`."""
     check_options(None, mounting, temperature, alpha)
     due = _due(due_before)
     named = _by_serial(entries)

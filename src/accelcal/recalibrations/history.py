@@ -107,25 +107,7 @@ def history_of(
     temperature: float | None,
     alpha: float,
 ) -> History:
-    """Follow a unit through the tables of its calibrations, see `history`.
-
-    Parameters
-    ----------
-    entries : sequence of Entry
-        Tables of any units.
-    serial, mounting, temperature, alpha
-        As of `history`.
-
-    Returns
-    -------
-    History
-        The history.
-
-    Raises
-    ------
-    InputError
-        As of `history`.
-    """
+    """Follow a unit through tables of any units, with options and errors as of `history`."""
     check_options(serial, mounting, temperature, alpha)
     return judged_history(entries, serial, mounting, temperature, alpha).history
 

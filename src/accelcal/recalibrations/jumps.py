@@ -90,19 +90,8 @@ class Search(NamedTuple):
 def search_jumps(time: Array, values: Array, uncertainty: Array, alpha: float) -> Search:
     """Search for jumps, one after the other, until the largest may be noise.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Dates, rising [years].
-    values, uncertainty : ndarray, shape (n,)
-        Values and their standard uncertainties.
-    alpha : float
-        Chance above which a jump is not believed.
-
-    Returns
-    -------
-    Search
-        The jumps.
+    Dates, rising [years], have values with standard uncertainties, all of shape (n,). A jump with a
+    larger chance than alpha is not believed.
 
     Notes
     -----
@@ -130,19 +119,9 @@ def search_jumps(time: Array, values: Array, uncertainty: Array, alpha: float) -
 
 
 def line_with_steps(time: Array, places: Sequence[int] | Places) -> Array:
-    """Columns of a straight line with steps.
+    """Columns of a straight line with steps: 1, time less its mean [years], and a step for each.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Dates [years]; the line is told at their middle.
-    places : sequence of int
-        Number of calibrations before each step.
-
-    Returns
-    -------
-    ndarray, shape (n, 2 + number of steps)
-        Columns 1, time less its mean, and a step for each.
+    The places are numbers of calibrations before each step.
     """
     steps = np.greater_equal.outer(np.arange(time.size), np.array(places, dtype=np.intp))
     return np.column_stack([np.ones(time.size), time - time.mean(), steps])

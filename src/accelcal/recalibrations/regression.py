@@ -115,35 +115,16 @@ def fit_line(columns: Array, values: Array, uncertainty: Array) -> Fit:
 
 
 def proportions(variance: Array) -> Array:
-    """List variances between those given and their mean, alike for all.
+    """List variances between those given, shape (n,), and their mean, alike for all, shape (k, n).
 
-    Parameters
-    ----------
-    variance : ndarray, shape (n,)
-        Variances as stated.
-
-    Returns
-    -------
-    ndarray, shape (k, n)
-        The first as given, the last all alike, the others evenly between.
+    The first are as given, the last all alike, the others evenly between.
     """
     alike = np.linspace(0.0, 1.0, _PROPORTIONS)[:, None]
     return np.asarray((1.0 - alike) * variance + alike * variance.mean())
 
 
 def shares(likelihood: Array) -> Array:
-    """Turn logarithms of likelihoods along the first axis into shares that add up to 1.
-
-    Parameters
-    ----------
-    likelihood : ndarray, shape (k, ...)
-        The logarithms.
-
-    Returns
-    -------
-    ndarray, shape (k, ...)
-        The shares.
-    """
+    """Turn logarithms of likelihoods along the first axis into shares that add up to 1."""
     relative = np.exp(likelihood - likelihood.max(axis=0))
     return np.asarray(relative / relative.sum(axis=0))
 
@@ -151,20 +132,9 @@ def shares(likelihood: Array) -> Array:
 def scatter_where(columns: Array, values: Array, uncertainty: Array, squares: float) -> float:
     """Find the scatter beyond the stated uncertainties with which the weighted squares add up.
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n, p)
-        What the values depend on.
-    values, uncertainty : ndarray, shape (n,)
-        Values and their standard uncertainties.
-    squares : float
-        Sum of w r^2 with w = 1 / (u^2 + tau^2): n - p tells tau (Paule and Mandel 1982), quantiles
-        of chi-squared its interval (Viechtbauer 2007).
-
-    Returns
-    -------
-    float
-        tau, 0 where the stated uncertainties explain the scatter [unit of the values].
+    These are sum w r^2 with w = 1 / (u^2 + tau^2): n - p tells tau (Paule and Mandel 1982),
+    quantiles of chi-squared its interval (Viechtbauer 2007). It is 0 where the stated uncertainties
+    explain the scatter [unit of the values].
     """
     low, high = 0.0, float(np.std(values)) * math.sqrt(values.size / squares)
     for _ in range(_ROUNDS):

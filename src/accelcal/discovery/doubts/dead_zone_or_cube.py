@@ -61,19 +61,8 @@ def undecided(
 ) -> Iterator[Undecided]:
     """Find effects with a rival as good, one of the two being a dead zone.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The readings; where some are silent, a dead zone is sure.
-    instances : sequence of Instance
-        The effects.
-    rivals : mapping of str to sequence of str
-        Ids of what a discovery found in place of each of them.
-
-    Yields
-    ------
-    Undecided
-        Where coefficients hang on it.
+    The rivals are ids of what a discovery found in place of each effect. There are none where no
+    coefficients hang on it, nor where some readings are silent, as a dead zone is sure then.
     """
     if silent_in(comparison.model.conditions).any():
         return

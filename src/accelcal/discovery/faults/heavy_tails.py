@@ -22,18 +22,8 @@ def chance_of(size: float, rest: Array, dof: float, least: float) -> float:
     """Two-sided chance of one deviation, from the size and the tails of the others.
 
     It is the mean of the chances under Student's distributions of several tails, each with the
-    weight that the likelihood of the others gives it.
-
-    Parameters
-    ----------
-    size : float
-        The deviation, of any sign [g].
-    rest : ndarray, shape (n,)
-        Deviations of the others, of the variance of one [g].
-    dof : float
-        Degrees of freedom that the others amount to.
-    least : float
-        Smallest scale of the noise [g].
+    weight that the likelihood of the others gives it. These have the variance of the one, shape
+    (n,), and amount to `dof` degrees of freedom; the noise has no smaller scale than `least` [g].
     """
     scales, logs = zip(*(_fit(rest, nu, least) for nu in _TAILS), strict=True)
     weights = np.exp((np.array(logs) - max(logs)) * min(dof / rest.size, 1.0))

@@ -23,20 +23,9 @@ def run_of_another_size(
 ) -> tuple[tuple[Fault, ...], TumbleRecord]:
     """Find the run whose scale factor is least that of the others, and bring it to their size.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-    delta0 : float
-        Fixture angle [rad].
-
-    Returns
-    -------
-    tuple of Fault
-        One, where the scale factor is further off than any temperature brings it; else none.
-    TumbleRecord
-        The record with the outputs of that run over a power of ten, where that is what the others
-        differ by, else over the ratio of the scale factors.
+    There is a fault where it is further off than any temperature brings it, with a fixture angle
+    [rad]. The outputs of that run are taken over a power of ten, where that is what the others
+    differ by, else over the ratio of the scale factors.
     """
     size = _scale_factors(record, delta0)
     usual = sorted(size.values())[(len(size) - 1) // 2] if len(size) > 1 else np.nan

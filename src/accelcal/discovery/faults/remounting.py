@@ -36,23 +36,9 @@ class _Tilt(NamedTuple):
 def mounted_anew(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...], TumbleRecord]:
     """Find runs whose misalignment is another than that of an earlier run at the same temperature.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings, in one clamping.
-    delta0 : float
-        Fixture angle [rad].
-
-    Returns
-    -------
-    tuple of Fault
-        One for each such run.
-    TumbleRecord
-        The record with these runs turned back to the misalignment of the earlier one.
-
-    Notes
-    -----
-    A misalignment that moves within a run, too, is none of a mounting: all are left as they are.
+    There is a fault for each, and the run is turned back to the misalignment of the earlier one.
+    One that moves within a run, too, is none of a mounting: all are left as they are. The fixture
+    angle is in rad.
     """
     found, output = [], record.output.copy()
     tables = tables_of(record)

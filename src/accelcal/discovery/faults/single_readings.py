@@ -33,30 +33,12 @@ def nominal_scale(record: TumbleRecord, c: Conditions, kept: Mask | None = None)
 def single_readings(
     record: TumbleRecord, c: Conditions, nominal: float, weight: Array, least: float, alpha: float
 ) -> tuple[tuple[Fault, ...], TumbleRecord]:
-    """Find outliers and exchanged readings.
+    """Find outliers and exchanged readings, with a scale factor [output unit / g].
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The n readings, strokes in order.
-    c : Conditions
-        Their conditions.
-    nominal : float
-        Scale factor [output unit / g].
-    weight : ndarray, shape (n,)
-        Relative inverse standard deviation of each reading's noise.
-    least : float
-        Smallest standard deviation that the noise may have [g].
-    alpha : float
-        False-alarm rate.
-
-    Returns
-    -------
-    tuple of Fault
-        Exchanges, then outliers.
-    TumbleRecord
-        The record with exchanged readings exchanged back and outliers set aside. Its notes name
-        readings that are kept though only heavy tails of the noise explain them.
+    The weight, shape (n,), is the relative inverse standard deviation of each reading's noise,
+    which is no smaller than `least` [g]. Faults are exchanges, then outliers. In the record,
+    exchanged readings are exchanged back and outliers set aside; its notes name readings that are
+    kept though only heavy tails of the noise explain them.
     """
     views = views_of(record.output / nominal, c, record.mounting, weight, least)
     steps, after, doubtful = suspects(views, alpha)

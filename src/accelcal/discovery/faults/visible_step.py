@@ -49,17 +49,7 @@ class VisibleStep(NamedTuple):
 def visible_step(output: Array, scatter: float) -> VisibleStep | None:
     """Find the step of the readings, as long as it stands out of the noise.
 
-    Parameters
-    ----------
-    output : ndarray, shape (n,)
-        Readings [output unit].
-    scatter : float
-        Standard deviation of a reading, rounding included [output unit].
-
-    Returns
-    -------
-    VisibleStep or None
-        None where no step above 1.5 standard deviations of the noise is seen.
+    There is none below 1.5 standard deviations of a reading, rounding included [output unit].
 
     Notes
     -----

@@ -107,24 +107,8 @@ def correction(
 ) -> Correction:
     """Take the effects of a discovery out of the readings of a record.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The record.
-    model : Discovery
-        The discovery.
-    reference_temperature : float
-        T0 [degC].
-    delta0 : float
-        Fixture angle [rad].
-    gaps : bool
-        Tell the gap in this record before and after each effect, which takes half of the time;
-        without, those of the discovery stand.
-
-    Returns
-    -------
-    Correction
-        The corrected record.
+    T0 is in degC, the fixture angle in rad. With `gaps`, the gap in this record is told before and
+    after each effect, which takes half of the time; without, those of the discovery stand.
 
     Raises
     ------

@@ -72,23 +72,9 @@ def in_place(
 ) -> Iterator[InPlace]:
     """Find what explains the readings of a record as well as the effects taken out of it.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The record of n readings.
-    fitted : sequence of Instance
-        Effects whose sizes are fitted to it.
-    taken : ndarray, shape (n,)
-        What they add to the readings [g].
-    model : Discovery
-        Where they come from.
-    unbounded : sequence of str
-        Coefficients without uncertainty, in which nothing can be counted.
-
-    Yields
-    ------
-    InPlace
-        One for each of what else they may be, with other coefficients.
+    Those that are fitted to the n readings add what is `taken`, shape (n,) [g]. There is one for
+    each of what else they may be, with other coefficients than those that are `unbounded`, in which
+    nothing can be counted.
     """
     c, rivals = comparison.model.conditions, list(_rivals(comparison, fitted, model))
     in_use = {rival.name for rival in rivals if rival.in_use}

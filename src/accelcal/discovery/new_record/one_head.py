@@ -20,24 +20,10 @@ def is_same_head(
 ) -> bool | None:
     """Tell whether both were measured on one head, its fixture clamped alike.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    record : TumbleRecord
-        The record.
-    errors : CalibrationErrors
-        What the head did to the calibration.
-    told : bool or None
-        What the user says of it.
-
-    Returns
-    -------
-    bool or None
-        As told, or true of one file; else as the lines ``# head: NAME`` of both have it, else their
-        lines ``# stand: NAME``. None where nothing tells it, or where it would not help: the
-        fixture of the record is clamped at another angle than 0, or nothing tells at which
-        positions the calibration was measured.
+    It is as the user told, or true of one file; else as the lines ``# head: NAME`` of both have it,
+    else their lines ``# stand: NAME``. None where nothing tells it, or where it would not help: the
+    fixture of the record is clamped at another angle than 0, or nothing tells at which positions
+    the calibration was measured.
 
     Raises
     ------

@@ -14,16 +14,8 @@ _ALIKE = 1e-9
 def relative_noise(record: TumbleRecord) -> Array | None:
     """Standard deviation of each reading by its std and n, over the root mean square of all.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-
-    Returns
-    -------
-    ndarray, shape (n,), or None
-        None where not all readings have a std, or all are alike. Those of few samples are drawn
-        together where they differ by chance, see `accelcal.estimate.declared_scatter`.
+    It is None where not all readings have a std, or all are alike. Those of few samples are drawn
+    together where they differ by chance, see `accelcal.estimate.declared_scatter`.
 
     Examples
     --------

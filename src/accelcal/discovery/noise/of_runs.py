@@ -69,25 +69,11 @@ def with_noise_of_runs(
 ) -> Array | None:
     """Give the readings of each run the noise that its replicates tell, where the runs differ.
 
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-    residual : ndarray, shape (n,)
-        Reading minus some model that is the same for replicates [g].
-    all_that_repeats : ndarray, shape (n, k)
-        From `accelcal.discovery.columns.saturated`.
-    relative : ndarray, shape (n,), or None
-        Relative noise of the readings by their std; None where alike.
-    step : float
-        Step of the readings; where it is larger than their scatter, they scatter by it alone [g].
-
-    Returns
-    -------
-    ndarray, shape (n,), or None
-        With the noise of the runs in it; the same where they are alike, or where the scatter of a
-        noisy one is no noise: where it is of some strokes, or neighbours are alike, or where it is
-        nine times that of the others.
+    The residuals, shape (n,), are those of some model that is the same for replicates, with columns
+    of `accelcal.discovery.columns.saturated` [g]. The relative noise is that by their std; None
+    where alike. Readings whose scatter is smaller than their step scatter by that alone. It stays
+    the same where runs are alike, and where the scatter of a noisy one is no noise: where it is of
+    some strokes, or neighbours are alike, or it is nine times that of the others.
 
     Notes
     -----

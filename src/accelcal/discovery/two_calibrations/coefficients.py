@@ -59,19 +59,9 @@ def parameter_of(name: str) -> str:
 
 
 def told_coefficients(found: Compensation, temperature: float | None) -> dict[Name, Coefficient]:
-    """List the error model with K1 at a temperature, and the slopes of the laws.
+    """List what a calibration determines of the error model, K1 and the slopes of the laws.
 
-    Parameters
-    ----------
-    found : Compensation
-        What a calibration gives.
-    temperature : float or None
-        Temperature [degC]; None takes T0.
-
-    Returns
-    -------
-    dict of tuple to Coefficient
-        Those that the calibration determines.
+    K1 is that at a temperature [degC], None for T0.
     """
     known = dict(_parameters(found, temperature))
     return {**known, **dict(_slopes(found))}
@@ -131,19 +121,8 @@ def in_units_of(
 ) -> dict[Name, Coefficient]:
     """Give coefficients in another output unit and another local g.
 
-    Parameters
-    ----------
-    own : mapping of tuple to Coefficient
-        The coefficients.
-    factor : float
-        The other unit in one of the own ones.
-    gravity : float
-        Own local g over the other one.
-
-    Returns
-    -------
-    dict of tuple to Coefficient
-        The coefficients.
+    The factor is the other unit in one of the own ones, `gravity` the own local g over the other
+    one.
     """
     told = {name: c.times(gravity ** power_of_g(c.unit)) for name, c in own.items()}
     if ("K1", None) in own:  # whose output may be one in g
@@ -154,17 +133,7 @@ def in_units_of(
 def of_output(own: Mapping[Name, Coefficient], unit: str) -> dict[Name, Coefficient]:
     """Coefficients of (1) in the output unit: those of the error model (2) times K1.
 
-    Parameters
-    ----------
-    own : mapping of tuple to Coefficient
-        The error model, with K1.
-    unit : str
-        Unit of the output.
-
-    Returns
-    -------
-    dict of tuple to Coefficient
-        K0, K2, K3, M and M_ip, as far as they are determined.
+    They are K0, K2, K3, M and M_ip, as far as they are determined.
     """
     scale = own["K1", None]
     return {

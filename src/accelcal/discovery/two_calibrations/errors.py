@@ -162,21 +162,9 @@ def errors_of_both(
 ) -> Errors:
     """Covariance of the errors of two calibrations that matter in their difference.
 
-    Parameters
-    ----------
-    old, new : Side
-        The calibrations.
-    temperature : float or None
-        Where they are compared [degC].
-    same_head : bool
-        Whether the errors of the head are common to both.
-    factor : callable, optional
-        Standard uncertainties over their estimates, by the degrees of freedom of these.
-
-    Returns
-    -------
-    Errors
-        The covariance; what is over the degrees of freedom is as estimated.
+    They are compared at a temperature [degC], and those of the head may be common to both. The
+    factor gives standard uncertainties over their estimates, by the degrees of freedom of these;
+    what is over the degrees of freedom is as estimated.
     """
     covariance, over_dof = np.zeros((2, 2 * _SIZE, 2 * _SIZE))
     for own, other, place in zip((old, new), (new, old), _PLACES, strict=True):

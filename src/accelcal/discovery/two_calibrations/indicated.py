@@ -64,25 +64,11 @@ def indication(
     temperature: float | None,
     gravity: float,
 ) -> Indication:
-    """Output by a calibration.
+    """Output by a calibration, with its static effects.
 
-    Parameters
-    ----------
-    own : Side
-        The calibration.
-    told : mapping of tuple to Coefficient
-        What it determines at the temperature; what is missing counts as 0.
-    a_i : ndarray, shape (n,)
-        Accelerations, in the local g of the coefficients [g].
-    temperature : float or None
-        Temperature [degC]; None takes that of the calibration.
-    gravity : float
-        Local g of the calibration over that of the coefficients.
-
-    Returns
-    -------
-    Indication
-        The output, with the static effects of the calibration.
+    What it does not determine at the temperature [degC], by default its own, counts as 0.
+    Accelerations, shape (n,), are in the local g of the coefficients; `gravity` is that of the
+    calibration over it.
     """
     k0, K1, k2, k3 = (told.get((name, None), _UNTOLD) for name in ("k0", "K1", "k2", "k3"))
     added, by_effect, dof = _by_effects(own, a_i / gravity, temperature)

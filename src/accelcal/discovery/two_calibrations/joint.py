@@ -18,21 +18,12 @@ Factor = Callable[[float], float]
 
 
 def joint_test(differences: Array, covariance: Callable[[Factor], Array]) -> JointTest:
-    """Test whether differences are those that their covariance leaves.
+    """Test whether differences, shape (p,), are those that their covariance leaves.
 
-    Parameters
-    ----------
-    differences : ndarray, shape (p,)
-        The differences.
-    covariance : callable
-        Their covariance, shape (p, p), were the sizes of errors other than estimated: of a function
-        that gives the size over its estimate, of the degrees of freedom of that.
-
-    Returns
-    -------
-    JointTest
-        The sum of squares with the sizes as estimated; the chance is the mean over all sizes that
-        few degrees of freedom leave open, as in `accelcal.discovery.new_record.chances`.
+    This, shape (p, p), is a function of what gives the size of an error over its estimate, by the
+    degrees of freedom of that. The sum of squares is with the sizes as estimated; the chance is the
+    mean over all sizes that few degrees of freedom leave open, as in
+    `accelcal.discovery.new_record.chances`.
     """
     whitener = _whitener(covariance(lambda _: 1.0))
     p, seen = len(whitener), whitener @ differences

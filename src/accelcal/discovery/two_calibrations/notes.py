@@ -39,19 +39,9 @@ def tells_its_head(own: Side) -> bool:
 def is_one_head(old: Side, new: Side, told: bool | None) -> bool | None:
     """Tell whether both were measured on one head, its fixture clamped alike.
 
-    Parameters
-    ----------
-    old, new : Side
-        The calibrations.
-    told : bool or None
-        What the user says of it.
-
-    Returns
-    -------
-    bool or None
-        As told, or true of one file; else as the lines ``# head: NAME`` of both have it, else their
-        lines ``# stand: NAME``. None where nothing tells it, or where it would not help: one of
-        them does not tell its positions.
+    It is as the user told, or true of one file; else as the lines ``# head: NAME`` of both have it,
+    else their lines ``# stand: NAME``. None where nothing tells it, or where it would not help: one
+    of them does not tell its positions.
 
     Raises
     ------
@@ -83,20 +73,7 @@ def are_of_one_file(old: Side, new: Side) -> bool:
 def left_out(
     old: Side, new: Side, one: Mapping[Name, Coefficient], other: Mapping[Name, Coefficient]
 ) -> dict[Name, str]:
-    """Say why coefficients are not compared.
-
-    Parameters
-    ----------
-    old, new : Side
-        The calibrations.
-    one, other : mapping of tuple to Coefficient
-        What each of them determines.
-
-    Returns
-    -------
-    dict of tuple to str
-        A reason for each.
-    """
+    """Say why coefficients that one calibration or both determine are not compared."""
     found: dict[Name, str] = {}
     for name in dict.fromkeys([*one, *other]):
         symbol, axis = name

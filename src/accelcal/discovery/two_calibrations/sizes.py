@@ -19,19 +19,10 @@ from accelcal.results.quantity import Quantity
 def size_changes(old: Side, new: Side, gravity: float) -> Iterator[CoefficientChange]:
     """Compare the sizes of effects that both calibrations state with an uncertainty.
 
-    Parameters
-    ----------
-    old, new : Side
-        The calibrations.
-    gravity : float
-        Local g of the new one over that of the old one.
-
-    Yields
-    ------
-    CoefficientChange
-        One for each size that the readings of both tell. Two effects are one where they have one
-        id, and agree in all that is stated without an uncertainty, such as the place of a position
-        error. The errors of both sizes are independent.
+    The local g of the new one over that of the old one is `gravity`. There is one for each size
+    that the readings of both tell. Two effects are one where they have one id, and agree in all
+    that is stated without an uncertainty, such as the place of a position error. The errors of both
+    sizes are independent.
     """
     known = {effect_key(item): item.parameters for item in new.measured_effects}
     for item in old.measured_effects:

@@ -49,19 +49,9 @@ def factor_of_unit(old: Side, new: Side) -> float:
 
 
 def common_temperature(old: Side, new: Side, asked: float | None) -> float | None:
-    """Choose where to compare: as asked, else at T0 of the old one or next to it.
+    """Choose where to compare: as asked, else at T0 of the old one or next to it [degC].
 
-    Parameters
-    ----------
-    old, new : Side
-        The calibrations.
-    asked : float or None
-        Temperature asked for [degC].
-
-    Returns
-    -------
-    float or None
-        The temperature [degC]; None where one calibration knows none.
+    It is None where one calibration knows none.
 
     Raises
     ------

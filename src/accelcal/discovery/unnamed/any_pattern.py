@@ -56,19 +56,9 @@ class AnyPattern(NamedTuple):
 def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     """Tell how often any pattern of the position would get such names.
 
-    Parameters
-    ----------
-    family : Family
-        What was searched.
-    named : Explanation
-        What is named.
-
-    Yields
-    ------
-    AnyPattern
-        For all effects that depend on the position alone, for those of them that are functions of
-        cos th, and for those that change their signs alike with cos th and with sin th. For two or
-        more: one effect is the simplest explanation, whatever else may look like it.
+    It is told for all effects that depend on the position alone, for those of them that are
+    functions of cos th, and for those that change their signs alike with cos th and with sin th.
+    For two or more: one effect is the simplest explanation, whatever else may look like it.
 
     Notes
     -----

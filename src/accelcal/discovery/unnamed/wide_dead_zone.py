@@ -84,17 +84,8 @@ def silenced(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[
 def may_be_wider(comparison: Comparison, instances: Sequence[Instance]) -> bool:
     """Tell whether a dead zone of any width could as well stand in place of one of some effects.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The readings.
-    instances : sequence of Instance
-        The effects, which explain them; a dead zone among them may be that one.
-
-    Returns
-    -------
-    bool
-        Then `OPEN` have no bound, as its width has none.
+    They explain the readings, and a dead zone among them may be that one. If so, `OPEN` have no
+    bound, as its width has none.
     """
     if not instances or silent_in(comparison.model.conditions).any():
         return False
@@ -148,18 +139,8 @@ def unbounded(quantity: Quantity) -> Quantity:
 def likeliest_silence(comparison: Comparison, zone: Instance) -> Mask | None:
     """Find the readings that a dead zone silences likeliest, in the runs of least misalignment.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The n readings.
-    zone : Instance
-        The dead zone.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,), or None
-        None where any such silence leaves more than there is without one. One at all levels is
-        preferred, as one at some of them has the width that it has there besides.
+    There are none where any such silence leaves more than there is without one. One at all levels
+    is preferred, as one at some of them has the width that it has there besides.
     """
     model, c = comparison.model, comparison.model.conditions
     across = across_the_axis(c)
