@@ -20,7 +20,7 @@ from accelcal.estimate.noise import ReadingNoise, is_noise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.trend import directed, moments, trend_of
 from accelcal.numerics.grouping import Grouped, grouped
-from accelcal.numerics.lag_sums import polynomial, products_by_lag, sums_by_lag
+from accelcal.numerics.lag_sums import neighbours, polynomial, products_by_lag, sums_by_lag
 from accelcal.numerics.one_thread import multiply
 from accelcal.numerics.sorting import distinct
 
@@ -257,17 +257,10 @@ def _found(angle: bytes, head: bytes, stroke: bytes, scatter: bytes) -> _Neighbo
     pure, dof = _of_rest(positions) / max(n - positions.shape[1], 1), n - taken.shape[1]
     if dof < 2:  # the ratio of a single one is the same whatever the readings are
         return known._replace(pure=pure)
-    beside = _beside(taken)
-    inside = taken.T @ beside
-    products = (
-        _of_neighbours(n) - 2.0 * sums_by_lag(taken, beside) + sums_by_lag(taken @ inside, taken)
-    )
-    expected = polynomial(products, _RHO) / polynomial(_of_rest(taken), _RHO)
-    squares = (n - 1) / 2.0 - 2.0 * (beside**2).sum() + (inside**2).sum()
-    variance = 2.0 * (squares - dof * expected[0] ** 2) / (dof * (dof + 2.0))
-    return known._replace(
-        taken=taken, dof=dof, expected=expected, variance=float(variance), pure=pure
-    )
+    found = neighbours(taken, np.zeros(n, dtype=np.int64), n)
+    expected = polynomial(found.products, _RHO) / polynomial(found.squares, _RHO)
+    variance = found.of_ratio(expected[0])
+    return known._replace(taken=taken, dof=dof, expected=expected, variance=variance, pure=pure)
 
 
 def _means(keys: NDArray[Any], precision: Array) -> Array:
@@ -289,21 +282,6 @@ def _of_rest(basis: Array) -> Array:
     """Of 1 - basis @ basis.T."""
     found = -sums_by_lag(basis, basis)
     found[0] += len(basis)
-    return found
-
-
-def _of_neighbours(n: int) -> Array:
-    """Of the matrix that takes half of both neighbours."""
-    found = np.zeros(n)
-    found[1:2] = n - 1.0
-    return found
-
-
-def _beside(columns: Array) -> Array:
-    """Half of the rows above and below each."""
-    found = np.zeros_like(columns)
-    found[1:] += columns[:-1] / 2.0
-    found[:-1] += columns[1:] / 2.0
     return found
 
 

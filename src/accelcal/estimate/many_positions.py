@@ -217,7 +217,7 @@ class SeenAtMany(NamedTuple):
     inverse: Array
 
     def noise(self, influence: Array) -> Array:
-        """The same as `accelcal.estimate.contrasts.LackOfFit.noise`."""
+        """The same as `accelcal.estimate.contrasts.SeenErrors.noise`."""
         left = self._left(influence)
         return np.asarray(self.ratio[..., None, None] * ((influence - left) @ left.mT))
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+from accelcal.arguments.options import check_flag
 from accelcal.dates import date_of
 from accelcal.errors import InputError
 from accelcal.record import TumbleRecord
@@ -49,6 +50,25 @@ def same_head(one: Mapping[str, str | None], other: Mapping[str, str | None]) ->
         if own and their:
             return own.casefold() == their.casefold()
     return None
+
+
+def is_same_head(
+    one: Mapping[str, str], other: Mapping[str, str], told: bool | None, *, one_file: bool
+) -> bool | None:
+    """Whether two tests are of one head: as told, or by the lines above the readings of both.
+
+    Of one file it is one head, where these do not tell it.
+
+    Raises
+    ------
+    InputError
+        If `told` is neither True, False nor None.
+    """
+    if told is not None:
+        check_flag(same_head=told)
+        return told
+    named = same_head(names_of(one), names_of(other))
+    return True if named is None and one_file else named
 
 
 def names_of(metadata: Mapping[str, str]) -> dict[str, str | None]:

@@ -6,9 +6,12 @@ rho: its coefficients are the sums of A along its diagonals, those on both sides
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Ints
+from accelcal.numerics.sorting import distinct
 
 
 def sums_by_lag(first: Array, second: Array) -> Array:
@@ -34,6 +37,56 @@ def sums_by_lag(first: Array, second: Array) -> Array:
     one, other = (np.fft.rfft(each, 2 * n, axis=0) for each in (first, second))
     sums = np.fft.irfft((one * other.conj()).sum(axis=1), 2 * n)
     return np.asarray(np.concatenate([sums[:1], sums[1:n] + sums[:n:-1]]))
+
+
+class Neighbours(NamedTuple):
+    """What is expected of the products of neighbours in residuals, see `neighbours`.
+
+    Attributes
+    ----------
+    products, squares : ndarray, shape (lags,)
+        Mean of the sum of products, and of that of squares, as polynomials of the correlation of
+        neighbours.
+    variance : float
+        Half of the variance of the sum of products, of independent readings of variance 1.
+    """
+
+    products: Array
+    squares: Array
+    variance: float
+
+    def of_ratio(self, mean: float) -> float:
+        """Variance of the ratio of both sums, of independent readings, from its mean."""
+        dof = self.squares[0]
+        return float(2.0 * (self.variance - dof * mean**2) / (dof * (dof + 2.0)))
+
+
+def neighbours(basis: Array, run: Ints, lags: int) -> Neighbours:
+    """Tell what to expect of the residuals of n readings beside an orthonormal basis.
+
+    Neighbours follow each other in the same run, shape (n,). Sums are taken up to so many lags.
+
+    Notes
+    -----
+    The basis B leaves P y with P = I - B B'. With D, by which e' D e sums the products of
+    neighbours, the means are traces of P D P and of P with the correlations, and the variance is
+    twice the trace of (P D P)^2 (Durbin and Watson, Biometrika 37 (1950) 409).
+    """
+    both = np.where(run[1:] == run[:-1], 1.0, 0.0)
+    beside = np.zeros_like(basis)  # D B
+    beside[:-1] += 0.5 * both[:, None] * basis[1:]
+    beside[1:] += 0.5 * both[:, None] * basis[:-1]
+    inside = basis.T @ beside
+    products, squares = np.zeros((2, lags))
+    for each in distinct(run).tolist():
+        own = run == each
+        some = slice(min(lags, np.count_nonzero(own)))
+        products[some] += sums_by_lag((basis @ inside - 2.0 * beside)[own], basis[own])[some]
+        squares[some] -= sums_by_lag(basis[own], basis[own])[some]
+    products[1:2] += both.sum()
+    squares[0] += run.size
+    variance = both.sum() / 2.0 - 2.0 * (beside**2).sum() + (inside**2).sum()
+    return Neighbours(products, squares, float(variance))
 
 
 def products_by_lag(columns: Array) -> Array:

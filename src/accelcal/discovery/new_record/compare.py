@@ -28,7 +28,7 @@ from accelcal.discovery.new_record.errors_counted import (
     notes,
     size_counted,
 )
-from accelcal.discovery.new_record.one_head import head_difference, is_same_head, is_turned_over
+from accelcal.discovery.new_record.one_head import head_difference, is_one_head, is_turned_over
 from accelcal.discovery.new_record.repeatability import (
     KnownNoise,
     hiding,
@@ -165,7 +165,7 @@ def compare(
     step = _step(found, converted)
     paused, said = simulated_in_pauses(converted, simulated.conditions, calibration.effects)
     seen = _Seen(converted, simulated, noise, dof, declared, own, errors, step, paused)
-    same = is_same_head(calibration, record, errors, same_head)
+    same = is_one_head(calibration, record, errors, same_head)
     judged = _whatever_the_head(seen, same, is_turned_over(calibration, record))
     return Disagreement(
         rms=float(np.sqrt(np.mean(simulated.residual**2))),

@@ -199,7 +199,7 @@ def _units(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:
             f"the {silent} declares no local gravity: both are taken as of one place; elsewhere a"
             " difference of g looks like a change of the scale factor"
         )
-    elif gravity_ratio(calibration, record) != 1.0:
+    elif gravity_ratio(here, there) != 1.0:
         yield f"tested where g = {here} m/s^2, calibrated where g = {there} m/s^2, which is counted"
 
 

@@ -4,38 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.simulated import Simulated
-from accelcal.estimate.same_head import names_of, same_head
+from accelcal.estimate.same_head import is_same_head
 from accelcal.head_angles import head_positions
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 
 
-def is_same_head(
+def is_one_head(
     calibration: Calibration, record: TumbleRecord, errors: CalibrationErrors, told: bool | None
 ) -> bool | None:
-    """Tell whether both were measured on one head, its fixture clamped alike.
+    """Tell whether both were measured on one head, see `accelcal.estimate.same_head.is_same_head`.
 
-    It is as the user told, or true of one file; else as the lines ``# head: NAME`` of both have it,
-    else their lines ``# stand: NAME``. None where nothing tells it, or where it would not help: the
-    fixture of the record is clamped at another angle than 0, or nothing tells at which positions
-    the calibration was measured.
-
-    Raises
-    ------
-    InputError
-        If `told` is something else.
+    None where nothing tells it, or where it would not help: the fixture of the record is clamped at
+    another angle than 0, or nothing tells at which positions the calibration was measured.
     """
-    if told is not None:
-        check_flag(same_head=told)
-    lines = calibration.provenance.get("metadata", {}), record.metadata
-    same = same_head(*map(names_of, lines)) if told is None else told
-    if same is None and is_same_file(calibration, record):
-        same = True
+    metadata = calibration.provenance.get("metadata", {})
+    one_file = is_same_file(calibration, record)
+    same = is_same_head(metadata, record.metadata, told, one_file=one_file)
     is_turned = record.clamping is not None and bool(np.any(np.mod(record.clamping, 360.0)))
     return None if same and (is_turned or not errors.positions.size) else same
 

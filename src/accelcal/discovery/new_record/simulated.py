@@ -143,14 +143,13 @@ def _conditions(
     main, other = both[0], both[-1]
     of_angle = ("input", "cross", "axial", "indicated", "per_radian")
     is_main = along == found.cross.name
-    g = gravity_ratio(calibration, record)
+    g = gravity_ratio(record.apparatus.local_gravity, calibration.g_local_m_s2)
     told: Any = {n: g * np.where(is_main, getattr(main, n), getattr(other, n)) for n in of_angle}
     return replace(main, **told)
 
 
-def gravity_ratio(calibration: Calibration, record: TumbleRecord) -> float:
-    """Local gravity of a record over that of a calibration; 1 where one is not declared."""
-    here, there = record.apparatus.local_gravity, calibration.g_local_m_s2
+def gravity_ratio(here: float | None, there: float | None) -> float:
+    """Local gravity here over that there; 1 where one is not declared."""
     return here / there if here and there else 1.0
 
 

@@ -23,7 +23,7 @@ from accelcal.effects.conditions import Conditions
 from accelcal.errors import InputError
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE
 from accelcal.numerics.grouping import cells
-from accelcal.numerics.lag_sums import sums_by_lag
+from accelcal.numerics.lag_sums import neighbours, polynomial
 from accelcal.numerics.sorting import distinct
 from accelcal.plural import degrees_of_freedom
 from accelcal.record import TumbleRecord
@@ -199,41 +199,21 @@ def _autocorrelation(
 ) -> tuple[float, float, tuple[float, ...]]:
     """Correlation of neighbours, the variance, and which correlations are possible.
 
-    The first two have their expectations matched. The pure error is what the basis B leaves, P y
-    with P = I - B B'. With D, by which e' D e sums the products of neighbours, the expectations are
-    traces of P D P and of P, and the variance of the ratio is by the trace of (P D P)^2 (Durbin and
-    Watson, Biometrika 37 (1950) 409).
+    The first two have their expectations matched, see `accelcal.numerics.lag_sums.neighbours`.
     """
-    neighbours = np.where(run[1:] == run[:-1], 1.0, 0.0)
-    shifted = np.zeros_like(basis)  # D B
-    shifted[:-1] += 0.5 * neighbours[:, None] * basis[1:]
-    shifted[1:] += 0.5 * neighbours[:, None] * basis[:-1]
-    inside = basis.T @ shifted
-    of_products = _lag_sums(basis @ inside - 2.0 * shifted, basis, run)
-    of_products[1] += neighbours.sum()
-    of_squares = -_lag_sums(basis, basis, run)
-    of_squares[0] += run.size
-    powers = _RHOS[:, None] ** np.arange(of_squares.size)
-    observed = float((neighbours * error[1:] * error[:-1]).sum() / (error @ error or np.inf))
-    expected = (powers @ of_products) / (powers @ of_squares)
-    dof, none = of_squares[0], int(np.argmin(np.abs(_RHOS)))
-    squares = neighbours.sum() / 2.0 - 2.0 * (shifted**2).sum() + (inside**2).sum()
-    scatter = np.sqrt(2.0 * (squares - dof * expected[none] ** 2) / (dof * (dof + 2.0)))
+    found = neighbours(basis, run, _LAGS)
+    squares = polynomial(found.squares, _RHOS)
+    expected = polynomial(found.products, _RHOS) / squares
+    products = float((error[1:] * error[:-1])[run[1:] == run[:-1]].sum())
+    observed = products / (float(error @ error) or np.inf)
+    dof, none = found.squares[0], int(np.argmin(np.abs(_RHOS)))
+    scatter = np.sqrt(found.of_ratio(expected[none]))
     possible = np.interp(observed + scatter * _POSSIBLE, expected, _RHOS)
     best = int(np.argmin(np.abs(expected - observed)))
     if abs(_RHOS[best]) < 2.0 / np.sqrt(dof):
         best = none
     rho = float(np.round(_RHOS[best], 6))
-    return rho, float(error @ error / (powers[best] @ of_squares)), tuple(possible.tolist())
-
-
-def _lag_sums(first: Array, second: Array, run: Ints) -> Array:
-    """Sums of ``first @ second.T`` along its diagonals, within runs: trace with rho^lag."""
-    found = np.zeros(_LAGS)
-    for each in distinct(run).tolist():
-        sums = sums_by_lag(first[run == each], second[run == each])[:_LAGS]
-        found[: sums.size] += sums
-    return found
+    return rho, float(error @ error / squares[best]), tuple(possible.tolist())
 
 
 def sources(

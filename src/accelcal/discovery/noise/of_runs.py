@@ -69,11 +69,12 @@ def with_noise_of_runs(
 ) -> Array | None:
     """Give the readings of each run the noise that its replicates tell, where the runs differ.
 
-    The residuals, shape (n,), are those of some model that is the same for replicates, with columns
-    of `accelcal.discovery.columns.saturated` [g]. The relative noise is that by their std; None
-    where alike. Readings whose scatter is smaller than their step scatter by that alone. It stays
-    the same where runs are alike, and where the scatter of a noisy one is no noise: where it is of
-    some strokes, or neighbours are alike, or it is nine times that of the others.
+    The residuals, shape (n,) [g], are those of some model that is the same for replicates, all that
+    repeats is that of `accelcal.discovery.columns.saturated`, and the relative noise that by their
+    std; None where alike. Readings whose scatter is smaller than their step [g] scatter by that
+    alone. The noise stays the same where runs are alike, and where the scatter of a noisy one is no
+    noise: where it is of some strokes, or neighbours are alike, or it is nine times that of the
+    others.
 
     Notes
     -----

@@ -12,6 +12,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arrays import Array
 from accelcal.compensate.propagation import interval_of_parts, propagated
+from accelcal.discovery.new_record.simulated import gravity_ratio
 from accelcal.discovery.two_calibrations.coefficients import (
     Coefficient,
     Name,
@@ -148,7 +149,7 @@ def compare_calibrations(
     one, other = side_of("old", old, fixture_uncertainty), side_of("new", new, fixture_uncertainty)
     same = is_one_head(one, other, same_head)
     factor, level = factor_of_unit(one, other), common_temperature(one, other, temperature)
-    gravity = _gravity_ratio(old, new)
+    gravity = gravity_ratio(new.g_local_m_s2, old.g_local_m_s2)
     known = told_coefficients(one.found, level)
     told = in_units_of(told_coefficients(other.found, level), factor, gravity)
     lost = left_out(one, other, known, told)
@@ -175,12 +176,6 @@ def compare_calibrations(
         serial=new.serial or old.serial,
         software=SOFTWARE,
     )
-
-
-def _gravity_ratio(old: Calibration, new: Calibration) -> float:
-    """Local gravity of the new calibration over that of the old one; 1 where one is unknown."""
-    here, there = new.g_local_m_s2, old.g_local_m_s2
-    return here / there if here and there else 1.0
 
 
 def _told(own: Side) -> ComparedCalibration:

@@ -20,9 +20,9 @@ Factor = Callable[[float], float]
 def joint_test(differences: Array, covariance: Callable[[Factor], Array]) -> JointTest:
     """Test whether differences, shape (p,), are those that their covariance leaves.
 
-    This, shape (p, p), is a function of what gives the size of an error over its estimate, by the
-    degrees of freedom of that. The sum of squares is with the sizes as estimated; the chance is the
-    mean over all sizes that few degrees of freedom leave open, as in
+    The covariance, shape (p, p), is a function of a factor that gives the size of an error over its
+    estimate, by the degrees of freedom of the estimate. The sum of squares is with the sizes as
+    estimated; the chance is the mean over all sizes that few degrees of freedom leave open, as in
     `accelcal.discovery.new_record.chances`.
     """
     whitener = _whitener(covariance(lambda _: 1.0))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
-from accelcal.arguments.options import check_flag
 from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
@@ -15,7 +14,7 @@ from accelcal.discovery.two_calibrations.errors import Side
 from accelcal.discovery.two_calibrations.sizes import effect_key
 from accelcal.effects.left_in_use import of_the_test
 from accelcal.estimate.pure_error import FEW
-from accelcal.estimate.same_head import names_of, same_head
+from accelcal.estimate.same_head import is_same_head
 from accelcal.model import COEFFICIENT_OF, SLOPES
 from accelcal.plural import listed
 from accelcal.results.table import nearest_table
@@ -37,23 +36,13 @@ def tells_its_head(own: Side) -> bool:
 
 
 def is_one_head(old: Side, new: Side, told: bool | None) -> bool | None:
-    """Tell whether both were measured on one head, its fixture clamped alike.
+    """Tell whether both were measured on one head, see `accelcal.estimate.same_head.is_same_head`.
 
-    It is as the user told, or true of one file; else as the lines ``# head: NAME`` of both have it,
-    else their lines ``# stand: NAME``. None where nothing tells it, or where it would not help: one
-    of them does not tell its positions.
-
-    Raises
-    ------
-    InputError
-        If `told` is something else.
+    None where nothing tells it, or where it would not help: one of them does not tell its
+    positions.
     """
-    if told is not None:
-        check_flag(same_head=told)
     one, other = (own.calibration.provenance.get("metadata", {}) for own in (old, new))
-    same = same_head(names_of(one), names_of(other)) if told is None else told
-    if same is None and are_of_one_file(old, new):
-        same = True
+    same = is_same_head(one, other, told, one_file=are_of_one_file(old, new))
     return None if same and not (tells_its_head(old) and tells_its_head(new)) else same
 
 
