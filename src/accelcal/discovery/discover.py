@@ -13,7 +13,7 @@ from accelcal.arguments.options import check_flag
 from accelcal.discovery.as_searched import as_searched
 from accelcal.discovery.candidates import searched_among
 from accelcal.discovery.comparison import Comparison, compared
-from accelcal.discovery.doubts.caveats import Caveat, caveats, of_partners
+from accelcal.discovery.doubts.caveats import Caveat, caveats, not_sure, of_partners
 from accelcal.discovery.doubts.dead_zone_or_cube import in_fit, in_place_of, left_undecided
 from accelcal.discovery.doubts.noise_caveats import noise_caveats
 from accelcal.discovery.doubts.otherwise import (
@@ -304,11 +304,10 @@ def _of_mountings(found: Sequence[Fault], named: Explanation | None) -> Iterator
     """A tilt beside runs that are taken as turned back, which may all be one slip."""
     turned = any(fault.name == _REMOUNTED for fault in found)
     if turned and named is not None and _TILT in named.ids:
-        yield Caveat(
-            f"{_TILT} is not sure: runs are taken as turned back, as of a unit that was mounted"
-            " anew, and a head that slips within a run looks like both; repeat the test without"
-            " touching the clamp",
+        yield not_sure(
             [_TILT],
+            "runs are taken as turned back, as of a unit that was mounted anew, and a head that"
+            " slips within a run looks like both; repeat the test without touching the clamp",
         )
 
 

@@ -93,6 +93,11 @@ class Caveat(NamedTuple):
     reservation: str = ""
 
 
+def not_sure(ids: Sequence[str], why: str) -> Caveat:
+    """Tell why something outside the catalogue could be the cause of some effects."""
+    return Caveat(f"{listed(ids)} {are(ids)} not sure: {why}", ids)
+
+
 def caveats(
     family: Family,
     found: Sequence[Explanation],
@@ -145,12 +150,11 @@ def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:
         patterns = vectors[:, sizes > _FAINT * sizes[0]]
         named = ((patterns.T @ best.directions) ** 2).sum(axis=0) > _ALIKE
         if named.sum() < patterns.shape[1] <= _FEW_PATTERNS:
-            yield Caveat(
-                f"{item.effect.id} is not sure: of what depends on the position alone these"
-                f" positions show no more than {patterns.shape[1]} patterns, and two effects of it"
-                " together could make this one, as |a_i| and a_p^3; positions 22.5 or 30 deg apart"
-                " would tell",
+            yield not_sure(
                 [item.effect.id],
+                "of what depends on the position alone these positions show no more than"
+                f" {patterns.shape[1]} patterns, and two effects of it together could make this"
+                " one, as |a_i| and a_p^3; positions 22.5 or 30 deg apart would tell",
             )
 
 
@@ -163,24 +167,21 @@ def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
         if set(each.ids) <= doubted:
             continue
         doubted |= set(each.ids)
-        yield Caveat(
-            f"{listed(each.ids)} {are(each.ids)} not sure: these positions show {each.patterns}"
-            " patterns of their kind, and of such that no catalogue has up to"
-            f" {100.0 * each.chance:.0f} % would be explained as well by {len(each.ids)}"
-            " effects of it; measure at positions between these",
+        yield not_sure(
             each.ids,
+            f"these positions show {each.patterns} patterns of their kind, and of such that no"
+            f" catalogue has up to {100.0 * each.chance:.0f} % would be explained as well by"
+            f" {len(each.ids)} effects of it; measure at positions between these",
         )
 
 
 def _of_cancelling(comparison: Comparison, best: Explanation) -> Iterator[Caveat]:
     """Effects that mostly take back each other, whose small difference alone the readings show."""
     if cancels(comparison, best):
-        ids = sorted(best.ids)
-        yield Caveat(
-            f"{listed(ids)} are not sure: they mostly take back each other, and these readings show"
-            " no more than what is left of them, which something outside the catalogue could as"
-            " well be",
-            ids,
+        yield not_sure(
+            sorted(best.ids),
+            "they mostly take back each other, and these readings show no more than what is left of"
+            " them, which something outside the catalogue could as well be",
         )
 
 
@@ -193,12 +194,11 @@ def _of_the_first_readings(
     for item in instances:
         tau = item.shape.get("tau", np.inf)
         if steps.size and tau < _QUICK * float(np.median(steps)):
-            yield Caveat(
-                f"{item.effect.id} is not sure: with tau = {tau:.2g} s it rests on the first"
-                " reading of each run; where that is not reached by a forward turn, hysteresis and"
-                " backlash make such a difference: turn the head there once before the first"
-                " reading",
+            yield not_sure(
                 [item.effect.id],
+                f"with tau = {tau:.2g} s it rests on the first reading of each run; where that is"
+                " not reached by a forward turn, hysteresis and backlash make such a difference:"
+                " turn the head there once before the first reading",
             )
 
 
@@ -224,10 +224,10 @@ def _of_few_readings(comparison: Comparison, instances: Sequence[Instance]) -> I
         before = int((own < first).sum())
         fewest = min(before, own.size - before)
         if 0 < fewest < _OUTLIERS:
-            yield Caveat(
-                f"{item.effect.id} is not sure: {fewest} readings alone lie on one side of it in"
-                " its run, and as many outliers would look like it; repeat the run",
+            yield not_sure(
                 [item.effect.id],
+                f"{fewest} readings alone lie on one side of it in its run, and as many outliers"
+                " would look like it; repeat the run",
             )
 
 
@@ -255,10 +255,10 @@ def _of_steps(
         if (step.expanded_uncertainty or 0.0) > _VAGUE * abs(step.value or 0.0):
             reasons.append("its uncertainty is more than a third of it")
         if reasons:
-            yield Caveat(
-                f"{item.effect.id} is not sure: {listed(reasons)}, as where the bias wanders,"
-                " oscillates or settles in one run; repeat the run",
+            yield not_sure(
                 [item.effect.id],
+                f"{listed(reasons)}, as where the bias wanders, oscillates or settles in one run;"
+                " repeat the run",
             )
 
 
@@ -275,10 +275,10 @@ def of_partners(
             if other in doubted and other != name and cosine > _PARTNERS
         ]
         if leant and name not in doubted:
-            yield Caveat(
-                f"{name} is not sure: its size rests on {listed(leant)}, which acts nearly"
-                " alike and is not sure; both together may stand for something else",
+            yield not_sure(
                 [name],
+                f"its size rests on {listed(leant)}, which acts nearly alike and is not sure; both"
+                " together may stand for something else",
             )
 
 
@@ -289,10 +289,10 @@ def _of_the_wrong_sense(comparison: Comparison, instances: Sequence[Instance]) -
             continue
         lag = parameters_of(comparison, instances)[place]["lag"].value
         if lag is not None and lag < 0.0:
-            yield Caveat(
-                "backlash is not sure: its lag is below zero, and no gear runs ahead; are forward"
-                " and back strokes taken for each other?",
+            yield not_sure(
                 [item.effect.id],
+                "its lag is below zero, and no gear runs ahead; are forward and back strokes taken"
+                " for each other?",
             )
 
 
@@ -309,10 +309,10 @@ def _of_one_run(comparison: Comparison, instances: Sequence[Instance]) -> Iterat
         alone = [not is_needed(comparison, item, span) for span in spans]
         if any(alone):
             runs = " or ".join(compress(record.run_labels, alone))
-            yield Caveat(
-                f"{item.effect.id} is not sure: another {item.effect.id[:2].upper()} of run {runs}"
-                " alone explains these readings as well; repeat that run at its temperature",
+            yield not_sure(
                 [item.effect.id],
+                f"another {item.effect.id[:2].upper()} of run {runs} alone explains these readings"
+                " as well; repeat that run at its temperature",
             )
 
 
