@@ -583,6 +583,20 @@ def test_text_has_both_sums(saved, capsys):
     assert shown.isascii()
 
 
+def test_a_bound_of_nothing_is_not_written_as_zero(exact, tmp_path, capsys):
+    """It was "+- 0.0 ug", as if the unit had no random error."""
+    exact.to_json(tmp_path / "exact.json")
+    assert run(tmp_path / "exact.json", "--acceleration", "0,1") == 0
+    shown = capsys.readouterr().out
+    assert "+- 0.0" not in shown
+    assert "  bound of (4): none, as no random error is given that acts here\n" in shown
+    pytest.importorskip("matplotlib")
+    _, bounds, _ = budget(exact, [0.0, 1.0]).plot.stack()
+    assert [text.get_text() for text in bounds.texts] == [
+        "none, as no random error is given that acts here"
+    ]
+
+
 def test_lists_are_combined_to_a_table(saved, capsys):
     lists = "--acceleration", "-1,0,1", "--temperature", "-40,80", "--time", "0,10min,12h"
     assert run(saved, *lists, "--format", "json") == 0

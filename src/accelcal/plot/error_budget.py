@@ -9,7 +9,7 @@ import numpy as np
 
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import SMALL, canvases, palette, styled
-from accelcal.report.error_budget import joint_variance, place
+from accelcal.report.error_budget import NO_RANDOM_ERROR, joint_variance, place
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import readable
 from accelcal.results.error_budget import ErrorBudget
@@ -73,7 +73,8 @@ class ErrorBudgetPlot(Pictures[ErrorBudget]):
 def _draw(panels: Sequence[Axes], points: Sequence[Document]) -> dict[str, Any]:
     """Fill the panels; return one bar of each component, for the legend."""
     titles = ("systematic part", "bounds behind ± in (4), added", "shares of U (95 %), GUM")
-    tables = _parts(points, "value"), _parts(points, "bound"), shares(points)
+    bounds = _parts(points, "bound")
+    tables = _parts(points, "value"), bounds, shares(points)
     totals = ("systematic", "bound", "expanded_uncertainty")
     looks = _looks(tables)
     shown: dict[str, Any] = {}
@@ -87,6 +88,9 @@ def _draw(panels: Sequence[Axes], points: Sequence[Document]) -> dict[str, Any]:
         (shown["total"],) = ax.plot(factor * sums, "D", color=ink, ms=4, label="total")
         ax.set(title=sentence(title), ylabel=f"error [{unit}]")
         ax.axhline(0.0, color=ink, lw=0.8)
+        if table is bounds and not bounds:
+            ax.set(xlim=panels[0].get_xlim(), yticks=[])
+            ax.text(0.5, 0.55, f"none, as {NO_RANDOM_ERROR}", transform=ax.transAxes, ha="center")
         _name_points(ax, points, last=ax is panels[-1])
     return shown
 

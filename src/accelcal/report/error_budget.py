@@ -12,6 +12,9 @@ from accelcal.units import MICRO
 TOGETHER = "these together, with their correlations"
 """What stands for the coefficients that are correlated with one another."""
 
+NO_RANDOM_ERROR = "no random error is given that acts here"
+"""Why a bound is zero."""
+
 _ABOUT_THE_BOUND = (
     "the bound of (4) adds linearly, but with half of the bias bound (3), as the paper does, and"
     " nothing of the calibration's uncertainty: it may be smaller than the 95 % interval, which"
@@ -73,7 +76,7 @@ def _total(point: Document) -> tuple[str, ...]:
         "" if temperature is None else f"{temperature:g}{mark}",
         f"{point['time_s']:g}",
         _micro(point["systematic"]),
-        f"+- {_micro(point['bound'])}",
+        f"+- {_micro(point['bound'])}" if point["bound"] else "none",
         f"+- {significant(MICRO * point['expanded_uncertainty'], 2)}",
     )
 
@@ -132,7 +135,7 @@ def _sum(point: Document) -> tuple[str, ...]:
         "total",
         "",
         _micro(point["systematic"]),
-        _micro(point["bound"]),
+        _micro(point["bound"]) if point["bound"] else "",
         significant(MICRO * point["standard_uncertainty"], 2),
         "100 %" if point["standard_uncertainty"] else "",
         "",
@@ -142,10 +145,11 @@ def _sum(point: Document) -> tuple[str, ...]:
 def _bands(point: Document) -> Iterator[str]:
     error, U = point["systematic"], point["expanded_uncertainty"]
     told, half = matching_digits(error, U, MICRO) if U else (_micro(error), "0")
-    yield (
-        "  bound of (4), with the paper's factor 0.5:"
-        f" {_micro(error)} +- {_micro(point['bound'])} ug"
-    )
+    if point["bound"]:
+        bound = f"{_micro(error)} +- {_micro(point['bound'])} ug"
+        yield f"  bound of (4), with the paper's factor 0.5: {bound}"
+    else:
+        yield f"  bound of (4): none, as {NO_RANDOM_ERROR}"
     yield (f"  GUM, variances added, 95 %, k = {point['coverage_factor']:.2f}: {told} +- {half} ug")
 
 
