@@ -12,9 +12,10 @@ from scipy.stats import multivariate_normal
 
 import accelcal
 from accelcal.discovery.comparison import compared
+from accelcal.discovery.doubts.caveats import _wandering
 from accelcal.discovery.family import family_of
 from accelcal.discovery.search import search
-from accelcal.discovery.unnamed.wandering import _SIZES, _likeliest
+from accelcal.discovery.unnamed.wandering import _SIZES, Wandering, _likeliest
 from accelcal.effects.catalogue import effect
 from accelcal.results.findings import Gap
 from accelcal.simulation import TumblePlan
@@ -179,3 +180,10 @@ def test_what_widens_the_gap_in_slow_noise_is_no_effect(monkeypatch, rho, after,
     monkeypatch.setattr(look, "gap_of", lambda effects, _: Gap(gap[effects], None, 1.0))
     comparison = SimpleNamespace(noise=SimpleNamespace(rho=rho))
     assert look._widens_the_gap(comparison, SimpleNamespace(instances=("step",))) is widened
+
+
+def test_a_large_wander_is_written_without_an_exponent():
+    """It was "1.2e+02 urad"."""
+    item = SimpleNamespace(effect=effect("warm-up"))
+    (caveat,) = _wandering([Wandering(item, 50.0, "misalignment", 1.234e-4)], named=True)
+    assert "noise with a memory, of 120 urad rms in a run" in caveat.text

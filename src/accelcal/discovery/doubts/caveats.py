@@ -334,10 +334,10 @@ def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
     for what in dict.fromkeys(walk.what for walk in likely):
         own = [walk for walk in likely if walk.what == what]
         names = [walk.instead_of.effect.id for walk in own]
-        largest = max(walk.rms for walk in own) * MICRO
+        largest = float(f"{max(walk.rms for walk in own) * MICRO:.2g}")
         yield Caveat(
             f"{listed(names)} {are(names)} {verdict}: a {what} that wanders, as a random walk,"
-            f" flicker noise or noise with a memory, of {largest:.2g} {SMALL_UNITS[what]} rms in a"
+            f" flicker noise or noise with a memory, of {largest:g} {SMALL_UNITS[what]} rms in a"
             " run, could as well be what these readings show; repeat the test: what comes back the"
             " same is no noise",
             names if named else [],

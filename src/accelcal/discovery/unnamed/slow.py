@@ -61,7 +61,8 @@ def slow(
     acts = c.gain * coefficient_columns(c)[what]
     rms = float(np.sqrt((change @ change) / (acts @ acts))) * MICRO
     told = (
-        f"something slow: most like a {what} that wanders, as a random walk, by {rms:.2g}"
+        f"something slow: most like a {what} that wanders, as a random walk, by"
+        f" {float(f'{rms:.2g}'):g}"
         f" {SMALL_UNITS[what]} rms in a run"
     )
     return Unexplained(told, min(max(share, 0.0), 1.0), float(trial.p_values[best]))
