@@ -259,8 +259,32 @@ def test_a_misalignment_free_of_the_fixture_angle_is_told_first():
     text = markdown(report_page([found]))
     free = found.fixture_angle[0].misalignments[0]
     value, expanded = matching_digits(1e6 * free.value, 1e6 * free.expanded_uncertainty)
-    assert f"- misalignment δ: **{value} µrad** ± {expanded} (95 %)" in text
+    assert f"- misalignment without fixture angle δ: **{value} µrad** ± {expanded} (95 %)" in text
     assert "## Fixture angle" in text
+
+
+def test_a_run_that_is_called_by_its_mounting_is_not_told_it_twice(calibration):
+    """The checks were those of "run 20 o- o-", the pictures too."""
+    tables = [
+        replace(calibration.tables[0], run=f"20 {side}", mounting=side) for side in ("o+", "o-")
+    ]
+    page = html(report_page([replace(calibration, tables=tuple(tables))]))
+    assert "run 20 o-" in page
+    assert not re.search(r"20 o[+−-] o[+−-]", page)
+
+
+def test_what_is_declared_has_its_unit_and_few_digits(calibration):
+    """It was "head_uncertainty = 9.69627362219072e-06"."""
+    known = dict(calibration.provenance) | {
+        "declared": {"head_uncertainty": 9.69627362219072e-06, "resolution": 1e-7}
+    }
+    (facts, *_) = provenance(replace(calibration, provenance=known)).blocks
+    told = dict(facts.items)["declared"]
+    assert told == "head_uncertainty = 9.69627·10⁻⁶ rad; resolution = 1·10⁻⁷ mA"
+
+
+def test_the_run_of_the_shares_in_the_picture_is_named(page):
+    assert "each coefficient by source of error, run 1." in page
 
 
 SHOWN_OF_TABLE = {  # symbol: its place in the JSON document, and what one of its unit is there

@@ -19,6 +19,17 @@ SOURCE_UNITS: Mapping[str, str] = MappingProxyType(
 )
 """Source of error whose uncertainty may be declared -> unit of it."""
 
+UNITS: Mapping[str, str] = MappingProxyType(
+    {
+        "local_gravity": "m/s^2",
+        "head_uncertainty": "rad",
+        "launch_uncertainty": "g",
+        "launch_sf_uncertainty": "of K1",
+        "temperature_uncertainty": "degC",
+    }
+)
+"""What is declared -> unit of it; the resolution is in that of the output."""
+
 _LARGEST = {
     "head_uncertainty": (0.1, "rad"),
     "launch_uncertainty": (1.0, "g"),

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from accelcal.apparatus import UNITS
 from accelcal.io.tables import TableForm
 from accelcal.record import TumbleRecord
 
@@ -102,16 +103,11 @@ def _facts(record: TumbleRecord) -> list[tuple[str, str]]:
 
 def _declared_facts(record: TumbleRecord) -> list[tuple[str, str]]:
     values = {name: getattr(record.apparatus, name) for name in record.apparatus.__slots__}
-    units = {
-        "local_gravity": " m/s^2",
-        "head_uncertainty": " rad",
-        "launch_uncertainty": " g",
-        "launch_sf_uncertainty": " of K1",
-        "temperature_uncertainty": " degC",
-        "resolution": f" {record.unit or 'output units'}",
-    }
+    output = record.unit or "output units"
     facts = [
-        (name, f"{value:g}{units[name]}") for name, value in values.items() if value is not None
+        (name, f"{value:g} {UNITS.get(name, output)}")
+        for name, value in values.items()
+        if value is not None
     ]
     if record.reference_temperature is not None:
         facts.insert(0, ("T0", f"{record.reference_temperature:g} degC"))

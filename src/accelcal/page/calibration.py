@@ -135,11 +135,11 @@ def _of_nearest(calibration: Calibration) -> list[_Main]:
     table = tables_in_use(calibration).main
     free, found = _free_misalignment(calibration, table), []
     for row in coefficient_rows(table):
-        own = (row.value, row.expanded, row.unit)
+        name, own = row.name, (row.value, row.expanded, row.unit)
         if row.symbol == "delta" and free is not None:
-            own = in_microradians(free)
+            name, own = f"{name} without fixture angle", in_microradians(free)
         if row.symbol in _HIGHLIGHTED:
-            found.append(_Main(row.name, row.meaning or row.symbol, *own, is_sum=bool(row.meaning)))
+            found.append(_Main(name, row.meaning or row.symbol, *own, is_sum=bool(row.meaning)))
     return found
 
 

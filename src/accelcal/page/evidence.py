@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from accelcal.apparatus import UNITS
 from accelcal.page.blocks import (
     Block,
     Bullets,
@@ -26,6 +27,7 @@ from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Gate
 from accelcal.results.table import TableCalibration
+from accelcal.results.tables_in_use import tables_in_use
 from accelcal.units import MICRO
 
 _OUTCOMES: dict[str, Tone] = {"PASS": "good", "FAIL": "bad", "undecided": "warn"}
@@ -146,7 +148,8 @@ def budget(calibration: Calibration, name: str) -> Section:
     sources = Table("Sources of error", headings, known or [("none", _NOT_RECORDED)])
     blocks: list[Block] = [sources]
     if any(table.budget for table in calibration.tables):
-        caption = "Shares of the variance of each coefficient by source of error."
+        shown = table_title(tables_in_use(calibration).main)
+        caption = f"Shares of the variance of each coefficient by source of error, {shown}."
         seen = "Stacked bars of the shares; the tables below have the numbers."
         drawn = picture(f"{name}budget", calibration.plot.budget, (caption, seen), (3.8, 3.2))
         blocks = [Gallery([drawn, sources])]
@@ -242,7 +245,7 @@ def provenance(calibration: Calibration) -> Section:
         ("reference temperature", _NOT_RECORDED if reference is None else f"{reference:g} °C"),
         ("local gravity", f"{gravity:.9g} m/s²" if gravity else "not given; g is local g"),
         ("unit of the output", calibration.output_unit or _NOT_RECORDED),
-        ("declared", _listed(known.get("declared")) if known else _NOT_RECORDED),
+        ("declared", _declared(calibration) if known else _NOT_RECORDED),
         ("options", _listed(known.get("options")) if known else _NOT_RECORDED),
         *((f"header: {name}", str(value)) for name, value in known.get("metadata", {}).items()),
         ("software", calibration.software or _NOT_RECORDED),
@@ -251,6 +254,13 @@ def provenance(calibration: Calibration) -> Section:
     if known.get("notes"):
         blocks.append(Bullets([str(note) for note in known["notes"]]))
     return Section("Provenance", blocks)
+
+
+def _declared(calibration: Calibration) -> str:
+    output = calibration.output_unit or "output units"
+    values = calibration.provenance.get("declared") or {}
+    said = {name: f"{value:g} {UNITS.get(name, output)}" for name, value in values.items()}
+    return typeset(_listed(said))
 
 
 def _listed(options: Mapping[str, Any] | None) -> str:

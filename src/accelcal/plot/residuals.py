@@ -15,6 +15,7 @@ from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.plot.ticks import name_ticks, shortened
+from accelcal.report.calibration_rows import side_of
 from accelcal.report.numbers import readable
 from accelcal.results.usable import tables_of_run
 
@@ -221,7 +222,7 @@ def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[in
     above = ax.secondary_xaxis("top")
     centres = (ends[:-1] + ends[1:]) / 2
     sides = len({table.mounting for table in tables}) > 1
-    names = [_level(table, table.mounting if sides else "") for table in tables]
+    names = [_level(table, side_of(table) if sides else "") for table in tables]
     name_ticks(above.xaxis, centres, names, 8, fontsize=SMALL)
     above.tick_params(length=0, colors=palette().ink)
     above.spines["top"].set_visible(False)
@@ -230,10 +231,9 @@ def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[in
 def _level(table: TableCalibration, side: str) -> str:
     """Run, mounting and temperature of a table, as far as they are to be told."""
     run = f"run {table.run}" if len(table.run) <= 8 else shortened(table.run, 12)
-    run = f"{run} {side}".strip()
     if table.temperature_degC is None:
-        return run
-    return f"{run}\n{table.temperature_degC:.0f} °C".replace("-", "−")
+        return run + side
+    return f"{run}{side}\n{table.temperature_degC:.0f} °C".replace("-", "−")
 
 
 # -- round the turn --------------------------------------------------------------------------------

@@ -140,8 +140,12 @@ def _bare(table: TableCalibration) -> str:
 
 def table_title(table: TableCalibration) -> str:
     """Name a table by its run, and by its mounting where that is not the usual one."""
-    side = "" if table.mounting == "o+" else f" {table.mounting}"
-    return f"run {table.run}{side}"
+    return f"run {table.run}{side_of(table) if table.mounting != 'o+' else ''}"
+
+
+def side_of(table: TableCalibration) -> str:
+    """Tell the mounting of a table, with a blank before it, unless its run is called so."""
+    return "" if table.run.endswith(f" {table.mounting}") else f" {table.mounting}"
 
 
 def coefficient_rows(table: TableCalibration) -> list[CoefficientRow]:
