@@ -262,7 +262,7 @@ def test_the_quickest_test_that_meets_the_targets_comes_first():
         ({"targets": {"K1": 0.0}}, "an uncertainty is a number above zero"),
         ({"targets": {"delta0": 1e-6}}, "delta0 cannot be told by any of these tests"),
         ({"hours": 5.0}, "soaks and mountings alone take 7 h"),
-        ({"hours": 7.2}, "no test of these fits into 7.2 h"),
+        ({"hours": 7.2}, "fits into 7.2 h; allow 8.4 h or more, or fewer positions"),
         ({"positions": []}, "no test to compare"),
         ({"positions": [8], "strokes": [10**4]}, "at most 50000 are foreseen"),
         ({"noise": NoiseComponents(reading=0.0)}, "noise of a reading is 0"),

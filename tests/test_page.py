@@ -17,7 +17,7 @@ from accelcal.page.evidence import provenance
 from accelcal.page.render import html, markdown
 from accelcal.page.write import form_of, report_page
 from accelcal.report.numbers import matching_digits
-from accelcal.results.quantity import Residuals
+from accelcal.results.quantity import Gate, Residuals
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
 from accelcal.verdict.judge import judge
 
@@ -281,6 +281,17 @@ def test_what_is_declared_has_its_unit_and_few_digits(calibration):
     (facts, *_) = provenance(replace(calibration, provenance=known)).blocks
     told = dict(facts.items)["declared"]
     assert told == "head_uncertainty = 9.69627·10⁻⁶ rad; resolution = 1·10⁻⁷ mA"
+
+
+def test_the_cause_of_other_warnings_is_told_first(calibration):
+    """A drift of the angle stood before the stroke that was written backwards, which makes one."""
+    names = "drift", "outlier", "order of positions", "closure"
+    gates = tuple(Gate(name, "warn", "so it is") for name in names)
+    first, *others = calibration.tables
+    found = replace(calibration, tables=(replace(first, gates=gates), *others))
+    for told in (str(found), markdown(report_page([found]))):
+        places = [told.index(f"run 1, {name}: so it is") for name in names]
+        assert places[1] < places[2] < places[0] < places[3]
 
 
 def test_the_run_of_the_shares_in_the_picture_is_named(page):

@@ -297,8 +297,8 @@ def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
     given = stack.options.reference_temperature
     yield Sentence(
         ~has_laws,
-        "no temperature laws: they need levels more than 5 degC apart, one of them as far from T0,"
-        " with K0, K1 and M, and the temperature of each run",
+        "no temperature laws: they need the temperature of each run, and K0, K1 and M at two"
+        " temperatures more than 5 degC apart, one of them more than 5 degC from T0",
     )
     yield Sentence(
         has_laws & [not has_reference_temperature(record, given) for record in records],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import product
@@ -197,9 +198,11 @@ def _fitting(
                 _refuse_too_many(len(found), plan.readings)
     if not found:
         per_run(choices[0], pace, hours or 0.0)  # refuses it where the soaks alone take too long
+        few = min(strokes or STROKES)
+        quickest = min(hours_of(replace(choice, strokes=few), pace) for choice in choices)
         raise InputError(
-            f"no test of these fits into {hours:g} h; allow more hours, or fewer positions,"
-            " strokes, levels or mountings"
+            f"no test of these fits into {hours:g} h; allow {math.ceil(10.0 * quickest) / 10.0:g} h"
+            " or more, or fewer positions, strokes, levels or mountings"
         )
     return found
 

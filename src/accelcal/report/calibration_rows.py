@@ -13,7 +13,7 @@ from accelcal.report.numbers import matching_digits, significant
 
 if TYPE_CHECKING:
     from accelcal.results.calibration import Calibration
-    from accelcal.results.quantity import Quantity
+    from accelcal.results.quantity import Gate, Quantity
     from accelcal.results.table import TableCalibration
     from accelcal.results.temperature import TemperatureModel
 
@@ -36,6 +36,9 @@ _SOURCES = {"reading": "readings", "launch": "launches", "launch_sf": "launches"
 _STRONG = 0.8
 _BRACKETS = re.compile(r" \([^()]*\)")
 _DIGITS_OF_UNKNOWN = 4
+
+_CAUSES = ("units", "proportions", "order of positions", "outlier")
+"""Gates that name a fault of the record, of which the warnings of others are consequences."""
 
 _MOST_TABLES = 3
 """Tables of which one gate warns, each with a line of its own, before the rest are counted."""
@@ -92,26 +95,32 @@ def first_alarms(calibration: Calibration) -> list[str]:
 
 def grouped_alarms(calibration: Calibration) -> list[str]:
     """List `alarms`; of those that differ in nothing but what is in brackets, the first."""
-    groups: dict[tuple[str, str], list[tuple[str, str]]] = {}
-    for table in calibration.tables:
-        for gate in (gate for gate in table.gates if gate.verdict == "warn"):
-            alike = groups.setdefault((gate.name, _BRACKETS.sub("", gate.finding)), [])
-            alike.append((table_title(table), f"{gate.name}: {gate.finding}"))
-    told = [f"{own[0][0]}, {own[0][1]}{_same_for(own[1:])}" for own in groups.values()]
-    return told + [f"{g.name}: {g.finding}" for g in calibration.gates if g.verdict == "warn"]
+    groups: dict[tuple[str, str], list[tuple[str, Gate]]] = {}
+    for title, gate in _warning(calibration):
+        groups.setdefault((gate.name, _BRACKETS.sub("", gate.finding)), []).append((title, gate))
+    return [f"{_told(*own[0])}{_same_for(own[1:])}" for own in groups.values()]
 
 
-def _same_for(others: Sequence[tuple[str, str]]) -> str:
+def _same_for(others: Sequence[tuple[str, Gate]]) -> str:
     """Name the other runs of one warning."""
     runs = ", ".join(title.removeprefix("run ") for title, _ in others)
     return f"; the same for {counted(len(others), 'other run')}: {runs}" if others else ""
 
 
 def _alarms(calibration: Calibration) -> Iterator[tuple[str, str]]:
-    found = [(f"{table_title(t)}, ", gate) for t in calibration.tables for gate in t.gates]
-    for where, gate in (*found, *(("", gate) for gate in calibration.gates)):
-        if gate.verdict == "warn":
-            yield gate.name, f"{where}{gate.name}: {gate.finding}"
+    return ((gate.name, _told(title, gate)) for title, gate in _warning(calibration))
+
+
+def _warning(calibration: Calibration) -> list[tuple[str, Gate]]:
+    """Title of a table, and a gate of it or of the record that warns; causes come first."""
+    found = [(table_title(t), gate) for t in calibration.tables for gate in t.gates]
+    found += [("", gate) for gate in calibration.gates]
+    warning = [(title, gate) for title, gate in found if gate.verdict == "warn"]
+    return sorted(warning, key=lambda one: one[1].name not in _CAUSES)
+
+
+def _told(title: str, gate: Gate) -> str:
+    return f"{title}{', ' if title else ''}{gate.name}: {gate.finding}"
 
 
 def without_uncertainty(calibration: Calibration) -> list[str]:
