@@ -91,6 +91,11 @@ ERRORS = {
         "1: no column for stroke among 'temperature, position, output';"
         " add a column stroke or a line '# stroke: 1'",
     ),
+    "runs that may be strokes": (
+        "Temperatur;Stellung;Lauf;Messwert\n20;1;1;1\n",
+        "1: no column for stroke among 'Temperatur, Stellung, Lauf, Messwert'; add a column stroke"
+        " or a line '# stroke: 1', or call column 'Lauf' stroke if it counts them",
+    ),
     "no output": (
         "temperature,position,stroke\n20,1,1\n",
         "1: no column for output among 'temperature, position, stroke';"

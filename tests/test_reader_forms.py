@@ -1658,6 +1658,14 @@ def test_a_german_table_is_read_as_the_english_one():
     assert read[1].time.tolist() == [0.0, 66900.0]
 
 
+@pytest.mark.parametrize("word", ["Standardabweichung", "Stabw", "StdAbw", "Std-Abw"])
+def test_the_standard_deviation_of_a_german_spreadsheet(word):
+    text = (
+        f"Temperatur;Stellung;Hub;Mittelwert [mA];{word} [mA]\n20;1;1;1,35;1e-6\n20;5;1;-1,3;2e-6\n"
+    )
+    assert read_table(io.StringIO(text)).std.tolist() == [1e-6, 2e-6]
+
+
 def test_a_wide_german_table():
     text = "Temperatur [°C];Winkel;Durchlauf 1;Durchlauf 2\n20,0;0;1,35;1,36\n20,0;180;-1,3;-1,2\n"
     record = read_table(io.StringIO(text))

@@ -251,11 +251,19 @@ def _require(layout: Layout, roles: Mapping[str, int], across: str) -> None:
         wanted += [("position", "position or angle", f"a column position or angle{beside}")]
     if not across:  # before the stroke, which those of each stroke would tell
         wanted += [("output", "output", _remedy_of_outputs(layout))]
-    wanted += [("stroke", "stroke", "a column stroke or a line '# stroke: 1'")]
+    one = f"a column stroke or a line '# stroke: 1'{_or_run(layout, roles)}"
+    wanted += [("stroke", "stroke", one)]
     for name, what, remedy in wanted:
         if name not in given and (name in ("position", "output") or name not in layout.declared):
             problem = f"no column for {what} among {_headings(layout)}"
             raise layout.refuse(problem, f"add {remedy}{_other_command(layout, given)}")
+
+
+def _or_run(layout: Layout, roles: Mapping[str, int]) -> str:
+    """A column of runs may be one of strokes, as the German Lauf is both."""
+    if "run" not in roles:
+        return ""
+    return f", or call column {shown(layout.headings[roles['run']].text)} stroke if it counts them"
 
 
 def _other_command(layout: Layout, given: Set[str]) -> str:

@@ -44,7 +44,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "clamping": ("clamping",),
         "std": (
             *("std", "sd", "sigma", "stdev", "stddev", "std_dev", "standard_deviation"),
-            *("standardabweichung", "écart_type", "ско", "标准差"),
+            *("standardabweichung", "stabw", "stdabw", "std_abw", "écart_type", "ско", "标准差"),
         ),
         "count": ("count", "n", "samples"),
         "unit": ("unit", "units", "einheit", "unité", "единица", "单位"),
