@@ -1658,6 +1658,16 @@ def test_a_german_table_is_read_as_the_english_one():
     assert read[1].time.tolist() == [0.0, 66900.0]
 
 
+@pytest.mark.parametrize(("heading", "unit"), [("mA", "mA"), ("counts", "counts")])
+def test_a_unit_alone_may_head_the_outputs(heading, unit):
+    record = read_table(
+        io.StringIO(f"T,pos,stroke,{heading},room\n20,1,1,1350,7\n20,5,1,-1300,7\n")
+    )
+    assert (record.unit, record.output.tolist()) == (unit, [1350.0, -1300.0])
+    with pytest.raises(TableError, match="no column for output"):
+        read_table(io.StringIO("T,pos,stroke,A,B\n20,1,1,1350,7\n"))
+
+
 @pytest.mark.parametrize("word", ["Standardabweichung", "Stabw", "StdAbw", "Std-Abw"])
 def test_the_standard_deviation_of_a_german_spreadsheet(word):
     text = (

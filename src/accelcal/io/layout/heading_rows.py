@@ -88,9 +88,12 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
 def _unit_of(heading: Heading) -> str | None:
     """Unit behind a name without a digit, which that of one accelerometer of several may have.
 
-    Of a ratio, as in ``SF mA/g``, it is none; ``V/V`` alone is V in V.
+    Of a ratio, as in ``SF mA/g``, it is none; ``V/V`` alone is V in V. A unit may stand alone, but
+    for a lone letter, as ``A``, which may be a name.
     """
     name, unit = name_and_unit(heading.text, is_output_unit)
+    if not unit and len(name) > 1:
+        unit = name
     has_digit = any(map(str.isdecimal, name))
     is_ratio = heading.text[len(name) :].lstrip().startswith("/") and _unit_of(Heading(name, None))
     return unit if is_output_unit(unit) and not (has_digit or is_ratio) else None
