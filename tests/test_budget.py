@@ -674,6 +674,7 @@ def test_stability_file(saved, tmp_path, capsys):
         (["--time", "3w"], "3w"),
         (["--time", "h"], "h"),
         (["--launch", "-1"], "bound of a random error is -1.0; it is 0 or more"),
+        (["--launch", "20"], "bound of a random error is 20; it is at most 1 g, or all of the"),
         (["--factor", "0"], "above zero"),
         (["--plot", "budget.gif"], "budget.gif: the name ends in none of .png, .svg, .pdf"),
         (["--serial", "other"], "serial other is asked for"),

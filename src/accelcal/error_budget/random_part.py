@@ -54,7 +54,7 @@ class RandomBound:
     Raises
     ------
     InputError
-        If the bound is negative or not finite, or divisor or dof are not above zero.
+        If the bound is negative, not finite or above 1, or divisor or dof are not above zero.
     """
 
     bound: float = 0.0
@@ -64,6 +64,11 @@ class RandomBound:
 
     def __post_init__(self) -> None:
         check_number(0.0, **{"bound of a random error": self.bound})
+        if self.bound > 1.0:
+            raise InputError(
+                f"bound of a random error is {self.bound:g}; it is at most 1 g, or all of the scale"
+                " factor: write 20 ug as 2e-5"
+            )
         check_number(**{"factor of a bound": self.divisor})
         if not self.divisor > 0.0:
             raise InputError(f"factor {self.divisor} of a bound; it is above zero, usually 3")
@@ -161,7 +166,7 @@ def random_part(
     Raises
     ------
     InputError
-        If a bound is negative or not finite.
+        If a bound is negative, not finite or above 1.
     DocumentError
         If `stability` is not in g.
 
