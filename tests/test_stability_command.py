@@ -36,6 +36,14 @@ def test_the_example_is_made_by_its_script():
     assert done.stdout == Path(EXAMPLE).read_text("utf-8")
 
 
+def test_small_numbers_are_told_in_the_unit_of_the_picture():
+    """They were 0.00000585 mA beside a picture in nA, and 4.29e+03 degrees of freedom."""
+    text = str(analyse(read_stability(EXAMPLE)))
+    assert "sigma_L      5.85  3.65  14.3  nA       5\n" in text
+    assert "sigma_F      6.55  6.42  6.70  nA    4290\n" in text
+    assert "Overlapping Allan deviation [nA]\n" in text
+
+
 def test_the_example_gives_back_what_it_was_made_with():
     result = analyse(read_stability(EXAMPLE), scale_factor=1.3)
     truth = {"sigma_L": 6.7e-6, "gamma_D": 5e-6 / 3600.0, "sigma_F": 5e-6, "noise": 5e-6}

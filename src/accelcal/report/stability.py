@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.plural import counted
 from accelcal.report.lines import WIDTH, aligned, hanging, sections, unit_of, wrapped
-from accelcal.report.numbers import significant, time_unit
+from accelcal.report.numbers import plain, readable, significant, time_unit
 from accelcal.results.stability import Estimate, Stability
 from accelcal.stability.noise_terms import TERMS
 from accelcal.units import HOUR
@@ -77,7 +77,7 @@ def _launches(result: Stability) -> Iterator[str]:
     means = [launch.initial_mean for launch in result.launches if launch.initial_mean is not None]
     centre = math.fsum(means) / len(means) if means else 0.0
     rows: list[Sequence[str]] = [_LAUNCH_HEADING]
-    factor, unit = _prefix(result.unit, [e.fluctuation.value for e in result.launches])
+    factor, unit = _readable(result.unit, [e.fluctuation.value for e in result.launches])
     for launch in result.launches[:_SHOWN_LAUNCHES]:
         mean = None if launch.initial_mean is None else factor * (launch.initial_mean - centre)
         drift = launch.drift.times(HOUR * factor)
@@ -100,7 +100,7 @@ def _launches(result: Stability) -> Iterator[str]:
 
 def _allan(result: Stability) -> Iterator[str]:
     allan = result.allan
-    factor, unit = _prefix(result.unit, allan.deviation)
+    factor, unit = _readable(result.unit, allan.deviation)
     yield f"Overlapping Allan deviation [{unit}]"
     rows: list[Sequence[str]] = [("tau", "deviation", "from", "to", "edf", "noise")]
     for row in allan.rows():
@@ -142,9 +142,9 @@ def _row(name: str, symbol: str, estimate: Estimate) -> tuple[str, ...]:
     if estimate.unit.endswith("/s") and "sqrt" not in estimate.unit:
         estimate = estimate.times(HOUR, estimate.unit[:-1] + "h")
     numbers = (estimate.value, estimate.lower, estimate.upper)
-    factor, unit = _prefix(estimate.unit, numbers)
+    factor, unit = _readable(estimate.unit, numbers)
     value, lower, upper = (None if x is None else factor * x for x in numbers)
-    dof = "" if estimate.dof is None else f"{estimate.dof:.3g}"
+    dof = "" if estimate.dof is None else f"{float(f'{estimate.dof:.3g}'):g}"
     seen = value is not None or lower is not None or upper is not None
     return (
         name,
@@ -172,15 +172,10 @@ def _table(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
             yield from wrapped(row[-1], " " * 6)
 
 
-def _prefix(unit: str, numbers: Iterable[float | None]) -> tuple[float, str]:
-    """Factor and unit that make numbers of g readable."""
-    largest = max((abs(number) for number in numbers if number is not None), default=0.0)
-    if unit != "g" and not unit.startswith(("g/", "g*")):
-        return 1.0, unit
-    for factor, prefix, least in ((1.0, "", 0.1), (1e3, "m", 1e-3), (1e6, "u", 0.0)):
-        if largest >= least:
-            return factor, prefix + unit
-    return 1.0, unit
+def _readable(unit: str, numbers: Iterable[float | None]) -> tuple[float, str]:
+    """Factor and unit that make numbers readable, as those of the pictures."""
+    factor, shown = readable(unit, [math.nan if x is None else x for x in numbers])
+    return factor, plain(shown)
 
 
 def _short(number: float | None) -> str:
