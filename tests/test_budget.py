@@ -556,6 +556,7 @@ def test_the_bound_of_4_is_not_called_the_worst_case(saved, capsys):
     run(saved)
     shown = " ".join(capsys.readouterr().out.split())
     assert "worst" not in shown
+    assert "before accelcal apply corrects the systematic part" in shown
     assert "with half of the bias bound (3)" in shown
     assert "may be smaller than the 95 % interval" in shown
 
