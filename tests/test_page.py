@@ -283,6 +283,13 @@ def test_what_is_declared_has_its_unit_and_few_digits(calibration):
     assert told == "head_uncertainty = 9.69627·10⁻⁶ rad; resolution = 1·10⁻⁷ mA"
 
 
+def test_what_is_left_open_stands_behind_the_coefficients_and_before_the_pictures(page):
+    """It stood at the end, behind pictures and checks; the text has it first."""
+    parts = "Coefficients", "What these readings cannot tell", "Temperature", "Checks"
+    places = [page.index(f">{part}</h2>") for part in parts]
+    assert places == sorted(places)
+
+
 def test_the_cause_of_other_warnings_is_told_first(calibration):
     """A drift of the angle stood before the stroke that was written backwards, which makes one."""
     names = "drift", "outlier", "order of positions", "closure"

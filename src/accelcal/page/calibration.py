@@ -69,13 +69,13 @@ def calibration_chapter(calibration: Calibration, name: str) -> Chapter:
         _warnings(calibration),
         evidence.verdict(calibration),
         _coefficients(calibration),
+        evidence.open_questions(calibration),
         _temperature(calibration, name),
         _fixture_angles(calibration),
         _effects(calibration),
         evidence.residuals(calibration, name),
         evidence.budget(calibration, name),
         evidence.checks(calibration),
-        evidence.open_questions(calibration),
         evidence.provenance(calibration),
     )
     return Chapter(
