@@ -555,6 +555,10 @@ ERRORS = {
         "# temperature_uncertainty: 1e9\n" + OK,
         "1: temperature_uncertainty is 1000000000.0; it is below 100 degC",
     ),
+    "header without its unit": (
+        "# head_uncertainty: 2\n" + OK,
+        "1: head_uncertainty is 2.0; it is below 0.1 rad; a unit may follow, as 2 arcsec",
+    ),
     "header negative": (
         "# resolution: -1\n" + OK,
         "1: resolution is -1.0; it is a finite number, zero or more",

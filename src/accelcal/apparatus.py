@@ -31,9 +31,9 @@ UNITS: Mapping[str, str] = MappingProxyType(
 """What is declared -> unit of it; the resolution is in that of the output."""
 
 _LARGEST = {
-    "head_uncertainty": (0.1, "rad"),
-    "launch_uncertainty": (1.0, "g"),
-    "launch_sf_uncertainty": (0.1, "as a part of one"),
+    "head_uncertainty": (0.1, "rad; a unit may follow, as 2 arcsec"),
+    "launch_uncertainty": (1.0, "g; a unit may follow, as 20 ug"),
+    "launch_sf_uncertainty": (0.1, "as a part of one; a unit may follow, as 15 ppm"),
     "temperature_uncertainty": (100.0, "degC"),
     "resolution": (1e20, "in the output unit"),
 }

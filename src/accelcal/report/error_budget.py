@@ -35,7 +35,7 @@ def budget_text(document: Document) -> str:
 def _heading(document: Document) -> Iterator[str]:
     unit = unit_of(document["serial"], document["source"])
     yield f"Error of the measured acceleration by (4): {unit}"
-    yield "Errors in ug (1e-6 local g), before accelcal apply corrects the systematic part; +- their bands"
+    yield "Errors in ug (1e-6 local g), before accelcal apply corrects the systematic part"
     for note in (_ABOUT_THE_BOUND, *document["warnings"]):
         yield from hanging(f"note: {note}", indent="  ")
 
