@@ -372,6 +372,13 @@ def test_one_temperature_tests_no_slopes():
     assert {found[name] for name in ("lam1", "lam2", "beta1", "beta2", "T")} == {"not tested"}
 
 
+def test_one_level_is_not_told_as_a_range():
+    """It was "tested 20.1 to 20.1 degC"."""
+    record = accelcal.simulate(plan=TumblePlan(temperatures=(20.1,)), seed=1)
+    verdict = judge(accelcal.fit(record), read_specification(AL15))
+    assert [item.where for item in verdict.judgements if item.symbol == "T"] == ["tested 20.1 degC"]
+
+
 def test_the_range_must_be_covered():
     record = accelcal.simulate(plan=TumblePlan(temperatures=(20.0, 70.0, -40.0)), seed=1)
     assert outcomes(judge(accelcal.fit(record), read_specification(AL15)))["T"] == "not tested"

@@ -203,7 +203,8 @@ def _tested_range(calibration: Calibration) -> str:
     levels = known_temperatures(calibration.tables)
     if not levels:
         return ""
-    return f"tested {round(min(levels), 2):g} to {round(max(levels), 2):g} degC"
+    ends = dict.fromkeys(f"{round(end, 2):g}" for end in (min(levels), max(levels)))
+    return f"tested {' to '.join(ends)} degC"
 
 
 def _why_not_tested(found: Conformity, calibration: Calibration) -> str:
