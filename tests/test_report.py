@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import accelcal
-from accelcal.report.calibration_rows import residual_grid
+from accelcal.report.calibration_rows import alarms, grouped_alarms, residual_grid
 from accelcal.report.findings import noise_line
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import ErrorSource
@@ -187,8 +187,17 @@ def test_warnings_stand_above_the_numbers():
     assert "CLEAR UP THESE WARNINGS FIRST" in text.splitlines()[3]
     assert "by chance in at most 1 % of good records" in text  # some of them are limits, no tests
     warning = text.index("WARNING: run 1, outlier: stroke 2 at 90 deg (line 14) is")
+    assert "; correct it or leave its cell empty; --robust" in " ".join(text.split())
     assert warning < text.index("scale factor")
     assert "gates that WARN, see above: outlier" in text
+
+
+def test_what_to_do_about_a_gate_is_told_once():
+    found = accelcal.fit(accelcal.simulate(seed=1, effects=[accelcal.effect("backlash").of(2e-4)]))
+    for told in (grouped_alarms(found), alarms(found)):
+        alike = [sentence for sentence in told if "forward against back: mean" in sentence]
+        assert len(alike) == 3
+        assert [sentence.count("run accelcal discover") for sentence in alike] == [1, 0, 0]
 
 
 def test_warnings_of_many_runs_that_are_alike_are_told_once():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -39,6 +39,16 @@ _DIGITS_OF_UNKNOWN = 4
 
 _CAUSES = ("units", "proportions", "order of positions", "outlier")
 """Gates that name a fault of the record, of which the warnings of others are consequences."""
+
+_REMEDIES = {
+    "closure": "repeat the stroke",
+    "drift": "wait until unit and chamber have settled, and repeat the run",
+    "forward against back": "run accelcal discover, which tells backlash from hysteresis",
+    "order of positions": "check the record of the test",
+    "outlier": "correct it or leave its cell empty; --robust reduces its effect",
+    "lack of fit": "run accelcal discover, or measure more positions",
+}
+"""Gate -> what to do about its warning, where the finding does not say it itself."""
 
 _MOST_TABLES = 3
 """Tables of which one gate warns, each with a line of its own, before the rest are counted."""
@@ -98,7 +108,8 @@ def grouped_alarms(calibration: Calibration) -> list[str]:
     groups: dict[tuple[str, str], list[tuple[str, Gate]]] = {}
     for title, gate in _warning(calibration):
         groups.setdefault((gate.name, _BRACKETS.sub("", gate.finding)), []).append((title, gate))
-    return [f"{_told(*own[0])}{_same_for(own[1:])}" for own in groups.values()]
+    told = ((name, _told(*own[0]) + _same_for(own[1:])) for (name, _), own in groups.items())
+    return [sentence for _, sentence in _with_remedies(told)]
 
 
 def _same_for(others: Sequence[tuple[str, Gate]]) -> str:
@@ -108,7 +119,7 @@ def _same_for(others: Sequence[tuple[str, Gate]]) -> str:
 
 
 def _alarms(calibration: Calibration) -> Iterator[tuple[str, str]]:
-    return ((gate.name, _told(title, gate)) for title, gate in _warning(calibration))
+    return _with_remedies((g.name, _told(title, g)) for title, g in _warning(calibration))
 
 
 def _warning(calibration: Calibration) -> list[tuple[str, Gate]]:
@@ -121,6 +132,14 @@ def _warning(calibration: Calibration) -> list[tuple[str, Gate]]:
 
 def _told(title: str, gate: Gate) -> str:
     return f"{title}{', ' if title else ''}{gate.name}: {gate.finding}"
+
+
+def _with_remedies(warnings: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    """Say once of each gate what to do, behind its first warning."""
+    left = dict(_REMEDIES)
+    for name, told in warnings:
+        remedy = left.pop(name, "")
+        yield name, f"{told}; {remedy}" if remedy else told
 
 
 def without_uncertainty(calibration: Calibration) -> list[str]:
