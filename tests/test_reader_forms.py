@@ -1676,6 +1676,19 @@ def test_the_standard_deviation_of_a_german_spreadsheet(word):
     assert read_table(io.StringIO(text)).std.tolist() == [1e-6, 2e-6]
 
 
+@pytest.mark.parametrize("word", ["Wert", "Valeur", "Значение", "value"])
+def test_a_value_is_the_output_in_each_language(word):
+    record = read_table(io.StringIO(f"T;J;k;{word};Bemerkung\n20;1;1;1,35;\n20;5;1;-1,3;Kontakt\n"))
+    assert record.output.tolist() == [1.35, -1.3]
+
+
+@pytest.mark.parametrize("facts", ["Parameter;Value;Unit", "Größe;Wert;Einheit"])
+def test_the_headings_of_a_form_of_facts_are_not_those_of_the_table(facts):
+    form = f"{facts}\nTemperatur;20;degC\nSerial;A-7;\n\n"
+    record = read_table(io.StringIO(f"{form}Position;Stroke;Output [mA]\n1;1;1,35\n5;1;-1,34\n"))
+    assert (record.serial, record.temperature.tolist()) == ("A-7", [20.0, 20.0])
+
+
 def test_a_wide_german_table():
     text = "Temperatur [°C];Winkel;Durchlauf 1;Durchlauf 2\n20,0;0;1,35;1,36\n20,0;180;-1,3;-1,2\n"
     record = read_table(io.StringIO(text))

@@ -24,6 +24,9 @@ from accelcal.units import is_output_unit, spellings
 
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 
+_OF_FACTS = {"output", "unit"}
+"""Roles in the headings of a form of facts, as ``Parameter;Value;Unit``."""
+
 _MEASURED = frozenset(
     {
         *("current", "voltage", "frequency", "mean", "average"),
@@ -118,7 +121,7 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     if _is_of_form(cells):
         return False
     roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}
-    return len(roles) >= 2 and bool(roles & _CORE)
+    return len(roles) >= 2 and bool(roles & _CORE) and roles != _OF_FACTS
 
 
 def _is_of_form(cells: Sequence[Heading]) -> bool:
