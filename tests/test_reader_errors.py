@@ -91,6 +91,11 @@ ERRORS = {
         "1: no column for stroke among 'temperature, position, output';"
         " add a column stroke or a line '# stroke: 1'",
     ),
+    "unknown headings below a form": (
+        "Accelerometer;QX-12;;\nTemperature;25.1;degC;\nAngle;Run 1 [V];Run 2 [V]\n0;1.35;1.36\n",
+        "3: no column headings in 'Angle;Run 1 [V];Run 2 [V]'; the first row names the columns:"
+        " temperature, position, stroke, output",
+    ),
     "runs that may be strokes": (
         "Temperatur;Stellung;Lauf;Messwert\n20;1;1;1\n",
         "1: no column for stroke among 'Temperatur, Stellung, Lauf, Messwert'; add a column stroke"

@@ -24,9 +24,6 @@ from accelcal.units import is_output_unit, spellings
 
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 
-_OF_FACTS = {"output", "unit"}
-"""Roles in the headings of a form of facts, as ``Parameter;Value;Unit``."""
-
 _MEASURED = frozenset(
     {
         *("current", "voltage", "frequency", "mean", "average"),
@@ -121,7 +118,7 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     if _is_of_form(cells):
         return False
     roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}
-    return len(roles) >= 2 and bool(roles & _CORE) and roles != _OF_FACTS
+    return len(roles) >= 2 and bool(roles & _CORE) and roles != {"output", "unit"}  # of a form
 
 
 def _is_of_form(cells: Sequence[Heading]) -> bool:

@@ -24,7 +24,7 @@ from accelcal.io.layout.heading_rows import (
     tell_places,
     tells_direction,
 )
-from accelcal.io.layout.rows_above import declarations_above
+from accelcal.io.layout.rows_above import declarations_above, is_of_numbers
 from accelcal.io.layout.unit_rows import UNITS_ABOVE, headings_with_units
 from accelcal.io.words.vocabulary import Heading
 from accelcal.io.words.wording import lines_named, were
@@ -357,11 +357,9 @@ def _no_headings(above: list[tuple[int, str]], name: str, remedy: str) -> TableE
         return TableError("the file is empty", remedy, source=name)
     if not table:
         return TableError("header lines, but no table", remedy, source=name)
-    number, line = table[0]
-    cells = re.split(r"[;\t]|,(?!\d)|\s+", line.strip())
-    numeric = sum(cell[:1].isdigit() or cell[:1] in "+-." for cell in cells if cell)
-    if 2 * numeric > len(cells):
+    place = next((i for i, (_, line) in enumerate(table) if is_of_numbers(line)), 1)
+    number, line = table[max(place - 1, 0)]  # a form may stand above the headings
+    problem = f"no column headings in {shown(line.strip())}"
+    if place == 0:
         problem = "numbers where the column headings belong"
-    else:
-        problem = f"no column headings in {shown(line.strip())}"
     return TableError(problem, remedy, source=name, line=number)

@@ -297,3 +297,10 @@ def _value(key: str, cells: deque[str]) -> str:
     if key and cells and _NUMBER.fullmatch(value) and is_any_unit(cells[0]):
         value = f"{value} {cells.popleft()}"
     return value
+
+
+def is_of_numbers(line: str) -> bool:
+    """Tell a row of readings: most of its cells begin as numbers do."""
+    cells = re.split(r"[;\t]|,(?!\d)|\s+", line.strip())
+    numbers = [cell for cell in cells if cell and (cell[0].isdigit() or cell[0] in "+-.")]
+    return 2 * len(numbers) > len(cells)
