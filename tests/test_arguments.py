@@ -1,5 +1,6 @@
 """Plausible mistakes of a notebook: each refused in a line that says what makes the right thing."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from accelcal import (
 
 PATH = "examples/al15.csv"
 RECORD = accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=1)
+SECOND = accelcal.simulate(plan=TumblePlan(temperatures=20.0, strokes=2), seed=2)
 CALIBRATION = accelcal.fit(RECORD)
 FRAME = RECORD.to_frame()
 DATA_SHEET = Specification("AL-15", (Limit("bias", "mg", maximum=5.0),))
@@ -151,7 +153,10 @@ def test_every_public_function_is_tried():
         (lambda: accelcal.discover(RECORD, alpha="x"), "alpha is 'x'; it is a finite number"),
         (lambda: accelcal.discover(RECORD, max_effects=1.5), "max_effects is 1.5; it is a whole"),
         (lambda: accelcal.fit(RECORD, delta0="x"), "delta0 is 'x'; it is a finite number"),
-        (lambda: accelcal.fit(RECORD, reference_temperature="20"), "T0 is '20'; it is a finite"),
+        (
+            lambda: accelcal.fit(RECORD, reference_temperature="20"),
+            "reference_temperature is '20'; it is a finite",
+        ),
         (lambda: accelcal.position_angles([1, np.nan]), "position nan is outside the turn"),
         (lambda: accelcal.design(hours="10"), "hours is '10'; it is a finite number"),
         (lambda: accelcal.design(targets=["K1"]), "list in place of targets; give a mapping"),
@@ -229,7 +234,7 @@ def test_a_number_of_a_frame_counts_threads_processes_and_effects():
         ({"strokes": 1e9}, "a test of 27000000000 readings; at most 1000000"),
         ({"temperatures": (20.0,) * 30_000}, "a test of 1620000 readings; at most 1000000"),
         ({"temperatures": []}, "temperatures is empty; a test has one or more"),
-        ({"temperatures": [1e300]}, "temperature 1 is 1e+300; it is 10000 or less"),
+        ({"temperatures": [1e300]}, "temperature 1 is 1e+300; a temperature of a test is from"),
         ({"angles": ["x"]}, "angle 1 is 'x'; it is a finite number"),
         ({"mountings": "o"}, "mounting 'o' is unknown"),
         ({"resolution": 1e-300}, "resolution is 1e-300; it is 1e-30 or more"),
@@ -360,3 +365,49 @@ def test_an_array_without_an_axis_is_its_only_item():
     assert accelcal.fit(RECORD, coefficients=np.array("K1")).tables[0].covariance_names == ("K1",)
     with pytest.raises(InputError, match="float in place of a record"):
         accelcal.calibrate_head(np.array(1.0))
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: accelcal.fit(RECORD, reference_temperature=293.15),
+        lambda: accelcal.discover(RECORD, reference_temperature=293.15),
+        lambda: accelcal.discover_stand([RECORD, SECOND], reference_temperature=293.15),
+        lambda: accelcal.Accelerometer(reference_temperature=293.15),
+        lambda: replace(RECORD, reference_temperature=293.15),
+        lambda: accelcal.read_arrays(
+            RECORD.to_frame(), overrides={"reference_temperature": 293.15}
+        ),
+        lambda: TumblePlan(temperatures=[293.15]),
+    ],
+)
+def test_a_temperature_in_kelvin_is_refused(call):
+    """`discover` named temperature effects that the readings do not have."""
+    with pytest.raises(InputError, match=r"is 293\.15; a temperature of a test is from -273"):
+        call()
+
+
+def test_a_record_in_kelvin_is_refused():
+    with pytest.raises(InputError, match=r"temperature 293\.15 in a record; it is from -273"):
+        replace(RECORD, temperature=RECORD.temperature + 273.15)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: accelcal.accelerations([0.0], delta0=45.0),
+        lambda: accelcal.estimate_tables(np.ones((2, 9)), np.arange(9) * 45.0, delta0=45.0),
+    ],
+)
+def test_a_fixture_angle_in_degrees_is_refused(call):
+    with pytest.raises(InputError, match="45 rad is above pi/4; give it in rad, 45 deg are"):
+        call()
+
+
+def test_a_level_or_t0_of_a_unit_is_a_number():
+    for make in (
+        lambda: TumblePlan(temperatures=[None]),
+        lambda: accelcal.Accelerometer(reference_temperature=None),
+    ):
+        with pytest.raises(InputError, match=r"temperature(| 1) is None; it is a finite number"):
+            make()

@@ -782,7 +782,11 @@ def test_frame_says_what_a_coefficient_stands_for():
     ("options", "error", "said"),
     [
         ({"method": "magic"}, InputError, "method 'magic' is unknown; choose from least-squares"),
-        ({"reference_temperature": math.nan}, InputError, "T0 is nan; it is a finite number"),
+        (
+            {"reference_temperature": math.nan},
+            InputError,
+            "reference_temperature is nan; it is a finite number",
+        ),
         ({"temperature_laws": "magic"}, InputError, "temperature_laws 'magic' is unknown; choose"),
         ({"delta0": math.inf}, InputError, "delta0 is inf"),
         ({"coefficients": ("K0", "K1", "K4")}, DesignError, "coefficient 'K4' is unknown"),

@@ -645,3 +645,9 @@ def test_a_warm_up_of_the_first_readings_alone_is_not_sure():
     assert found.doubtful == ("warm-up",)
     warm = simulate(effects=[effect("warm-up").of(1e-4, tau=600.0)], plan=USUAL, seed=1)
     assert "warm-up" not in accelcal.discover(warm).doubtful
+
+
+def test_levels_on_offer_are_temperatures_of_a_test():
+    hot = replace(accelcal.simulate(seed=1), temperature=np.full(162, 240.0))
+    offered = [block.action for block in menu(hot, 240.0) if block.id == "more-levels"]
+    assert offered == ["2 strokes at 200, 220, 250 degC, two more levels on either side of T0"]

@@ -17,6 +17,7 @@ import numpy as np
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_text
+from accelcal.arguments.temperatures import check_temperature
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 
@@ -125,7 +126,7 @@ class Accelerometer:
         for law in (self.scale_factor, self.bias, self.misalignment):
             expect(law, BilinearLaw)
         check_number(k2=self.k2, k3=self.k3, cross_coupling=self.cross_coupling)
-        check_number(reference_temperature=self.reference_temperature)
+        check_temperature(reference_temperature=self.reference_temperature)
         check_text(unit=self.unit, serial=self.serial)
         if self.scale_factor.at_T0 == 0.0:
             raise InputError("the scale factor is 0; it is the change of output for 1 g")

@@ -168,7 +168,7 @@ def accelerations(
     Raises
     ------
     InputError
-        If a mounting is not one of `MOUNTINGS`, or an angle or `delta0` is not finite.
+        If a mounting is not one of `MOUNTINGS`, an angle is not finite, or `delta0` is none in rad.
 
     Notes
     -----
@@ -183,7 +183,7 @@ def accelerations(
     >>> accelcal.accelerations(90, mounting="p-").output.tolist()
     -1.0
     """
-    check_number(delta0=delta0)
+    checked_fixture_angle(delta0)
     degrees, kind = _with_mounting(number_array(angle, "angle"), mounting)
     if not np.isfinite(degrees).all():
         raise InputError(

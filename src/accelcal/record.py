@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import as_given
-from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arguments.options import check_choice, check_text, check_texts, check_written
+from accelcal.arguments.temperatures import check_temperature, outside_tests
 from accelcal.arrays import Array, Ints, Mask, kept
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
@@ -173,7 +173,8 @@ class TumbleRecord(EqualByContents):
         check_texts(run_labels=self.run_labels, notes=self.notes)
         check_text(serial=self.serial, unit=self.unit, date=self.date, sha256=self.sha256)
         check_written(source=self.source)
-        check_number_or_none(reference_temperature=self.reference_temperature)
+        if self.reference_temperature is not None:
+            check_temperature(reference_temperature=self.reference_temperature)
 
     def _check_lengths(self) -> None:
         n = self.output.size
@@ -195,7 +196,11 @@ class TumbleRecord(EqualByContents):
             ("stroke", self.stroke >= 1, "1 or more"),
             ("run", (self.run >= 0) & (self.run < len(self.run_labels)), "an index of run_labels"),
             ("mounting", is_mounting(self.mounting), f"one of {', '.join(MOUNTINGS)}"),
-            ("temperature", ~np.isinf(self.temperature), "a finite number of degC or unknown"),
+            (
+                "temperature",
+                ~outside_tests(self.temperature),
+                "from -273.15 to 250 degC, or unknown",
+            ),
         ]
         for name, good, rule in rules:
             if not good.all():

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.temperatures import check_temperature
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.geometry import checked_fixture_angle
@@ -65,7 +65,7 @@ def reference_temperature_of(record: TumbleRecord, given: float | None) -> float
         T0; None where no temperature is known [degC].
     """
     if given is not None:
-        check_number(T0=given)
+        check_temperature(reference_temperature=given)
         return given
     if record.reference_temperature is not None:
         return record.reference_temperature

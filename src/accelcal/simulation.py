@@ -24,6 +24,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import each_of, expect, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag
+from accelcal.arguments.temperatures import check_temperature
 from accelcal.arrays import Array, Ints, Numbers
 from accelcal.effects.conditions import SECONDS_PER_READING, Conditions, conditions_of
 from accelcal.effects.effect import ActsOn, Disturbance
@@ -39,7 +40,6 @@ _LARGEST = 1e12
 """No number of a test is larger."""
 
 _SMALLEST_STEP = 1e-30
-_HOTTEST = 1e4
 _MOST_READINGS = 1_000_000
 
 
@@ -167,7 +167,7 @@ class TumblePlan:
     def __post_init__(self) -> None:
         self._complete()
         check_number(-_LARGEST, _LARGEST, **_numbered("angle", self.angles or ()))
-        check_number(-273.15, _HOTTEST, **_numbered("temperature", self.temperatures))
+        check_temperature(**_numbered("temperature", self.temperatures))
         checked_fixture_angle(self.delta0)
         check_number(0.0, _LARGEST, resolution=self.resolution)
         check_number(_SMALLEST_STEP, resolution=self.resolution or 1.0)

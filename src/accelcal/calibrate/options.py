@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypedDict
 import numpy as np
 
 from accelcal.arguments.kinds import expect
-from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arguments.options import check_choice, check_flag
+from accelcal.arguments.temperatures import check_temperature
 from accelcal.arrays import Mask
 from accelcal.errors import AccelcalWarning
 from accelcal.estimate.linear import METHODS
@@ -75,12 +75,13 @@ class Options(NamedTuple):
         Raises
         ------
         InputError
-            If a temperature is not finite, a flag is none, or a method or the laws are unknown.
+            If a temperature is none of a test, a flag is none, or a method or the laws are unknown.
         """
         check_choice(METHODS, method=self.method)
         check_choice(TEMPERATURE_LAWS, temperature_laws=self.temperature_laws)
         check_flag(robust=self.robust, strict=self.strict)
-        check_number_or_none(T0=self.reference_temperature)
+        if self.reference_temperature is not None:
+            check_temperature(reference_temperature=self.reference_temperature)
         if self.model is not None:
             from accelcal.results.discovery import Discovery
 

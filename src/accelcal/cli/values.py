@@ -157,12 +157,11 @@ def fixture_angle(text: str) -> float:
 
 def temperature_of_test(text: str) -> float:
     """Type of an option: a temperature of a test [degC], perhaps with its unit."""
-    from accelcal.io.readings import MAXIMUM_TEMPERATURE
+    from accelcal.arguments.temperatures import NO_TEMPERATURE, outside_tests
 
     value = quantity("degC", "temperature")(text)
-    if not -273.15 <= value <= MAXIMUM_TEMPERATURE:
-        allowed = f"from -273.15 to {MAXIMUM_TEMPERATURE:g} degC"
-        raise click.BadParameter(f"{text!r} is no temperature of a test, {allowed}.")
+    if outside_tests(value):
+        raise click.BadParameter(f"{text!r} {NO_TEMPERATURE}.")
     return value
 
 

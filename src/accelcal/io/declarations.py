@@ -11,14 +11,13 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import shown
-from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_text, mapping_of
+from accelcal.arguments.temperatures import check_temperature, outside_tests
 from accelcal.errors import InputError, TableError, located
 from accelcal.geometry import checked_fixture_angle
 from accelcal.head_angles import checked_positions
 from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.values.cells import Column, labels, number_and_unit
 from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import KEYS, KINDS_OF
@@ -164,8 +163,7 @@ def _checked(
     if "positions" in given:
         given["positions"] = checked_positions(given["positions"])
     if "reference_temperature" in given:
-        T0 = given["reference_temperature"]
-        check_number(-273.15, MAXIMUM_TEMPERATURE, reference_temperature=T0)
+        check_temperature(reference_temperature=given["reference_temperature"])
     return given, {key: Declared(text, 0, source) for key, text in texts.items()}
 
 
@@ -205,7 +203,7 @@ def declared_number(
         raise declared.refuse(f"{key} is {value}", "it is a finite number")
     if key in APPARATUS:
         _check_apparatus(key, value, declared, written if unit else "")
-    if key == "reference_temperature" and not -273.15 <= value <= MAXIMUM_TEMPERATURE:
+    if key == "reference_temperature" and outside_tests(value):
         problem, remedy = f"{key} is {value:g}", "it is a temperature of the test in degC"
         raise declared.refuse(problem, remedy)
     if key == "delta0":

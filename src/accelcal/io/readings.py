@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import shown
+from accelcal.arguments.temperatures import NO_TEMPERATURE, outside_tests
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
@@ -25,9 +26,6 @@ from accelcal.io.words.wording import all_outputs, lines_named
 from accelcal.numerics.grouping import Grouped
 from accelcal.numerics.sorting import distinct
 from accelcal.pace import too_quick
-
-MAXIMUM_TEMPERATURE = 250.0
-"""Above it a temperature is taken for a mistake, most often kelvin [degC]."""
 
 MARKERS = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99, 9.9e37, 9.91e37)
 """Sizes of what loggers write for a missing reading; the last two voltmeters by SCPI 1999, for an
@@ -347,9 +345,7 @@ def temperatures_of(column: Column) -> Array:
 
 def refuse_other_temperatures(column: Column, values: Array) -> None:
     """Refuse what is hardly a temperature in degC, such as one in kelvin or a marker."""
-    outside = (values < -273.15) | (values > MAXIMUM_TEMPERATURE)
-    problem = "{} is no temperature of a test, from -273.15 to 250 degC"
-    column.check(~outside, problem, "write temperatures in degC")
+    column.check(~outside_tests(values), f"{{}} {NO_TEMPERATURE}", "write temperatures in degC")
 
 
 def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:

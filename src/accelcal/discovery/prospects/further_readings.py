@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.apparatus import Apparatus
+from accelcal.arguments.temperatures import HIGHEST, LOWEST
 from accelcal.arrays import Array
 from accelcal.effects.conditions import LEVEL_CHANGE, SECONDS_PER_READING
 from accelcal.errors import InputError
@@ -130,8 +131,9 @@ def _temperatures(plan: TumblePlan, visited: list[float], reference: float) -> I
         yield _at_levels("other-sense", "levels met both by heating and by cooling", plan, loop)
     down = _span(reference - low) / 3.0
     up = _span(max(visited) - reference) / 3.0
-    more = [reference + step for step in (-2.0 * down, -down, up, 2.0 * up)]
-    yield _at_levels("more-levels", "two more levels on either side of T0", plan, more)
+    steps = np.array([-2.0 * down, -down, up, 2.0 * up])
+    more = distinct(np.clip(reference + steps, LOWEST, HIGHEST))
+    yield _at_levels("more-levels", "two more levels on either side of T0", plan, more.tolist())
 
 
 def _span(given: float) -> float:

@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from accelcal.arguments.temperatures import outside_tests
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.geometry import MOUNTINGS
 from accelcal.head_angles import angular_distance
 from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.stretches import Stretches, met_before
-from accelcal.io.readings import MAXIMUM_TEMPERATURE
 from accelcal.io.runs import LEVEL_GAP
 from accelcal.io.values.places import MAXIMUM_ANGLE
 from accelcal.io.words.signs import mounting_written
@@ -61,7 +61,7 @@ def read_plans(cells: CellBlock, tests: Stretches, positions: int) -> Plans:
     """
     numbers, odd = without_gaps(cells.numbers)
     temperature, stroke = numbers["temperature"], numbers["stroke"]
-    odd |= (temperature < -273.15) | (temperature > MAXIMUM_TEMPERATURE)
+    odd |= outside_tests(temperature)
     odd |= ~_is_whole(stroke, _MOST)
     position, angle, misplaced = _places(numbers, positions)
     mounting, unknown = _mounting(cells, stroke.size)
