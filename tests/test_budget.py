@@ -423,10 +423,10 @@ def test_impossible_degrees_of_freedom_are_refused(dof):
 
 @pytest.mark.parametrize("bound", [-1.0, math.nan, math.inf])
 def test_impossible_bounds_are_refused(al15, bound):
-    with pytest.raises(
-        InputError, match=r"bound of a random error is .*; it is (0 or more|a finite number)"
-    ):
+    with pytest.raises(InputError, match=r"launch is .*; it is (0 or more|a finite number)"):
         random_part(al15, launch=bound)
+    with pytest.raises(InputError, match=r"bound of a random error is .*; it is"):
+        RandomBound(bound)
 
 
 def test_missing_random_errors_are_told(al15):
@@ -674,7 +674,7 @@ def test_stability_file(saved, tmp_path, capsys):
         (["--a-o", "1"], "no table in mounting p"),
         (["--time", "3w"], "3w"),
         (["--time", "h"], "h"),
-        (["--launch", "-1"], "bound of a random error is -1.0; it is 0 or more"),
+        (["--launch", "-1"], "launch is -1.0; it is 0 or more"),
         (["--launch", "20"], "bound of a random error is 20; it is at most 1 g, or all of the"),
         (["--factor", "0"], "above zero"),
         (["--plot", "budget.gif"], "budget.gif: the name ends in none of .png, .svg, .pdf"),

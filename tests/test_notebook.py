@@ -546,3 +546,35 @@ def test_a_batch_shows_its_frames(tmp_path):
     found = accelcal.batch(tmp_path)
     assert repr(found) == "<BatchFrames: 3 tables, 9 terms of laws, 1 error>"
     assert found._repr_html_().count("<table") == 3
+
+
+# -- as others show it -----------------------------------------------------------------------------
+
+
+def test_a_text_keeps_its_columns_where_a_notebook_is_exported(results):
+    """A page of nbconvert sets ``<pre>`` as the text around it, and ``<code>`` in equal widths."""
+    html = results["TriadCalibration"]._repr_html_()
+    assert html.startswith("<pre><code>")
+    assert html.endswith("</code></pre>")
+
+
+def test_readings_and_residuals_have_their_units_in_the_headings(calibration):
+    launch = accelcal.Launch("1", [0.0, 1.0, 2.0], [0.1, 0.2, 0.1], [20.0, 20.0, 20.0])
+    assert "<th>output [mA]</th>" in accelcal.StabilityRecord([launch], unit="mA")._repr_html_()
+    block = accelcal.TriadRecord([[0.1, 0.0, 1.0]], [[0.0, 0.0, 1.0]], unit="mA")
+    assert "<th>x [mA]</th>" in block._repr_html_()
+    html = calibration.tables[0].residuals._repr_html_()
+    assert [f"<th>{name}</th>" in html for name in ("angle [deg]", "stroke", "value [g]")] == 3 * [
+        True
+    ]
+
+
+def test_random_errors_are_told_in_a_line(calibration):
+    found = accelcal.random_part(calibration, hysteresis=3e-4, drift_rate=1e-9)
+    assert repr(found) == (
+        "<RandomPart: launch 2.01e-05 g, drift 1e-09 g/s, hysteresis 0.0003 g,"
+        " scale_factor 1.5e-05 of K1>"
+    )
+    assert repr(accelcal.RandomPart()) == "<RandomPart: nothing known>"
+    with pytest.raises(accelcal.InputError, match="drift_rate is -1; it is 0 or more"):
+        accelcal.random_part(calibration, drift_rate=-1)

@@ -352,7 +352,7 @@ NAMES = {
     "name": "name|theme",
     "input": "input",
     "known": "a laboratory",
-    "launch": "bound of a random error",
+    "launch": "launch|a bound of a random error",
     "launches": "a launch|without launches",
     "local_gravity": "local.gravity",
     "model": "a discovery",

@@ -6,8 +6,12 @@ import math
 import re
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from accelcal.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MICRO = 1e6
 """So many ug are a g, so many urad a rad, and so many ppm the whole."""
@@ -330,3 +334,18 @@ def scaled(number: str, size: float) -> float:
     from decimal import Decimal
 
     return float(Decimal(number) * Decimal(repr(size)))
+
+
+def headed_by_units(frame: pd.DataFrame) -> pd.DataFrame:
+    """Write the units of columns, ``frame.attrs["units"]``, into their headings.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> frame = pd.DataFrame({"angle_deg": [0.0], "output": [1.35]})
+    >>> frame.attrs["units"] = {"angle_deg": "deg", "output": "mA"}
+    >>> list(headed_by_units(frame))
+    ['angle [deg]', 'output [mA]']
+    """
+    units = frame.attrs["units"].items()
+    return frame.rename(columns={n: f"{n.removesuffix(f'_{unit}')} [{unit}]" for n, unit in units})

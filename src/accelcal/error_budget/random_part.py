@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 from accelcal.arguments.kinds import expect
-from accelcal.arguments.numbers import check_number
+from accelcal.arguments.numbers import check_number, check_number_or_none
 from accelcal.arguments.options import check_texts, check_written
 from accelcal.errors import DocumentError, InputError
 from accelcal.results.calibration import Calibration
@@ -33,6 +33,9 @@ FEW_LAUNCHES = "stability test, launches taken as alike"
 _RECTANGULAR = math.sqrt(3.0)  # GUM 4.3.7
 _OF_KNOWN_SIGN = 1.0  # an error that nothing corrects, and that is as large as it is each time
 _TWO_POINTS = 1.0  # either of two values, half the distance each: the standard deviation
+
+_UNITS = {"launch": "g", "drift": "g/s", "fluctuation": "g", "hysteresis": "g", "threshold": "g"}
+_UNITS |= {"scale_factor": "of K1"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +131,11 @@ class RandomPart:
             if item.name != "warnings":
                 expect(getattr(self, item.name), RandomBound)
 
+    def __repr__(self) -> str:
+        known = {name: getattr(self, name) for name in _UNITS if getattr(self, name).origin}
+        told = [f"{name} {found.bound:.3g} {_UNITS[name]}" for name, found in known.items()]
+        return f"<RandomPart: {', '.join(told) or 'nothing known'}>"
+
 
 def random_part(
     calibration: Calibration,
@@ -189,6 +197,9 @@ def random_part(
     """
     expect(calibration, Calibration)
     check_number(0.0, factor=factor)
+    check_number_or_none(0.0, launch=launch, drift_rate=drift_rate, fluctuation=fluctuation)
+    check_number_or_none(0.0, hysteresis=hysteresis, threshold=threshold)
+    check_number_or_none(0.0, scale_factor_instability=scale_factor_instability)
     given = {
         "launch": _given(launch, factor),
         "drift": _given(drift_rate, _RECTANGULAR),

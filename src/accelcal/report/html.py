@@ -59,13 +59,16 @@ def items(found: Iterable[str]) -> str:
 def preformatted(text: str) -> str:
     r"""Write a text that is set in columns, line by line.
 
+    As ``<code>`` it keeps its columns in pages of nbconvert too, which set a bare ``<pre>`` in the
+    letters of the text.
+
     Examples
     --------
     >>> preformatted("K1  1.35\nk0  <1")
-    '<pre>K1  1.35\nk0  &lt;1</pre>'
+    '<pre><code>K1  1.35\nk0  &lt;1</code></pre>'
     """
     lines = "\n".join(map(safe, text.split("\n")))
-    return f"<pre>{lines}</pre>"
+    return f"<pre><code>{lines}</code></pre>"
 
 
 def _line(tag: str, cells: Iterable[str]) -> str:

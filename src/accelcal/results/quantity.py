@@ -12,6 +12,7 @@ from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.results.checked import DamageError, Kind, freedom_or_none, mapping_of, size_or_none
 from accelcal.results.fields import StoredPart
+from accelcal.units import headed_by_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -194,7 +195,7 @@ class Residuals(StoredPart):
         return f"<Residuals of {counted(len(self.value), 'reading')}>"
 
     def _repr_html_(self) -> str:
-        return self.to_frame().to_html(max_rows=20)
+        return headed_by_units(self.to_frame()).to_html(max_rows=20)
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate the residuals, a line each.

@@ -20,6 +20,7 @@ from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
+from accelcal.units import headed_by_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -229,7 +230,8 @@ class StabilityRecord(EqualByContents):
         return visible(f"<StabilityRecord {self.source}: {count}>")
 
     def _repr_html_(self) -> str:
-        return f"<p>{escape(repr(self)[1:-1])}</p>{self.to_frame().to_html(max_rows=20)}"
+        table = headed_by_units(self.to_frame()).to_html(max_rows=20)
+        return f"<p>{escape(repr(self)[1:-1])}</p>{table}"
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate the samples, a line each.

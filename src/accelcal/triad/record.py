@@ -21,6 +21,7 @@ from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.head_angles import SAME_POSITION
 from accelcal.results.mapping import freeze
+from accelcal.units import headed_by_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -127,7 +128,8 @@ class TriadRecord(EqualByContents):
         return f"<TriadRecord {self.source!r}: {len(self.output)} attitudes, {known}>"
 
     def _repr_html_(self) -> str:
-        return f"<p>{escape(repr(self)[1:-1])}</p>{self.to_frame().to_html(max_rows=20)}"
+        table = headed_by_units(self.to_frame()).to_html(max_rows=20)
+        return f"<p>{escape(repr(self)[1:-1])}</p>{table}"
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate the attitudes, a line each.
