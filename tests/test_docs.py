@@ -211,15 +211,29 @@ def test_the_picture_of_the_readme_can_be_made(tmp_path, monkeypatch):
     assert (tmp_path / "gap.png").read_bytes().startswith(b"\x89PNG")
 
 
+NOTEBOOKS = ROOT / "examples" / "notebooks"
+
+
+def cells_of(notebook):
+    cells = json.loads(notebook.read_text("utf-8"))["cells"]
+    return "\n".join("".join(c["source"]) for c in cells if c["cell_type"] == "code")
+
+
+@pytest.mark.parametrize("notebook", sorted(NOTEBOOKS.glob("*.ipynb")), ids=lambda path: path.stem)
+def test_notebooks_need_public_names_only(notebook):
+    assert set(re.findall(r"from (accelcal[.\w]*) import", cells_of(notebook))) <= {"accelcal"}
+    used = set(re.findall(r"\baccelcal\.(\w+)", cells_of(notebook)))
+    assert used
+    assert used <= set(accelcal.__all__)
+
+
 def run_notebook(name):
     """Run the cells of a notebook; return their code and the names that they leave."""
     pytest.importorskip("matplotlib").use("agg")
     pyplot = pytest.importorskip("matplotlib.pyplot")
-    path = ROOT / "examples" / "notebooks" / f"{name}.ipynb"
-    cells = json.loads(path.read_text("utf-8"))["cells"]
-    code = "\n".join("".join(c["source"]) for c in cells if c["cell_type"] == "code")
+    code = cells_of(NOTEBOOKS / f"{name}.ipynb")
     left = {}
-    exec(compile(code, path.name, "exec"), left)
+    exec(compile(code, f"{name}.ipynb", "exec"), left)
     pyplot.close("all")
     return code, left
 
