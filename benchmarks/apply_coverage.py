@@ -97,7 +97,7 @@ def held(case: Case, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
     def holds(at: np.ndarray, temperature: np.ndarray, shift: tuple, *, same: bool) -> np.ndarray:
         shown = output(at, temperature, *shift)
-        found = accelcal.apply(calibration, shown, temperature, np.sin(at), same_launch=same)
+        found = accelcal.apply(calibration, shown, temperature, a_p=np.sin(at), same_launch=same)
         error = np.abs(found.value - np.cos(at))
         widths = 1.96 * found.standard_uncertainty, found.expanded_uncertainty
         return np.array([error <= width for width in widths])

@@ -165,7 +165,7 @@ def held(case: Case, seed: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray
             np.array([[getattr(one[name], what) for one in found] for name in NAMES])
             for what in ("value", "expanded_uncertainty")
         )
-        measured = accelcal.apply(calibration, shown, there, np.sin(at), by=by)
+        measured = accelcal.apply(calibration, shown, there, a_p=np.sin(at), by=by)
         good = np.abs(measured.value - np.cos(at)) <= measured.expanded_uncertainty
         told.append((np.abs(values - truth) <= U, good.mean(axis=0), U[0]))
     return told

@@ -341,7 +341,7 @@ def values(rows, column="acceleration"):
 def test_agrees_with_the_library(run, calibration):
     text = HEAD + "time,output,temperature,a_p\n0.0,1.3547,20,0\n0.1,-1.3,-30.5,0.25\n"
     code, rows, _ = run(text)
-    expected = accelcal.apply(calibration, [1.3547, -1.3], [20.0, -30.5], [0.0, 0.25])
+    expected = accelcal.apply(calibration, [1.3547, -1.3], [20.0, -30.5], a_p=[0.0, 0.25])
     assert code == 0
     assert values(rows) == pytest.approx(expected.value.tolist(), rel=0, abs=1e-14)
     assert values(rows, "standard_uncertainty") == pytest.approx(
@@ -583,7 +583,7 @@ def test_cross_axis_in_metres_per_second_squared(run, calibration):
     code, rows, _ = run(HEAD + "output,temperature,a_p [m/s^2]\n1,20,9.81\n", "--g", "9.81")
     assert code == 0
     assert values(rows) == pytest.approx(
-        accelcal.apply(calibration, [1.0], 20.0, 1.0).value, rel=0, abs=1e-14
+        accelcal.apply(calibration, [1.0], 20.0, a_p=1.0).value, rel=0, abs=1e-14
     )
 
 
@@ -600,7 +600,7 @@ def test_all_spellings_of_metres_per_second_squared_are_alike(run, unit):
     ("unit", "size"), [("mg", 1e-3), ("ug", 1e-6), ("µg", 1e-6), ("g_local", 1.0)]
 )
 def test_a_cross_axis_in_parts_of_g(run, calibration, unit, size):
-    expected = accelcal.apply(calibration, [1.0], 20.0, 0.5).value
+    expected = accelcal.apply(calibration, [1.0], 20.0, a_p=0.5).value
     below = f"output,temperature,a_p\nmA,degC,{unit}\n1,20,{0.5 / size}\n"
     for text in (f"output,temperature,a_p [{unit}]\n1,20,{0.5 / size}\n", below):
         code, rows, _ = run(HEAD.replace("# unit: mA\n", "") + text)

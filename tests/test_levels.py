@@ -261,7 +261,7 @@ def test_apply_undoes_the_model(seven):
     temperature, a_i, a_p = rng.uniform(-40.0, 80.0, 50), rng.uniform(-1.0, 1.0, 50), 0.2
     k0, K1, k2, k3, delta, delta_ip = (interpolated(seven, name, temperature) for name in ALL)
     seen = k0 + a_i + k2 * a_i**2 + k3 * a_i**3 + delta * a_p + delta_ip * a_i * a_p
-    measured = accelcal.apply(seven, K1 * seen, temperature, a_p, by="levels")
+    measured = accelcal.apply(seven, K1 * seen, temperature, a_p=a_p, by="levels")
     assert measured.value == pytest.approx(a_i, abs=1e-12)
     assert measured.inside.all()
 
@@ -283,10 +283,12 @@ def test_each_sample_is_by_itself(seven, monkeypatch):
 def test_error_of_the_temperature_is_the_slope(seven):
     """By differences of accelerations at temperatures close by."""
     output, temperature, u = 1.2, 33.0, 0.05
-    told = [accelcal.apply(seven, output, T, 0.3, by="levels").value for T in (32.99, 33.01)]
+    told = [accelcal.apply(seven, output, T, a_p=0.3, by="levels").value for T in (32.99, 33.01)]
     slope = (told[1] - told[0]) / 0.02
     without, with_u = (
-        accelcal.apply(seven, output, temperature, 0.3, by="levels", temperature_uncertainty=each)
+        accelcal.apply(
+            seven, output, temperature, a_p=0.3, by="levels", temperature_uncertainty=each
+        )
         for each in (0.0, u)
     )
     added = with_u.standard_uncertainty**2 - without.standard_uncertainty**2
@@ -298,7 +300,7 @@ def test_both_cross_axes_count(by):
     calibration = fitted(mountings=("o+", "p+"))
     found = compensation(calibration, by=by)
     assert [axis.name for axis in found.axes] == ["a_p", "a_o"]
-    measured = accelcal.apply(calibration, 1.3, 35.0, 0.1, 0.2, by=by)
+    measured = accelcal.apply(calibration, 1.3, 35.0, a_p=0.1, a_o=0.2, by=by)
     main = [t for t in calibration.tables if t.mounting == "o+"]
     other = [t for t in calibration.tables if t.mounting == "p+"]
     k0, K1, k2, k3, d_p, ip = (
@@ -316,7 +318,7 @@ def test_both_cross_axes_count(by):
 def test_both_cross_axes_are_as_uncertain_as_by_the_laws():
     calibration = fitted(mountings=("o+", "p+"))
     laws, levels = (
-        accelcal.apply(calibration, 0.006, 20.0, [0.0, 0.2, 0.2], [0.7, 0.0, 0.7], by=by)
+        accelcal.apply(calibration, 0.006, 20.0, a_p=[0.0, 0.2, 0.2], a_o=[0.7, 0.0, 0.7], by=by)
         for by in ("laws", "levels")
     )
     assert levels.standard_uncertainty == pytest.approx(laws.standard_uncertainty, rel=1e-6)
@@ -327,7 +329,7 @@ def test_second_axis_of_one_level_is_taken_as_constant():
     some = record.select((record.mounting == "o+") | (record.temperature == 20.0))
     calibration = accelcal.fit(some)
     with pytest.warns(accelcal.AccelcalWarning, match="was measured at 20 degC only"):
-        told = accelcal.apply(calibration, 1.3, 35.0, 0.1, 0.2, by="levels")
+        told = accelcal.apply(calibration, 1.3, 35.0, a_p=0.1, a_o=0.2, by="levels")
     assert np.isfinite(told.expanded_uncertainty).all()
 
 

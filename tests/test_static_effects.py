@@ -76,8 +76,8 @@ def test_an_effect_that_the_simulation_added_is_taken_off(exact, name, size, tem
     effect = accelcal.effect(name).of(size)
     output, acted = in_use(effect, temperature=temperature)
     fit = with_effects(exact, effect)
-    measured = accelcal.apply(fit, output, temperature, acted.pendulous)
-    plain = accelcal.apply(exact, output, temperature, acted.pendulous)
+    measured = accelcal.apply(fit, output, temperature, a_p=acted.pendulous)
+    plain = accelcal.apply(exact, output, temperature, a_p=acted.pendulous)
     error = np.abs(plain.value - acted.input).max()
     assert np.abs(measured.value - acted.input).max() < 1e-8
     if "temperature" in name:
@@ -91,7 +91,7 @@ def test_an_effect_that_the_simulation_added_is_taken_off(exact, name, size, tem
 def test_the_table_of_a_run_keeps_the_temperature_that_effects_refer_to(exact, name):
     effect = accelcal.effect(name).of(SIZES[name])
     output, acted = in_use(effect, temperature=80.0)
-    measured = accelcal.apply(with_effects(exact, effect), output, 80.0, acted.pendulous, run=2)
+    measured = accelcal.apply(with_effects(exact, effect), output, 80.0, a_p=acted.pendulous, run=2)
     assert np.abs(measured.value - acted.input).max() < 1e-8
 
 
@@ -100,7 +100,7 @@ def test_several_effects_add_up(exact):
     effects = [accelcal.effect(name).of(SIZES[name]) for name in ("fourth-order", "dead-zone")]
     output, acted = in_use(*effects)
     with pytest.warns(AccelcalWarning, match="dead-zone: taken up"):
-        measured = accelcal.apply(with_effects(exact, *effects), output, 20.0, acted.pendulous)
+        measured = accelcal.apply(with_effects(exact, *effects), output, 20.0, a_p=acted.pendulous)
     assert np.abs(measured.value - acted.input).max() < 1e-7
 
 
@@ -112,7 +112,7 @@ def test_each_cross_axis_has_the_effect():
     fit = with_effects(exact, effect)
     for mounting in plan.mountings:
         output, acted = in_use(effect, mounting=mounting)
-        measured = accelcal.apply(fit, output, 20.0, acted.pendulous, acted.output)
+        measured = accelcal.apply(fit, output, 20.0, a_p=acted.pendulous, a_o=acted.output)
         assert np.abs(measured.value - acted.input).max() < 1e-8
 
 
@@ -149,7 +149,7 @@ def test_an_output_in_a_dead_zone_stands_for_all_of_it(exact, a_p):
     K0, K1, M = (exact.tables[0].coefficients[name].value for name in ("K0", "K1", "M"))
     told = {"same_launch": True, "output_uncertainty": K1 * sigma}
     inside, beyond = (
-        accelcal.apply(fit, K0 + K1 * a, 20.0, a_p, **told) for a in (0.0, 4.0 * sigma)
+        accelcal.apply(fit, K0 + K1 * a, 20.0, a_p=a_p, **told) for a in (0.0, 4.0 * sigma)
     )
     middle = -M / K1 * a_p
     assert abs(M / K1) > 2.0 * width
@@ -166,7 +166,7 @@ def test_without_covariance_there_is_an_acceleration_all_the_same(exact):
     fit = with_effects(bare, accelcal.effect("fourth-order").of(1e-4))
     output, acted = in_use(accelcal.effect("fourth-order").of(1e-4))
     with pytest.warns(AccelcalWarning, match="no covariance"):
-        measured = accelcal.apply(fit, output, 20.0, acted.pendulous)
+        measured = accelcal.apply(fit, output, 20.0, a_p=acted.pendulous)
     assert np.isnan(measured.standard_uncertainty).all()
     assert np.abs(measured.value - acted.input).max() < 1e-8
 
@@ -194,7 +194,8 @@ def test_what_may_be_there_in_its_place_counts_between_the_positions(exact, temp
     alone, alike = (
         accelcal.apply(
             with_effects(exact, effect, aliases=names),
-            *(output, temperature, acted.pendulous),
+            *(output, temperature),
+            a_p=acted.pendulous,
             same_launch=True,
         )
         for names in ((), ("fourth-order",))
@@ -232,9 +233,9 @@ def test_discovered_fitted_and_applied():
     fit = accelcal.fit(record, model=accelcal.discover(record))
     output, acted = in_use(effect)
     with pytest.warns(AccelcalWarning, match=r"not tell it from fourth-order; between"):
-        measured = accelcal.apply(fit, output, 20.0, acted.pendulous, same_launch=True)
+        measured = accelcal.apply(fit, output, 20.0, a_p=acted.pendulous, same_launch=True)
     plain = accelcal.apply(
-        dataclasses.replace(fit, effects=()), output, 20.0, acted.pendulous, same_launch=True
+        dataclasses.replace(fit, effects=()), output, 20.0, a_p=acted.pendulous, same_launch=True
     )
     assert np.abs(plain.value - acted.input).max() > 1.5e-4
     error = np.abs(measured.value - acted.input)
@@ -311,7 +312,9 @@ def test_an_effect_of_a_user_is_taken_up_where_it_is_static(exact, static):
         effect = accelcal.effect("cross-modulus").of(1e-4)
         output, acted = in_use(effect)
         with pytest.warns(AccelcalWarning, match="taken up" if static else "took it out"):
-            measured = accelcal.apply(with_effects(exact, effect), output, 20.0, acted.pendulous)
+            measured = accelcal.apply(
+                with_effects(exact, effect), output, 20.0, a_p=acted.pendulous
+            )
     finally:
         accelcal.unregister("cross-modulus")
     assert (np.abs(measured.value - acted.input).max() < 1e-8) == static
