@@ -411,3 +411,39 @@ def test_a_level_or_t0_of_a_unit_is_a_number():
     ):
         with pytest.raises(InputError, match=r"temperature(| 1) is None; it is a finite number"):
             make()
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: accelcal.apply(CALIBRATION, [1.3, "1.2"]), "output has '1.2'; it is a number or"),
+        (lambda: accelcal.apply(CALIBRATION, [True]), "output has True; it is a number or an"),
+        (
+            lambda: accelcal.apply(CALIBRATION, [[1.3], [1j]]),
+            "output is list; it is a number or an",
+        ),
+        (lambda: Limit("k0", "mg", maximum=5), "limit 'k0' is unknown; write bias"),
+        (
+            lambda: accelcal.read_arrays(FRAME, overrides={"T0": 20.0}),
+            "'T0' cannot be declared; write reference_temperature",
+        ),
+        (
+            lambda: accelcal.read_triad("examples/triad.csv", overrides={"g": 9.81}),
+            "'g' cannot be declared; write local_gravity",
+        ),
+        (
+            lambda: accelcal.design(hours=8, targets={"K3": 5e-6}),
+            "K3 cannot be told by any of these tests; add positions, temperatures, mountings or",
+        ),
+    ],
+)
+def test_the_line_tells_the_name_or_cell_that_is_meant(call, told):
+    with pytest.raises(InputError) as refused:
+        call()
+    assert told in str(refused.value)
+
+
+def test_accelerations_across_are_told_by_name():
+    """The third and fourth number of a call are no names of axes; `budget` takes none there."""
+    with pytest.raises(TypeError, match="takes from 2 to 3 positional arguments"):
+        accelcal.apply(CALIBRATION, [1.3], 20.0, 0.1)

@@ -1266,8 +1266,10 @@ def test_an_override_replaces_a_bad_header_line():
 
 
 def test_unknown_override():
-    with pytest.raises(InputError, match="'gravity' cannot be declared; it is one of"):
+    with pytest.raises(InputError, match="'gravity' cannot be declared; write local_gravity"):
         read(TEXT, gravity=9.81)
+    with pytest.raises(InputError, match="'mass' cannot be declared; it is one of local_gravity,"):
+        read(TEXT, mass=0.1)
 
 
 def test_header_lines_stand_for_columns():

@@ -163,7 +163,9 @@ class Limit:
     def __post_init__(self) -> None:
         check_written(name=self.name, unit=self.unit, at=self.at, condition=self.condition)
         if self.name not in QUANTITIES:
-            raise InputError(f"limit {self.name!r} is unknown; there are {', '.join(QUANTITIES)}")
+            meant = [name for name, limited in QUANTITIES.items() if limited.symbol == self.name]
+            known = f"write {meant[0]}" if meant else f"there are {', '.join(QUANTITIES)}"
+            raise InputError(f"limit {self.name!r} is unknown; {known}")
         self.factor()
         if self.at not in PLACES:
             raise InputError(f"{self.name}: at is {self.at!r}; it is one of {', '.join(PLACES)}")

@@ -24,7 +24,7 @@ _KINDS = {
     ),
     "Calibration": (
         "a calibration",
-        "make one by accelcal.fit, or by accelcal.Calibration.from_json('file.json')",
+        "make one by accelcal.fit, or by accelcal.read_calibration('file.json')",
     ),
     "Distribution": (
         "a distribution",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from numbers import Real
 from typing import Any
 
@@ -79,8 +79,18 @@ def number_array(value: ArrayLike, name: str) -> Array:
             array = array.astype(np.float64).filled(np.nan)
         return np.asarray(array, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        rule = "a number or an array of numbers"
-        raise InputError(f"{name} is {as_given(value)}; it is {rule}") from None
+        odd = _odd_cell(value)
+        told = f"is {as_given(value)}" if odd is None else f"has {as_given(odd)}"
+        raise InputError(f"{name} {told}; it is a number or an array of numbers") from None
+
+
+def _odd_cell(value: object) -> object:
+    """First cell of a flat list that is no number, None where the value is another thing."""
+    cells = value if isinstance(value, list | tuple) else ()
+    flat = not any(isinstance(cell, Iterable) and not isinstance(cell, str) for cell in cells)
+    return next(
+        (cell for cell in cells if flat and cell is not None and not _is_number(cell)), None
+    )
 
 
 def check_side_by_side(**columns: Any) -> None:

@@ -48,7 +48,7 @@ def read_arrays(
         counts as units in the headings, and ``frame.attrs["declared"]``, as of
         `TumbleRecord.to_frame`, declares what neither columns nor `overrides` do.
     overrides : mapping of str to object, optional
-        Declarations, as for `read_table`.
+        Declarations, as for `read_tables`.
 
     Returns
     -------

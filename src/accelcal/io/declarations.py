@@ -20,7 +20,7 @@ from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.values.cells import Column, labels, number_and_unit
 from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import KEYS, KINDS_OF
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF, canonical_key
 from accelcal.units import UNITS, conversion_factor, output_unit, scaled, size_of
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))
@@ -101,15 +101,17 @@ def declared_by_caller(overrides: Any, names: Sequence[str] = OVERRIDES) -> dict
     Raises
     ------
     InputError
-        If it is something else or has other names, the serial, unit or date is no text, or the
-        metadata no mapping.
+        If it is something else or has other names, as those that only header lines may have, the
+        serial, unit or date is no text, or the metadata no mapping.
     """
     given = mapping_of(overrides, "overrides", "{'serial': 'AL-15'}")
     check_text(**{name: given.get(name) for name in ("serial", "unit", "serials", "date")})
     mapping_of(given.get("metadata"), "metadata", "{'operator': 'A. Meyer'}")
     for name, value in given.items():
         if value is not None and name not in names:
-            raise InputError(f"{name!r} cannot be declared; it is one of {', '.join(names)}")
+            meant = canonical_key(str(name))
+            known = f"write {meant}" if meant in names else f"it is one of {', '.join(names)}"
+            raise InputError(f"{name!r} cannot be declared; {known}")
     return {name: value for name, value in given.items() if value is not None}
 
 

@@ -93,8 +93,8 @@ def refuse_impossible(designs: Sequence[TestDesign], targets: Mapping[str, float
         told = [f for d in designs if (f := d.forecast(name)) is not None and not f.stands_for]
         if not told:
             raise InputError(
-                f"{name} cannot be told by any of these tests; add positions, temperatures or"
-                " mountings"
+                f"{name} cannot be told by any of these tests; add positions, temperatures,"
+                " mountings or hours"
             )
         best = min(told, key=lambda f: f.floor)
         if best.floor > limit:
