@@ -175,6 +175,13 @@ def test_a_term_without_a_value_for_each_reading_is_told(term, message):
         accelcal.simulate(effects=[own(term=term).of(1.0)], seed=1)
 
 
+def test_a_term_that_asks_for_what_is_not_there_is_told_what_there_is():
+    term = own(term=lambda c, width: width * c.a_i)
+    told = "conditions have no 'a_i'; they have number, angle, input, cross, axial, excess, "
+    with pytest.raises(AttributeError, match=told):
+        accelcal.simulate(effects=[term.of(1e-5)], seed=1)
+
+
 def test_a_term_cannot_change_what_the_others_are_told():
     def careless(c, width):
         level = c.input

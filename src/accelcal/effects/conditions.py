@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -87,6 +88,12 @@ class Conditions:
 
     def __post_init__(self) -> None:
         freeze(self)  # all terms see the same conditions, whatever one of them does with them
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name):
+            known = ", ".join((*self.__dataclass_fields__, "rotation", "order"))
+            raise AttributeError(f"conditions have no {name!r}; they have {known}")
 
     @property
     def rotation(self) -> Array:

@@ -50,7 +50,9 @@ class Effect:
     parameters : tuple of Parameter
         The first one has no default: it is the value of the effect.
     term : callable
-        ``term(conditions, **values)`` -> addition to what the effect acts on, shape (n,).
+        ``term(conditions, **values)`` -> addition to what the effect acts on, shape (n,). The
+        conditions have arrays such as `input` (a_i), `cross` (a_p), `angle`, `excess` (T - T0),
+        `stroke` and `time`; `accelcal.effects.conditions.Conditions` lists all.
     acts_on : {"angle", "temperature", "output", "readings"}, default "output"
         What the term adds to: the true head angle [rad], the true temperature [degC], the
         indication Y / K1 [g], or the reading after noise [g].
