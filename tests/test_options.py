@@ -433,6 +433,21 @@ def test_options_of_a_fit_are_the_same_wherever_they_are_listed():
     assert kept == handed_on | {"coefficients": "tuple[str, ...]"}
 
 
+@pytest.mark.parametrize(
+    ("function", "argument"),
+    [
+        (accelcal.fit, "method"),
+        (accelcal.fit, "temperature_laws"),
+        (accelcal.stand_budget, "method"),
+        (accelcal.apply, "by"),
+        (accelcal.coefficients_at, "by"),
+    ],
+)
+def test_an_editor_is_told_the_choices(function, argument):
+    """A hint of plain text offers nothing and takes every misspelling."""
+    assert inspect.signature(function).parameters[argument].annotation in {"Method", "LawsOf", "By"}
+
+
 def test_scalars_of_numpy_are_as_good_as_those_of_python():
     ours = {"robust": True, "strict": False, "reference_temperature": 20, "delta0": 2.0**-10}
     theirs = {

@@ -16,6 +16,8 @@ from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 
 if TYPE_CHECKING:
+    from accelcal.calibrate.options import LawsOf
+    from accelcal.estimate.linear import Method
     from accelcal.results.discovery import Discovery
     from accelcal.results.head_calibration import HeadCalibration
 
@@ -25,13 +27,13 @@ __all__ = ["fit"]
 def fit(
     record: TumbleRecord,
     *,
-    method: str = "least-squares",
+    method: Method = "least-squares",
     robust: bool = False,
     delta0: float | None = None,
     reference_temperature: float | None = None,
     coefficients: Sequence[str] = COEFFICIENTS,
     strict: bool = False,
-    temperature_laws: str = "tables",
+    temperature_laws: LawsOf = "tables",
     model: Discovery | None = None,
     head: HeadCalibration | None = None,
 ) -> Calibration:

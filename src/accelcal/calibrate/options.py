@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple, TypedDict
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypedDict, get_args
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from accelcal.arguments.options import check_choice, check_flag
 from accelcal.arguments.temperatures import check_temperature
 from accelcal.arrays import Mask
 from accelcal.errors import AccelcalWarning
-from accelcal.estimate.linear import METHODS
+from accelcal.estimate.linear import METHODS, Method
 from accelcal.model import COEFFICIENTS
 
 if TYPE_CHECKING:
@@ -21,20 +21,22 @@ if TYPE_CHECKING:
     from accelcal.results.discovery import Discovery
     from accelcal.results.head_calibration import HeadCalibration
 
-TEMPERATURE_LAWS = ("tables", "readings")
+LawsOf = Literal["tables", "readings"]
+
+TEMPERATURE_LAWS: tuple[LawsOf, ...] = get_args(LawsOf)
 """What the temperature laws are fitted to; the first is the default."""
 
 
 class FitOptions(TypedDict, total=False):
     """Arguments of `accelcal.fit` by their names, as others hand them on."""
 
-    method: str
+    method: Method
     robust: bool
     delta0: float | None
     reference_temperature: float | None
     coefficients: Sequence[str]
     strict: bool
-    temperature_laws: str
+    temperature_laws: LawsOf
     model: Discovery | None
     head: HeadCalibration | None
 
@@ -49,13 +51,13 @@ class Options(NamedTuple):
         See there.
     """
 
-    method: str = METHODS[0]
+    method: Method = METHODS[0]
     robust: bool = False
     delta0: float | None = None
     reference_temperature: float | None = None
     coefficients: tuple[str, ...] = COEFFICIENTS
     strict: bool = False
-    temperature_laws: str = TEMPERATURE_LAWS[0]
+    temperature_laws: LawsOf = TEMPERATURE_LAWS[0]
     model: Discovery | None = None
     head: HeadCalibration | None = None
 

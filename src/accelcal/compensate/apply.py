@@ -16,7 +16,7 @@ from accelcal.arguments.numbers import (
 from accelcal.arguments.options import check_choice, check_flag
 from accelcal.arrays import Array
 from accelcal.compensate.assumptions import warn_of
-from accelcal.compensate.choice import BY, compensation
+from accelcal.compensate.choice import BY, By, compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.inversion import invert, invert_with, slope
 from accelcal.compensate.measured import MeasuredAcceleration, in_blocks
@@ -45,7 +45,7 @@ def apply(
     a_p: ArrayLike | None = None,
     a_o: ArrayLike | None = None,
     run: str | int | None = None,
-    by: str = BY[0],
+    by: By = "laws",
     extrapolate: bool = False,
     same_launch: bool = False,
     output_uncertainty: float = 0.0,

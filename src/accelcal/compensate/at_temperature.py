@@ -12,7 +12,7 @@ from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.compensate.assumptions import warn_of
-from accelcal.compensate.choice import BY, compensation
+from accelcal.compensate.choice import By, compensation
 from accelcal.compensate.coefficients import PARAMETERS, Compensation, symbol_of
 from accelcal.compensate.levels import LevelCompensation
 from accelcal.compensate.propagation import interval_of_parts, propagated
@@ -102,7 +102,7 @@ def coefficients_at(
     temperature: float,
     *,
     run: str | int | None = None,
-    by: str = BY[0],
+    by: By = "laws",
     extrapolate: bool = False,
 ) -> CoefficientsAt:
     """Coefficients at a temperature, by the laws of a calibration or between its levels.

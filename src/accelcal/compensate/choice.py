@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Literal, get_args
 
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.options import check_choice
@@ -44,7 +45,9 @@ from accelcal.results.usable import (
 
 __all__ = ["BY", "compensation"]
 
-BY = ("laws", "levels")
+By = Literal["laws", "levels"]
+
+BY: tuple[By, ...] = get_args(By)
 """How coefficients depend on temperature; the first is the default."""
 
 _CHOOSE = (

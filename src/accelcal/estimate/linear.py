@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -13,7 +13,9 @@ from accelcal.errors import InputError
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS
 
-METHODS = ("least-squares", "closed-form", "sign-corrected", "printed")
+Method = Literal["least-squares", "closed-form", "sign-corrected", "printed"]
+
+METHODS: tuple[Method, ...] = get_args(Method)
 """Names of the estimators; the first is the default."""
 
 

@@ -12,6 +12,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
 from accelcal.compensate.coefficients import Law
 from accelcal.errors import InputError
+from accelcal.estimate.linear import Method
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.plural import counted
@@ -46,7 +47,7 @@ def stand_budget(
     test: TumbleRecord,
     accelerometer: Accelerometer | Calibration = AL15,
     *,
-    method: str = "least-squares",
+    method: Method = "least-squares",
     trials: int | None = 0,
     seed: int | None = None,
     targets: Mapping[str, float | str] | None = None,
@@ -64,7 +65,7 @@ def stand_budget(
     accelerometer : Accelerometer or Calibration, default `AL15`
         The coefficients that the accelerometer has.
     method : str, default "least-squares"
-        One of `accelcal.estimate.linear.METHODS`.
+        ``"least-squares"``, ``"closed-form"``, ``"sign-corrected"`` or ``"printed"``.
     trials : int or None, default 0
         Monte Carlo trials: 0 for none, None for as many as make the result stable.
     seed : int, optional
