@@ -578,3 +578,27 @@ def test_random_errors_are_told_in_a_line(calibration):
     assert repr(accelcal.RandomPart()) == "<RandomPart: nothing known>"
     with pytest.raises(accelcal.InputError, match="drift_rate is -1; it is 0 or more"):
         accelcal.random_part(calibration, drift_rate=-1)
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        float,
+        int,
+        abs,
+        round,
+        operator.neg,
+        lambda q: 2 * q,
+        lambda q: q / 1.35,
+        lambda q: np.float64(2.0) * q,
+        lambda q: q - q,
+        lambda q: q**2,
+        lambda q: q > 1.3,
+        lambda q: max(q, q),
+    ],
+)
+def test_a_quantity_says_what_to_calculate_with(calibration, work):
+    """Only `float` did; the others said that an operand is not supported."""
+    quantity = calibration.tables[0].coefficients["K1"]
+    with pytest.raises(TypeError, match=r"is no bare number; take .value, in mA/g, or .standard_"):
+        work(quantity)

@@ -93,11 +93,15 @@ class Quantity(StoredPart):
 
         return formatted(self, spec)
 
-    def __float__(self) -> NoReturn:
+    def _is_no_number(self, *_: object) -> NoReturn:
         """Refuse, as the text may be in another unit than `value`."""
         raise TypeError(
             f"{self} is no bare number; take .value, in {self.unit}, or .standard_uncertainty"
         )
+
+    __float__ = __int__ = __neg__ = __abs__ = __round__ = _is_no_number
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = _is_no_number
+    __truediv__ = __rtruediv__ = __pow__ = __lt__ = __le__ = __gt__ = __ge__ = _is_no_number
 
     @property
     def coverage_factor(self) -> float | None:
