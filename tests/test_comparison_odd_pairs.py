@@ -230,6 +230,9 @@ def test_exchanged_readings_do_not_pass_for_agreement(plan, declare, both, told)
     assert "No verdict" in str(found)
     assert "agree (" not in str(found)
     assert told in found.notes[0]
+    assert found.to_document()["verdict"] == "no verdict"
+    assert "no verdict" in repr(found)
+    assert "no verdict" in found._repr_html_()
 
 
 def test_a_coarse_head_that_is_declared_is_judged(calibration, record):
@@ -255,6 +258,13 @@ def test_two_calibrations_of_exchanged_readings_are_compared_and_used():
     found = accelcal.compare_calibrations(old, new, same_head=False)
     assert all(np.isfinite(own.band) for own in found.indicated)
     assert "old calibration: errors of this size hide disagreements: reading 54" in found.notes[0]
+    assert found.p_value > 0.01
+    assert "No verdict: errors of this size hide disagreements: reading 54" in str(found)
+    assert found.to_document()["verdict"] == "no verdict"
+    assert found.to_document()["agrees"] is False
+    assert "no verdict" in repr(found)
+    assert "no verdict" in found._repr_html_()
+    assert accelcal.CalibrationComparison.from_json(found.to_json()) == found
     with pytest.warns(accelcal.AccelcalWarning, match="checks of the calibration warn"):
         applied = accelcal.apply(old, np.linspace(-1.35, 1.35, 401))
     assert np.isfinite(applied.expanded_uncertainty).all()

@@ -62,7 +62,7 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
         drawn.axvline(0.0, color=colours.ink, lw=0.8)
         apart = np.abs(scores) > 1.0
         drawn.plot(scores[~apart], places[~apart], "o", color=colours.series[0])
-        drawn.plot(scores[apart], places[apart], "o", color=colours.series[1], label="DISAGREES")
+        drawn.plot(scores[apart], places[apart], "o", color=colours.series[1], label="$|E_n| > 1$")
         farthest = np.nanmax(np.abs(scores))
         if farthest > _FAR:  # else one hides how all others lie
             drawn.set_xscale("symlog", linthresh=2.0, linscale=2.0)

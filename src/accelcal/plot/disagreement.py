@@ -12,7 +12,8 @@ from accelcal.plot.discovery import draw_where
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import Readings, draw_by_angle
 from accelcal.plot.style import canvas, canvases, entitled, palette, styled
-from accelcal.results.disagreement import ALPHA, Disagreement
+from accelcal.results.agreement import ALPHA
+from accelcal.results.disagreement import Disagreement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

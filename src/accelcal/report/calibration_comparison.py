@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from accelcal.model import SLOPES
 from accelcal.numerics.probability import LEVEL
+from accelcal.report.agreement import headline
 from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
 from accelcal.report.findings import probability
 from accelcal.report.lines import aligned, notes, sections, wrapped
@@ -19,18 +20,23 @@ from accelcal.results.calibration_comparison import (
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
-HEADINGS = ("", "", "old", "new", "new - old", "U (95 %)", "unit", "E_n", "")
-"""Of `change_rows`."""
+HEADINGS = ("", "", "old", "new", "new - old", "U (95 %)", "unit", "E_n ")
+"""Of `rows_of`."""
 
 _NAMES = {symbol: name for name, symbol, *_ in SHOWN_COEFFICIENTS}
-_NAMES |= {symbol: f"{_NAMES[law]} slope {side} T0" for symbol, (law, side) in SLOPES.items()}
+_NAMES |= {symbol: f"{_NAMES[law]} {side} T0" for symbol, (law, side) in SLOPES.items()}
 _ORDER = list(_NAMES)
 
 
 def comparison_text(found: CalibrationComparison) -> str:
     """Tell a comparison in lines of at most 100 characters."""
     return sections(
-        _head(found), _verdict(found), _coefficients(found), _in_use(found), notes(found.notes)
+        _head(found),
+        _verdict(found),
+        _changes([shown for shown in shown_changes(found) if not shown[1].effect]),
+        _changes([shown for shown in shown_changes(found) if shown[1].effect]),
+        _in_use(found),
+        notes(found.notes),
     )
 
 
@@ -53,25 +59,27 @@ def _verdict(found: CalibrationComparison) -> Iterator[str]:
     joint, changes = found.joint, [own for _, own in shown_changes(found)]
     tested = "coefficients and sizes of effects" if found.sizes else "coefficients"
     chance = f"chance if nothing has changed {probability(found.p_value)}"
-    yield f"The {tested} {'agree' if found.agrees else 'DISAGREE'} ({chance})"
+    told = headline(f"The {tested}", found.verdict, found.hidden_by)
+    yield from wrapped(f"{told} ({chance})")
     chance = f" of coefficients, chance {probability(joint.p_value)}" if found.sizes else ""
     yield (
         f"joint test: chi^2 {significant(joint.chi2, 3)} of {joint.coefficients} differences"
         f"{chance}"
     )
     yield (
-        f"|E_n| > 1: {sum(not own.agrees for own in changes)} of {len(changes)} {tested};"
+        f"|E_n| > 1 (*): {sum(not own.agrees for own in changes)} of {len(changes)} {tested};"
         f" {(1.0 - LEVEL) * len(changes):.1g} if nothing has changed"
     )
 
 
-def _coefficients(found: CalibrationComparison) -> Iterator[str]:
-    yield from aligned([HEADINGS, *change_rows(found)], right={2, 3, 4, 5, 7}, indent="  ")
+def _changes(changes: list[tuple[str, CoefficientChange]]) -> Iterator[str]:
+    if changes:
+        yield from aligned([HEADINGS, *rows_of(changes)], right={2, 3, 4, 5, 7}, indent="  ")
 
 
-def change_rows(found: CalibrationComparison) -> list[tuple[str, ...]]:
-    """Tell the changes that a report shows: a row each."""
-    return [_row(name, own) for name, own in shown_changes(found)]
+def rows_of(changes: list[tuple[str, CoefficientChange]]) -> list[tuple[str, ...]]:
+    """Tell changes by their names: a row each."""
+    return [_row(name, own) for name, own in changes]
 
 
 def shown_changes(found: CalibrationComparison) -> list[tuple[str, CoefficientChange]]:
@@ -98,8 +106,8 @@ def _row(name: str, own: CoefficientChange) -> tuple[str, ...]:
         _number(own.new, factor)[0],
         *_number(own.difference, factor),
         unit,
-        "" if score is None else f"{round(score, 2) + 0.0:.2f}",  # + 0.0 turns -0.0 into 0.0
-        "" if own.agrees else "DISAGREES",
+        # + 0.0 turns -0.0 into 0.0
+        ("" if score is None else f"{round(score, 2) + 0.0:.2f}") + (" " if own.agrees else "*"),
     )
 
 
@@ -110,14 +118,10 @@ def _number(own: Quantity, factor: float) -> tuple[str, str]:
 def _in_use(found: CalibrationComparison) -> Iterator[str]:
     ends = (found.indicated[0].a_i, found.indicated[-1].a_i)
     limit, _ = matching_digits(found.at_most, found.largest.band, MICRO)
-    clearest = max(found.indicated, key=lambda own: abs(own.difference.value or 0.0) / own.band)
-    apart = "" if clearest.agrees else "; DISAGREES"
-    if apart and found.largest.agrees:
-        apart += f", clearest {_at(clearest)}"
     yield from wrapped(
         f"Change of the indicated acceleration, {ends[0]:.3g} to {ends[1]:.3g} g:"
         f" largest {_at(found.largest)}; nowhere beyond {limit} ug (95 %, for the whole range at"
-        f" once){apart}"
+        " once)"
     )
 
 

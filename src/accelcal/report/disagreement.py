@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from accelcal.report.agreement import headline
 from accelcal.report.findings import chance, noise_line, where_lines
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
 from accelcal.report.numbers import in_millionths, significant
-from accelcal.results.disagreement import ALPHA, Disagreement, is_hiding
+from accelcal.results.disagreement import Disagreement
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
@@ -29,12 +30,8 @@ def _head(found: Disagreement) -> Iterator[str]:
 
 
 def _verdict(found: Disagreement) -> Iterator[str]:
-    verdict = "Simulation and measurement agree"
-    if found.p_value < ALPHA:
-        verdict = "Simulation and measurement DISAGREE"
-    elif any(map(is_hiding, found.noise)):
-        verdict = "No verdict: errors of this size hide disagreements"
-    yield f"{verdict} ({chance(found.p_value)})"
+    told = headline("Simulation and measurement", found.verdict, found.hidden_by)
+    yield from wrapped(f"{told} ({chance(found.p_value)})")
     yield (
         f"gap {significant(found.rms * MICRO, 3)} ug rms; chi^2 per reading"
         f" {significant(found.reduced_chi2, 3)}"
@@ -42,7 +39,7 @@ def _verdict(found: Disagreement) -> Iterator[str]:
 
 
 def _where(found: Disagreement) -> Iterator[str]:
-    if found.p_value < ALPHA:
+    if found.verdict == "disagree":
         yield from where_lines(found.where, found.structure)
 
 

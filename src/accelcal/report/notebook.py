@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from accelcal.plural import counted
 from accelcal.report.calibration import fixture_angle_rows, reversed_mountings
 from accelcal.report.calibration_comparison import HEADINGS as COMPARISON_HEADINGS
-from accelcal.report.calibration_comparison import change_rows
+from accelcal.report.calibration_comparison import rows_of, shown_changes
 from accelcal.report.calibration_rows import (
     HEADINGS,
     LAW_HEADINGS,
@@ -34,7 +34,7 @@ from accelcal.report.stand_discovery import head_rows, title
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
 from accelcal.results.calibration_comparison import CalibrationComparison
-from accelcal.results.disagreement import ALPHA, Disagreement
+from accelcal.results.disagreement import Disagreement
 from accelcal.results.discovery import Discovery
 from accelcal.results.error_budget import ErrorBudget
 from accelcal.results.quantity import Gate, Quantity
@@ -123,8 +123,8 @@ def disagreement_html(found: Disagreement) -> str:
     rms, chi2 = f"rms {gap} µg", f"reduced χ² {found.reduced_chi2:.3g}"
     return result(
         f"Comparison of {found.serial or found.source}",
-        [rms, chi2, p_value(found.p_value)],
-        "" if found.p_value >= ALPHA else _where(found.where),
+        [found.verdict, p_value(found.p_value), rms, chi2],
+        _where(found.where) if found.verdict == "disagree" else "",
         long_table("changes since the calibration (95 %)", *_headed(run_rows(found))),
         notes=[found.structure, *found.notes],
     )
@@ -133,11 +133,10 @@ def disagreement_html(found: Disagreement) -> str:
 @in_notebook.register
 def comparison_html(found: CalibrationComparison) -> str:
     """Write two calibrations coefficient by coefficient."""
-    verdict = "agree" if found.agrees else "disagree"
     return result(
         f"Two calibrations of {found.serial or found.new.source}",
-        [f"coefficients {verdict}", p_value(found.joint.p_value)],
-        long_table("new less old (95 %)", COMPARISON_HEADINGS, change_rows(found)),
+        [found.verdict, p_value(found.p_value)],
+        long_table("new less old (95 %)", COMPARISON_HEADINGS, rows_of(shown_changes(found))),
         notes=found.notes,
     )
 

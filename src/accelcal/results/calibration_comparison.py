@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.numerics.probability import student_survival
-from accelcal.results.disagreement import ALPHA
+from accelcal.plural import listed
+from accelcal.results.agreement import hidden_by_errors, verdict_of
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
-from accelcal.results.quantity import Quantity
+from accelcal.results.quantity import ErrorSource, Quantity
 from accelcal.results.result import StoredResult, TabularResult
 
 if TYPE_CHECKING:
@@ -41,11 +42,14 @@ class ComparedCalibration(StoredPart):
         Date of its test.
     effects : tuple of str
         Ids of the effects that it has.
+    error_sources : tuple of ErrorSource
+        What it took as uncertain; the noise of a reading is over K1 [g].
     """
 
     source: str
     date: str | None
     effects: tuple[str, ...]
+    error_sources: tuple[ErrorSource, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,8 +179,8 @@ class CalibrationComparison(StoredResult, TabularResult):
     >>> import accelcal
     >>> old, new = (accelcal.fit(accelcal.simulate(seed=seed)) for seed in (1, 2))
     >>> found = accelcal.compare_calibrations(old, new, same_head=False)
-    >>> found.agrees, found["k0"].agrees
-    (True, True)
+    >>> found.verdict, found["k0"].agrees
+    ('agree', True)
     """
 
     SCHEMA: ClassVar[str] = SCHEMA
@@ -200,9 +204,8 @@ class CalibrationComparison(StoredResult, TabularResult):
         return comparison_text(self)
 
     def __repr__(self) -> str:
-        verdict = "agree" if self.agrees else "disagree"
         name = self.serial or self.new.source
-        return visible(f"<CalibrationComparison {name}: {verdict}, p = {self.p_value:.2g}>")
+        return visible(f"<CalibrationComparison {name}: {self.verdict}, p = {self.p_value:.2g}>")
 
     def __getitem__(self, coefficient: str) -> CoefficientChange:
         """Change of a coefficient or parameter, of the first cross axis or effect that has it.
@@ -232,9 +235,32 @@ class CalibrationComparison(StoredResult, TabularResult):
         return min(len(each) * min(each), 1.0)
 
     @property
+    def verdict(self) -> str:
+        """What it comes to: ``"agree"``, ``"disagree"`` or ``"no verdict"``."""
+        return verdict_of(self.p_value, self.hidden_by)
+
+    @property
+    def hidden_by(self) -> str:
+        """Why differences may be there unseen; empty where they would be seen."""
+        return (
+            hidden_by_errors((*self.old.error_sources, *self.new.error_sources))
+            or self._effects_of_one
+        )
+
+    @property
+    def _effects_of_one(self) -> str:
+        """Say which effects only one calibration has: the size of none is compared."""
+        told = [
+            f"the {name} calibration alone has {listed(alone)}"
+            for name, own, other in (("old", self.old, self.new), ("new", self.new, self.old))
+            if (alone := [effect for effect in own.effects if effect not in other.effects])
+        ]
+        return ", ".join(told)
+
+    @property
     def agrees(self) -> bool:
-        """Whether coefficients and sizes of effects agree, at a false-alarm rate of 1 %."""
-        return self.p_value >= ALPHA
+        """Whether the verdict is ``"agree"``."""
+        return self.verdict == "agree"
 
     @property
     def largest(self) -> IndicatedChange:
@@ -257,7 +283,9 @@ class CalibrationComparison(StoredResult, TabularResult):
         """Return the comparison as the JSON document of schema `SCHEMA`."""
         return {
             "schema": SCHEMA,
-            **members(self, "software serial old new temperature_degC same_head agrees p_value"),
+            **members(
+                self, "software serial old new temperature_degC same_head verdict agrees p_value"
+            ),
             **members(self, "joint coefficients largest at_most indicated notes"),
         }
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
+from accelcal.results.agreement import hidden_by_errors, verdict_of
 from accelcal.results.checked import Kind, checked, member, number
 from accelcal.results.fields import StoredPart
 from accelcal.results.findings import Share
@@ -20,18 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["SCHEMA", "Disagreement", "RunChange"]
 
 SCHEMA = "accelcal/comparison/1"
-
-ALPHA = 0.01
-"""Chance of noise below which calibration and record disagree."""
-
-_HIDING = 5e-3
-"""Noise of a reading [g], or error of a head position [rad], beside which nothing agrees."""
-
-
-def is_hiding(source: ErrorSource) -> bool:
-    """Whether readings seem so noisy, or a head so wrong, that faults of the readings made it."""
-    seen = source.name in ("reading", "head") and source.source != "declared"
-    return seen and (source.value or 0.0) > _HIDING
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +91,8 @@ class Disagreement(StoredResult, TabularResult):
     >>> calibration = accelcal.fit(accelcal.simulate(seed=1))
     >>> moved = [accelcal.effect("fixture-offset").of(1e-4)]
     >>> found = accelcal.compare(calibration, accelcal.simulate(effects=moved, seed=2))
-    >>> found.p_value < 0.01
-    True
+    >>> found.verdict
+    'disagree'
     """
 
     SCHEMA: ClassVar[str] = SCHEMA
@@ -134,9 +123,20 @@ class Disagreement(StoredResult, TabularResult):
 
     def __repr__(self) -> str:
         worst = max(self.where, key=lambda share: share.share, default=None)
-        told = "" if worst is None or self.p_value >= ALPHA else f", mostly by {worst.factor}"
+        apart = worst is not None and self.verdict == "disagree"
+        told = f", mostly by {worst.factor}" if worst and apart else ""
         name = self.serial or self.source
-        return visible(f"<Disagreement {name}: p = {self.p_value:.2g}{told}>")
+        return visible(f"<Disagreement {name}: {self.verdict}, p = {self.p_value:.2g}{told}>")
+
+    @property
+    def verdict(self) -> str:
+        """What it comes to: ``"agree"``, ``"disagree"`` or ``"no verdict"``."""
+        return verdict_of(self.p_value, self.hidden_by)
+
+    @property
+    def hidden_by(self) -> str:
+        """Which errors are so large that they hide disagreements; empty where none is."""
+        return hidden_by_errors(self.noise)
 
     @property
     def run_names(self) -> list[str]:
@@ -159,7 +159,7 @@ class Disagreement(StoredResult, TabularResult):
             "noise": {source.name: source.to_document() for source in self.noise},
             "same_head": self.same_head,
             "gap": members(self, "rms reduced_chi2"),
-            **members(self, "p_value where structure runs effects notes"),
+            **members(self, "verdict p_value where structure runs effects notes"),
         }
 
     @classmethod

@@ -59,9 +59,10 @@ from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord, naming
+from accelcal.results.agreement import ALPHA
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import BY_OTHERS
-from accelcal.results.disagreement import ALPHA, Disagreement, RunChange
+from accelcal.results.disagreement import Disagreement, RunChange
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
 from accelcal.version import SOFTWARE

@@ -12,9 +12,8 @@ from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.estimate.pure_error import FEW
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.probability import f_survival
-from accelcal.plural import listed
+from accelcal.results.agreement import hidden_by_errors
 from accelcal.results.calibration import Calibration
-from accelcal.results.disagreement import is_hiding
 from accelcal.results.quantity import ErrorSource
 from accelcal.results.table import TableCalibration
 
@@ -117,15 +116,11 @@ def worse_than_known(noise: ReadingNoise, known: KnownNoise | None) -> str:
 
 
 def hiding(sources: Iterable[ErrorSource]) -> str:
-    """Say which errors are so large that faults of the readings made them; empty where none is."""
-    found = [
-        f"{own.name} {1e3 * (own.value or 0.0):.3g} m{own.unit}"
-        for own in sources
-        if is_hiding(own)
-    ]
+    """Say what to do about errors that hide disagreements; empty where none does."""
+    found = hidden_by_errors(sources)
     if not found:
         return ""
     return (
-        f"errors of this size hide disagreements: {listed(found)}; look for exchanged readings and"
-        " outliers by accelcal discover, in those of the calibration as well, and mend them"
+        f"{found}; look for exchanged readings and outliers by accelcal discover, in those of the"
+        " calibration as well, and mend them"
     )

@@ -179,7 +179,9 @@ def compare_calibrations(
 
 
 def _told(own: Side) -> ComparedCalibration:
-    return ComparedCalibration(own.calibration.source, own.calibration.date, own.effects)
+    return ComparedCalibration(
+        own.calibration.source, own.calibration.date, own.effects, own.error_sources
+    )
 
 
 def _with_outputs(pair: _Pair) -> _Pair:

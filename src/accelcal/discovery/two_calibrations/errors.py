@@ -20,6 +20,7 @@ axis that was measured on one side only, with the sign of that side.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +39,7 @@ from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import BY_OTHERS
 from accelcal.results.findings import FoundEffect
+from accelcal.results.quantity import ErrorSource
 
 _SIZE = len(ERRORS)
 _PLACES = slice(0, _SIZE), slice(_SIZE, 2 * _SIZE)
@@ -75,6 +77,17 @@ class Side(NamedTuple):
     def effects(self) -> tuple[str, ...]:
         """Ids of the effects that the calibration has."""
         return tuple(effect.id for effect in self.calibration.effects)
+
+    @property
+    def error_sources(self) -> tuple[ErrorSource, ...]:
+        """What the calibration took as uncertain, the noise of a reading over K1 [g]."""
+        scale = abs(self.found.K1.at_T0)
+        return tuple(
+            replace(own, value=(own.value or 0.0) / scale, unit="g")
+            if own.name == "reading"
+            else own
+            for own in self.calibration.error_sources
+        )
 
     @property
     def measured_effects(self) -> tuple[FoundEffect, ...]:

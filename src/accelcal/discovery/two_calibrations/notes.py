@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import replace
 
 from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.of_table import cross_name
@@ -16,8 +15,8 @@ from accelcal.effects.left_in_use import of_the_test
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.same_head import is_same_head
 from accelcal.model import COEFFICIENT_OF, SLOPES
-from accelcal.plural import listed
-from accelcal.results.table import nearest_table
+from accelcal.plural import are, listed
+from accelcal.results.tables_in_use import tables_in_use
 
 _ALIKE = 0.05  # degC; smaller differences of temperature change nothing that matters
 
@@ -76,7 +75,7 @@ def left_out(
                 "of the other side of the mounting, or free of the fixture angle in one only: the"
                 " fixture angle is in the difference"
             )
-        elif (meanings := [_meaning(own, symbol) for own in (old, new)])[0] != meanings[1]:
+        elif (meanings := [_meaning(own, *name) for own in (old, new)])[0] != meanings[1]:
             found[name] = f"it is {meanings[0]} in the old calibration, {meanings[1]} in the new"
     return found
 
@@ -96,10 +95,11 @@ def _angles_differ(old: Side, new: Side, axis: str) -> bool:
     return not {m for m in one & other if cross_name(m) == axis}
 
 
-def _meaning(own: Side, symbol: str) -> str:
+def _meaning(own: Side, symbol: str, axis: str | None) -> str:
     """What a coefficient really is at the angles of a calibration."""
     name = parameter_of(symbol)
-    table = nearest_table(own.calibration.tables, own.found.T0_degC)
+    used = tables_in_use(own.calibration, own.found.T0_degC)
+    table = used.nearest[axis not in (None, own.found.cross.name)]
     return table.meaning(name) if name in COEFFICIENT_OF else name
 
 
@@ -123,14 +123,7 @@ def notes(
 
 def _of_large_errors(old: Side, new: Side) -> Iterator[str]:
     for own in (old, new):
-        scale = abs(own.found.K1.at_T0)
-        sources = (
-            replace(each, value=(each.value or 0.0) / scale, unit="g")
-            if each.name == "reading"
-            else each
-            for each in own.calibration.error_sources
-        )
-        if told := hiding(sources):
+        if told := hiding(own.error_sources):
             yield f"{own.name} calibration: {told}"
 
 
@@ -151,8 +144,8 @@ def _of_head(old: Side, new: Side, same: bool | None) -> Iterator[str]:
     untold = [own.name for own in (old, new) if not tells_its_head(own)]
     if corrected:
         yield (
-            f"{_the(corrected)} corrected by the known errors of a head: what is left of them"
-            " counts as that of two heads"
+            f"{_whose(corrected)} {are(corrected)} corrected by the known errors of a head: what is"
+            " left of them counts as that of two heads"
         )
     elif same is not False and untold:
         yield (
@@ -167,8 +160,8 @@ def _of_head(old: Side, new: Side, same: bool | None) -> Iterator[str]:
         )
 
 
-def _the(names: Collection[str]) -> str:
-    return "both calibrations are" if len(names) == 2 else f"the {listed(names)} calibration is"
+def _whose(names: Collection[str]) -> str:
+    return "both calibrations" if len(names) == 2 else f"the {listed(names)} calibration"
 
 
 def _of_fixture(old: Side, new: Side, same: bool | None, lost: Mapping[Name, str]) -> Iterator[str]:
@@ -245,7 +238,7 @@ def _of_effects(old: Side, new: Side, same: bool | None) -> Iterator[str]:
         told = [f"the {own.name} one has {listed(own.effects) or 'none'}" for own in (old, new)]
         yield (
             f"effects of the calibrations differ: {', '.join(told)}; coefficients that an effect"
-            " looks like mean something else without it"
+            " looks like mean something else without it; give both one model by fit --model"
         )
     elif old.by_others.any() or new.by_others.any():
         yield "the effects count as they are named, in both calibrations alike"
@@ -268,10 +261,10 @@ def _of_effects(old: Side, new: Side, same: bool | None) -> Iterator[str]:
 
 
 def _of_launches(old: Side, new: Side) -> Iterator[str]:
-    for own in (old, new):
-        untold = unknown_shifts(own.calibration)
-        if untold:
-            yield (
-                f"the {own.name} calibration knows no shifts of {listed(untold)} from launch to"
-                " launch, which count as a difference"
-            )
+    untold = {own.name: unknown_shifts(own.calibration) for own in (old, new)}
+    for shifts in dict.fromkeys(listed(found) for found in untold.values() if found):
+        names = [name for name, found in untold.items() if listed(found) == shifts]
+        yield (
+            f"shifts of {shifts} from launch to launch are not known of {_whose(names)}: they count"
+            " as a difference"
+        )

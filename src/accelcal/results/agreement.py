@@ -1,0 +1,59 @@
+"""What a comparison says as a whole: agree, disagree, or no verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from accelcal.plural import listed
+from accelcal.results.quantity import ErrorSource
+
+__all__ = ["ALPHA"]
+
+ALPHA = 0.01
+"""Chance of noise below which what is compared disagrees."""
+
+_HIDING = 5e-3
+"""Noise of a reading [g], or error of a head position [rad], beside which nothing agrees."""
+
+
+def verdict_of(p_value: float, hidden_by: str) -> str:
+    """Say what a comparison comes to.
+
+    Parameters
+    ----------
+    p_value : float
+        Chance of such differences where nothing has changed.
+    hidden_by : str
+        Why differences may be there unseen; empty where they would be seen.
+
+    Returns
+    -------
+    str
+        ``"agree"``, ``"disagree"`` or ``"no verdict"``.
+
+    Examples
+    --------
+    >>> verdict_of(1e-5, ""), verdict_of(0.4, ""), verdict_of(0.4, "reading 31 mg")
+    ('disagree', 'agree', 'no verdict')
+    """
+    if p_value < ALPHA:
+        return "disagree"
+    return "no verdict" if hidden_by else "agree"
+
+
+def hidden_by_errors(sources: Iterable[ErrorSource]) -> str:
+    """Say which errors are so large that faults of the readings made them; empty where none is.
+
+    Examples
+    --------
+    >>> hidden_by_errors([ErrorSource("reading", 3.1e-2, "g", 45.0, "replicates")])
+    'errors of this size hide disagreements: reading 31 mg'
+    """
+    found = [
+        f"{own.name} {1e3 * (own.value or 0.0):.3g} m{own.unit}"
+        for own in sources
+        if own.name in ("reading", "head")
+        and own.source != "declared"
+        and (own.value or 0.0) > _HIDING
+    ]
+    return f"errors of this size hide disagreements: {listed(found)}" if found else ""
