@@ -55,7 +55,7 @@ def test_readings_in_another_unit_are_the_same_readings(calibration):
     told = [line for line in str(again).splitlines() if "uA are converted" not in line]
     assert told == str(found).splitlines()
     coarse = accelcal.compare(calibration, own.with_apparatus(resolution=2e-3))
-    assert coarse.p_value != pytest.approx(found.p_value, rel=1e-3)  # so the step counts
+    assert coarse.reduced_chi2 < 0.9 * found.reduced_chi2  # so the step counts
 
 
 @pytest.mark.filterwarnings("ignore:.*such noise hides:accelcal.AccelcalWarning")
@@ -268,3 +268,46 @@ def test_two_calibrations_of_exchanged_readings_are_compared_and_used():
     with pytest.warns(accelcal.AccelcalWarning, match="checks of the calibration warn"):
         applied = accelcal.apply(old, np.linspace(-1.35, 1.35, 401))
     assert np.isfinite(applied.expanded_uncertainty).all()
+
+
+@pytest.mark.parametrize("seed", [10024, 10122])
+def test_readings_rounded_by_more_than_they_scatter_disagree_by_no_pattern_of_their_steps(seed):
+    """Replicates a step apart at one position were 4 standard deviations of all: p = 1e-4."""
+    coarse = replace(ONE_LEVEL, resolution=1e-4)
+    old, new = (simulate(plan=coarse, seed=own) for own in (seed, seed + 1))
+    calibration = accelcal.fit(old)
+    found = accelcal.compare(calibration, new, same_head=False)
+    assert found.verdict == "agree"
+    assert "(rounding)" in str(found)
+    assert any("rounded to 74.1 ug" in note for note in found.notes)
+    moved = replace(new, output=new.output + 2e-4)  # by 148 ug
+    assert accelcal.compare(calibration, moved, same_head=False).verdict == "disagree"
+
+
+def test_several_runs_at_one_level_count_by_their_mean():
+    """They were refused, while two calibrations were compared."""
+    thrice = simulate(plan=TumblePlan(temperatures=(20.0,) * 3), seed=1)
+    calibration, new = accelcal.fit(thrice), simulate(plan=ONE_LEVEL, seed=2)
+    found = accelcal.compare(calibration, new, same_head=False)
+    assert found.verdict == "agree"
+    assert any("by the mean of its runs 1, 2 and 3" in note for note in found.notes)
+    (run,) = found.runs
+    mean = np.mean([table.error_model["k0"].value for table in calibration.tables])
+    alone = accelcal.fit(new).tables[0].error_model["k0"].value
+    assert run.bias.value == pytest.approx(alone - mean, abs=6e-6)
+
+
+def test_a_change_far_outside_its_interval_is_no_agreement():
+    """Launches told by few degrees of freedom hid a bias of 10 U among all of a factor."""
+    plan = TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0))
+    calibration = accelcal.fit(simulate(plan=plan, seed=0, declare=False))
+    new = simulate(plan=ONE_LEVEL, seed=1, declare=False)
+    assert accelcal.compare(calibration, new, same_head=False).verdict == "agree"
+    moved = replace(new, output=new.output + 1.35e-4 * 2)
+    found = accelcal.compare(calibration, moved, same_head=False)
+    assert found.runs[0].bias.value > 5.0 * found.runs[0].bias.expanded_uncertainty
+    assert all(share.p_value > 0.005 for share in found.where)
+    assert found.verdict == "disagree"
+    assert found.structure == ""
+    assert "DISAGREE" in str(found)
+    assert "Where they disagree" not in str(found)

@@ -11,6 +11,7 @@ from accelcal.compensate.by_levels import level_run, mean_run
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, Law
 from accelcal.compensate.of_table import by_table
 from accelcal.estimate.launch import same_levels
+from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
 from accelcal.results.table import TableCalibration, nearest_table
@@ -27,6 +28,15 @@ def are_alike(tables: Sequence[TableCalibration]) -> bool:
     one_level = not known or (len(known) == len(levels) and len(same_levels(np.array(known))) == 1)
     one_mounting = len({table.mounting for table in tables}) == 1
     return one_mounting and one_level and all(own == told[0] for own in told)
+
+
+def said_of_runs(calibration: Calibration) -> str:
+    """Say that several runs count by their mean; empty where they do not."""
+    mounting = calibration.main_mounting
+    runs = [table.run for table in calibration.tables if table.mounting == mounting]
+    if calibration.temperature_model is not None or len(runs) < 2:
+        return ""
+    return f"calibration counts by the mean of its runs {listed(runs)}, which are at one level"
 
 
 def by_runs(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:

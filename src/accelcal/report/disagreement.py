@@ -39,7 +39,7 @@ def _verdict(found: Disagreement) -> Iterator[str]:
 
 
 def _where(found: Disagreement) -> Iterator[str]:
-    if found.verdict == "disagree":
+    if found.structure:
         yield from where_lines(found.where, found.structure)
 
 

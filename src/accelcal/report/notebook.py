@@ -124,7 +124,7 @@ def disagreement_html(found: Disagreement) -> str:
     return result(
         f"Comparison of {found.serial or found.source}",
         [found.verdict, p_value(found.p_value), rms, chi2],
-        _where(found.where) if found.verdict == "disagree" else "",
+        _where(found.where) if found.structure else "",
         long_table("changes since the calibration (95 %)", *_headed(run_rows(found))),
         notes=[found.structure, *found.notes],
     )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 
+from accelcal.numerics.probability import student_survival
 from accelcal.plural import listed
-from accelcal.results.quantity import ErrorSource
+from accelcal.results.quantity import ErrorSource, Quantity
 
 __all__ = ["ALPHA"]
 
@@ -39,6 +41,33 @@ def verdict_of(p_value: float, hidden_by: str) -> str:
     if p_value < ALPHA:
         return "disagree"
     return "no verdict" if hidden_by else "agree"
+
+
+def chance_of(change: Quantity) -> float:
+    """Chance of a change as large where there is none, by Student's distribution.
+
+    It is 1 where the change has no value or no uncertainty.
+
+    Examples
+    --------
+    >>> round(chance_of(Quantity(1.96e-5, 1e-5, "g")), 3)
+    0.05
+    """
+    if change.value is None or not change.standard_uncertainty:
+        return 1.0
+    score = abs(change.value) / change.standard_uncertainty
+    return 2.0 * student_survival(score, change.dof or math.inf)
+
+
+def least_of(chances: Sequence[float]) -> float:
+    """Least of several chances, honest for their number (Bonferroni).
+
+    Examples
+    --------
+    >>> least_of([0.01, 0.8])
+    0.02
+    """
+    return min(len(chances) * min(chances), 1.0)
 
 
 def hidden_by_errors(sources: Iterable[ErrorSource]) -> str:

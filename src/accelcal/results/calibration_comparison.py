@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.numerics.probability import student_survival
 from accelcal.plural import listed
-from accelcal.results.agreement import hidden_by_errors, verdict_of
+from accelcal.results.agreement import chance_of, hidden_by_errors, least_of, verdict_of
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
 from accelcal.results.quantity import ErrorSource, Quantity
@@ -92,8 +90,7 @@ class CoefficientChange(StoredPart):
     @property
     def p_value(self) -> float:
         """Chance of such a difference where nothing has changed, by itself."""
-        value, u = abs(self.difference.value or 0.0), self.difference.standard_uncertainty
-        return 2.0 * student_survival(value / u, self.difference.dof or math.inf) if u else 1.0
+        return chance_of(self.difference)
 
     def to_document(self) -> dict[str, Any]:
         """Return the coefficient as it stands in the JSON document."""
@@ -231,8 +228,7 @@ class CalibrationComparison(StoredResult, TabularResult):
 
         The least of the joint test and of each size of an effect, times their number (Bonferroni).
         """
-        each = [self.joint.p_value, *(own.p_value for own in self.sizes)]
-        return min(len(each) * min(each), 1.0)
+        return least_of([self.joint.p_value, *(own.p_value for own in self.sizes)])
 
     @property
     def verdict(self) -> str:

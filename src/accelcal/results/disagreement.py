@@ -50,6 +50,11 @@ class RunChange(StoredPart):
     misalignment: Quantity
     mounting: str = "o+"
 
+    @property
+    def changes(self) -> tuple[Quantity, Quantity, Quantity]:
+        """Change of k0, of K1 and of delta."""
+        return self.bias, self.scale_factor, self.misalignment
+
 
 @dataclass(frozen=True, slots=True)
 class Disagreement(StoredResult, TabularResult):
@@ -62,7 +67,8 @@ class Disagreement(StoredResult, TabularResult):
     reduced_chi2 : float
         Sum of squares in the measure of all that is uncertain, over the number of readings.
     p_value : float
-        Chance that what is known to be uncertain makes any factor disagree as much.
+        Chance that what is known to be uncertain makes any factor disagree, or anything in a run
+        change, as much.
     where : tuple of Share
         Factors of the disagreement.
     structure : str
@@ -123,8 +129,7 @@ class Disagreement(StoredResult, TabularResult):
 
     def __repr__(self) -> str:
         worst = max(self.where, key=lambda share: share.share, default=None)
-        apart = worst is not None and self.verdict == "disagree"
-        told = f", mostly by {worst.factor}" if worst and apart else ""
+        told = f", mostly by {worst.factor}" if worst and self.structure else ""
         name = self.serial or self.source
         return visible(f"<Disagreement {name}: {self.verdict}, p = {self.p_value:.2g}{told}>")
 

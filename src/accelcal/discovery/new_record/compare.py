@@ -33,6 +33,7 @@ from accelcal.discovery.new_record.repeatability import (
     KnownNoise,
     hiding,
     known_noise,
+    rounded,
     taken_from_calibration,
     worse_than_known,
 )
@@ -59,7 +60,7 @@ from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord, naming
-from accelcal.results.agreement import ALPHA
+from accelcal.results.agreement import ALPHA, chance_of, least_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import BY_OTHERS
 from accelcal.results.disagreement import Disagreement, RunChange
@@ -68,6 +69,12 @@ from accelcal.results.quantity import ErrorSource
 from accelcal.version import SOFTWARE
 
 __all__ = ["compare", "residuals_of"]
+
+_LEVEL = 0.5 * ALPHA
+"""Chance below which a factor disagrees: it is one of two tests, see `_Judged.p_value`."""
+
+_COARSE = 2.5
+"""Step of the readings over their noise above which their replicates do not tell it."""
 
 
 class _Seen(NamedTuple):
@@ -94,7 +101,13 @@ class _Judged(NamedTuple):
 
     @property
     def p_value(self) -> float:
-        return min(share.p_value for share in self.where)
+        """Chance of any factor, or of any change in a run.
+
+        A factor has many directions. Where few degrees of freedom tell the errors, a change in one
+        of them is seen by its own interval only.
+        """
+        changes = [chance_of(own) for run in self.runs for own in run.changes]
+        return least_of([min(share.p_value for share in self.where), least_of(changes)])
 
 
 def compare(
@@ -149,21 +162,20 @@ def compare(
     True
     """
     expect(calibration, Calibration)
-    found = compensation(without_sources(calibration, BY_OTHERS), effects=False)
+    found = _found(without_sources(calibration, BY_OTHERS))
     converted = suited(found, record)
     with naming(record):
         refuse_too_many(record)
     simulated = simulated_readings(calibration, found, converted)
     known = known_noise(calibration, found.K1.at_T0)
-    noise = _noise(known, found, converted, simulated)
-    dof = float(noise.dof) or (known.dof if known else np.inf)
+    step = _step(found, converted)
+    noise, dof, source, said_of_noise = _noise(calibration, known, converted, simulated, step)
     own = from_calibration(calibration, record)
     declared, errors = counted(record, own), calibration_errors(calibration, found)
-    counting = sources(noise, declared, record)
+    counting = sources(noise, declared, record, unrepeated=source)
     worse = worse_than_known(noise, known) or hiding(counting)
     if worse:
         warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
-    step = _step(found, converted)
     paused, said = simulated_in_pauses(converted, simulated.conditions, calibration.effects)
     seen = _Seen(converted, simulated, noise, dof, declared, own, errors, step, paused)
     same = is_one_head(calibration, record, errors, same_head)
@@ -176,7 +188,7 @@ def compare(
         same_head=same,
         effects=tuple(effect.id for effect in calibration.effects),
         notes=(
-            *filter(None, [worse, taken_from_calibration(calibration, noise)]),
+            *filter(None, [worse, said_of_noise]),
             *coefficient_notes(found, simulated, errors.unbounded),
             *notes(calibration, record, declared, own),
             *(*said, *said_of_positions(converted)),
@@ -210,23 +222,49 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
     InputError
         If the record does not suit the calibration, see `compare`.
     """
-    found = compensation(calibration, effects=False)
+    found = _found(calibration)
     return simulated_readings(calibration, found, suited(found, record)).residual
 
 
+def _found(calibration: Calibration) -> Compensation:
+    return compensation(calibration, effects=False, mean_of_runs=True)
+
+
+class _Noise(NamedTuple):
+    """Noise of the readings, its degrees of freedom, and what it is from if not from replicates."""
+
+    reading: ReadingNoise
+    dof: float
+    source: str = "calibration"
+    said: str = ""
+
+
 def _noise(
-    known: KnownNoise | None, found: Compensation, record: TumbleRecord, simulated: Simulated
-) -> ReadingNoise:
-    """Noise of the readings from replicates, else as the calibration had it."""
+    calibration: Calibration,
+    known: KnownNoise | None,
+    record: TumbleRecord,
+    simulated: Simulated,
+    step: float,
+) -> _Noise:
+    """Noise of the readings from replicates, else as the calibration had it.
+
+    Of readings that are rounded by far more, replicates are alike at most positions and a step
+    apart at some. Their scatter tells of none of these, and the error of rounding is known.
+    """
     c = simulated.conditions
     try:
         within = saturated(c, record.mounting)
-        step, relative = _step(found, record), relative_noise(record)
-        return reading_noise(c, simulated.residual, within, step, relative)
+        noise = reading_noise(c, simulated.residual, within, step, relative_noise(record))
+        found = _Noise(noise, float(noise.dof))
     except InputError:
         if known is None:
             raise
-        return ReadingNoise(known.sigma, 0.0, 0, np.inf)
+        noise = ReadingNoise(known.sigma, 0.0, 0, np.inf)
+        found = _Noise(noise, known.dof, said=taken_from_calibration(calibration, noise))
+    if step <= _COARSE * noise.sigma:
+        return found
+    whole = float(np.hypot(noise.sigma, step / np.sqrt(12.0)))
+    return _Noise(ReadingNoise(whole, 0.0, 0, np.inf), np.inf, "rounding", rounded(step))
 
 
 def _step(found: Compensation, record: TumbleRecord) -> float:
@@ -261,9 +299,9 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
     factors = blocks(space, c, first="run")
     single = chances(space, coordinates, factors, seen.dof, _estimated(seen, same, larger))
     where = shares(coordinates, factors, single)
-    worst = max(range(len(where)), key=lambda i: (where[i].p_value < ALPHA, where[i].share))
+    worst = max(range(len(where)), key=lambda i: (where[i].p_value < _LEVEL, where[i].share))
     told, block = "", factors[worst]
-    if where[worst].p_value < ALPHA:
+    if where[worst].p_value < _LEVEL:
         shape = pattern(space, coordinates, block)
         told = structure(c, seen.record.run_labels, block.factor, shape)
     factor, dof = _head_as_counted(seen)

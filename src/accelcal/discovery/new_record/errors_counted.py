@@ -10,6 +10,7 @@ import numpy as np
 
 from accelcal.apparatus import SOURCE_UNITS, Apparatus
 from accelcal.arrays import Mask
+from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.one_head import is_same_file
@@ -111,6 +112,8 @@ def notes(
     yield from _units(calibration, record)
     if is_same_file(calibration, record):
         yield "the calibration was fitted to this very file: new readings would agree less well"
+    if told := said_of_runs(calibration):
+        yield f"the {told}"
     laws = calibration.temperature_model is not None
     asked = [f"{name}_uncertainty" for name in SOURCE_UNITS if name != "temperature" or laws]
     if missing := [name for name in asked if getattr(declared, name) is None]:

@@ -86,10 +86,16 @@ def _degrees(found: Sequence[ErrorSource]) -> float:
     return float(own + together)
 
 
+def rounded(step: float) -> str:
+    """Say that the step of the readings makes their noise [g]."""
+    return (
+        f"the readings are rounded to {acceleration(step)}, by more than they scatter: the error of"
+        " rounding counts as the noise of each"
+    )
+
+
 def taken_from_calibration(calibration: Calibration, noise: ReadingNoise) -> str:
-    """Say that the noise is not that of the record; empty where its replicates tell it."""
-    if noise.dof:
-        return ""
+    """Say that the noise is not that of the record."""
     all_of_it = (
         ", all of its residuals, as one stroke tells noise and head error together"
         if _is_told_with_the_head(calibration)

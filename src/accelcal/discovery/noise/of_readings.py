@@ -217,15 +217,21 @@ def _autocorrelation(
 
 
 def sources(
-    noise: ReadingNoise, counted: Apparatus, record: TumbleRecord, *, free: bool = False
+    noise: ReadingNoise,
+    counted: Apparatus,
+    record: TumbleRecord,
+    *,
+    free: bool = False,
+    unrepeated: str = "calibration",
 ) -> tuple[ErrorSource, ...]:
     """Tell the errors of the readings with where they come from.
 
     Of the errors that count, the record declares some and the calibration knew others. Launches
-    that do not count are `free` in each run where they are so, whatever is declared.
+    that do not count are `free` in each run where they are so, whatever is declared. The noise is
+    that of replicates, or of what is `unrepeated`.
     """
     repeated = noise.dof >= FEWEST_REPLICATES
-    dof, origin = (float(noise.dof), "replicates") if repeated else (None, "calibration")
+    dof, origin = (float(noise.dof), "replicates") if repeated else (None, unrepeated)
     found = [ErrorSource("reading", noise.sigma, "g", dof, origin)]
     for name, unit in SOURCE_UNITS.items():
         own, size = (getattr(of, f"{name}_uncertainty") for of in (record.apparatus, counted))

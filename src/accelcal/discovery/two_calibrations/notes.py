@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 from accelcal.compensate.assumptions import unknown_shifts
+from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.repeatability import hiding
@@ -223,14 +224,8 @@ def _of_temperature(old: Side, new: Side, temperature: float | None) -> Iterator
 
 def _of_runs(old: Side, new: Side) -> Iterator[str]:
     for own in (old, new):
-        told = own.calibration
-        mounting = told.main_mounting
-        runs = [table.run for table in told.tables if table.mounting == mounting]
-        if told.temperature_model is None and len(runs) > 1:
-            yield (
-                f"the {own.name} calibration counts by the mean of its runs {listed(runs)}, which"
-                " are at one level"
-            )
+        if told := said_of_runs(own.calibration):
+            yield f"the {own.name} {told}"
 
 
 def _of_effects(old: Side, new: Side, same: bool | None) -> Iterator[str]:
