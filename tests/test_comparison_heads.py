@@ -331,3 +331,36 @@ def test_errors_by_the_head_are_those_of_a_calibration_with_them(mountings, delt
         above, below = parameters(fitted(error)), parameters(fitted(-error))
         expected = [(above[n] - below[n]) / 2e-6 if n in above else 0.0 for n in ERRORS]
         np.testing.assert_allclose(by_head[:, place], expected, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("calibrated", "measured", "same", "share"),
+    [
+        (("o+",), "o+", False, 2.0),  # two clampings
+        (("o+",), "o+", True, 0.0),  # one, which cancels
+        (("o+",), "o-", False, 2.0),
+        (("o+",), "o-", True, 4.0),  # one, which has the other sign on the other side
+        (("o+", "o-"), "o-", True, 0.0),  # it is known apart
+        (("p+", "o+"), "o+", False, 2.0),
+    ],
+)
+def test_the_uncertainty_of_the_fixture_angle_counts_in_the_misalignment(
+    calibrated, measured, same, share
+):
+    """The option was refused beside readings."""
+    u = 5e-5
+    known, new = (
+        accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0,), mountings=own), seed=seed)
+        for own, seed in ((calibrated, 1), ((measured,), 2))
+    )
+    calibration = accelcal.fit(known)
+    less, more = (
+        accelcal.compare(calibration, new, same_head=same, fixture_uncertainty=size)
+        for size in (0.0, u)
+    )
+    changes = [found.runs[0].misalignment.standard_uncertainty ** 2 for found in (less, more)]
+    assert changes[1] - changes[0] == pytest.approx(share * u**2, rel=0.02, abs=1e-13)
+    assert less.runs[0].bias.standard_uncertainty == pytest.approx(
+        more.runs[0].bias.standard_uncertainty, rel=1e-3
+    )
+    assert any("counts with a standard uncertainty of 50 urad" in note for note in more.notes)

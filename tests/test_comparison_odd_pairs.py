@@ -298,12 +298,12 @@ def test_several_runs_at_one_level_count_by_their_mean():
 
 
 def test_a_change_far_outside_its_interval_is_no_agreement():
-    """Launches told by few degrees of freedom hid a bias of 10 U among all of a factor."""
+    """Launches told by few degrees of freedom hid a bias of 400 +- 24 ug among all of a factor."""
     plan = TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0))
     calibration = accelcal.fit(simulate(plan=plan, seed=0, declare=False))
     new = simulate(plan=ONE_LEVEL, seed=1, declare=False)
     assert accelcal.compare(calibration, new, same_head=False).verdict == "agree"
-    moved = replace(new, output=new.output + 1.35e-4 * 2)
+    moved = replace(new, output=new.output + 1.35 * 4e-4)
     found = accelcal.compare(calibration, moved, same_head=False)
     assert found.runs[0].bias.value > 5.0 * found.runs[0].bias.expanded_uncertainty
     assert all(share.p_value > 0.005 for share in found.where)

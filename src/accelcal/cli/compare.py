@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 @angle_option(
     "--fixture-uncertainty",
     "RAD",
-    "Standard uncertainty of the fixture angle of each of two calibrations [rad; default: its angle"
-    " is not counted].",
+    "Standard uncertainty of the fixture angle of each of both tests [rad; default: it is not"
+    " counted].",
 )
 @effects_option
 @apparatus_options
@@ -85,8 +85,8 @@ def compare(
     pairs, alone = pairs_of_units(known, later, serial)
     if alone:
         remark(f"note: not compared, in one of the files alone: {listed(alone)}")
-    of_two = {"temperature": temperature, "fixture_uncertainty": fixture_uncertainty}
-    found = [_compared(*pair, same_head, of_two) for pair in pairs]
+    common: dict[str, Any] = {"same_head": same_head, "fixture_uncertainty": fixture_uncertainty}
+    found = [_compared(*pair, temperature, common) for pair in pairs]
     forms = {
         "text": lambda: "\n\n".join(map(str, found)),
         "json": lambda: all_to_json(found),
@@ -97,8 +97,8 @@ def compare(
 def _compared(
     known: Calibration,
     later: Calibration | TumbleRecord,
-    same_head: bool | None,
-    of_two: dict[str, float | None],
+    temperature: float | None,
+    common: dict[str, Any],
 ) -> CalibrationComparison | Disagreement:
     """Compare what a second file has of a unit with its calibration."""
     from accelcal.results.calibration import Calibration
@@ -106,10 +106,9 @@ def _compared(
     if isinstance(later, Calibration):
         from accelcal.discovery.two_calibrations.compare import compare_calibrations
 
-        return compare_calibrations(known, later, same_head=same_head, **of_two)
+        return compare_calibrations(known, later, temperature=temperature, **common)
     from accelcal.discovery.new_record.compare import compare as compare_readings
 
-    given = [f"{name}=..." for name, own in of_two.items() if own is not None]
-    if given:
-        raise InputError(f"{listed(given)}: for two calibrations; readings have their own")
-    return compare_readings(known, later, same_head=same_head)
+    if temperature is not None:
+        raise InputError("temperature=...: for two calibrations; readings have their own")
+    return compare_readings(known, later, **common)

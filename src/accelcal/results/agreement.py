@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from accelcal.numerics.probability import student_survival
+from accelcal.numerics.probability import LEVEL, student_quantile, student_survival
 from accelcal.plural import listed
 from accelcal.results.quantity import ErrorSource, Quantity
 
@@ -43,20 +43,22 @@ def verdict_of(p_value: float, hidden_by: str) -> str:
     return "no verdict" if hidden_by else "agree"
 
 
-def chance_of(change: Quantity) -> float:
+def chance_of(change: Quantity, dof: float = math.inf) -> float:
     """Chance of a change as large where there is none, by Student's distribution.
 
-    It is 1 where the change has no value or no uncertainty.
+    Its degrees of freedom are those of the change, `dof` at most, by which the interval of 95 % is
+    as wide as it is. It is 1 where the change has no value or no uncertainty.
 
     Examples
     --------
-    >>> round(chance_of(Quantity(1.96e-5, 1e-5, "g")), 3)
+    >>> round(chance_of(Quantity(1.96e-5, 1e-5, "g", 1.96e-5)), 3)
     0.05
     """
-    if change.value is None or not change.standard_uncertainty:
+    if change.value is None or not change.expanded_uncertainty:
         return 1.0
-    score = abs(change.value) / change.standard_uncertainty
-    return 2.0 * student_survival(score, change.dof or math.inf)
+    fewest = min(change.dof or math.inf, dof)
+    score = abs(change.value) / change.expanded_uncertainty * student_quantile(LEVEL, fewest)
+    return 2.0 * student_survival(score, fewest)
 
 
 def least_of(chances: Sequence[float]) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import expect
+from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
@@ -28,6 +29,7 @@ from accelcal.discovery.new_record.errors_counted import (
     notes,
     size_counted,
 )
+from accelcal.discovery.new_record.fixture import Fixtures
 from accelcal.discovery.new_record.one_head import head_difference, is_one_head, is_turned_over
 from accelcal.discovery.new_record.repeatability import (
     KnownNoise,
@@ -71,7 +73,7 @@ from accelcal.version import SOFTWARE
 __all__ = ["compare", "residuals_of"]
 
 _LEVEL = 0.5 * ALPHA
-"""Chance below which a factor disagrees: it is one of two tests, see `_Judged.p_value`."""
+"""Chance below which a factor disagrees: it is one of two tests, see `_chance_of_runs`."""
 
 _COARSE = 2.5
 """Step of the readings over their noise above which their replicates do not tell it."""
@@ -89,6 +91,7 @@ class _Seen(NamedTuple):
     errors: CalibrationErrors
     step: float
     paused: Array
+    fixtures: Fixtures
 
 
 class _Judged(NamedTuple):
@@ -98,20 +101,15 @@ class _Judged(NamedTuple):
     reduced_chi2: float
     structure: str
     runs: tuple[RunChange, ...]
-
-    @property
-    def p_value(self) -> float:
-        """Chance of any factor, or of any change in a run.
-
-        A factor has many directions. Where few degrees of freedom tell the errors, a change in one
-        of them is seen by its own interval only.
-        """
-        changes = [chance_of(own) for run in self.runs for own in run.changes]
-        return least_of([min(share.p_value for share in self.where), least_of(changes)])
+    p_value: float
 
 
 def compare(
-    calibration: Calibration, record: TumbleRecord, *, same_head: bool | None = None
+    calibration: Calibration,
+    record: TumbleRecord,
+    *,
+    same_head: bool | None = None,
+    fixture_uncertainty: float | None = None,
 ) -> Disagreement:
     """Show where a calibration and a record disagree.
 
@@ -124,6 +122,9 @@ def compare(
     same_head : bool, optional
         Whether both were measured on one head, with the fixture clamped alike. By default the lines
         ``# head: NAME`` of both tell it, or ``# stand: NAME``.
+    fixture_uncertainty : float, optional
+        Standard uncertainty of the fixture angle of each test [rad]. By default it is not counted,
+        and another angle is a change of the misalignment.
 
     Returns
     -------
@@ -135,7 +136,7 @@ def compare(
     InputError
         If the record is in a unit of another quantity, outside the calibrated temperatures or
         without any, in a mounting that was not calibrated, no record at all, or one of too many
-        readings, positions and cycles; if `same_head` is something else than True, False or None.
+        readings, positions and cycles; if an option is none.
 
     Warns
     -----
@@ -162,6 +163,7 @@ def compare(
     True
     """
     expect(calibration, Calibration)
+    check_number_or_none(0.0, fixture_uncertainty=fixture_uncertainty)
     found = _found(without_sources(calibration, BY_OTHERS))
     converted = suited(found, record)
     with naming(record):
@@ -173,16 +175,15 @@ def compare(
     own = from_calibration(calibration, record)
     declared, errors = counted(record, own), calibration_errors(calibration, found)
     counting = sources(noise, declared, record, unrepeated=source)
-    worse = worse_than_known(noise, known) or hiding(counting)
-    if worse:
+    if worse := worse_than_known(noise, known) or hiding(counting):
         warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
     paused, said = simulated_in_pauses(converted, simulated.conditions, calibration.effects)
-    seen = _Seen(converted, simulated, noise, dof, declared, own, errors, step, paused)
+    fixtures = Fixtures(calibration, found, fixture_uncertainty)
+    seen = _Seen(converted, simulated, noise, dof, declared, own, errors, step, paused, fixtures)
     same = is_one_head(calibration, record, errors, same_head)
     judged = _whatever_the_head(seen, same, is_turned_over(calibration, record))
     return Disagreement(
         rms=float(np.sqrt(np.mean(simulated.residual**2))),
-        p_value=judged.p_value,
         **judged._asdict(),
         noise=counting,
         same_head=same,
@@ -192,7 +193,8 @@ def compare(
             *coefficient_notes(found, simulated, errors.unbounded),
             *notes(calibration, record, declared, own),
             *(*said, *said_of_positions(converted)),
-            *head_notes(calibration, record, declared, same, bool(errors.positions.size)),
+            *head_notes(calibration, declared, same, bool(errors.positions.size)),
+            *fixtures.notes(record),
         ),
         serial=record.serial,
         readings=len(record),
@@ -293,7 +295,8 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
     larger, by_head = seen.errors.larger(seen.dof, head=not same), _by_head(seen, same)
     sizes = np.sqrt(np.diagonal(larger))
     of_calibration = by_error @ covariance_root(larger, np.where(sizes > 0.0, sizes, 1.0))
-    spread = _spread(seen).with_shared(np.hstack([of_calibration, by_head]))
+    by_fixture = seen.fixtures.difference(by_error, same=same)
+    spread = _spread(seen).with_shared(np.hstack([of_calibration, by_head, by_fixture]))
     space = _space(seen, spread)
     coordinates = space.see(seen.simulated.residual)
     factors = blocks(space, c, first="run")
@@ -316,12 +319,26 @@ def _judged(seen: _Seen, same: bool) -> _Judged:
         head_dof=dof,
         one_head=same,
     )
+    by_factors, runs = by_factor(where), tuple(changes(seen.record, seen.simulated, known))
     return _Judged(
-        where=by_factor(where),
+        where=by_factors,
         reduced_chi2=float(coordinates @ coordinates) / coordinates.size,
         structure=told,
-        runs=tuple(changes(seen.record, seen.simulated, known)),
+        runs=runs,
+        p_value=least_of([min(own.p_value for own in by_factors), _chance_of_runs(seen, runs)]),
     )
+
+
+def _chance_of_runs(seen: _Seen, runs: Sequence[RunChange]) -> float:
+    """Chance of any change in a run.
+
+    A factor has many directions. Where few degrees of freedom tell the launches, a change in one
+    of them is seen by itself only. Its own degrees of freedom are those of 95 %; farther out, the
+    fewest count.
+    """
+    launches = (own for name, own in seen.known.items() if name != "head_uncertainty")
+    fewest = min(map(freedom, launches), default=np.inf)
+    return least_of([chance_of(own, fewest) for run in runs for own in run.changes])
 
 
 def _estimated(seen: _Seen, same: bool, larger: Array) -> Estimated:

@@ -152,12 +152,11 @@ def coefficient_notes(found: Compensation, simulated: Simulated, unbounded: Mask
 
 def head_notes(
     calibration: Calibration,
-    record: TumbleRecord,
     declared: Apparatus,
     same: bool | None,
     told: bool,
 ) -> Iterator[str]:
-    """Say what the head and the side of the mounting leave open, a sentence each.
+    """Say what the head leaves open, a sentence each.
 
     Whether both were measured on one head is `same`, None where nothing tells; whether the
     calibration has the positions of its head is `told`.
@@ -176,14 +175,6 @@ def head_notes(
             " are the wider ones of both cases; name the head in a line '# head: NAME' of both"
             " tables, or give same_head=True or same_head=False"
         )
-    sides = {table.mounting for table in calibration.tables}
-    freed = {told.axis for told in calibration.fixture_angle}
-    for mounting in sorted({str(side) for side in record.mounting} - sides):
-        if mounting[0] not in freed:
-            yield (
-                f"mounting {mounting} is the other side of what was calibrated: twice the fixture"
-                " angle counts as a change of the misalignment; calibrate on both sides"
-            )
 
 
 def _units(calibration: Calibration, record: TumbleRecord) -> Iterator[str]:

@@ -28,8 +28,8 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
-from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, calibration_errors
+from accelcal.discovery.new_record.fixture import by_fixture
 from accelcal.discovery.new_record.simulated import ERRORS
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import InputError
@@ -44,7 +44,6 @@ from accelcal.results.quantity import ErrorSource
 _SIZE = len(ERRORS)
 _PLACES = slice(0, _SIZE), slice(_SIZE, 2 * _SIZE)
 _BIAS, _SCALE_FACTOR = ERRORS.index("k0"), ERRORS.index("K1")
-_MISALIGNMENTS = ERRORS.index("delta"), ERRORS.index("other delta")
 
 
 class Side(NamedTuple):
@@ -95,21 +94,10 @@ class Side(NamedTuple):
         told = self.calibration
         return tuple(item for item in told.effects if item.id not in told.effects_as_found)
 
-    def is_freed(self, axis: str) -> bool:
-        """Whether both sides of an axis tell its misalignment without the fixture angle."""
-        return axis in {cross_name(told.axis) for told in self.calibration.fixture_angle}
-
     @property
     def by_fixture(self) -> Array:
         """What an uncertainty of the fixture angle in each cross axis does, shape (18, 2)."""
-        acting = np.zeros((_SIZE, len(CROSS_AXES)))
-        mountings = [table.mounting for table in self.calibration.tables]
-        for row, axis in zip(_MISALIGNMENTS, self.found.axes, strict=False):
-            if not self.is_freed(axis.name):
-                own = next(m for m in mountings if cross_name(m) == axis.name)
-                column = [cross_name(name) for name in CROSS_AXES].index(axis.name)
-                acting[row, column] = (self.fixture or 0.0) * (1.0 if own.endswith("+") else -1.0)
-        return acting
+        return by_fixture(self.calibration, self.found, self.fixture or 0.0)
 
 
 def side_of(name: str, calibration: Calibration, fixture: float | None = None) -> Side:

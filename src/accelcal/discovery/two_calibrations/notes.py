@@ -8,6 +8,7 @@ from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
+from accelcal.discovery.new_record.fixture import is_freed, said_of_fixture
 from accelcal.discovery.new_record.repeatability import hiding
 from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name, parameter_of
 from accelcal.discovery.two_calibrations.errors import Side
@@ -89,7 +90,7 @@ def _angles_differ(old: Side, new: Side, axis: str) -> bool:
     """Whether the fixture angle is not in the misalignments of both in the same way."""
     if old.fixture is not None:
         return False
-    freed = [own.is_freed(axis) for own in (old, new)]
+    freed = [is_freed(own.calibration, axis) for own in (old, new)]
     if any(freed):
         return not all(freed)
     one, other = ({t.mounting for t in own.calibration.tables} for own in (old, new))
@@ -167,12 +168,11 @@ def _whose(names: Collection[str]) -> str:
 
 def _of_fixture(old: Side, new: Side, same: bool | None, lost: Mapping[Name, str]) -> Iterator[str]:
     axes = {axis.name for axis in old.found.axes} & {axis.name for axis in new.found.axes}
-    bare = [axis for axis in axes if ("delta", axis) not in lost and not old.is_freed(axis)]
+    bare = [
+        axis for axis in axes if ("delta", axis) not in lost and not is_freed(old.calibration, axis)
+    ]
     if old.fixture is not None:
-        yield (
-            "the fixture angle of each test counts with a standard uncertainty of"
-            f" {1e6 * old.fixture:.3g} urad"
-        )
+        yield said_of_fixture(old.fixture)
     elif bare and not same:
         yield (
             "delta contains the fixture angle of each test, which U does not count: of two fixtures"
