@@ -1678,7 +1678,7 @@ def test_the_standard_deviation_of_a_german_spreadsheet(word):
     assert read_table(io.StringIO(text)).std.tolist() == [1e-6, 2e-6]
 
 
-@pytest.mark.parametrize("word", ["Wert", "Valeur", "value"])
+@pytest.mark.parametrize("word", ["Wert", "Valeur", "Значение", "value"])
 def test_a_value_is_the_output_in_each_language(word):
     record = read_table(io.StringIO(f"T;J;k;{word};Bemerkung\n20;1;1;1,35;\n20;5;1;-1,3;Kontakt\n"))
     assert record.output.tolist() == [1.35, -1.3]

@@ -27,7 +27,8 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "direction": ("direction", "dir", "richtung", "sens", "направление", "方向"),
         "output": (
             *("output", "y", "value", "reading", "signal", "ausgang", "messwert", "wert"),
-            *("sortie", "valeur", "выход", "выходной_сигнал", "показание", "输出", "读数"),
+            *("sortie", "valeur", "выход", "выходной_сигнал", "показание", "значение"),
+            *("输出", "读数"),
         ),
         "run": ("run", "lauf"),
         "time": ("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время", "时间"),
