@@ -471,7 +471,7 @@ def test_replicates_that_are_alike_are_said_and_no_traceback(digits):
     with pytest.raises(accelcal.InputError, match="alike to the last digit"):
         accelcal.discover(coarse)
     found = accelcal.compare(accelcal.fit(full), coarse)
-    assert found.noise[0].source == "calibration"
+    assert found.noise[0].source == "rounding"
     noiseless = accelcal.simulate(noise=accelcal.NoiseComponents(reading=0.0), seed=1)
     assert accelcal.compare(accelcal.fit(full), noiseless).p_value > 0.01
 

@@ -84,7 +84,7 @@ def test_dates_without_zone_are_those_of_no_clock_that_is_set_back(zone, monkeyp
 def test_a_mixture_is_no_time():
     date = datetime(2026, 10, 25, 2, 0, 0)
     for other in (None, 3.0, date.replace(tzinfo=UTC)):
-        with pytest.raises(InputError, match="time is list"):
+        with pytest.raises(InputError, match="time has datetime"):
             Launch("1", [date, other, date], [0.1, 0.2, 0.1])
 
 
