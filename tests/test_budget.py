@@ -676,6 +676,7 @@ def test_stability_file(saved, tmp_path, capsys):
         (["--time", "h"], "h"),
         (["--launch", "-1"], "launch is -1.0; it is 0 or more"),
         (["--launch", "20"], "bound of a random error is 20; it is at most 1 g, or all of the"),
+        (["--drift-rate", "20"], "drift rate is 20 g/h; it is at most 1 g/h: write 20 ug/h as"),
         (["--factor", "0"], "above zero"),
         (["--plot", "budget.gif"], "budget.gif: the name ends in none of .png, .svg, .pdf"),
         (["--serial", "other"], "serial other is asked for"),

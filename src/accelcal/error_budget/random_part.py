@@ -12,6 +12,7 @@ from accelcal.arguments.options import check_texts, check_written
 from accelcal.errors import DocumentError, InputError
 from accelcal.results.calibration import Calibration
 from accelcal.results.stability import DRIFTS_DIFFER, Estimate, Stability
+from accelcal.units import HOUR
 
 __all__ = [
     "NOT_IDENTIFIED",
@@ -174,7 +175,7 @@ def random_part(
     Raises
     ------
     InputError
-        If a bound is negative, not finite or above 1.
+        If a bound is negative, not finite or above 1, or the drift rate above 1 g/h.
     DocumentError
         If `stability` is not in g.
 
@@ -198,6 +199,11 @@ def random_part(
     expect(calibration, Calibration)
     check_number(0.0, factor=factor)
     check_number_or_none(0.0, launch=launch, drift_rate=drift_rate, fluctuation=fluctuation)
+    if drift_rate is not None and drift_rate > 1.0 / HOUR:
+        raise InputError(
+            f"drift rate is {HOUR * drift_rate:g} g/h; it is at most 1 g/h: write 20 ug/h as 2e-5"
+            f" g/h, or {2e-5 / HOUR:.3g} g/s"
+        )
     check_number_or_none(0.0, hysteresis=hysteresis, threshold=threshold)
     check_number_or_none(0.0, scale_factor_instability=scale_factor_instability)
     given = {
