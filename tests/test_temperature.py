@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import accelcal
+from accelcal import AL15, NoiseComponents, TumblePlan
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import Component
 from accelcal.temperature.generalised_least_squares import chance_of_misfit, contrasts_of
@@ -358,6 +359,31 @@ def test_intervals_hold_the_truth(by):
             quantity = getattr(getattr(model, name.split()[0]), name.split()[1])
             held.append(abs(quantity.value - truth) <= quantity.expanded_uncertainty)
     assert 0.91 < np.mean(held) < 0.98
+
+
+@pytest.mark.parametrize("declared", [False, True])
+def test_rounding_that_hides_the_noise_moves_no_law(declared):
+    """Strokes alike to the last digit of a coarse voltmeter are no readings without error.
+
+    K1 at T0 came out a quarter too small, and its interval held 3e-6 of it.
+    """
+    held = []
+    for seed in range(20):
+        bias = dataclasses.replace(AL15.bias, at_T0=AL15.bias.at_T0 + 1e-4 * seed / 20.0)
+        record = accelcal.simulate(
+            dataclasses.replace(AL15, bias=bias),
+            TumblePlan(temperatures=THREE, strokes=3, resolution=1e-4),
+            NoiseComponents(reading=1e-7, head=3e-6, launch=5e-6, launch_sf=1e-5),
+            seed=seed,
+            declare=True,
+        )
+        record = record.with_apparatus(resolution=1e-4 if declared else None)
+        model = accelcal.fit(record, temperature_laws="readings").temperature_model
+        for law, truth in ((model.k0, bias), (model.K1, AL15.scale_factor)):
+            for part in ("at_T0", "above", "below"):
+                found = getattr(law, part)
+                held.append(abs(found.value - getattr(truth, part)) <= found.expanded_uncertainty)
+    assert np.mean(held) > 0.9
 
 
 def test_hysteresis_does_not_lean_on_the_slopes():

@@ -68,6 +68,8 @@ class JointEstimate(NamedTuple):
         Shift from run to run of the bias [g] and of the scale factor (relative).
     steps : tuple of ndarray, shape (...)
         Decimal step in which the readings of each table come, see `decimal_steps` [output unit].
+    resolution : tuple of ndarray, shape (...)
+        Step to which the readings of each table are rounded: as declared, else `steps`.
     components : mapping of str to Component
         ``reading`` and, where there are such errors, ``head``, ``launch``, ``launch_sf`` and
         ``resolution``: components of the errors of all coefficients of all tables, table after
@@ -91,6 +93,7 @@ class JointEstimate(NamedTuple):
     bias_shift: RunShift
     scale_factor_shift: RunShift
     steps: tuple[Array, ...]
+    resolution: tuple[Array, ...]
     components: Mapping[str, Component]
     alike: Mapping[str, Component]
 
@@ -214,7 +217,7 @@ def estimate_stack(
     readings = [_readings(table, y, robust) for table, y in zip(tables, outputs, strict=True)]
     digits = tuple(map(decimal_steps, outputs))
     declared = apparatus.resolution
-    steps = digits if declared is None else [np.full_like(digit, declared) for digit in digits]
+    steps = digits if declared is None else tuple(np.full_like(d, declared) for d in digits)
     errors = Errors.of(
         estimators, _judge(tables, readings, steps, apparatus, head, predict=method == METHODS[0])
     )
@@ -239,6 +242,7 @@ def estimate_stack(
         bias_shift=bias,
         scale_factor_shift=scale_factor,
         steps=digits,
+        resolution=steps,
         components={
             "reading": reading,
             **errors.head(),

@@ -58,6 +58,8 @@ class ProductFit(NamedTuple):
         Shifts from launch to launch [g, relative].
     declared : float or None
         Declared standard uncertainty of the temperature of a run [degC].
+    resolution : tuple of ndarray, shape (R,)
+        Step to which the readings of each table are rounded [output unit].
     """
 
     tables: Sequence[PreparedTable]
@@ -68,6 +70,7 @@ class ProductFit(NamedTuple):
     bias: Array
     scale_factor: Array
     declared: float | None
+    resolution: tuple[Array, ...]
 
     def of_records(self, rows: Places) -> ProductFit:
         """Return that of some of the records."""
@@ -77,6 +80,7 @@ class ProductFit(NamedTuple):
             head=self.head.of_records(rows),
             bias=self.bias[rows],
             scale_factor=self.scale_factor[rows],
+            resolution=tuple(step[rows] for step in self.resolution),
         )
 
     def of_block(self, block: Block) -> ProductFit:
@@ -211,6 +215,7 @@ def product_fit(
         bias=estimate.bias_shift.scatter[rows],
         scale_factor=estimate.scale_factor_shift.scatter[rows],
         declared=own[0].record.apparatus.temperature_uncertainty,
+        resolution=tuple(estimate.resolution[i][rows] for i in chosen),
     )
 
 
@@ -261,7 +266,10 @@ def unfelt_share(felt: Array, doubt: Array) -> Array:
 
 
 def _noises(fit: ProductFit, state: Solution, point: Point) -> list[ReadingNoise]:
-    """Reading noise of each table, once the outputs are brought to the mean of their run."""
+    """Reading noise of each table, once the outputs are brought to the mean of their run.
+
+    Its means hold the rounding errors that replicates have in common.
+    """
     felt = felt_beside_noise(fit, state.felt)
     if (felt != state.felt).any():
         point = fit.readings.at(felt, state.parameters)
@@ -272,7 +280,9 @@ def _noises(fit: ProductFit, state: Solution, point: Point) -> list[ReadingNoise
     )
     took = moves & (felt == state.felt).T
     bare = [table.scatter_dof is None for table in fit.tables]
-    return pooled_noise([_one_less(n, own) for n, own in zip(noises, took, strict=True)], bare)
+    found = pooled_noise([_one_less(n, own) for n, own in zip(noises, took, strict=True)], bare)
+    each = zip(found, fit.tables, fit.resolution, strict=True)
+    return [noise.with_rounding(table, step) for noise, table, step in each]
 
 
 def edges_of(fit: ProductFit) -> Places:
