@@ -284,6 +284,17 @@ def test_what_is_left_is_held_against_the_replicates():
     assert float(told.split("p = ")[1].rstrip(")")) == pytest.approx(chance, rel=0.06)
 
 
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e6])
+def test_what_is_left_of_quiet_readings_is_no_rounding_error(factor):
+    """Squares of readings of 1e8 times the noise lost it: 0.0 times as noise explains, or 4."""
+    quiet = accelcal.NoiseComponents(reading=5e-9, head=0.0, launch=0.0, launch_sf=0.0)
+    record = accelcal.simulate(noise=quiet, seed=1).with_apparatus(head_uncertainty=1e-6)
+    found = accelcal.calibrate_head([dataclasses.replace(record, output=factor * record.output)])
+    told = {gate.name: gate for gate in found.gates}["what is left"]
+    assert told.verdict == "pass"
+    assert 0.5 < float(re.search(r"are ([\d.]+) times", told.finding)[1]) < 1.3
+
+
 def test_small_disturbances_are_told_and_noise_is_not():
     # half the noise of a reading; judged by all residuals, in which replicates outweigh the rest,
     # 2 of 30 were told

@@ -80,10 +80,9 @@ class _Unit(NamedTuple):
         """What is told of e beside the nuisance."""
         basis = _basis(self.nuisance)
         shown = self.head - basis @ (basis.T @ self.head)
-        across = basis.T @ self.z
-        squares = float(self.z @ self.z - across @ across)
+        residual = self.z - basis @ (basis.T @ self.z)
         left = float(self.z.size - basis.shape[1])
-        return Told(shown.T @ shown, shown.T @ self.z, squares, left)
+        return Told(shown.T @ shown, shown.T @ residual, float(residual @ residual), left)
 
     def in_units_of(self, noise: float, dof: float) -> _Unit:
         """Return the same where the noise is `noise` times what it was, with these degrees."""
