@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
 from accelcal.cli.deliver import deliver
@@ -14,9 +12,6 @@ from accelcal.cli.options import (
     serial_option,
     text_option,
 )
-
-if TYPE_CHECKING:
-    pass
 
 
 @click.command(cls=Command)
