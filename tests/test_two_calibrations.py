@@ -607,6 +607,14 @@ def test_a_comparison_comes_back_from_its_document_and_is_a_table():
         found["K9"]
 
 
+def test_a_document_without_the_errors_of_both_is_read():
+    document = json.loads(compare(OLD, NEW).to_json())
+    for side in ("old", "new"):
+        del document[side]["error_sources"]
+    found = accelcal.CalibrationComparison.from_json(json.dumps(document))
+    assert (found.old.error_sources, found.verdict) == ((), "agree")
+
+
 def test_the_report_names_slopes_as_its_notes_do_and_has_no_negative_zero():
     found = compare(LAWS, accelcal.fit(accelcal.simulate(seed=4)))
     none = replace(found["lam1"].difference, value=-1e-12)

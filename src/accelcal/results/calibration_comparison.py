@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -41,8 +42,11 @@ class ComparedCalibration(StoredPart):
     effects : tuple of str
         Ids of the effects that it has.
     error_sources : tuple of ErrorSource
-        What it took as uncertain; the noise of a reading is over K1 [g].
+        What it took as uncertain; the noise of a reading is over K1 [g]. None in documents that do
+        not have it.
     """
+
+    _MISSING: ClassVar[Mapping[str, Any]] = {"error_sources": ()}
 
     source: str
     date: str | None
