@@ -247,6 +247,15 @@ def test_blanks_within_headings_separate_nothing(separator):
     assert same_readings(read(long_table(separator, headings=headings)), REFERENCE)
 
 
+@pytest.mark.parametrize("above", ["", "Serial  0632\n", "Output unit  mA\n"])
+def test_headings_that_only_wide_blanks_separate(above):
+    """Split at each blank they are no headings; a line of a unit above them passed for some."""
+    headings = "Temp.  Head angle  Cycle No. 1 forward  Cycle No. 1 reverse\n"
+    record = read(f"{above}{headings}20  0  1.35  1.36\n20  180  -1.35  -1.36\n")
+    assert record.angle.tolist() == [0.0, 0.0, 180.0, 180.0]
+    assert record.output.tolist() == [1.35, 1.36, -1.35, -1.36]
+
+
 OF_POSITIONS = "20,1,1.35,0.95,-1.35\n20,2,1.36,0.96,-1.36\n"
 
 
@@ -1668,6 +1677,19 @@ def test_a_unit_alone_may_head_the_outputs(heading, unit):
     assert (record.unit, record.output.tolist()) == (unit, [1350.0, -1300.0])
     with pytest.raises(TableError, match="no column for output"):
         read_table(io.StringIO("T,pos,stroke,A,B\n20,1,1,1350,7\n"))
+
+
+@pytest.mark.parametrize("heading", ["Mean", "Strom", "X [mA]"])
+@pytest.mark.parametrize("alone", ["counts", "Hz"])
+def test_a_unit_alone_beside_what_can_be_the_output_is_not(heading, alone):
+    """The number of the samples was read for their mean."""
+    record = read(f"T;J;k;{heading};{alone}\n20;1;1;1,35;10\n20;5;1;-1,34;12\n")
+    assert record.output.tolist() == [1.35, -1.34]
+
+
+def test_a_unit_alone_beside_outputs_forward_and_back_is_not_the_output():
+    record = read("T;J;forward;back;counts\n20;1;1,35;1,36;10\n20;5;-1,35;-1,36;12\n")
+    assert record.output.tolist() == [1.35, 1.36, -1.35, -1.36]
 
 
 @pytest.mark.parametrize("word", ["Standardabweichung", "Stabw", "StdAbw", "Std-Abw"])

@@ -115,6 +115,14 @@ def test_a_time_and_the_lone_output_are_headings(headings, times):
     assert (record.launches[0].output.tolist(), record.unit) == ([1.30, 1.31, 1.32], "mA")
 
 
+@pytest.mark.parametrize("headings", ["Date;Output;Unit", "Datum;Messwert;Einheit"])
+def test_dates_and_outputs_with_their_units_are_headings(headings):
+    """They passed for those of a form of facts."""
+    rows = "".join(f"2024-05-31 10:00:0{i};1,3{i};mA\n" for i in range(3))
+    record = read(f"{headings}\n{rows}")
+    assert (record.launches[0].output.tolist(), record.unit) == ([1.30, 1.31, 1.32], "mA")
+
+
 @pytest.mark.parametrize(
     ("above", "headings"),
     [

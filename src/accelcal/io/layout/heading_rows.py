@@ -65,8 +65,9 @@ _PART_OF_ANGLE = {
 def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     """Find the column that can only be the outputs.
 
-    That alone of the unknown ones has a unit of outputs, or else is called a current, a voltage, a
-    frequency or a mean. There is none where a heading says which it is, or several may be.
+    That alone of the unknown ones has a unit of outputs behind its name, or else is called a
+    current, a voltage, a frequency or a mean, or else is a unit, where none is a direction. There
+    is none where a heading says which it is, or several may be.
 
     Examples
     --------
@@ -77,9 +78,10 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
         return None
     unknown = [i for i, heading in enumerate(headings) if heading.role is None]
     by_unit = [i for i in unknown if _unit_of(headings[i])]
+    behind_name = [i for i in by_unit if name_and_unit(headings[i].text, is_output_unit)[1]]
     by_name = [i for i in unknown if headings[i].text.strip().casefold() in _MEASURED]
-    found = by_unit or by_name
-    if len(found) != 1:
+    found = behind_name or by_name or by_unit  # counts beside a mean may be those of its samples
+    if len(found) != 1 or (found is by_unit and any(_way(headings[i].text) for i in unknown)):
         return None
     heading = headings[found[0]]
     return found[0], Heading(heading.text, "output", _unit_of(heading))
@@ -109,7 +111,8 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     >>> are_headings([read_heading(cell) for cell in ("temperature", "20", "serial", "A-7")])
     False
     """
-    roles = {cell.role for cell in cells if cell.role and cell.role != "date"}
+    told = {cell.role for cell in cells if cell.role}
+    roles = told - {"date"}
     numbered = [cell for cell in cells if cell.role in ACROSS]
     if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
         return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing
@@ -118,7 +121,7 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     if _is_of_form(cells):
         return False
     roles -= {role for role, name in ACROSS.items() if name in roles and name != "stroke"}
-    return len(roles) >= 2 and bool(roles & _CORE) and roles != {"output", "unit"}  # of a form
+    return len(roles) >= 2 and bool(roles & _CORE) and told != {"output", "unit"}  # of a form
 
 
 def _is_of_form(cells: Sequence[Heading]) -> bool:

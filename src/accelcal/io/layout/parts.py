@@ -178,18 +178,23 @@ def _with_tabs(text: str) -> list[str]:
     lines = text.split("\n")
     if "  " not in text or "\t" in text:
         return lines
+    plain = _perhaps_headings(lines)
+    if plain and plain.separator is not None:
+        return lines
+    wide = [_WIDE_BLANKS.sub("\t", line.strip(" ")) for line in lines]
+    headings = _perhaps_headings(wide)
+    if headings is None or headings.separator != "\t":
+        return lines
+    size, words = len(headings.cells), len(plain.cells) if plain else 0
+    rows = [(row.count("\t") + 1, row) for _, row in _filled(wide[headings.below :])]
+    odd = any(n > size or (n < size and len(row.split()) == words) for n, row in rows)
+    return wide if rows and rows[0][0] == size and not odd else lines
+
+
+def _perhaps_headings(lines: list[str]) -> _Headings | None:
     with suppress(TableError):
-        plain = _find_headings(lines, "", "")
-        if plain.separator is not None:
-            return lines
-        wide = [_WIDE_BLANKS.sub("\t", line.strip(" ")) for line in lines]
-        headings = _find_headings(wide, "", "")
-        size, words = len(headings.cells), len(plain.cells)
-        rows = [(row.count("\t") + 1, row) for _, row in _filled(wide[headings.below :])]
-        odd = any(n > size or (n < size and len(row.split()) == words) for n, row in rows)
-        if headings.separator == "\t" and rows and rows[0][0] == size and not odd:
-            return wide
-    return lines
+        return _find_headings(lines, "", "")
+    return None
 
 
 def _find_headings(lines: list[str], name: str, remedy: str) -> _Headings:
