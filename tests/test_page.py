@@ -291,14 +291,17 @@ def test_what_is_left_open_stands_behind_the_coefficients_and_before_the_picture
 
 
 def test_the_cause_of_other_warnings_is_told_first(calibration):
-    """A drift of the angle stood before the stroke that was written backwards, which makes one."""
-    names = "drift", "outlier", "order of positions", "closure"
+    """The outlier that two swapped positions make stood before them, another unit behind all."""
+    names = "drift", "proportions", "outlier", "order of positions", "units"
     gates = tuple(Gate(name, "warn", "so it is") for name in names)
+    of_record = Gate("lack of fit", "warn", "so"), Gate("agreement of tables", "warn", "so")
     first, *others = calibration.tables
-    found = replace(calibration, tables=(replace(first, gates=gates), *others))
+    found = replace(calibration, tables=(replace(first, gates=gates), *others), gates=of_record)
+    causes = [f"run 1, {name}: so it is" for name in reversed(names[1:])]
     for told in (str(found), markdown(report_page([found]))):
-        places = [told.index(f"run 1, {name}: so it is") for name in names]
-        assert places[1] < places[2] < places[0] < places[3]
+        at = list(map(told.index, (*causes, "agreement of tables: so", "run 1, drift: so it is")))
+        assert at == sorted(at)
+        assert at[-1] < told.index("lack of fit: so")
 
 
 def test_the_run_of_the_shares_in_the_picture_is_named(page):

@@ -37,8 +37,8 @@ _STRONG = 0.8
 _BRACKETS = re.compile(r" \([^()]*\)")
 _DIGITS_OF_UNKNOWN = 4
 
-_CAUSES = ("units", "proportions", "order of positions", "outlier")
-"""Gates that name a fault of the record, of which the warnings of others are consequences."""
+_CAUSES = ("units", "order of positions", "outlier", "proportions", "agreement of tables")
+"""Gates that name a fault of the record; what warns behind each may be a consequence of it."""
 
 _REMEDIES = {
     "closure": "repeat the stroke",
@@ -127,7 +127,8 @@ def _warning(calibration: Calibration) -> list[tuple[str, Gate]]:
     found = [(table_title(t), gate) for t in calibration.tables for gate in t.gates]
     found += [("", gate) for gate in calibration.gates]
     warning = [(title, gate) for title, gate in found if gate.verdict == "warn"]
-    return sorted(warning, key=lambda one: one[1].name not in _CAUSES)
+    rank = {name: place for place, name in enumerate(_CAUSES)}
+    return sorted(warning, key=lambda one: rank.get(one[1].name, len(rank)))
 
 
 def _told(title: str, gate: Gate) -> str:
