@@ -254,6 +254,8 @@ def test_headings_that_only_wide_blanks_separate(above):
     record = read(f"{above}{headings}20  0  1.35  1.36\n20  180  -1.35  -1.36\n")
     assert record.angle.tolist() == [0.0, 0.0, 180.0, 180.0]
     assert record.output.tolist() == [1.35, 1.36, -1.35, -1.36]
+    with pytest.raises(TableError, match="no column headings"):
+        read(f"{above}{headings}20  0  1.35  1.36\n    180  -1.35  -1.36\n")  # of which column?
 
 
 OF_POSITIONS = "20,1,1.35,0.95,-1.35\n20,2,1.36,0.96,-1.36\n"

@@ -173,7 +173,8 @@ def _filled(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
 def _with_tabs(text: str) -> list[str]:
     """Lines whose cells two blanks or more separate, one being a part of them, with tabs instead.
 
-    The first row has as many cells as the headings then, none more, and none fits single blanks.
+    The first row has as many cells as the headings then, none more, and none fits single blanks. If
+    only this gives headings, none has fewer.
     """
     lines = text.split("\n")
     if "  " not in text or "\t" in text:
@@ -185,10 +186,11 @@ def _with_tabs(text: str) -> list[str]:
     headings = _perhaps_headings(wide)
     if headings is None or headings.separator != "\t":
         return lines
-    size, words = len(headings.cells), len(plain.cells) if plain else 0
+    size = len(headings.cells)
     rows = [(row.count("\t") + 1, row) for _, row in _filled(wide[headings.below :])]
-    odd = any(n > size or (n < size and len(row.split()) == words) for n, row in rows)
-    return wide if rows and rows[0][0] == size and not odd else lines
+    short = [row for n, row in rows if n < size]
+    odd = any(plain is None or len(row.split()) == len(plain.cells) for row in short)
+    return wide if rows and rows[0][0] == size >= max(rows)[0] and not odd else lines
 
 
 def _perhaps_headings(lines: list[str]) -> _Headings | None:
