@@ -81,6 +81,12 @@ def test_rows_of_summaries_are_set_aside(below):
     assert has_them_all("\n".join(["T,J,Y1,Y2", *middle[:2], below, *middle[2:]]))
 
 
+def test_several_rows_of_summaries_are_told_in_the_plural():
+    rows = [*lines_of(TWO_TEMPERATURES), "СКО,,1,1", "Среднее,,1,1"]
+    lines = f"(lines {len(rows)}, {len(rows) + 1})"
+    assert has_them_all("\n".join(["T,J,Y1,Y2", *rows]), f"2 summaries were set aside {lines}")
+
+
 @pytest.mark.parametrize("below", ["End of test", "geprüft: Müller", "* warm", "\nTotal: 4,,,"])
 def test_remarks_below_a_table_are_set_aside(below):
     text = "\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES), below])

@@ -12,11 +12,13 @@ def plural(noun: str, number: float) -> str:
 
     Examples
     --------
-    >>> plural("run", 1), plural("run", 2), plural("launch", 0)
-    ('run', 'runs', 'launches')
+    >>> plural("run", 1), plural("run", 2), plural("launch", 0), plural("summary", 2)
+    ('run', 'runs', 'launches', 'summaries')
     """
     if number == 1:
         return noun
+    if noun.endswith("y") and noun[-2:-1] not in "aeiou":
+        return f"{noun[:-1]}ies"
     return noun + ("es" if noun.endswith(_HISSING) else "s")
 
 
