@@ -2347,3 +2347,34 @@ def test_a_missing_reading_does_not_hide_thousands_marks():
 def test_a_unit_in_the_cells_may_be_written_otherwise_in_the_heading():
     table = "T [degC];J;k;Y\n20 °C;1;1;1.35\n20 °C;5;1;-1.34\n"
     assert read(table).temperature.tolist() == [20.0, 20.0]
+
+
+# -- cells below one another, of which one is missing ----------------------------------------------
+
+COLUMNS_OF_TEXT = """Temp.   Angle   Stroke 1    Stroke 2
+20.0    0       1.3547      1.3548
+20.0    90      0.0060      0.0061
+{row}
+20.0    270     0.0029      0.0028
+"""
+
+
+@pytest.mark.parametrize(
+    ("row", "strokes"),
+    [
+        ("20.0    180                 -1.3456", [2]),
+        ("20.0    180     -1.3455", [1]),
+        ("20.0    180     -1.3455     -1.3456", [1, 2]),
+    ],
+)
+def test_a_reading_stands_in_the_column_of_its_stroke(row, strokes):
+    record = accelcal.read_table(io.StringIO(COLUMNS_OF_TEXT.format(row=row)))
+    at = record.angle == 180.0
+    assert record.stroke[at].tolist() == strokes
+    assert record.output[at].tolist() == [-1.3454 - 0.0001 * stroke for stroke in strokes]
+
+
+def test_a_temperature_that_is_missing_is_no_angle():
+    row = "        180     -1.3455     -1.3456"
+    with pytest.raises(accelcal.TableError, match=r"4: Temp\. is empty"):
+        accelcal.read_table(io.StringIO(COLUMNS_OF_TEXT.format(row=row)))

@@ -26,6 +26,7 @@ from accelcal.io.layout.heading_rows import (
 )
 from accelcal.io.layout.rows_above import declarations_above, is_of_numbers
 from accelcal.io.layout.unit_rows import UNITS_ABOVE, headings_with_units
+from accelcal.io.layout.wide_blanks import with_tabs
 from accelcal.io.words.vocabulary import Heading
 from accelcal.io.words.wording import lines_named, were
 
@@ -174,7 +175,8 @@ def _with_tabs(text: str) -> list[str]:
     """Lines whose cells two blanks or more separate, one being a part of them, with tabs instead.
 
     The first row has as many cells as the headings then, none more, and none fits single blanks. If
-    only this gives headings, none has fewer.
+    only this gives headings, none has fewer. Cells of a row that has fewer stand where those of the
+    others do; the last are missing where the cells of the others do not stand below one another.
     """
     lines = text.split("\n")
     if "  " not in text or "\t" in text:
@@ -190,7 +192,9 @@ def _with_tabs(text: str) -> list[str]:
     rows = [(row.count("\t") + 1, row) for _, row in _filled(wide[headings.below :])]
     short = [row for n, row in rows if n < size]
     odd = any(plain is None or len(row.split()) == len(plain.cells) for row in short)
-    return wide if rows and rows[0][0] == size >= max(rows)[0] and not odd else lines
+    if not rows or odd or not rows[0][0] == size >= max(rows)[0]:
+        return lines
+    return [*wide[: headings.below], *with_tabs(lines[headings.below :], size)]
 
 
 def _perhaps_headings(lines: list[str]) -> _Headings | None:
