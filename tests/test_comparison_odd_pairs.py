@@ -311,3 +311,71 @@ def test_a_change_far_outside_its_interval_is_no_agreement():
     assert found.structure == ""
     assert "DISAGREE" in str(found)
     assert "Where they disagree" not in str(found)
+
+
+def launches_not_declared(seed, plan=ONE_LEVEL):
+    made = simulate(plan=plan, seed=seed)
+    return made.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
+
+
+def both_ways(calibration, record):
+    return (
+        accelcal.compare(calibration, record, same_head=False),
+        accelcal.compare_calibrations(calibration, accelcal.fit(record), same_head=False),
+    )
+
+
+@pytest.mark.parametrize("plan", [ONE_LEVEL, TumblePlan()])
+def test_what_launches_that_nobody_declared_may_have_made_gets_no_verdict(plan):
+    """Four of five unchanged pairs disagreed."""
+    calibration, new = accelcal.fit(launches_not_declared(3, plan)), launches_not_declared(4, plan)
+    names = ("launch_uncertainty", "launch_sf_uncertainty")
+    for found in both_ways(calibration, new):
+        assert found.p_value < 1e-4
+        assert found.verdict == found.to_document()["verdict"] == "no verdict"
+        assert found.explained_by == names
+        said = "No verdict: launch_uncertainty and launch_sf_uncertainty are not declared in both"
+        assert said in str(found)
+        assert "DISAGREE" not in str(found)
+        assert type(found).from_json(found.to_json()) == found
+        document = found.to_document()
+        del document["explained_by"]
+        assert type(found).from_document(document).verdict == "disagree"
+    moved = {"k2": 1e-4 * np.cos(np.radians(new.angle)) ** 2, "bias": 0.1}
+    for change in moved.values():
+        changed = replace(new, output=new.output + 1.35 * change)
+        assert {found.verdict for found in both_ways(calibration, changed)} == {"disagree"}
+
+
+def test_launches_that_are_declared_explain_nothing(calibration, record):
+    moved = replace(record, output=record.output + 1.35 * 1e-3)
+    for found in both_ways(calibration, moved):
+        assert found.verdict == "disagree"
+        assert found.explained_by == ()
+
+
+def test_a_head_that_two_degrees_of_freedom_do_not_show_is_not_exact():
+    """It was estimated as 0: another head, with errors of 30 urad, was a change."""
+    plan = TumblePlan(temperatures=(20.0,))
+    noises = [accelcal.NoiseComponents(head=size) for size in (0.0, 3e-5)]
+    old, new = (
+        simulate(plan=plan, noise=noise, seed=seed).with_apparatus(head_uncertainty=None)
+        for noise, seed in zip(noises, (1, 2), strict=True)
+    )
+    calibration = accelcal.fit(old)
+    (head,) = (own for own in calibration.error_sources if own.name == "head")
+    assert (head.value, head.dof) == (0.0, 2.0)
+    found = accelcal.compare(calibration, new, same_head=False)
+    assert found.verdict == "no verdict"
+    assert found.explained_by == ("head_uncertainty",)
+
+
+def test_documents_of_two_calibrations_without_their_errors_read():
+    old, new = (accelcal.fit(simulate(plan=ONE_LEVEL, seed=seed)) for seed in (1, 2))
+    document = accelcal.compare_calibrations(old, new).to_document()
+    for name in ("old", "new"):
+        del document[name]["error_sources"]
+    del document["verdict"]
+    found = accelcal.CalibrationComparison.from_document(document)
+    assert found.verdict == "agree"
+    assert found.old.error_sources == ()

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from accelcal.numerics.probability import LEVEL, student_quantile, student_survival
-from accelcal.plural import listed
+from accelcal.plural import are, listed
 from accelcal.results.quantity import ErrorSource, Quantity
 
 __all__ = ["ALPHA"]
@@ -14,11 +14,12 @@ __all__ = ["ALPHA"]
 ALPHA = 0.01
 """Chance of noise below which what is compared disagrees."""
 
-_HIDING = 5e-3
-"""Noise of a reading [g], or error of a head position [rad], beside which nothing agrees."""
+HIDING = 5e-3
+"""Noise of a reading [g], or error of a head position [rad], beside which nothing agrees; as large
+as that may be what nothing tells."""
 
 
-def verdict_of(p_value: float, hidden_by: str) -> str:
+def verdict_of(p_value: float, hidden_by: str, *, explained: bool = False) -> str:
     """Say what a comparison comes to.
 
     Parameters
@@ -27,6 +28,8 @@ def verdict_of(p_value: float, hidden_by: str) -> str:
         Chance of such differences where nothing has changed.
     hidden_by : str
         Why differences may be there unseen; empty where they would be seen.
+    explained : bool, default False
+        Whether errors that nothing tells may have made all of the differences.
 
     Returns
     -------
@@ -39,7 +42,7 @@ def verdict_of(p_value: float, hidden_by: str) -> str:
     ('disagree', 'agree', 'no verdict')
     """
     if p_value < ALPHA:
-        return "disagree"
+        return "no verdict" if explained else "disagree"
     return "no verdict" if hidden_by else "agree"
 
 
@@ -85,6 +88,22 @@ def hidden_by_errors(sources: Iterable[ErrorSource]) -> str:
         for own in sources
         if own.name in ("reading", "head")
         and own.source != "declared"
-        and (own.value or 0.0) > _HIDING
+        and (own.value or 0.0) > HIDING
     ]
     return f"errors of this size hide disagreements: {listed(found)}" if found else ""
+
+
+def explained_by_errors(names: Sequence[str]) -> str:
+    """Say which errors may have made all differences; empty where none may.
+
+    Examples
+    --------
+    >>> explained_by_errors(["launch_uncertainty"])
+    'launch_uncertainty is not declared in both tests: such errors may have made all differences'
+    """
+    if not names:
+        return ""
+    return (
+        f"{listed(names)} {are(names)} not declared in both tests: such errors may have made all"
+        " differences"
+    )

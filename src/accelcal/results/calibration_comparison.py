@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.plural import listed
-from accelcal.results.agreement import chance_of, hidden_by_errors, least_of, verdict_of
+from accelcal.results.agreement import (
+    chance_of,
+    explained_by_errors,
+    hidden_by_errors,
+    least_of,
+    verdict_of,
+)
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
 from accelcal.results.quantity import ErrorSource, Quantity
@@ -170,6 +176,9 @@ class CalibrationComparison(StoredResult, TabularResult):
         Change of the indicated acceleration over the range that both tested.
     notes : tuple of str
         What a reader must know.
+    explained_by : tuple of str
+        Errors that nobody declared and the calibrations do not tell, as ``"launch_uncertainty"``,
+        that may have made all of a disagreement; empty where they may not.
     serial : str or None
         Serial number.
     software : str
@@ -187,6 +196,7 @@ class CalibrationComparison(StoredResult, TabularResult):
     SCHEMA: ClassVar[str] = SCHEMA
     _WRITER: ClassVar[str] = "accelcal compare"
     _SEVERAL: ClassVar[str] = "comparisons"
+    _MISSING: ClassVar[Mapping[str, Any]] = {"explained_by": ()}
 
     old: ComparedCalibration
     new: ComparedCalibration
@@ -196,6 +206,7 @@ class CalibrationComparison(StoredResult, TabularResult):
     joint: JointTest
     indicated: tuple[IndicatedChange, ...]
     notes: tuple[str, ...] = ()
+    explained_by: tuple[str, ...] = ()
     serial: str | None = None
     software: str = ""
 
@@ -237,13 +248,14 @@ class CalibrationComparison(StoredResult, TabularResult):
     @property
     def verdict(self) -> str:
         """What it comes to: ``"agree"``, ``"disagree"`` or ``"no verdict"``."""
-        return verdict_of(self.p_value, self.hidden_by)
+        return verdict_of(self.p_value, self.hidden_by, explained=bool(self.explained_by))
 
     @property
     def hidden_by(self) -> str:
-        """Why differences may be there unseen; empty where they would be seen."""
+        """Why there is no verdict: errors that may have made all, or differences unseen."""
         return (
-            hidden_by_errors((*self.old.error_sources, *self.new.error_sources))
+            explained_by_errors(self.explained_by)
+            or hidden_by_errors((*self.old.error_sources, *self.new.error_sources))
             or self._effects_of_one
         )
 
@@ -286,7 +298,7 @@ class CalibrationComparison(StoredResult, TabularResult):
             **members(
                 self, "software serial old new temperature_degC same_head verdict agrees p_value"
             ),
-            **members(self, "joint coefficients largest at_most indicated notes"),
+            **members(self, "joint explained_by coefficients largest at_most indicated notes"),
         }
 
     def rows(self) -> list[dict[str, Any]]:

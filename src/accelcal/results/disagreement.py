@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.results.agreement import hidden_by_errors, verdict_of
+from accelcal.results.agreement import explained_by_errors, hidden_by_errors, verdict_of
 from accelcal.results.checked import Kind, checked, member, number
 from accelcal.results.fields import StoredPart
 from accelcal.results.findings import Share
@@ -84,6 +84,9 @@ class Disagreement(StoredResult, TabularResult):
         Ids of the effects that the calibration has.
     notes : tuple of str
         What a reader must know.
+    explained_by : tuple of str
+        Errors that nobody declared and the calibration does not tell, as ``"launch_uncertainty"``,
+        that may have made all of a disagreement; empty where they may not.
     serial : str or None
         Serial number.
     readings : int
@@ -105,6 +108,7 @@ class Disagreement(StoredResult, TabularResult):
     _WRITER: ClassVar[str] = "accelcal compare"
     _SEVERAL: ClassVar[str] = "comparisons"
     _KINDS: ClassVar[Mapping[str, Kind[Any]]] = {"noise": sources_by_name}
+    _MISSING: ClassVar[Mapping[str, Any]] = {"explained_by": ()}
 
     rms: float
     reduced_chi2: float
@@ -116,6 +120,7 @@ class Disagreement(StoredResult, TabularResult):
     same_head: bool | None = None
     effects: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    explained_by: tuple[str, ...] = ()
     serial: str | None = None
     readings: int = 0
     source: str = "<table>"
@@ -136,12 +141,12 @@ class Disagreement(StoredResult, TabularResult):
     @property
     def verdict(self) -> str:
         """What it comes to: ``"agree"``, ``"disagree"`` or ``"no verdict"``."""
-        return verdict_of(self.p_value, self.hidden_by)
+        return verdict_of(self.p_value, self.hidden_by, explained=bool(self.explained_by))
 
     @property
     def hidden_by(self) -> str:
-        """Which errors are so large that they hide disagreements; empty where none is."""
-        return hidden_by_errors(self.noise)
+        """Why there is no verdict: errors that may have made all, or hide disagreements."""
+        return explained_by_errors(self.explained_by) or hidden_by_errors(self.noise)
 
     @property
     def run_names(self) -> list[str]:
@@ -164,7 +169,7 @@ class Disagreement(StoredResult, TabularResult):
             "noise": {source.name: source.to_document() for source in self.noise},
             "same_head": self.same_head,
             "gap": members(self, "rms reduced_chi2"),
-            **members(self, "verdict p_value where structure runs effects notes"),
+            **members(self, "verdict p_value explained_by where structure runs effects notes"),
         }
 
     @classmethod

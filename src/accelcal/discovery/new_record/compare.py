@@ -28,26 +28,23 @@ from accelcal.discovery.new_record.errors_counted import (
     head_notes,
     notes,
     size_counted,
+    untold,
 )
 from accelcal.discovery.new_record.fixture import Fixtures
 from accelcal.discovery.new_record.one_head import head_difference, is_one_head, is_turned_over
+from accelcal.discovery.new_record.record_noise import record_noise, step_of
 from accelcal.discovery.new_record.repeatability import (
-    KnownNoise,
     hiding,
     known_noise,
-    rounded,
-    taken_from_calibration,
     worse_than_known,
 )
 from accelcal.discovery.new_record.simulated import Simulated, simulated_readings
 from accelcal.discovery.new_record.suited import suited
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
-from accelcal.discovery.noise.declared import relative_noise
 from accelcal.discovery.noise.of_readings import (
     ReadingNoise,
     acting,
     covariance,
-    reading_noise,
     refuse_too_many,
     sources,
 )
@@ -55,14 +52,13 @@ from accelcal.discovery.space import Space, space_of
 from accelcal.discovery.untimed import simulated_in_pauses
 from accelcal.discovery.where import by_factor, pattern, shares, structure
 from accelcal.effects.without_sources import without_sources
-from accelcal.errors import AccelcalWarning, InputError
+from accelcal.errors import AccelcalWarning
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.numerics.covariance_root import covariance_root
-from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord, naming
-from accelcal.results.agreement import ALPHA, chance_of, least_of
+from accelcal.results.agreement import ALPHA, HIDING, chance_of, least_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import BY_OTHERS
 from accelcal.results.disagreement import Disagreement, RunChange
@@ -74,9 +70,6 @@ __all__ = ["compare", "residuals_of"]
 
 _LEVEL = 0.5 * ALPHA
 """Chance below which a factor disagrees: it is one of two tests, see `_chance_of_runs`."""
-
-_COARSE = 2.5
-"""Step of the readings over their noise above which their replicates do not tell it."""
 
 
 class _Seen(NamedTuple):
@@ -102,6 +95,7 @@ class _Judged(NamedTuple):
     structure: str
     runs: tuple[RunChange, ...]
     p_value: float
+    explained_by: tuple[str, ...] = ()
 
 
 def compare(
@@ -170,8 +164,8 @@ def compare(
         refuse_too_many(record)
     simulated = simulated_readings(calibration, found, converted)
     known = known_noise(calibration, found.K1.at_T0)
-    step = _step(found, converted)
-    noise, dof, source, said_of_noise = _noise(calibration, known, converted, simulated, step)
+    step = step_of(found, converted)
+    noise, dof, source, said_of_noise = record_noise(calibration, known, converted, simulated, step)
     own = from_calibration(calibration, record)
     declared, errors = counted(record, own), calibration_errors(calibration, found)
     counting = sources(noise, declared, record, unrepeated=source)
@@ -181,7 +175,7 @@ def compare(
     fixtures = Fixtures(calibration, found, fixture_uncertainty)
     seen = _Seen(converted, simulated, noise, dof, declared, own, errors, step, paused, fixtures)
     same = is_one_head(calibration, record, errors, same_head)
-    judged = _whatever_the_head(seen, same, is_turned_over(calibration, record))
+    judged = _whatever_is_untold(seen, same)
     return Disagreement(
         rms=float(np.sqrt(np.mean(simulated.residual**2))),
         **judged._asdict(),
@@ -232,55 +226,27 @@ def _found(calibration: Calibration) -> Compensation:
     return compensation(calibration, effects=False, mean_of_runs=True)
 
 
-class _Noise(NamedTuple):
-    """Noise of the readings, its degrees of freedom, and what it is from if not from replicates."""
-
-    reading: ReadingNoise
-    dof: float
-    source: str = "calibration"
-    said: str = ""
-
-
-def _noise(
-    calibration: Calibration,
-    known: KnownNoise | None,
-    record: TumbleRecord,
-    simulated: Simulated,
-    step: float,
-) -> _Noise:
-    """Noise of the readings from replicates, else as the calibration had it.
-
-    Of readings that are rounded by far more, replicates are alike at most positions and a step
-    apart at some. Their scatter tells of none of these, and the error of rounding is known.
-    """
-    c = simulated.conditions
-    try:
-        within = saturated(c, record.mounting)
-        noise = reading_noise(c, simulated.residual, within, step, relative_noise(record))
-        found = _Noise(noise, float(noise.dof))
-    except InputError:
-        if known is None:
-            raise
-        noise = ReadingNoise(known.sigma, 0.0, 0, np.inf)
-        found = _Noise(noise, known.dof, said=taken_from_calibration(calibration, noise))
-    if step <= _COARSE * noise.sigma:
-        return found
-    whole = float(np.hypot(noise.sigma, step / np.sqrt(12.0)))
-    return _Noise(ReadingNoise(whole, 0.0, 0, np.inf), np.inf, "rounding", rounded(step))
-
-
-def _step(found: Compensation, record: TumbleRecord) -> float:
-    """Step of the readings, as declared or as their digits show it [g]."""
-    step = max(record.apparatus.resolution or 0.0, decimal_step(record.output))
-    return step / abs(found.K1.at_T0)
+def _whatever_is_untold(seen: _Seen, same: bool | None) -> _Judged:
+    """Judge, and say whether errors that nothing tells explain all if they may be `HIDING`."""
+    names = untold(seen.fixtures.calibration, seen.known)
+    judged = _whatever_the_head(seen, same)
+    if not names or judged.p_value >= ALPHA:
+        return judged
+    free = seen._replace(
+        declared=replace(seen.declared, **dict.fromkeys(names, HIDING)),
+        known={name: own for name, own in seen.known.items() if name not in names},
+    )
+    explained = _whatever_the_head(free, same).p_value >= ALPHA
+    return judged._replace(explained_by=tuple(names)) if explained else judged
 
 
 @in_one_thread()
-def _whatever_the_head(seen: _Seen, same: bool | None, turned_over: bool) -> _Judged:
+def _whatever_the_head(seen: _Seen, same: bool | None) -> _Judged:
     """Judge by one head, or by two; where nothing tells which, by what is more uncertain.
 
     On the same side of an axis two heads always leave more uncertain than one.
     """
+    turned_over = is_turned_over(seen.fixtures.calibration, seen.record)
     if same is not None or not turned_over or not seen.errors.positions.size:
         return _judged(seen, bool(same))
     one, two = _judged(seen, same=True), _judged(seen, same=False)

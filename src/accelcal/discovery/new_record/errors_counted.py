@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import compress
+from types import MappingProxyType
 
 import numpy as np
 
@@ -25,7 +26,11 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 from accelcal.results.table import TableCalibration
 
-_FROM_CALIBRATION = ("head", "launch", "launch_sf")
+_NAMES = ("head_uncertainty", "launch_uncertainty", "launch_sf_uncertainty")
+"""What a calibration may know of errors that a record does not declare."""
+
+_NONE: Mapping[str, ErrorSource] = MappingProxyType({})
+
 _LIKE = 0.1
 """Relative change of a scale factor that no accelerometer has; readings [g] that show one."""
 
@@ -60,7 +65,7 @@ def from_calibration(calibration: Calibration, record: TumbleRecord) -> dict[str
         known.pop("head_uncertainty", None)  # what the correction left; the record has the whole
     return {
         name: _with_noise(known[name], calibration)
-        for name in (f"{name}_uncertainty" for name in _FROM_CALIBRATION)
+        for name in _NAMES
         if getattr(record.apparatus, name) is None
         and name in known
         and known[name].value is not None
@@ -96,6 +101,24 @@ def freedom(source: ErrorSource) -> float:
     return np.inf if source.dof is None else source.dof
 
 
+def untold(calibration: Calibration, known: Mapping[str, ErrorSource] = _NONE) -> list[str]:
+    """Name errors of head and launches that nobody declared and no readings tell.
+
+    A head of few degrees of freedom that shows no errors is none that has none; shifts of launches
+    that are not seen count with the noise beside them, see `_with_noise` and
+    `accelcal.estimate.launch`. What a comparison knows better than the calibration is `known`, from
+    `from_calibration`.
+    """
+    sources = {f"{source.name}_uncertainty": source for source in calibration.error_sources}
+    sources |= known
+    return [name for name in _NAMES if name not in sources or _is_untold(sources[name])]
+
+
+def _is_untold(source: ErrorSource) -> bool:
+    is_zero = source.name == "head" and not source.value
+    return source.value is None or (is_zero and freedom(source) < _FEW)
+
+
 def notes(
     calibration: Calibration,
     record: TumbleRecord,
@@ -117,7 +140,7 @@ def notes(
     laws = calibration.temperature_model is not None
     asked = [f"{name}_uncertainty" for name in SOURCE_UNITS if name != "temperature" or laws]
     if missing := [name for name in asked if getattr(declared, name) is None]:
-        yield f"{listed(missing)} {are(missing)} not declared: such errors count as a disagreement"
+        yield f"{listed(missing)} {are(missing)} not declared: such errors look like a change"
     if any(table.shares for table in calibration.tables):
         yield (
             "the effects in the calibration count as they are named: if they are others that its"
@@ -208,5 +231,5 @@ def _few_degrees(known: Mapping[str, ErrorSource]) -> Iterator[str]:
     if none := [name for name in few if not known[name].value]:
         yield (
             f"{listed(none)} {are(none)} not declared, and the calibration shows none, by few"
-            " degrees of freedom: such errors count as a disagreement"
+            " degrees of freedom: such errors look like a change"
         )

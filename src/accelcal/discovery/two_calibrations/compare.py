@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +14,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arrays import Array
 from accelcal.compensate.propagation import interval_of_parts, propagated
+from accelcal.discovery.new_record.errors_counted import untold
 from accelcal.discovery.new_record.simulated import gravity_ratio
 from accelcal.discovery.two_calibrations.coefficients import (
     Coefficient,
@@ -24,6 +27,7 @@ from accelcal.discovery.two_calibrations.errors import (
     Errors,
     Side,
     errors_of_both,
+    freed,
     side_of,
     stated_errors,
 )
@@ -41,6 +45,7 @@ from accelcal.estimate.uncertainty import quantities
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL
 from accelcal.numerics.simultaneous import path_length, simultaneous_quantile
+from accelcal.results.agreement import ALPHA, least_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.calibration_comparison import (
     CalibrationComparison,
@@ -159,7 +164,7 @@ def compare_calibrations(
     pair = _Pair((one, other), *({name: own[name] for name in kept} for own in (known, told)))
     tried = heads_tried(one, other, same)
     errors = [errors_of_both(one, other, level, same_head=head) for head in tried]
-    joint = [_joint(pair, level, same_head=head) for head in tried]
+    sizes = tuple(size_changes(one, other, gravity))
     whole = _Pair((one, other), known, told)
     return CalibrationComparison(
         old=_told(one),
@@ -168,10 +173,11 @@ def compare_calibrations(
         same_head=same,
         coefficients=(
             *_changes(_with_outputs(pair), errors),
-            *size_changes(one, other, gravity),
+            *sizes,
         ),
-        joint=max(joint, key=lambda test: test.p_value),
+        joint=_joint(pair, level, tried),
         indicated=tuple(_indicated(whole, errors, level, gravity)),
+        explained_by=_explained_by(pair, level, tried, sizes),
         notes=tuple(notes(one, other, same, level, lost)),
         serial=new.serial or old.serial,
         software=SOFTWARE,
@@ -224,15 +230,35 @@ def _widest(found: Iterable[list[Quantity]]) -> list[Quantity]:
     ]
 
 
-def _joint(pair: _Pair, temperature: float | None, *, same_head: bool) -> JointTest:
-    """Test all differences at once."""
+def _joint(pair: _Pair, temperature: float | None, heads: Sequence[bool]) -> JointTest:
+    """Test all differences at once, by the larger chance of one head and of two if both `heads`."""
     by_errors = pair.by_errors
 
-    def covariance(factor: Callable[[float], float]) -> Array:
+    def covariance(same_head: bool, factor: Callable[[float], float]) -> Array:
         errors = errors_of_both(*pair.sides, temperature, same_head=same_head, factor=factor)
         return np.asarray(by_errors @ errors.covariance @ by_errors.T)
 
-    return joint_test(pair.differences, covariance)
+    tests = [joint_test(pair.differences, partial(covariance, head)) for head in heads]
+    return max(tests, key=lambda test: test.p_value)
+
+
+def _explained_by(
+    pair: _Pair,
+    temperature: float | None,
+    heads: Sequence[bool],
+    sizes: Sequence[CoefficientChange],
+) -> tuple[str, ...]:
+    """Errors that nothing tells: all of them, where nothing disagrees if they may be `HIDING`."""
+    names = [untold(own.calibration) for own in pair.sides]
+    one, other = map(freed, pair.sides, names)
+    free = pair._replace(sides=(one, other))
+    chances = (
+        least_of([_joint(own, temperature, heads).p_value, *(size.p_value for size in sizes)])
+        for own in (pair, free)
+    )
+    if not any(names) or not next(chances) < ALPHA <= next(chances):
+        return ()
+    return tuple(dict.fromkeys(chain(*names)))
 
 
 def _indicated(

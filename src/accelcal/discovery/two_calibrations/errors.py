@@ -19,7 +19,7 @@ axis that was measured on one side only, with the sign of that side.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -36,6 +36,7 @@ from accelcal.errors import InputError
 from accelcal.model import CROSS_AXES
 from accelcal.numerics.sorting import distinct
 from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
+from accelcal.results.agreement import HIDING
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import BY_OTHERS
 from accelcal.results.findings import FoundEffect
@@ -44,6 +45,9 @@ from accelcal.results.quantity import ErrorSource
 _SIZE = len(ERRORS)
 _PLACES = slice(0, _SIZE), slice(_SIZE, 2 * _SIZE)
 _BIAS, _SCALE_FACTOR = ERRORS.index("k0"), ERRORS.index("K1")
+
+_SHIFTED = {"launch_uncertainty": "k0", "launch_sf_uncertainty": "K1"}
+"""What shifts from launch to launch; its slopes do by the shifts of other levels."""
 
 
 class Side(NamedTuple):
@@ -124,6 +128,18 @@ def side_of(name: str, calibration: Calibration, fixture: float | None = None) -
     size = len(covariance)
     by_others[:size, :size] = np.array(stated.covariance) - covariance
     return Side(name, calibration, found, calibration_errors(named, found), by_others, fixture)
+
+
+def freed(own: Side, names: Collection[str]) -> Side:
+    """The same with errors of these names, as in `Apparatus`, that may be as large as `HIDING`."""
+    shifted = {_SHIFTED[name] for name in names if name in _SHIFTED}
+    free = np.array([HIDING if name.split("_slope")[0] in shifted else 0.0 for name in ERRORS])
+    errors = own.errors._replace(
+        rest=own.errors.rest + np.diag(free**2), dof=np.where(free > 0.0, np.inf, own.errors.dof)
+    )
+    if "head_uncertainty" in names:
+        errors = errors._replace(head=HIDING, head_dof=np.inf)
+    return own._replace(errors=errors)
 
 
 class Errors(NamedTuple):

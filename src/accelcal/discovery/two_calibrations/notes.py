@@ -260,6 +260,6 @@ def _of_launches(old: Side, new: Side) -> Iterator[str]:
     for shifts in dict.fromkeys(listed(found) for found in untold.values() if found):
         names = [name for name, found in untold.items() if listed(found) == shifts]
         yield (
-            f"shifts of {shifts} from launch to launch are not known of {_whose(names)}: they count"
-            " as a difference"
+            f"shifts of {shifts} from launch to launch are not known of {_whose(names)}: they look"
+            " like a change"
         )
