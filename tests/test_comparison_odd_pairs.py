@@ -10,6 +10,7 @@ import accelcal
 from accelcal.simulation import TumblePlan, simulate
 
 ONE_LEVEL = TumblePlan(temperatures=(20.0,))
+FIVE_LEVELS = TumblePlan(temperatures=(20.0, 50.0, 80.0, -10.0, -40.0))
 
 
 @pytest.fixture(scope="module")
@@ -219,6 +220,7 @@ def exchanged(record):
         (TumblePlan(), True, True, "reading 31 mg"),  # it agreed, at a gap of 44 mg
         (TumblePlan(temperatures=(20.0,), strokes=2), True, True, "reading 90 mg"),
         (ONE_LEVEL, False, False, "head 53.3 mrad"),  # of an exchange in the calibration alone
+        (FIVE_LEVELS, True, False, "reading of the calibration 57"),  # it agreed, with wide U
     ],
 )
 def test_exchanged_readings_do_not_pass_for_agreement(plan, declare, both, told):

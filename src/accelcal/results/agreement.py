@@ -19,6 +19,10 @@ HIDING = 5e-3
 as that may be what nothing tells."""
 
 
+OF_CALIBRATION = "reading of the calibration"
+"""Name of the noise of a reading in the worst run of a calibration."""
+
+
 def verdict_of(p_value: float, hidden_by: str, *, explained: bool = False) -> str:
     """Say what a comparison comes to.
 
@@ -86,7 +90,7 @@ def hidden_by_errors(sources: Iterable[ErrorSource]) -> str:
     found = [
         f"{own.name} {1e3 * (own.value or 0.0):.3g} m{own.unit}"
         for own in sources
-        if own.name in ("reading", "head")
+        if own.name in ("reading", OF_CALIBRATION, "head")
         and own.source != "declared"
         and (own.value or 0.0) > HIDING
     ]

@@ -36,6 +36,7 @@ from accelcal.discovery.new_record.record_noise import record_noise, step_of
 from accelcal.discovery.new_record.repeatability import (
     hiding,
     known_noise,
+    loud_runs,
     worse_than_known,
 )
 from accelcal.discovery.new_record.simulated import Simulated, simulated_readings
@@ -168,7 +169,7 @@ def compare(
     noise, dof, source, said_of_noise = record_noise(calibration, known, converted, simulated, step)
     own = from_calibration(calibration, record)
     declared, errors = counted(record, own), calibration_errors(calibration, found)
-    counting = sources(noise, declared, record, unrepeated=source)
+    counting = sources(noise, declared, record, unrepeated=source) + loud_runs(calibration, found)
     if worse := worse_than_known(noise, known) or hiding(counting):
         warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
     paused, said = simulated_in_pauses(converted, simulated.conditions, calibration.effects)

@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.estimate.pure_error import FEW
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.probability import f_survival
-from accelcal.results.agreement import hidden_by_errors
+from accelcal.results.agreement import OF_CALIBRATION, hidden_by_errors
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 from accelcal.results.table import TableCalibration
@@ -119,6 +120,16 @@ def worse_than_known(noise: ReadingNoise, known: KnownNoise | None) -> str:
         f" {acceleration(known.sigma)}: such noise hides disagreements; look for an outlier or a"
         " coarse step by accelcal fit, and mend it"
     )
+
+
+def loud_runs(calibration: Calibration, found: Compensation) -> tuple[ErrorSource, ...]:
+    """Noise of a reading in the worst run of a calibration [g], where it hides disagreements."""
+    worst = max(calibration.reading_noises, key=lambda own: own.value or 0.0, default=None)
+    if worst is None:
+        return ()
+    size = (worst.value or 0.0) / abs(found.K1.at_T0)
+    told = replace(worst, name=OF_CALIBRATION, value=size, unit="g")
+    return (told,) if hidden_by_errors([told]) else ()
 
 
 def hiding(sources: Iterable[ErrorSource]) -> str:
