@@ -336,7 +336,7 @@ def test_what_launches_that_nobody_declared_may_have_made_gets_no_verdict(plan):
         assert found.p_value < 1e-4
         assert found.verdict == found.to_document()["verdict"] == "no verdict"
         assert found.explained_by == names
-        said = "No verdict: launch_uncertainty and launch_sf_uncertainty are not declared in both"
+        said = "No verdict: launch_uncertainty and launch_sf_uncertainty are not known in both"
         assert said in str(found)
         assert "DISAGREE" not in str(found)
         assert type(found).from_json(found.to_json()) == found
@@ -381,3 +381,16 @@ def test_documents_of_two_calibrations_without_their_errors_read():
     found = accelcal.CalibrationComparison.from_document(document)
     assert found.verdict == "agree"
     assert found.old.error_sources == ()
+
+
+def test_what_a_calibration_does_not_determine_is_no_change():
+    """Its k3 was taken as 0: 24 positions after 4 disagreed, of one unit."""
+    four, many = (TumblePlan(temperatures=(20.0,), positions=n) for n in (4, 24))
+    calibration, new = accelcal.fit(simulate(plan=four, seed=1)), simulate(plan=many, seed=2)
+    found = accelcal.compare(calibration, new, same_head=False)
+    assert found.verdict == "no verdict"
+    assert found.explained_by == ("k3", "delta_ip")
+    for plan, seed in ((four, 3), (many, 2)):  # K1 stands for K1 + K3 in both
+        own = simulate(plan=plan, seed=seed)
+        moved = replace(own, output=own.output * (1.0 + 3e-4))
+        assert accelcal.compare(calibration, moved, same_head=False).verdict == "disagree"

@@ -98,16 +98,14 @@ def hidden_by_errors(sources: Iterable[ErrorSource]) -> str:
 
 
 def explained_by_errors(names: Sequence[str]) -> str:
-    """Say which errors may have made all differences; empty where none may.
+    """Say which errors or coefficients may have made all differences; empty where none may.
 
     Examples
     --------
     >>> explained_by_errors(["launch_uncertainty"])
-    'launch_uncertainty is not declared in both tests: such errors may have made all differences'
+    'launch_uncertainty is not known in both tests: that may have made all differences'
     """
     if not names:
         return ""
-    return (
-        f"{listed(names)} {are(names)} not declared in both tests: such errors may have made all"
-        " differences"
-    )
+    told = f"{listed(names)} {are(names)} not known in both tests"
+    return f"{told}: that may have made all differences"

@@ -86,7 +86,8 @@ class Disagreement(StoredResult, TabularResult):
         What a reader must know.
     explained_by : tuple of str
         Errors that nobody declared and the calibration does not tell, as ``"launch_uncertainty"``,
-        that may have made all of a disagreement; empty where they may not.
+        and coefficients that it does not determine, that may have made all of a disagreement; empty
+        where they may not.
     serial : str or None
         Serial number.
     readings : int

@@ -41,6 +41,7 @@ from accelcal.discovery.new_record.repeatability import (
 )
 from accelcal.discovery.new_record.simulated import Simulated, simulated_readings
 from accelcal.discovery.new_record.suited import suited
+from accelcal.discovery.new_record.undetermined import of_undetermined
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import (
     ReadingNoise,
@@ -229,16 +230,19 @@ def _found(calibration: Calibration) -> Compensation:
 
 def _whatever_is_untold(seen: _Seen, same: bool | None) -> _Judged:
     """Judge, and say whether errors that nothing tells explain all if they may be `HIDING`."""
-    names = untold(seen.fixtures.calibration, seen.known)
+    calibration, found, _ = seen.fixtures
+    names = untold(calibration, seen.known)
     judged = _whatever_the_head(seen, same)
-    if not names or judged.p_value >= ALPHA:
+    if judged.p_value >= ALPHA or not (names or found.undetermined):
         return judged
+    lost = HIDING * of_undetermined(calibration, found)
     free = seen._replace(
+        errors=seen.errors._replace(rest=seen.errors.rest + lost @ lost.T),
         declared=replace(seen.declared, **dict.fromkeys(names, HIDING)),
         known={name: own for name, own in seen.known.items() if name not in names},
     )
     explained = _whatever_the_head(free, same).p_value >= ALPHA
-    return judged._replace(explained_by=tuple(names)) if explained else judged
+    return judged._replace(explained_by=(*names, *found.undetermined)) if explained else judged
 
 
 @in_one_thread()
