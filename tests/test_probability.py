@@ -189,3 +189,10 @@ def test_exceeding_of_no_number_and_of_infinity():
     ratio = np.array([math.nan, math.inf, *[0.0] * 30])
     for some in (ratio, ratio[:3]):
         assert f_exceeds(0.01, some, 2.0, 5.0).tolist()[:3] == [False, True, False]
+
+
+@pytest.mark.parametrize("dof", [1e14, 1e16, 1e17, 1e18, 1e300])
+def test_students_tail_of_endless_freedom_is_the_normal_one(dof):
+    """That of 0.001 was 0.07: beside dof as large 1 is lost."""
+    for t in (0.0, 1e-9, 1e-3, 0.5, 2.5, 6.0):
+        assert student_survival(t, dof) == pytest.approx(student_survival(t, math.inf), rel=1e-9)

@@ -103,6 +103,10 @@ def _beyond_stirling(z: Number) -> Number:
     return (1 / 12 - w * (1 / 360 - w * (1 / 1260 - w * (1 / 1680 - w / 1188)))) / z  # DLMF 5.11.1
 
 
+_NORMAL = 1e15
+"""Degrees of freedom beyond which Student's distribution is the normal one to the last digits."""
+
+
 def student_survival(t: float, dof: float) -> float:
     """Probability that Student's t exceeds a value.
 
@@ -123,7 +127,7 @@ def student_survival(t: float, dof: float) -> float:
     >>> round(student_survival(4.302653, 2), 6)
     0.025
     """
-    if math.isinf(dof):
+    if dof > _NORMAL:
         return 0.5 * math.erfc(t / math.sqrt(2.0))
     ratio = t * t / dof
     parts = 1.0 / (1.0 + ratio), ratio / (1.0 + ratio)
