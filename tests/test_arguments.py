@@ -390,6 +390,8 @@ def test_a_temperature_in_kelvin_is_refused(call):
 def test_a_record_in_kelvin_is_refused():
     with pytest.raises(InputError, match=r"temperature 293\.15 is no temperature of a test, from"):
         TriadRecord(np.eye(3), np.eye(3), temperature=[293.15] * 3)
+    with pytest.raises(InputError, match=r"launch 2: temperature 293\.15 is no temperature of a"):
+        accelcal.Launch("2", [0.0, 1.0, 2.0], [1.0] * 3, temperature=[293.15] * 3)
     with pytest.raises(InputError, match=r"temperature 293\.15 in a record; it is from -273"):
         replace(RECORD, temperature=RECORD.temperature + 273.15)
 

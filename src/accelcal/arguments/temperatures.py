@@ -54,3 +54,18 @@ def check_temperature(**values: float) -> None:
     for name, value in values.items():
         if outside_tests(value):
             raise InputError(f"{name} is {value}; a temperature of a test is {_RANGE}")
+
+
+def refuse_other_temperatures(temperature: ArrayLike, owner: str = "") -> None:
+    """Refuse temperatures of which one is none of a test; those that are not known may be.
+
+    Examples
+    --------
+    >>> refuse_other_temperatures([20.0, 293.15], "launch 2: ")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: launch 2: temperature 293.15 is no temperature of a test, from ...
+    """
+    odd = np.asarray(temperature)[outside_tests(temperature)]
+    if odd.size:
+        raise InputError(f"{owner}temperature {odd[0]:g} {NO_TEMPERATURE}; give it in degC")

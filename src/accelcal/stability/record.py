@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from accelcal.arguments.kinds import each_of, expect
 from accelcal.arguments.numbers import check_number, check_side_by_side, number_array
 from accelcal.arguments.options import check_text, check_texts, check_written
+from accelcal.arguments.temperatures import refuse_other_temperatures
 from accelcal.arrays import Array, kept
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
@@ -48,7 +49,8 @@ class Launch(EqualByContents):
     Raises
     ------
     InputError
-        If the columns are no series of one length in time, or Series of different indices.
+        If the columns are no series of one length in time, Series of different indices, or a
+        temperature is none of a test.
 
     Examples
     --------
@@ -170,6 +172,8 @@ def _check(launch: Launch) -> None:
                 f"launch {launch.label}: {values.size} values of {name} for {launch.time.size}"
                 " times; give one for each, or none"
             )
+    if launch.temperature is not None:
+        refuse_other_temperatures(launch.temperature, f"launch {launch.label}: ")
     if launch.time.size < 3:
         raise InputError(
             f"launch {launch.label}: {launch.time.size} samples; a launch has at least 3"

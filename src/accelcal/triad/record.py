@@ -16,7 +16,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arguments.axes import AXES, by_axis
 from accelcal.arguments.numbers import number_array, refuse_other_order
 from accelcal.arguments.options import check_text, check_texts, check_written
-from accelcal.arguments.temperatures import NO_TEMPERATURE, outside_tests
+from accelcal.arguments.temperatures import refuse_other_temperatures
 from accelcal.arrays import Array, Ints
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
@@ -297,9 +297,8 @@ def _temperatures(values: ArrayLike, size: int) -> Array:
         raise InputError(
             f"temperature has shape {found.shape}; give one for each of {size} attitudes"
         )
+    refuse_other_temperatures(found)
     known = found[~np.isnan(found)]
-    if (odd := known[outside_tests(known)]).size:
-        raise InputError(f"temperature {odd[0]:g} {NO_TEMPERATURE}; give it in degC")
     if known.size and np.ptp(known) > SPREAD:
         raise InputError(
             f"temperatures from {known.min():g} to {known.max():g} degC in one calibration of a"
