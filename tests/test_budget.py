@@ -778,3 +778,20 @@ def test_a_run_of_unknown_temperature_stands_not_for_the_reference():
     found = accelcal.fit(replace(record, temperature=unknown, reference_temperature=20.0))
     (bias,) = (part for part in budget(found, 0.0).components if part.symbol == "k0")
     assert bias.value == pytest.approx(accelcal.AL15.bias.at_T0, abs=1e-9)
+
+
+def test_what_correlation_leaves_has_a_degree_of_freedom_or_more():
+    """Two runs of nearly one level: far slopes, which cancel there; it was a factor of 6e7."""
+    record = accelcal.simulate(
+        plan=accelcal.TumblePlan(temperatures=(80.0, 80.0, -40.0), strokes=3),
+        noise=accelcal.NoiseComponents(reading=4e-5, head=1e-5, launch=0.0, launch_sf=0.0),
+        seed=2,
+    )
+    rng = np.random.default_rng(2)
+    temperature = record.temperature + rng.normal(0.0, 0.1, len(record))
+    record = replace(record, temperature=temperature, reference_temperature=20.0)
+    kept = np.isin(np.arange(len(record)), rng.permutation(len(record))[:48])
+    found = budget(accelcal.fit(record.select(kept)), [-1.0, 0.0, 1.0], temperature=50.0)
+    assert found.coverage_factor.max() < 12.8
+    at_level = budget(accelcal.fit(record.select(kept)), [-1.0, 0.0, 1.0], temperature=80.0)
+    assert at_level.coverage_factor.max() < 12.8

@@ -151,7 +151,8 @@ def _combined(
 ) -> tuple[Array, Array, Array]:
     """Variance added by correlation, standard uncertainty and coverage factor of each point.
 
-    What is correlated counts as one part, with the degrees of freedom of its sources.
+    What is correlated counts as one part, with the degrees of freedom of its sources: 1 or more, so
+    that less is a rounding where correlation leaves next to nothing.
     """
     together = np.array([part.symbol in correlated for part in parts])
     variances = np.array([part.standard_uncertainty**2 for part in parts])
@@ -160,5 +161,6 @@ def _combined(
     joint = np.maximum(alone + added.variance, 0.0)  # correlations are rounded
     over_dof = (variances / dof)[together].sum(axis=0) + added.over_dof
     of_joint = np.divide(joint, over_dof, out=np.full_like(joint, np.inf), where=over_dof > 0.0)
+    of_joint = np.maximum(of_joint, 1.0)
     told = combined([joint, *variances[~together]], [of_joint, *dof[~together]])
     return joint - alone, told.standard, told.factor
