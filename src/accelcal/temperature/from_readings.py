@@ -56,7 +56,8 @@ def laws_from_readings(
     pseudo-reading 0, of the size declared or estimated for them; the part of the temperature's
     scatter that a run felt enters with a pseudo-reading 0.5 +- 0.5. At the solution the estimator
     is linear, and each component of error goes through it. The reading noise is the scatter of
-    the replicates without what the felt temperatures explain of it.
+    the replicates without what the felt temperatures explain of it, and with the rounding errors
+    that the means of the positions still hold.
     """
     chosen = tables_of_one_mounting(tables, estimate)
     if not np.isfinite([estimate.noises[i].factor[record] for i in chosen]).all():
