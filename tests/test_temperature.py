@@ -880,3 +880,16 @@ def test_levels_that_are_all_near_the_reference_have_no_laws(levels):
     assert found.temperature_model is None
     assert len(found.tables) == len(levels)
     assert any("one of them more than 5 degC from T0" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("source", ["tables", "readings"])
+def test_an_error_of_the_head_is_a_share_of_the_law_and_not_of_what_was_read(source):
+    """A share of the readings explains misfits: K1 at T0 was off by a percent."""
+    plan = TumblePlan(temperatures=(20.0, 0.0, -20.0, 40.0, 60.0))
+    noise = NoiseComponents(reading=1e-9, head=6.7e-6, launch=7e-6, launch_sf=5e-6)
+    for seed in range(4):
+        record = accelcal.simulate(plan=plan, noise=noise, seed=seed, declare=False)
+        found = accelcal.fit(
+            record.with_apparatus(head_uncertainty=6.7e-6), temperature_laws=source
+        )
+        assert found.temperature_model.K1.at_T0.value == pytest.approx(1.35, rel=25e-6)

@@ -81,6 +81,39 @@ def taken_from_the_other_side(rise: Array, sides: Sequence[str]) -> Array:
     return np.where(beyond > SAME_LEVEL, _ALL_OF_A_SLOPE * beyond, 0.0)
 
 
+def share_of_law(read: Array, design: Array) -> Array:
+    """K1 of the law over K1 as read, at each level.
+
+    An error of a head position is the same share of K1 at all levels. As a share of what was read
+    it would explain a part of every misfit, and lead the law of quiet readings away [1]_.
+
+    Parameters
+    ----------
+    read : ndarray, shape (R, n)
+        K1 of the levels [output unit/g].
+    design : ndarray, shape (R, n, p) or (1, n, p)
+        Columns of the law, see `accelcal.reference.bilinear_design`.
+
+    Returns
+    -------
+    ndarray, shape (R, n)
+        By the law that weighs all levels alike.
+
+    References
+    ----------
+    .. [1] G. D'Agostini, "On the use of the covariance matrix to fit correlated data", Nuclear
+       Instruments and Methods A 346 (1994) 306-311.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> share_of_law(np.array([[1.25, 0.75]]), np.ones((1, 2, 1))).round(3).tolist()
+    [[0.8, 1.333]]
+    """
+    law = design @ (np.linalg.pinv(design) @ read[:, :, None])
+    return np.asarray(law[:, :, 0] / read)
+
+
 def local_slopes(rise: Array, sides: Sequence[str], axis: int = -1) -> Array:
     """Weights of a law's parameters in its slope at each temperature.
 

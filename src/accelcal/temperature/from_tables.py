@@ -24,6 +24,7 @@ from accelcal.temperature.bilinear import (
     LawStack,
     local_slopes,
     relative_slopes,
+    share_of_law,
     taken_from_the_other_side,
     tell_a_law,
 )
@@ -198,14 +199,14 @@ def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
     rise = stack.rise
     rise = rise[:1] if (rise == rise[:1]).all() else rise  # one design for all records
     design, levels = bilinear_design(rise, sides), levels_of(stack)
-    maps = law_maps(design, loop.paired, levels.covariance)
+    maps = law_maps(design, loop.paired, _weighing(levels, design))
     uncertain = np.hypot(stack.uncertainty, taken_from_the_other_side(stack.rise, sides))
     if uncertain.any() or loop.loose.size:
         first = _applied(maps, levels.values)
         slopes = _applied(local_slopes(rise, sides)[:, None], first[..., :count])
         by_heat, by_loop = slopes * uncertain[:, None], first[:, 0, count:]
         levels = levels.at_uncertain_levels(by_heat, stack.dof, loop.off_the_middle(by_loop))
-        maps = law_maps(design, loop.acting, levels.covariance)
+        maps = law_maps(design, loop.acting, _weighing(levels, design))
     fitted = _applied(maps, levels.values)
     hysteresis = _hysteresis(levels, fitted[:, 0, count:], maps[:, 0, count:], stack, loop)
     off = _off_the_law(levels, fitted, design, loop)
@@ -214,6 +215,14 @@ def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
     )
     laws, maps = _laws(levels, fitted[..., :count], maps[:, :, :count], sides)
     return _Group(stack, levels, maps, laws, hysteresis, of_each(said, len(off)))
+
+
+def _weighing(levels: Levels, design: Array) -> Array:
+    """Covariance by which the levels are weighed, shape (R, 3, n, n), see `share_of_law`."""
+    covariance = levels.covariance.copy()
+    share = share_of_law(levels.values[:, 1], design)
+    covariance[:, 1] *= share[:, :, None] * share[:, None]
+    return covariance
 
 
 def _applied(matrix: Array, values: Array) -> Array:

@@ -18,10 +18,11 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.tables import PreparedTable
-from accelcal.model import COEFFICIENTS
+from accelcal.model import COEFFICIENTS, SCALE_FACTOR
 from accelcal.numerics.grouping import grouped
+from accelcal.reference import bilinear_design
 from accelcal.temperature.apart_from_head import Block, HeadErrors
-from accelcal.temperature.bilinear import taken_from_the_other_side
+from accelcal.temperature.bilinear import share_of_law, taken_from_the_other_side
 from accelcal.temperature.hysteresis import Branches, branches_of
 from accelcal.temperature.pooled_noise import pooled_noise
 from accelcal.temperature.product_model import Point, Readings
@@ -202,8 +203,11 @@ def product_fit(
         table=table,
         sides=sides,
     )
+    k1 = np.stack([estimate.coefficients[i][rows, SCALE_FACTOR] for i in chosen], axis=1)
+    share = share_of_law(k1, bilinear_design(mean - temperatures.reference[rows, None], sides))
     turned = [
-        estimate.coefficients[i][rows] @ t.angular.T for t, i in zip(own, chosen, strict=True)
+        share[:, at, None] * (estimate.coefficients[i][rows] @ own[at].angular.T)
+        for at, i in enumerate(chosen)
     ]
     acting = estimate.head.uncertainty[rows, None] * np.concatenate(turned, axis=1)
     return ProductFit(
