@@ -26,7 +26,6 @@ from accelcal.numerics.sorting import distinct
 from accelcal.plural import listed
 
 _MUCH_BETTER = 9.0  # another order must leave a ninth of the squared residuals, a third of the rms
-_INDEPENDENT = 1e-9  # singular value, over the largest, of a column that the others do not make
 _NOTHING = 1e-24  # squared residuals below this share of the squared outputs are rounding errors
 
 
@@ -296,7 +295,4 @@ def _squares(stack: TableStack, output: Array, order: _Order, wrong: Mask) -> Ar
     """Squared residuals of one order of some strokes, (T,), without rounding errors of updates."""
     chosen = wrong[stack.plan.strokes.cell]
     design = np.where(chosen[:, None], _design(stack, order), stack.table.kept_design)
-    values = np.where(chosen, order.sign, 1.0)[:, None] * output
-    columns, size, _ = np.linalg.svd(design, full_matrices=False)
-    columns = columns[:, size > _INDEPENDENT * size[0]]  # fewer where angles fall together
-    return np.asarray(((values - columns @ (columns.T @ values)) ** 2).sum(axis=0))
+    return Basis.of(design).fit(np.where(chosen, order.sign, 1.0)[:, None] * output).squares

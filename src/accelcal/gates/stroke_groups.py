@@ -10,18 +10,21 @@ from accelcal.arrays import Array, Mask, Places
 from accelcal.gates.replicate_plan import rank_and_inverse
 from accelcal.numerics.grouping import Grouped
 
+_INDEPENDENT = 1e-9  # singular value, over the largest, of a column that the others do not make
+
 
 class Basis(NamedTuple):
     """A basis of the columns of a design in which their normal matrix is one."""
 
-    columns: Array  # shape (n, p)
-    of_design: Array  # from the columns of the design, shape (p, p)
+    columns: Array  # shape (n, r), for r columns of p that are independent
+    of_design: Array  # from the columns of the design, shape (p, r)
 
     @classmethod
     def of(cls, design: Array) -> Basis:
         """Basis of the columns of a design, shape (n, p)."""
-        columns, triangle = np.linalg.qr(design)
-        return cls(columns, np.linalg.inv(triangle))
+        columns, size, rows = np.linalg.svd(design, full_matrices=False)
+        told = size > _INDEPENDENT * size[0]  # fewer where angles fall together
+        return cls(columns[:, told], rows[told].T / size[told])
 
     def fit(self, output: Array) -> Fit:
         """Fit readings of shape (n, T)."""
@@ -34,7 +37,7 @@ class Fit(NamedTuple):
     """The fits in the order given."""
 
     basis: Basis
-    values: Array  # the coefficients in this basis, shape (p, T)
+    values: Array  # the coefficients in this basis, shape (r, T)
     residual: Array  # shape (n, T)
     squares: Array  # of the residuals, shape (T,)
 
