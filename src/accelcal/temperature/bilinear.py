@@ -110,7 +110,8 @@ def share_of_law(read: Array, design: Array) -> Array:
     >>> share_of_law(np.array([[1.25, 0.75]]), np.ones((1, 2, 1))).round(3).tolist()
     [[0.8, 1.333]]
     """
-    law = design @ (np.linalg.pinv(design) @ read[:, :, None])
+    basis = np.linalg.qr(design)[0]
+    law = basis @ (basis.mT @ read[:, :, None])
     return np.asarray(law[:, :, 0] / read)
 
 
