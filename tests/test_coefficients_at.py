@@ -101,15 +101,37 @@ def test_one_level_is_good_there_only():
     assert (far.covariance_names, far.covariance.shape) == ((), (0, 0))
 
 
-def test_of_several_runs_at_one_level_one_is_chosen():
-    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0))
+def test_several_runs_at_one_level_count_by_their_mean():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0))
     calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=2))
-    with pytest.raises(accelcal.InputError, match="choose by run"):
-        accelcal.coefficients_at(calibration, 20.0)
+    with pytest.warns(accelcal.AccelcalWarning, match="mean of its runs 1, 2 and 3"):
+        mean = accelcal.coefficients_at(calibration, 20.0)
+    biases = [table.error_model["k0"] for table in calibration.tables]
+    assert mean["k0"].value == pytest.approx(np.mean([k0.value for k0 in biases]), rel=1e-3)
+    assert mean["k0"].standard_uncertainty < 0.8 * min(k0.standard_uncertainty for k0 in biases)
     for table in calibration.tables:
         found = accelcal.coefficients_at(calibration, 20.0, run=table.run)
         assert found["K1"].value == table.coefficients["K1"].value
         assert found["k0"].value == table.error_model["k0"].value
+
+
+def test_runs_without_laws_at_two_levels_have_no_mean():
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0, 24.0)), seed=2)
+    calibration = accelcal.fit(record)
+    assert "Mean of runs" not in str(calibration)
+    with pytest.raises(accelcal.InputError, match="have no mean; choose one run"):
+        accelcal.coefficients_at(calibration, 20.0)
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+def test_the_mean_of_runs_in_both_mountings_is_that_of_one_side():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0), mountings=("o+", "o-"))
+    calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=2))
+    mean = accelcal.coefficients_at(calibration, 20.0)
+    own = [table.error_model["k0"].value for table in calibration.tables[:2]]
+    assert mean["k0"].value == pytest.approx(np.mean(own), rel=1e-3)
+    free = calibration.fixture_angle[0].misalignments[0]
+    assert mean["delta"].value == pytest.approx(free.value, rel=1e-6)
 
 
 def test_a_run_of_several_levels_has_no_slopes(calibration):

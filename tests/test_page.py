@@ -240,9 +240,22 @@ def test_the_first_sentence_names_what_was_taken_out_of_the_readings():
 
 
 def test_the_first_numbers_of_several_tables_without_laws_name_their_run():
-    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0))
-    text = markdown(report_page([accelcal.fit(accelcal.simulate(plan=plan, seed=1))]))
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0, 24.0)), seed=1)
+    text = markdown(report_page([accelcal.fit(record)]))
     assert "mg at 20 °C, from the 54 readings of run 1, one of 2 tables." in text
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+def test_several_runs_at_one_level_begin_with_their_mean():
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0, 20.0)), seed=1)
+    calibration = accelcal.fit(record)
+    mean = accelcal.coefficients_at(calibration, 20.0)
+    text = markdown(report_page([calibration]))
+    assert "mg at 20 °C by the mean of runs 1 and 2, from 108 readings." in text
+    K1 = str(mean["K1"]).split(" +- ")[0]
+    for shown in (text, str(calibration), calibration._repr_html_()):
+        assert K1 in shown
+        assert "ean of runs 1 and 2" in shown
 
 
 def test_a_report_of_the_printed_equations_begins_with_what_they_are():

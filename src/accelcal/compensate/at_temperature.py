@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -12,9 +13,11 @@ from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
 from accelcal.compensate.assumptions import warn_of
+from accelcal.compensate.by_runs import are_alike, by_runs
 from accelcal.compensate.choice import By, compensation
 from accelcal.compensate.coefficients import PARAMETERS, Compensation, symbol_of
 from accelcal.compensate.levels import LevelCompensation
+from accelcal.compensate.of_table import lost_symbols
 from accelcal.compensate.propagation import interval_of_parts, propagated
 from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures, within_temperatures
 from accelcal.errors import InputError
@@ -133,7 +136,7 @@ def coefficients_at(
     ------
     InputError
         If the temperature is more than 1 degC outside the calibrated range, or the calibration is
-        not usable, as where it has several runs of one level: choose one by `run`.
+        not usable, as where it has several levels and no laws: choose a run.
 
     Warns
     -----
@@ -169,8 +172,37 @@ def coefficients_at(
         warn_of([problem])
     rise = 0.0 if found.T0_degC is None else temperature - found.T0_degC
     is_known = bool(within) or (calibration.temperature_model is not None and run is None)
-    values = np.array(found.parameters(np.asarray(rise))[0], dtype=np.float64)
     told = _between_levels(found, rise) if by == "levels" else _by_laws(found, rise, is_known)
+    return _coefficients(calibration, found, rise, told)
+
+
+def mean_of_runs(calibration: Calibration) -> CoefficientsAt | None:
+    """Coefficients of several runs at one level, without laws; None where there are none.
+
+    They are those that `accelcal.coefficients_at` gives at the mean temperature of the runs.
+    """
+    tables = [t for t in calibration.tables if t.mounting == calibration.main_mounting]
+    has_K1 = all(table.coefficients["K1"].value for table in tables)
+    if calibration.temperature_model or len(tables) < 2 or not (has_K1 and are_alike(tables)):
+        return None
+    found = by_runs(calibration, tables)
+    found = replace(found, undetermined=lost_symbols([tables]))
+    return _coefficients(calibration, found, 0.0, _by_laws(found, 0.0, is_known=True))
+
+
+class _Errors(NamedTuple):
+    """Derivatives of `PARAMETERS` by what two covariances are of, and these."""
+
+    jacobian: Array
+    covariance: Array
+    over_dof: Array
+
+
+def _coefficients(
+    calibration: Calibration, found: Compensation, rise: float, told: _Errors
+) -> CoefficientsAt:
+    """Coefficients at T - T0, and the covariance of those that have an uncertainty."""
+    values = np.array(found.parameters(np.asarray(rise))[0], dtype=np.float64)
     units = {**ERROR_UNITS, "K1": calibration.tables[0].coefficients["K1"].unit}
     quantities = {
         name: Quantity(None, None, units[name])
@@ -182,14 +214,6 @@ def coefficients_at(
     jacobian = told.jacobian[[PARAMETERS.index(name) for name in names]]
     covariance = np.nan_to_num(told.covariance)  # NaN is in nothing that has a name
     return CoefficientsAt(quantities, tuple(names), rows_of(jacobian @ covariance @ jacobian.T))
-
-
-class _Errors(NamedTuple):
-    """Derivatives of `PARAMETERS` by what two covariances are of, and these."""
-
-    jacobian: Array
-    covariance: Array
-    over_dof: Array
 
 
 def _between_levels(found: Compensation, rise: float) -> _Errors:

@@ -17,7 +17,7 @@ from accelcal.compensate.assumptions import (
     without_covariance,
 )
 from accelcal.compensate.by_levels import level_compensation
-from accelcal.compensate.by_runs import are_alike, by_runs
+from accelcal.compensate.by_runs import are_alike, by_runs, said_of_runs
 from accelcal.compensate.coefficients import (
     Compensation,
     CrossAxis,
@@ -50,13 +50,10 @@ By = Literal["laws", "levels"]
 BY: tuple[By, ...] = get_args(By)
 """How coefficients depend on temperature; the first is the default."""
 
-_CHOOSE = (
-    "choose by run or mounting, or calibrate at levels more than 5 degC apart and from T0, which"
-    " tell the laws"
-)
 _UNLIKE = (
-    "they are of several levels or mountings, or tell different coefficients, and have no mean; fit"
-    " each of them by itself"
+    "they are of several levels, or tell different coefficients, and have no mean; choose one run,"
+    " or fit it by itself, or calibrate at levels more than 5 degC apart and from T0, which tell"
+    " the laws"
 )
 _COMMON = ("k2", "k3", "delta_ip")
 """Parameters without a temperature law."""
@@ -69,7 +66,6 @@ def compensation(
     by: str = BY[0],
     same_launch: bool = False,
     effects: bool = True,
-    mean_of_runs: bool = False,
 ) -> Compensation:
     """Choose what a calibration gives to its users.
 
@@ -78,7 +74,8 @@ def compensation(
     calibration : Calibration
         The calibration.
     run : str or int, optional
-        Use the table of this run only; by default the temperature laws, or the only table.
+        Use the table of this run only; by default the temperature laws, or without laws the mean of
+        all runs, see `accelcal.compensate.by_runs`.
     by : {"laws", "levels"}, default "laws"
         How the coefficients depend on temperature: by the laws, or on straight lines between the
         levels, see `accelcal.compensate.levels`.
@@ -87,9 +84,6 @@ def compensation(
     effects : bool, default True
         Take up the static effects of the calibration, and count by them what may be in their place;
         otherwise the assumptions tell of them too.
-    mean_of_runs : bool, default False
-        Take several runs at one level without laws as their mean, and do not refuse them, see
-        `accelcal.compensate.by_runs`.
 
     Returns
     -------
@@ -130,7 +124,7 @@ def compensation(
         refuse_undetermined_laws(calibration)
         found = _from_laws(calibration, model)
     else:
-        found = _from_tables(calibration, tables, averaged=mean_of_runs)
+        found = _from_tables(calibration, tables)
     beyond = beyond_in_use(calibration, tables, by_laws=by_laws)
     launch = Launch() if same_launch else _next_launch(calibration)
     new_launch = [] if same_launch else unknown_launch(calibration)
@@ -166,27 +160,23 @@ def _next_launch(calibration: Calibration) -> Launch:
     )
 
 
-def _from_tables(
-    calibration: Calibration, tables: Sequence[TableCalibration], *, averaged: bool
-) -> Compensation:
-    """One table, or one of each cross axis; or the mean of several that are alike."""
+def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:
+    """One table, or the mean of those that are alike; of each cross axis."""
     main_mounting = calibration.main_mounting
     tables = _one_side(calibration, sorted(tables, key=lambda t: t.mounting != main_mounting))
     by_axis: dict[str, list[TableCalibration]] = {}
     for table in tables:
         by_axis.setdefault(cross_name(table.mounting), []).append(table)
     groups = list(by_axis.values())
-    if len(groups) < len(tables) and not (averaged and all(map(are_alike, groups))):
+    if not all(map(are_alike, groups)):
         names = ", ".join(f"{table.run} ({table.mounting})" for table in tables)
-        raise InputError(
-            f"{len(tables)} tables and no temperature law, runs {names}; "
-            + (_UNLIKE if averaged else _CHOOSE)
-        )
+        raise InputError(f"{len(tables)} tables and no temperature law, runs {names}; {_UNLIKE}")
     main = tables[0]
     found, *others = (by_runs(calibration, own) for own in groups)
     for other in others:
         found = with_other(found, other)
-    said = (*unknown_level(main.temperature_degC), *not_determined(groups))
+    averaged = [f"the {said_of_runs(calibration)}"] if len(groups[0]) > 1 else []
+    said = (*averaged, *unknown_level(main.temperature_degC), *not_determined(groups))
     return replace(
         found,
         undetermined=lost_symbols(groups),
@@ -255,13 +245,13 @@ def _by_laws(
 def _one_side(
     calibration: Calibration, tables: Sequence[TableCalibration]
 ) -> Sequence[TableCalibration]:
-    """Of two sides of one axis at one level the first: the misalignment is that of both."""
-    mountings = [table.mounting for table in tables]
-    if len(set(mountings)) < len(tables):
-        return tables
+    """Of both sides of one axis the first: the misalignment is that of both."""
     reversed_axes = {found.axis for found in calibration.fixture_angle}
-    kept: dict[str, TableCalibration] = {}
+    first: dict[str, str] = {}
     for table in tables:
-        axis = table.mounting[:1]
-        kept.setdefault(axis if axis in reversed_axes else table.mounting, table)
-    return list(kept.values())
+        first.setdefault(table.mounting[:1], table.mounting)
+    return [
+        table
+        for table in tables
+        if table.mounting == first[table.mounting[:1]] or table.mounting[:1] not in reversed_axes
+    ]

@@ -35,6 +35,7 @@ from accelcal.report.calibration import (
 from accelcal.report.calibration_rows import (
     HEADINGS,
     LAW_HEADINGS,
+    SHOWN_COEFFICIENTS,
     alarms,
     coefficient_rows,
     first_alarms,
@@ -45,6 +46,7 @@ from accelcal.report.calibration_rows import (
     without_uncertainty,
 )
 from accelcal.report.lines import sentence
+from accelcal.report.mean_of_runs import mean_rows
 from accelcal.report.numbers import significant
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
@@ -125,6 +127,9 @@ def _main_numbers(calibration: Calibration) -> list[_Main]:
     if is_misprinted(calibration):
         return []
     model = calibration.temperature_model
+    if mean := mean_rows(calibration):
+        rows = zip(SHOWN_COEFFICIENTS, mean[1], strict=True)
+        return [_Main(*row, row[1] != own[1]) for own, row in rows if own[1] in _HIGHLIGHTED]
     if model is None or not _has_laws(calibration):
         return _of_nearest(calibration)
     laws = {row[1]: _Main(*row) for row in temperature_rows(calibration, model)}
@@ -177,6 +182,8 @@ def _readings(calibration: Calibration) -> str:
     where = "" if table.temperature_degC is None else f" at {table.temperature_degC:.4g} degC"
     if len(tables) == 1:
         return f"{where}, from {total}"
+    if mean := mean_rows(calibration):
+        return f"{where} by the mean of {mean[0]}, from {total}"
     own = counted(table.readings, "reading")
     return f"{where}, from the {own} of {table_title(table)}, one of {len(tables)} tables"
 
@@ -264,6 +271,8 @@ def _coefficients(calibration: Calibration) -> Section:
         " u the standard uncertainty. Values are per power of local g."
     )
     blocks: list[Block] = [Paragraph(intro)]
+    if mean := mean_rows(calibration):
+        blocks.append(Table(f"Mean of {mean[0]}", _LAW_HEADINGS, _set(mean[1]), (2, 3)))
     for table in calibration.tables:
         blocks += _of_table(table, calibration.g_local_m_s2)
     return Section("Coefficients", blocks)

@@ -50,6 +50,7 @@ def calibration_text(calibration: Calibration) -> str:
         _alarms(calibration),
         _open(calibration.warnings),
         *(_table(table, calibration) for table in calibration.tables),
+        _mean_of_runs(calibration),
         _temperature(calibration),
         _fixture_angles(calibration.fixture_angle),
         _effects(calibration),
@@ -126,6 +127,15 @@ def scale_factor_elsewhere(table: TableCalibration, local_gravity: float | None)
         shown = matching_digits(value, expanded, factor)
         yield f"  K1 = {shown[0]} +- {shown[1]} {unit} {per}"
     yield f"  with g = {local_gravity!r} m/s^2 taken as exact"
+
+
+def _mean_of_runs(calibration: Calibration) -> Iterator[str]:
+    if calibration.temperature_model is None and len(calibration.tables) > 1:
+        from accelcal.report.mean_of_runs import mean_rows
+
+        if found := mean_rows(calibration):
+            yield f"Mean of {found[0]}"
+            yield from aligned([LAW_HEADINGS, *found[1]], right={2, 3}, indent="  ")
 
 
 def _temperature(calibration: Calibration) -> Iterator[str]:

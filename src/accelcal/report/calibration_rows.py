@@ -200,7 +200,7 @@ def _row(
     return CoefficientRow(
         name=name,
         symbol=symbol,
-        meaning=_meaning(table, symbol, coefficient),
+        meaning=meaning_of(table, symbol, coefficient),
         value=value if known else _few_digits(factor * quantity.value),
         expanded=half_width,
         unit=unit,
@@ -244,22 +244,24 @@ def temperature_rows(calibration: Calibration, model: TemperatureModel) -> list[
     """Make the lines of the temperature laws of one axis."""
     own = calibration.tables[0].coefficients["K1"].unit
     rows = [
-        _law_row(name, symbol, getattr(model.laws[law], part), factor, unit or own)
+        law_row(name, symbol, getattr(model.laws[law], part), factor, unit or own)
         for name, symbol, law, part, factor, unit in _LAWS
     ]
     known = model.hysteresis is not None
     name = "bias (heated - cooled)/2" if known else "hysteresis of bias"  # its sign is told
-    return [*rows, _law_row(name, "h_T", model.hysteresis, 1e6, "ug")]
+    return [*rows, law_row(name, "h_T", model.hysteresis, 1e6, "ug")]
 
 
-def _law_row(name: str, symbol: str, quantity: Quantity | None, factor: float, unit: str) -> LawRow:
+def law_row(name: str, symbol: str, quantity: Quantity | None, factor: float, unit: str) -> LawRow:
+    """Make a line of a quantity, which is None where not determined."""
     if quantity is None or quantity.value is None:
         return name, symbol, "not determined", "", unit
     shown = matching_digits(quantity.value, quantity.expanded_uncertainty, factor)
     return name, symbol, *shown, unit
 
 
-def _meaning(table: TableCalibration, symbol: str, coefficient: str) -> str:
+def meaning_of(table: TableCalibration, symbol: str, coefficient: str) -> str:
+    """Tell of what sum a symbol is in a table that does not tell the terms apart; else empty."""
     absorbed = table.stands_for.get(coefficient)
     if absorbed is None:
         return ""

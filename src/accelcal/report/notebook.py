@@ -22,6 +22,7 @@ from accelcal.report.disagreement import run_rows
 from accelcal.report.discovery import NOT_SURE, gap_rows, other_values
 from accelcal.report.findings import factor_rows, p_value
 from accelcal.report.html import items, long_table, preformatted, result, safe, table
+from accelcal.report.mean_of_runs import mean_rows
 from accelcal.report.numbers import (
     is_number_of,
     matching_digits,
@@ -63,6 +64,8 @@ def calibration_html(calibration: Calibration) -> str:
     warned = [*without_uncertainty(calibration), *grouped_alarms(calibration)]
     parts = [items(f"<b>WARNING</b> {safe(sentence)}" for sentence in warned)]
     parts += [table_html(found) for found in calibration.tables]
+    if mean := mean_rows(calibration):
+        parts.append(table(f"mean of {mean[0]}", LAW_HEADINGS, mean[1]))
     for whose, rows in temperature_laws(calibration):
         caption = f"temperature laws{whose}, T0 = {calibration.T0_degC:g} °C"
         parts.append(table(caption, LAW_HEADINGS, rows))

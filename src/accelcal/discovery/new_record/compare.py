@@ -225,7 +225,7 @@ def residuals_of(calibration: Calibration, record: TumbleRecord) -> Array:
 
 
 def _found(calibration: Calibration) -> Compensation:
-    return compensation(calibration, effects=False, mean_of_runs=True)
+    return compensation(calibration, effects=False)
 
 
 def _whatever_is_untold(seen: _Seen, same: bool | None) -> _Judged:

@@ -113,9 +113,9 @@ def side_of(name: str, calibration: Calibration, fixture: float | None = None) -
         If it does not say which coefficients to use, or has no uncertainties.
     """
     try:
-        stated = compensation(calibration, effects=False, mean_of_runs=True)
+        stated = compensation(calibration, effects=False)
         named = without_sources(calibration, BY_OTHERS)
-        found = compensation(named, effects=False, mean_of_runs=True)
+        found = compensation(named, effects=False)
     except InputError as error:
         raise error.at(f"{name} calibration") from None
     covariance = np.array(found.covariance)

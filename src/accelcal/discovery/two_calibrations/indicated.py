@@ -86,7 +86,7 @@ def indication(
 
 def _by_effects(own: Side, a_i: Array, temperature: float | None) -> tuple[Array, Array, Array]:
     """What static effects add to the indication [g], its changes by their errors, and the dof."""
-    found = compensation(own.calibration, mean_of_runs=True) if own.effects else own.found
+    found = compensation(own.calibration) if own.effects else own.found
     if found.effects is None:
         return np.zeros_like(a_i), np.zeros((a_i.size, 0)), np.zeros(0)
     reference = found.T0_degC
