@@ -213,6 +213,21 @@ def test_both_sides_of_an_axis_certify_what_is_free_of_the_fixture_angle(laborat
     assert len(effective) == len(sides) == 2
 
 
+@pytest.mark.parametrize(("mountings", "label"), [(("o+",), "delta"), (("o+", "o-"), "delta_free")])
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+def test_the_mean_of_runs_at_one_level_is_certified(laboratory, mountings, label):
+    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0), mountings=mountings)
+    found = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
+    root = ElementTree.fromstring(certificate(found, laboratory))
+    check_structure(root)
+    results = {result[0][0].text: result for result in root.iter(f"{DCC}result")}
+    told = {r.findtext(f"{SI}label"): r for r in results["mean of runs 1 and 2"].iter(f"{SI}real")}
+    delta = accelcal.coefficients_at(found, 20.0)["delta"]
+    assert float(told[label].findtext(f"{SI}value")) == pytest.approx(delta.value, rel=1e-12)
+    wide = float(told[label].findtext(f".//{SI}valueExpandedMU"))
+    assert wide == pytest.approx(delta.expanded_uncertainty, rel=1e-12)
+
+
 @pytest.mark.parametrize("mountings", [("o+",), ("o+", "p+")])
 def test_the_temperature_laws_of_each_axis_are_certified(laboratory, mountings):
     record = accelcal.simulate(plan=accelcal.TumblePlan(mountings=mountings), seed=1)

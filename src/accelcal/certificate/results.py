@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element
 
 from accelcal.certificate.administrative import software
 from accelcal.certificate.xml import dcc, named, number, rich, si
+from accelcal.compensate.at_temperature import MeanOfRuns, mean_of_runs
 from accelcal.io.toml.laboratory import NOT_STATED
 from accelcal.results.calibration import Calibration
 from accelcal.results.fixture_angle import FixtureAngle
@@ -71,10 +72,13 @@ _PROBABILITY = "0.95"
 def measurement_results(calibration: Calibration) -> Element:
     """Make ``dcc:measurementResults``.
 
-    A result for each table, one for the temperature laws of each axis along the shaft, and one for
-    each axis whose misalignment both sides have freed from the fixture angle.
+    A result for each table, one for the mean of runs at one level, one for the temperature laws of
+    each axis along the shaft, and one for each axis whose misalignment both sides have freed from
+    the fixture angle.
     """
     results = [_table(table, calibration) for table in calibration.tables]
+    mean = mean_of_runs(calibration)
+    results += [] if mean is None else [_mean(mean, calibration)]
     for model, whose in (
         (calibration.temperature_model, ""),
         (calibration.second_axis_model, ", of the other axis along the shaft"),
@@ -116,6 +120,17 @@ def _table(table: TableCalibration, calibration: Calibration) -> Element:
     ]
     title = f"run {table.run}, mounting {table.mounting}{where}"
     return _result(title, "coefficients", data, _covariance(table, calibration))
+
+
+def _mean(mean: MeanOfRuns, calibration: Calibration) -> Element:
+    told = {symbol: (symbol, mean.first.meaning(symbol)) for symbol in mean.coefficients}
+    if mean.first.mounting[0] in {found.axis for found in calibration.fixture_angle}:
+        told["delta"] = ("delta_free", "delta_free")
+    data = [
+        _quantity(name, mean.coefficients[symbol], calibration, meaning)
+        for symbol, (name, meaning) in told.items()
+    ]
+    return _result(f"mean of {mean.runs}", "mean of runs", data)
 
 
 def _laws(model: TemperatureModel, calibration: Calibration, whose: str) -> Element:

@@ -23,10 +23,12 @@ from accelcal.compensate.ranges import CALIBRATE_THERE, outside_temperatures, wi
 from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping
 from accelcal.model import ERROR_UNITS
+from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Correlated, Rows, rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.result import frame_of
+from accelcal.results.table import TableCalibration
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -176,18 +178,33 @@ def coefficients_at(
     return _coefficients(calibration, found, rise, told)
 
 
-def mean_of_runs(calibration: Calibration) -> CoefficientsAt | None:
-    """Coefficients of several runs at one level, without laws; None where there are none.
+class MeanOfRuns(NamedTuple):
+    """Coefficients of several runs at one level.
 
-    They are those that `accelcal.coefficients_at` gives at the mean temperature of the runs.
+    Attributes
+    ----------
+    runs : str
+        Which they are, such as ``"runs 1 and 2"``.
+    first : TableCalibration
+        Table of the first of them.
+    coefficients : CoefficientsAt
+        Those that `accelcal.coefficients_at` gives at the mean temperature of the runs.
     """
+
+    runs: str
+    first: TableCalibration
+    coefficients: CoefficientsAt
+
+
+def mean_of_runs(calibration: Calibration) -> MeanOfRuns | None:
+    """Mean of the runs of a calibration without laws; None where they are not all of one level."""
     tables = [t for t in calibration.tables if t.mounting == calibration.main_mounting]
     has_K1 = all(table.coefficients["K1"].value for table in tables)
     if calibration.temperature_model or len(tables) < 2 or not (has_K1 and are_alike(tables)):
         return None
-    found = by_runs(calibration, tables)
-    found = replace(found, undetermined=lost_symbols([tables]))
-    return _coefficients(calibration, found, 0.0, _by_laws(found, 0.0, is_known=True))
+    found = replace(by_runs(calibration, tables), undetermined=lost_symbols([tables]))
+    mean = _coefficients(calibration, found, 0.0, _by_laws(found, 0.0, is_known=True))
+    return MeanOfRuns(f"runs {listed(table.run for table in tables)}", tables[0], mean)
 
 
 class _Errors(NamedTuple):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from accelcal.compensate.at_temperature import mean_of_runs
-from accelcal.plural import listed
 from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS, LawRow, law_row, meaning_of
 
 if TYPE_CHECKING:
@@ -17,10 +16,9 @@ def mean_rows(calibration: Calibration) -> tuple[str, list[LawRow]] | None:
     found = mean_of_runs(calibration)
     if found is None:
         return None
-    tables = [t for t in calibration.tables if t.mounting == calibration.main_mounting]
     rows = []
     for name, symbol, coefficient, factor, unit in SHOWN_COEFFICIENTS:
-        own = found[symbol]
-        meaning = meaning_of(tables[0], symbol, coefficient) or symbol
+        own = found.coefficients[symbol]
+        meaning = meaning_of(found.first, symbol, coefficient) or symbol
         rows.append(law_row(name, meaning, own, factor, unit or own.unit))
-    return f"runs {listed(table.run for table in tables)}", rows
+    return found.runs, rows
