@@ -538,11 +538,35 @@ def test_what_the_scale_factor_stands_for_is_said():
     assert any("K1 stands for K1 + K3" in said for said in found.warnings)
 
 
-def test_of_several_runs_at_one_level_the_one_taken_is_said():
-    for levels, times in (((20.0,), 0), ((20.0, 20.0), 1), ((20.0, 80.0), 0)):
-        plan = accelcal.TumblePlan(temperatures=levels)
-        found = budget(accelcal.fit(accelcal.simulate(plan=plan, seed=1)), 1.0)
-        assert sum("those of run 1, one of 2" in said for said in found.warnings) == times
+@pytest.mark.parametrize(
+    ("levels", "said"),
+    [
+        ((20.0,), []),
+        ((20.0, 20.0), ["the mean of runs 1 and 2"]),
+        ((20.0, 24.0), ["those of run 1, one of 2 in mounting o+"]),
+        ((20.0, 80.0), []),
+    ],
+)
+def test_of_several_runs_without_laws_what_is_taken_is_said(levels, said):
+    plan = accelcal.TumblePlan(temperatures=levels)
+    found = budget(accelcal.fit(accelcal.simulate(plan=plan, seed=1)), 1.0)
+    beginning = "no temperature law, so the coefficients are "
+    assert [s.removeprefix(beginning) for s in found.warnings if s.startswith(beginning)] == said
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+@pytest.mark.parametrize("mountings", [("o+",), ("o+", "o-")])
+def test_the_mean_of_runs_has_the_uncertainty_that_apply_has(mountings):
+    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0), mountings=mountings)
+    calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=3))
+    angles = np.radians([0.0, 60.0, 90.0, 150.0])
+    a_i, a_p = np.cos(angles), np.sin(angles)
+    mean = {name: q.value for name, q in accelcal.coefficients_at(calibration, 20.0).items()}
+    bracket = mean["k0"] + a_i + mean["k2"] * a_i**2 + mean["k3"] * a_i**3 + mean["delta"] * a_p
+    output = mean["K1"] * (bracket + mean["delta_ip"] * a_i * a_p)
+    applied = accelcal.apply(calibration, output, a_p=a_p)
+    found = budget(calibration, a_i, a_p=a_p)
+    assert found.expanded_uncertainty == pytest.approx(applied.expanded_uncertainty, rel=5e-3)
 
 
 # -- the command -----------------------------------------------------------------------------------

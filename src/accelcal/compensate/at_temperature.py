@@ -44,6 +44,9 @@ class CoefficientsAt(Correlated, FrozenMapping[Quantity]):
     covariance_names, covariance_matrix
         Symbols of those whose uncertainty is known and their covariance, which is the array
         `covariance` as well, in the units of the quantities.
+    over_dof_matrix
+        The same with each source of error over its degrees of freedom, which is the array
+        `over_dof` as well.
 
     Examples
     --------
@@ -61,15 +64,23 @@ class CoefficientsAt(Correlated, FrozenMapping[Quantity]):
     '6.9e-06 g'
     """
 
-    __slots__ = ("covariance_matrix", "covariance_names")
-    covariance_names: tuple[str, ...]
-    covariance_matrix: Rows
+    __slots__ = ("covariance_matrix", "covariance_names", "over_dof_matrix")
 
     def __init__(
-        self, quantities: Mapping[str, Quantity], names: tuple[str, ...], matrix: Rows
+        self,
+        quantities: Mapping[str, Quantity],
+        names: tuple[str, ...],
+        covariance: Rows,
+        over_dof: Rows,
     ) -> None:
         super().__init__(quantities)
-        self.covariance_names, self.covariance_matrix = names, matrix
+        self.covariance_names = names
+        self.covariance_matrix, self.over_dof_matrix = covariance, over_dof
+
+    @property
+    def over_dof(self) -> Array:
+        """The covariance, each source of error over its degrees of freedom, shape (n, n)."""
+        return np.array(self.over_dof_matrix, dtype=np.float64).reshape(self.covariance.shape)
 
     def copy(self) -> Self:
         """Return the coefficients with their covariance: they stay as they are.
@@ -99,7 +110,8 @@ class CoefficientsAt(Correlated, FrozenMapping[Quantity]):
         return frame_of([{"coefficient": name, **own.to_document()} for name, own in self.items()])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (dict(self), self.covariance_names, self.covariance_matrix)
+        matrices = self.covariance_matrix, self.over_dof_matrix
+        return type(self), (dict(self), self.covariance_names, *matrices)
 
 
 def coefficients_at(
@@ -187,12 +199,15 @@ class MeanOfRuns(NamedTuple):
         Which they are, such as ``"runs 1 and 2"``.
     first : TableCalibration
         Table of the first of them.
+    temperature : float or None
+        Their mean temperature [degC]; None where unknown.
     coefficients : CoefficientsAt
-        Those that `accelcal.coefficients_at` gives at the mean temperature of the runs.
+        Those that `accelcal.coefficients_at` gives there.
     """
 
     runs: str
     first: TableCalibration
+    temperature: float | None
     coefficients: CoefficientsAt
 
 
@@ -204,7 +219,8 @@ def mean_of_runs(calibration: Calibration) -> MeanOfRuns | None:
         return None
     found = replace(by_runs(calibration, tables), undetermined=lost_symbols([tables]))
     mean = _coefficients(calibration, found, 0.0, _by_laws(found, 0.0, is_known=True))
-    return MeanOfRuns(f"runs {listed(table.run for table in tables)}", tables[0], mean)
+    runs = f"runs {listed(table.run for table in tables)}"
+    return MeanOfRuns(runs, tables[0], found.T0_degC, mean)
 
 
 class _Errors(NamedTuple):
@@ -229,8 +245,11 @@ def _coefficients(
     }
     names = [name for name, found in quantities.items() if found.standard_uncertainty is not None]
     jacobian = told.jacobian[[PARAMETERS.index(name) for name in names]]
-    covariance = np.nan_to_num(told.covariance)  # NaN is in nothing that has a name
-    return CoefficientsAt(quantities, tuple(names), rows_of(jacobian @ covariance @ jacobian.T))
+    matrices = (  # NaN is in nothing that has a name
+        rows_of(jacobian @ np.nan_to_num(own) @ jacobian.T)
+        for own in (told.covariance, told.over_dof)
+    )
+    return CoefficientsAt(quantities, tuple(names), *matrices)
 
 
 def _between_levels(found: Compensation, rise: float) -> _Errors:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.compensate.at_temperature import CoefficientsAt, MeanOfRuns, mean_of_runs
 from accelcal.errors import InputError
 from accelcal.model import CROSS_AXES
 from accelcal.results.calibration import Calibration
@@ -29,8 +30,10 @@ class Coefficients:
     slopes : mapping of str to TemperatureLaw
         Slopes of k0 [g/degC], K1 [1/degC] and of delta_O, delta_P [rad/degC], the axis of the laws
         first.
-    main : TableCalibration
-        Table nearest to T0 in the mounting of the laws.
+    mounting : str
+        The main mounting, which the laws or `alone` are of.
+    alone : TableCalibration or CoefficientsAt
+        What tells them at T0 without laws: the table nearest to it, or the mean of several runs.
     reference : float or None
         T0, or the temperature of the only level [degC].
     range : tuple of float, or None
@@ -41,7 +44,8 @@ class Coefficients:
 
     at_T0: Mapping[str, Quantity]
     slopes: Mapping[str, TemperatureLaw]
-    main: TableCalibration
+    mounting: str
+    alone: TableCalibration | CoefficientsAt
     reference: float | None
     range: tuple[float, float] | None
     model: TemperatureModel | None
@@ -80,8 +84,9 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     -------
     Coefficients
         k0, K1 and the misalignments from the temperature laws, where there are any; everything else
-        from the tables of `accelcal.results.tables_in_use`. Misalignments are free of the fixture
-        angle, where both sides of the axis were measured.
+        from the tables of `accelcal.results.tables_in_use`, or without laws from the mean of the
+        runs of one level. Misalignments are free of the fixture angle, where both sides of the axis
+        were measured.
 
     Raises
     ------
@@ -106,6 +111,11 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
         )
         found[axis.misalignment] = calibration.misalignment(table)
         found[axis.coupling] = teller.error_model["delta_ip"]
+    mean = mean_of_runs(calibration)
+    if mean is not None:
+        own = CROSS_AXES[law_axis]
+        symbols = {"delta": own.misalignment, "delta_ip": own.coupling}
+        found |= {symbols.get(name, name): q for name, q in mean.coefficients.items()}
     model, delta = calibration.temperature_model, CROSS_AXES[law_axis].misalignment
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, delta: model.delta}
     second = calibration.second_axis_model
@@ -118,8 +128,18 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     return Coefficients(
         at_T0={name: q for name, q in found.items() if q.value is not None},
         slopes=laws,
-        main=main,
-        reference=calibration.T0_degC if model is not None else main.temperature_degC,
+        mounting=main.mounting,
+        alone=main if mean is None else mean.coefficients,
+        reference=_reference(calibration, main, mean),
         range=(min(levels), max(levels)) if levels else None,
         model=model,
     )
+
+
+def _reference(
+    calibration: Calibration, main: TableCalibration, mean: MeanOfRuns | None
+) -> float | None:
+    """T0, or where there are no laws the temperature of what tells the coefficients [degC]."""
+    if calibration.temperature_model is not None:
+        return calibration.T0_degC
+    return main.temperature_degC if mean is None else mean.temperature

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.compensate.at_temperature import CoefficientsAt
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.components import SLOPES, sensitivity
 from accelcal.error_budget.conditions import Conditions
@@ -99,7 +100,7 @@ def correlations_of(coefficients: Coefficients) -> list[Correlations]:
 def _correlations(coefficients: Coefficients, side: str) -> Correlations:
     model = coefficients.model
     if model is None:
-        return _of_table(coefficients)
+        return _alone(coefficients)
     symbols = {name: name for name in ("k2", "k3")}
     for name, law in zip(coefficients.slopes, LAWS, strict=False):
         symbols |= {f"{law} at_T0": name, f"{law} {side}": SLOPES[name][1]}
@@ -111,16 +112,20 @@ def _correlations(coefficients: Coefficients, side: str) -> Correlations:
     return _by_pairs(model, [symbols.get(name) for name in names], sign)
 
 
-def _of_table(coefficients: Coefficients) -> Correlations:
+def _alone(coefficients: Coefficients) -> Correlations:
     """Correlations of (1) stand for those of (2): the quotient by K1 changes next to nothing."""
-    table, axis = coefficients.main, CROSS_AXES[coefficients.main.mounting[0]]
-    renamed = {**ERROR_TERMS, "M": axis.misalignment, "M_ip": axis.coupling}
-    symbols = [renamed.get(name, name) for name in table.covariance_names]
-    return _by_pairs(table, [name if name in coefficients.at_T0 else None for name in symbols])
+    axis = CROSS_AXES[coefficients.mounting[0]]
+    of_axis = {"delta": axis.misalignment, "delta_ip": axis.coupling}
+    terms = [ERROR_TERMS.get(name, name) for name in coefficients.alone.covariance_names]
+    symbols = [of_axis.get(term, term) for term in terms]
+    kept = [symbol if symbol in coefficients.at_T0 else None for symbol in symbols]
+    return _by_pairs(coefficients.alone, kept)
 
 
 def _by_pairs(
-    known: CorrelatedBySource, symbols: Sequence[str | None], sign: Array | float = 1.0
+    known: CorrelatedBySource | CoefficientsAt,
+    symbols: Sequence[str | None],
+    sign: Array | float = 1.0,
 ) -> Correlations:
     """What the errors of each pair of quantities have in common, with the signs they are to have.
 

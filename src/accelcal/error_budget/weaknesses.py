@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.compensate.at_temperature import mean_of_runs
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use, static_in_use
 from accelcal.effects.static import how_taken_up
 from accelcal.error_budget.coefficients import Coefficients
@@ -74,7 +75,7 @@ def weaknesses(
     used = tables_in_use(calibration)
     groups = (used.of_main, used.of_second) if used.by_laws else [[t] for t in used.nearest]
     yield from not_determined([group for group in groups if group])
-    yield from _one_of_several(calibration)
+    yield from _several_runs(calibration)
     unknown = [n for n, q in coefficients.at_T0.items() if q.standard_uncertainty is None]
     if unknown:
         yield f"the uncertainty of {', '.join(unknown)} is unknown and left out"
@@ -82,13 +83,16 @@ def weaknesses(
         yield from _first_order(coefficients, points, expanded)
 
 
-def _one_of_several(calibration: Calibration) -> Iterator[str]:
-    """Say whose coefficients they are, where several runs share a level."""
+def _several_runs(calibration: Calibration) -> Iterator[str]:
+    """Say whose coefficients they are, where several runs have no laws."""
     if calibration.temperature_model is not None:
         return
+    mean = mean_of_runs(calibration)
     for table in tables_in_use(calibration).nearest:
         alike = sum(other.mounting == table.mounting for other in calibration.tables)
-        if alike > 1:
+        if mean is not None and table.mounting == mean.first.mounting:
+            yield f"no temperature law, so the coefficients are the mean of {mean.runs}"
+        elif alike > 1:
             yield (
                 f"no temperature law, so the coefficients are those of run {table.run}, one of"
                 f" {alike} in mounting {table.mounting}"
