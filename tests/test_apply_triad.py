@@ -205,6 +205,8 @@ def test_a_calibration_with_a_temperature_holds_there_alone():
     with pytest.warns(AccelcalWarning, match="for 20 degC only, in 1 sample$"):
         found = applied(triad, output, temperature=[20.0, 60.0, 20.0], extrapolate=True)
     assert found.inside.tolist() == [True, False, True]
+    with pytest.raises(InputError, match=r"293.15 is no temperature of a test"):
+        applied(triad, output, temperature=293.15, extrapolate=True)
     with pytest.raises(InputError, match="temperature has shape"):
         applied(triad, output, temperature=[20.0, 20.0])
     with pytest.warns(AccelcalWarning, match="the calibration knows one launch: what shifts"):

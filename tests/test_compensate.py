@@ -414,6 +414,39 @@ def test_other_temperatures_are_refused_or_flagged(calibration):
     assert measured.inside.tolist() == [True, False]
 
 
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda c: accelcal.apply(c, 1.3, 293.15, extrapolate=True),
+        lambda c: accelcal.apply(c, [1.3, 1.3], [20.0, -9999.0], extrapolate=True),
+        lambda c: accelcal.coefficients_at(c, 293.15, extrapolate=True),
+        lambda c: accelcal.budget(c, 1.0, temperature=[20.0, 293.15], extrapolate=True),
+    ],
+)
+def test_kelvin_is_refused_even_where_one_may_extrapolate(calibration, ask):
+    with pytest.raises(InputError, match=r"(293\.15|-9999).* temperature of a test.* to 250 degC"):
+        ask(calibration)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda c: accelcal.apply(c, 1.3, 20.0, a_p=9.81),
+        lambda c: accelcal.apply(c, [1.3, 1.3], 20.0, a_p=[0.0, 9.81]),
+        lambda c: accelcal.budget(c, [-9.81, 0.0, 9.81]),
+        lambda c: accelcal.budget(c, 0.0, a_p=9.81),
+    ],
+)
+def test_gravity_in_metres_is_not_taken_for_g(calibration, ask):
+    with pytest.raises(InputError, match=r"a_[ip] is -?9.81 g, which looks like gravity in m/s\^2"):
+        ask(calibration)
+
+
+def test_more_across_than_any_test_is_told(calibration):
+    with pytest.warns(AccelcalWarning, match="^a_p is beyond 2 g in 1 sample, more than any test"):
+        accelcal.apply(calibration, [1.3, 1.3], 20.0, a_p=[0.5, 6.2])
+
+
 def test_series_keep_their_index(calibration):
     output = pd.Series([1.35, 0.0, -1.35], index=[10, 20, 30])
     temperature = pd.Series([20.0, 40.0, 60.0], index=[10, 20, 30])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accelcal.arguments.numbers import check_number
-from accelcal.arrays import Mask
+from accelcal.arguments.numbers import check_number, number_array
+from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 
 LOWEST, HIGHEST = -273.15, 250.0
@@ -69,3 +69,21 @@ def refuse_other_temperatures(temperature: ArrayLike, owner: str = "") -> None:
     odd = np.asarray(temperature)[outside_tests(temperature)]
     if odd.size:
         raise InputError(f"{owner}temperature {odd[0]:g} {NO_TEMPERATURE}; give it in degC")
+
+
+def temperature_array(temperature: ArrayLike) -> Array:
+    """Take one temperature or an array of them; those that are not known may be NaN [degC].
+
+    Raises
+    ------
+    InputError
+        If one is no number, or none of a test.
+
+    Examples
+    --------
+    >>> temperature_array([20, None]).tolist()
+    [20.0, nan]
+    """
+    values = number_array(temperature, "temperature")
+    refuse_other_temperatures(values)
+    return values

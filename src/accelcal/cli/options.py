@@ -123,8 +123,8 @@ declared_angle_option = partial(
 ratio_option = partial(valued_option, size(quantity("1", "ratio")))
 """An option that is the size of a part of one."""
 
-temperature_option = partial(valued_option, quantity("degC", "temperature"))
-"""An option that is a temperature [degC]."""
+temperature_option = partial(valued_option, temperature_of_test)
+"""An option that is a temperature of a test [degC]."""
 
 degrees_option = partial(valued_option, size(quantity("degC", "temperature difference")))
 """An option that is the size of a difference of temperatures [degC]."""

@@ -14,6 +14,7 @@ from accelcal.arguments.numbers import (
     refuse_other_order,
 )
 from accelcal.arguments.options import check_choice, check_flag
+from accelcal.arguments.temperatures import temperature_array
 from accelcal.arrays import Array
 from accelcal.compensate.assumptions import warn_of
 from accelcal.compensate.choice import BY, By, compensation
@@ -23,7 +24,10 @@ from accelcal.compensate.measured import MeasuredAcceleration, in_blocks
 from accelcal.compensate.propagation import Part, interval_of_parts
 from accelcal.compensate.ranges import (
     CALIBRATE_THERE,
+    MORE_THAN_TESTS,
+    WIDEST,
     outside_temperatures,
+    refuse_metres,
     within_accelerations,
     within_temperatures,
 )
@@ -89,14 +93,15 @@ def apply(
     Raises
     ------
     InputError
-        If a temperature is needed or outside the calibrated range, a cross axis was not
-        calibrated, the calibration is not usable, Series of pandas have different indices, or an
-        argument is none of a triad.
+        If a temperature is needed, outside the calibrated range or none of a test, a cross axis was
+        not calibrated or is gravity in m/s^2, the calibration is not usable, Series of pandas have
+        different indices, or an argument is none of a triad.
 
     Warns
     -----
     AccelcalWarning
-        About every coefficient that was not determined, and what is assumed in its place.
+        About every coefficient that was not determined, and what is assumed in its place; about
+        accelerations across that were hardly meant in g.
 
     Notes
     -----
@@ -142,6 +147,7 @@ def apply(
             output_uncertainty=output_uncertainty,
             temperature_uncertainty=temperature_uncertainty,
         )
+        warn_of(_wide(a_p=a_p, a_o=a_o))
     outside = measured.outside_temperatures
     if outside.any():
         example = np.broadcast_to(np.asarray(temperature, dtype=np.float64), outside.shape)
@@ -264,7 +270,7 @@ def _through(
 
 def _rise(found: Compensation, temperature: ArrayLike | None) -> Array:
     if temperature is not None and found.T0_degC is not None:
-        return number_array(temperature, "temperature") - found.T0_degC
+        return temperature_array(temperature) - found.T0_degC
     if found.several_levels:
         raise InputError(
             "the calibration depends on temperature; give the temperature of the samples"
@@ -283,6 +289,18 @@ def _cross(found: Compensation, given: dict[str, ArrayLike | None]) -> list[Arra
             )
     chosen = {name: given[name] for name in names}
     return [np.zeros(()) if a is None else number_array(a, name) for name, a in chosen.items()]
+
+
+def _wide(**across: ArrayLike | None) -> list[str]:
+    """Refuse or name accelerations across the input axis that were hardly meant in g."""
+    told = {name: number_array(a, name) for name, a in across.items() if a is not None}
+    refuse_metres(**told)
+    counts = {name: int(np.sum(np.abs(a) > WIDEST)) for name, a in told.items()}
+    return [
+        f"{name} is beyond {WIDEST:g} g in {counted(n, 'sample')}, {MORE_THAN_TESTS}; give it in g"
+        for name, n in counts.items()
+        if n
+    ]
 
 
 def _together(*arrays: Array) -> tuple[Array, ...]:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
+from accelcal.arguments.temperatures import check_temperature
 from accelcal.arrays import Array
 from accelcal.compensate.assumptions import warn_of
 from accelcal.compensate.by_runs import are_alike, by_runs
@@ -149,8 +149,8 @@ def coefficients_at(
     Raises
     ------
     InputError
-        If the temperature is more than 1 degC outside the calibrated range, or the calibration is
-        not usable, as where it has several levels and no laws: choose a run.
+        If the temperature is none of a test or more than 1 degC outside the calibrated range, or
+        the calibration is not usable, as where it has several levels and no laws: choose a run.
 
     Warns
     -----
@@ -175,7 +175,7 @@ def coefficients_at(
     (1.361, 'mA/g')
     """
     check_flag(extrapolate=extrapolate)
-    check_number(temperature=temperature)
+    check_temperature(temperature=temperature)
     found = compensation(calibration, run, by=by, same_launch=True, effects=False)
     warn_of(found.assumptions)
     within = within_temperatures(found.temperatures, temperature)

@@ -5,10 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accelcal.arrays import Mask
+from accelcal.arrays import Array, Mask
+from accelcal.errors import InputError
 
-__all__ = ["ACCELERATION_MARGIN", "CALIBRATE_THERE", "TEMPERATURE_MARGIN"]
-__all__ += ["outside_temperatures", "within_accelerations", "within_temperatures"]
+__all__ = [
+    "ACCELERATION_MARGIN",
+    "CALIBRATE_THERE",
+    "MORE_THAN_TESTS",
+    "TEMPERATURE_MARGIN",
+    "WIDEST",
+    "outside_temperatures",
+    "refuse_metres",
+    "within_accelerations",
+    "within_temperatures",
+]
 
 Range = tuple[float, float]  # the lowest and the highest that were calibrated
 
@@ -20,6 +30,14 @@ CALIBRATE_THERE = "calibrate there, or accept it by extrapolate=True"
 
 ACCELERATION_MARGIN = 0.01
 """A calibration is good this far outside the accelerations of its positions [g]."""
+
+WIDEST = 2.0
+"""Accelerations across beyond it were hardly meant in g [g]."""
+
+MORE_THAN_TESTS = "more than any test on Earth"
+"""What is said of them."""
+
+_GRAVITY = 9.76, 9.84  # on Earth [m/s^2]
 
 
 def within_temperatures(calibrated: Range | None, temperature: ArrayLike) -> Mask:
@@ -82,6 +100,24 @@ def within_accelerations(tested: Range, acceleration: ArrayLike) -> Mask:
         True for each of them that does.
     """
     return _within(tested, ACCELERATION_MARGIN, acceleration)
+
+
+def refuse_metres(**accelerations: Array) -> None:
+    """Refuse accelerations that all are 0 or gravity in m/s^2, as they are to be in g.
+
+    Examples
+    --------
+    >>> refuse_metres(a_p=np.array([0.0, -9.81]))  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: a_p is -9.81 g, which looks like gravity in m/s^2; give it in ...
+    """
+    for name, values in accelerations.items():
+        some = values[(values != 0.0) & ~np.isnan(values)]
+        low, high = _GRAVITY
+        if some.size and ((low <= np.abs(some)) & (np.abs(some) <= high)).all():
+            looks = "looks like gravity in m/s^2; give it in g, as"
+            raise InputError(f"{name} is {some[0]:g} g, which {looks} {np.sign(some[0]):g}")
 
 
 def _within(limits: Range, margin: float, values: ArrayLike) -> Mask:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arguments.axes import AXES
-from accelcal.arguments.numbers import check_number, number_array
+from accelcal.arguments.numbers import check_number
+from accelcal.arguments.temperatures import temperature_array
 from accelcal.arrays import Array
 from accelcal.compensate.measured import MeasuredAcceleration, in_blocks
 from accelcal.compensate.propagation import Part, interval_of_parts
@@ -188,7 +189,7 @@ def _temperatures(
         refuse_for_triad(temperature=temperature)
     if temperature is None:
         return None
-    given = number_array(temperature, "temperature")
+    given = temperature_array(temperature)
     try:
         return np.broadcast_to(given, shape)
     except ValueError:

@@ -81,8 +81,8 @@ def budget(
     InputError
         If the calibration is misprinted, knows no uncertainty, or its laws are not determined, if a
         number is not finite or a time negative, if a temperature lies outside the calibrated ones
-        or on a side of T0 without slopes, or if an acceleration acts along an axis whose
-        misalignment was not tested.
+        or on a side of T0 without slopes, if accelerations look like gravity in m/s^2, or if one
+        acts along an axis whose misalignment was not tested.
 
     Notes
     -----

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arguments.numbers import check_side_by_side, number_array
+from accelcal.arguments.temperatures import refuse_other_temperatures
 from accelcal.arrays import Array, Mask
+from accelcal.compensate.ranges import refuse_metres
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
@@ -77,6 +79,7 @@ def conditions(
     )
     rise = np.zeros(at.size) if temperature is None else at - reference
     _check_finite(a_i=a_i, a_p=a_p, a_o=a_o, time=clock)
+    refuse_metres(a_i=a_i, a_p=a_p, a_o=a_o)
     if (clock < 0.0).any():
         raise InputError(f"time {clock.min():g} s; it counts from the start of the launch, from 0")
     _check_axis("a_p", a_p, "o", coefficients)
@@ -118,6 +121,7 @@ def _check_axis(name: str, values: Array, mounting: str, coefficients: Coefficie
 
 def _check_temperature(coefficients: Coefficients, at: Array, rise: Array) -> None:
     _check_finite(temperature=at)
+    refuse_other_temperatures(at)
     if coefficients.reference is None:
         raise InputError(
             "the temperature of the calibration is unknown; leave the temperature out, or calibrate"

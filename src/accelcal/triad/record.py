@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.axes import AXES, by_axis
-from accelcal.arguments.numbers import number_array, refuse_other_order
+from accelcal.arguments.numbers import refuse_other_order
 from accelcal.arguments.options import check_text, check_texts, check_written
-from accelcal.arguments.temperatures import refuse_other_temperatures
+from accelcal.arguments.temperatures import temperature_array
 from accelcal.arrays import Array, Ints
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
@@ -292,12 +292,11 @@ def _averaged(temperature: Array | None, rows: Iterable[list[int]]) -> Array | N
 
 
 def _temperatures(values: ArrayLike, size: int) -> Array:
-    found = number_array(values, "temperature").copy()
+    found = temperature_array(values).copy()
     if found.shape != (size,):
         raise InputError(
             f"temperature has shape {found.shape}; give one for each of {size} attitudes"
         )
-    refuse_other_temperatures(found)
     known = found[~np.isnan(found)]
     if known.size and np.ptp(known) > SPREAD:
         raise InputError(

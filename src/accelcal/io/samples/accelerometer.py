@@ -10,6 +10,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.compensate.apply import compensate
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.measured import MeasuredAcceleration
+from accelcal.compensate.ranges import MORE_THAN_TESTS, WIDEST, refuse_metres
 from accelcal.errors import InputError
 from accelcal.io.readings import MARKERS
 from accelcal.io.samples.headings import SampleHeadings, acceleration_unit
@@ -20,9 +21,6 @@ from accelcal.results.calibration import Calibration
 
 __all__ = ["Accelerometer"]
 
-_WIDEST = 2.0
-"""Accelerations across beyond it were hardly meant in g [g]."""
-
 _FARTHEST = 10.0
 """Accelerations beyond so many times the tested ones may be markers of missing outputs."""
 
@@ -30,8 +28,8 @@ _MARKED = "have an output that looks like a marker of a missing one, such as -99
 
 _FAR = "there the nonlinearity is extrapolated"
 _WIDE = (
-    f"have more than {_WIDEST:g} g across the input axis, more than any test on Earth: write its"
-    " unit, as in a_p [m/s^2], if it is not g"
+    f"have more than {WIDEST:g} g across the input axis, {MORE_THAN_TESTS}: write its unit, as in"
+    " a_p [m/s^2], if it is not g"
 )
 
 
@@ -109,6 +107,7 @@ class Accelerometer:
 
     def measured(self, block: SampleBlock, used: Mapping[str, Array]) -> MeasuredAcceleration:
         """Turn them into accelerations; refuse temperatures outside the calibrated range."""
+        self._refuse_metres(used)
         found = compensate(
             self._found,
             used["output"],
@@ -121,6 +120,14 @@ class Accelerometer:
         self._temperatures.refuse_others(block, found)
         return found
 
+    def _refuse_metres(self, used: Mapping[str, Array]) -> None:
+        """Refuse accelerations across whose column tells no unit, and is not in g."""
+        names = used.keys() & {"a_p", "a_o"} - self._headings.units.keys()
+        try:
+            refuse_metres(**{name: used[name] for name in names})
+        except InputError as error:
+            raise error.at(self._headings.source) from None
+
     def outside(self, used: Mapping[str, Array], found: MeasuredAcceleration) -> Mapping[str, int]:
         """Count the samples outside the calibrated temperatures and tested accelerations."""
         low, high = self._found.accelerations
@@ -129,7 +136,7 @@ class Accelerometer:
         told = {
             OTHER_TEMPERATURES: ~found.within_temperatures,
             f"are outside the tested {low:g} to {high:g} g: {_FAR}": ~found.within_accelerations,
-            _WIDE: np.max(across, axis=0) > _WIDEST if across else ~solved,
+            _WIDE: np.max(across, axis=0) > WIDEST if across else ~solved,
             _MARKED: self._marked(used, np.abs(found.value) > _FARTHEST * max(-low, high)),
         }
         return {what: int(np.sum(solved & is_so)) for what, is_so in told.items()}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arguments.temperatures import NO_TEMPERATURE, outside_tests
+from accelcal.arrays import Array, Mask
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.compensate.ranges import CALIBRATE_THERE, Range, outside_temperatures
 from accelcal.errors import InputError, TableError
@@ -74,8 +75,19 @@ class SampleTemperatures:
         return block.values.get("temperature") if self._of_all is None else None
 
     def of(self, block: SampleBlock) -> Array | float | None:
-        """Those of the column, or that of all samples [degC]."""
-        return self.of_column(block) if self._of_all is None else self._of_all
+        """Those of the column, or that of all samples [degC].
+
+        Raises
+        ------
+        TableError
+            If one of a column that counts is hardly in degC, at its line.
+        """
+        found = self.of_column(block)
+        odd = outside_tests([] if found is None or self._calibrated is None else found)
+        if found is not None and odd.any():
+            problem = f"temperature {found[odd][0]:g} {NO_TEMPERATURE}"
+            raise self._at(block, odd, problem, "write temperatures in degC")
+        return self._of_all if found is None else found
 
     def refuse_others(self, block: SampleBlock, found: MeasuredAcceleration) -> None:
         """Refuse the first sample outside the calibrated range, unless these are accepted.
@@ -88,8 +100,11 @@ class SampleTemperatures:
         outside = found.outside_temperatures
         if self._extrapolate or not outside.any():
             return
-        at = int(np.argmax(outside))
         each = np.broadcast_to(np.asarray(self.of(block), dtype=np.float64), outside.shape)
-        problem = outside_temperatures(self._calibrated, float(each[at]))
-        line = int(block.lines[at])
-        raise TableError(problem, CALIBRATE_THERE, source=self._source, line=line)
+        problem = outside_temperatures(self._calibrated, float(each[outside][0]))
+        raise self._at(block, outside, problem, CALIBRATE_THERE)
+
+    def _at(self, block: SampleBlock, samples: Mask, problem: str, remedy: str) -> TableError:
+        """What is wrong with the first of some samples, at its line."""
+        line = int(block.lines[int(np.argmax(samples))])
+        return TableError(problem, remedy, source=self._source, line=line)
