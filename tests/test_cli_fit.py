@@ -341,7 +341,7 @@ def test_folder_is_no_table(run, folder):
 def test_the_misalignment_is_spoken_of_where_it_is_estimated(run, asked, told):
     code, out, _ = run("eight.csv", "--coefficients", asked)
     assert code == 0
-    for said in ("M is the effective misalignment", "only the signs of M"):
+    for said in ("delta is the effective misalignment", "only the signs of delta"):
         assert (said in " ".join(out.split())) is told
 
 

@@ -444,13 +444,13 @@ def test_a_dead_zone_that_may_be_wider_leaves_the_scale_factor_open():
     assert left_open == {"K1", "K3"} == set(found.unbounded)
     fitted = accelcal.fit(wide, model=found)
     [said] = [w for w in fitted.warnings if "nothing bounds" in w]
-    assert said.startswith("nothing bounds the error of K1 and K3")  # K1 is 1600 ppm off
+    assert said.startswith("nothing bounds the error of K1 and k3")  # K1 is 1600 ppm off
     table = fitted.tables[0]
     bare = {n for n, q in table.quantities.items() if q.standard_uncertainty is None}
     assert bare == {"K1", "K3", "k3"}
     assert not table.covariance_names
     assert fitted.effects[0].parameters["threshold"].standard_uncertainty is None
-    assert "NO UNCERTAINTY: the uncertainty of K1 and K3 of run 1 is unknown" in str(fitted)
+    assert "NO UNCERTAINTY: the uncertainty of K1 and k3 of run 1 is unknown" in str(fitted)
     with pytest.warns(accelcal.AccelcalWarning) as warned:
         assert np.isnan(accelcal.apply(fitted, 1.0).standard_uncertainty).all()
     assert any("K1 and K3 have no uncertainty, as nothing" in str(w.message) for w in warned)

@@ -352,7 +352,7 @@ def test_all_strokes_shifted(strokes, positions, turn):
     warned = warnings_of(fitted(shifted(*ALL), positions, strokes=strokes))
     found = float(warned[PROPORTIONS].split("shifted by ")[1].split(" deg")[0])
     assert found == pytest.approx(turn, abs=0.2)
-    assert "M/K1" in warned[PROPORTIONS]
+    assert "delta = " in warned[PROPORTIONS]
     assert ORDER not in warned
     assert UNITS not in warned
 
@@ -379,7 +379,7 @@ def test_nothing_is_claimed_of_a_mirror_of_all_strokes():
     """It turns the signs of M and M_ip only: no residual can tell it."""
     straight, mirror = fitted(), fitted(mirrored(*ALL))
     assert warnings_of(mirror) == warnings_of(straight) == {}
-    assert any("only the signs of M and M_ip change" in said for said in mirror.warnings)
+    assert any("only the signs of delta and delta_ip change" in said for said in mirror.warnings)
     for name, sign in (("delta", -1.0), ("k0", 1.0), ("k2", 1.0), ("k3", 1.0)):
         value = mirror.tables[0].error_model[name].value
         assert value == pytest.approx(sign * straight.tables[0].error_model[name].value, rel=1e-6)
@@ -816,10 +816,10 @@ def test_a_range_that_ends_is_told_where_the_other_end_was_read_once():
 @pytest.mark.parametrize(
     ("error", "said"),
     [
-        (0.4, r"K0/K1 = 0\.4\d* g is above 0\.2 g"),
-        (lambda th: 0.2 * math.cos(th) ** 2, r"K2/K1 = 0\.2"),
-        (lambda th: 0.2 * math.cos(th) ** 3, r"K3/K1 = 0\.2"),
-        (lambda th: 0.3 * math.cos(th) * math.sin(th), r"M_ip/K1 = 0\.3"),
+        (0.4, r"k0 = 0\.4\d* g is above 0\.2 g"),
+        (lambda th: 0.2 * math.cos(th) ** 2, r"k2 = 0\.2"),
+        (lambda th: 0.2 * math.cos(th) ** 3, r"k3 = 0\.2"),
+        (lambda th: 0.3 * math.cos(th) * math.sin(th), r"delta_ip = 0\.3"),
         (lambda th: 0.05 * math.cos(4.0 * th), r"the readings are \d+(\.\d)? mg \(rms\) away"),
     ],
 )
@@ -832,7 +832,7 @@ def test_an_output_on_a_carrier_is_told_to_be_subtracted():
     remedy = "subtract what the output is at 0 g by design, a carrier or mid-range"
     assert (
         warnings_of(fitted(added(1.48)))[PROPORTIONS]
-        == f"K0/K1 = 1.48 g is above 0.2 g in size, {remedy}"
+        == f"k0 = 1.48 g is above 0.2 g in size, {remedy}"
     )
     assert remedy not in warnings_of(fitted(shifted(*ALL)))[PROPORTIONS]
 

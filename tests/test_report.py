@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import accelcal
-from accelcal.report.calibration_rows import alarms, grouped_alarms, residual_grid
+from accelcal.report.calibration_rows import alarms, correlations, grouped_alarms, residual_grid
 from accelcal.report.findings import noise_line
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import ErrorSource
@@ -182,6 +182,27 @@ def test_significant(value, digits, shown):
 # -- what comes first ------------------------------------------------------------------------------
 
 
+def test_a_report_has_one_set_of_names():
+    """K0, K2, K3, M and M_ip are those of (1), in output units; the table shows the error model."""
+    text = str(fitted())
+    assert not re.findall(r"\b(?:K0|K2|K3|M|M_ip)\b", text)
+    assert "strongly correlated: K1 with k3 -0." in text
+
+
+def test_correlations_are_those_of_what_the_table_shows():
+    """With a bias of 0.1 g, K0 hangs on K1 otherwise than k0 = K0/K1 does."""
+    unit = replace(accelcal.AL15, bias=accelcal.BilinearLaw(0.1))
+    calibration = accelcal.fit(accelcal.simulate(unit, seed=1))
+    table = calibration.tables[0]
+    found = accelcal.coefficients_at(calibration, table.temperature_degC, run=table.run)
+    names, shown = correlations(table)
+    order = [found.covariance_names.index(name) for name in names]
+    u = np.sqrt(np.diagonal(found.covariance))
+    expected = (found.covariance / np.outer(u, u))[np.ix_(order, order)]
+    assert shown == pytest.approx(expected, abs=1e-9)
+    assert np.abs(shown[1, 0] - table.correlation[0, 1]) > 0.01
+
+
 def test_warnings_stand_above_the_numbers():
     text = str(fitted(**MANY["outlier"]))
     assert "CLEAR UP THESE WARNINGS FIRST" in text.splitlines()[3]
@@ -190,6 +211,13 @@ def test_warnings_stand_above_the_numbers():
     assert "; correct it or leave its cell empty; --robust" in " ".join(text.split())
     assert warning < text.index("scale factor")
     assert "gates that WARN, see above: outlier" in text
+
+
+@pytest.mark.parametrize("changes", [{"robust": True}, {"strokes": 2}])
+def test_robust_is_no_remedy_of_a_robust_fit_or_of_two_strokes(changes):
+    text = str(fitted(**{**MANY["outlier"], **changes}))
+    assert "correct it or leave its cell empty" in " ".join(text.split())
+    assert "--robust" not in text
 
 
 def test_what_to_do_about_a_gate_is_told_once():

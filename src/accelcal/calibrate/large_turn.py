@@ -65,7 +65,7 @@ def _of_one_side(
     return Sentence(
         (lost > _LOST) & (np.abs(largest) < LARGEST_RATIOS["M"]),
         lambda largest, turn, lost: (
-            f"M/K1 is {1e3 * largest:.3g} mrad: if all of it is the fixture angle or the zero of"
+            f"delta is {1e3 * largest:.3g} mrad: if all of it is the fixture angle or the zero of"
             f" the head, K1 is {1e6 * lost:.0f} ppm too small, and delta0 is"
             f" {delta0 - turn:.3g} rad"
         ),

@@ -16,6 +16,7 @@ from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable
+from accelcal.model import ERROR_TERMS
 from accelcal.plural import degrees_of_freedom, listed
 from accelcal.reference import has_reference_temperature
 from accelcal.results.beyond_uncertainty import (
@@ -144,9 +145,10 @@ def _of_effects(model: Discovery | None, known: Sequence[Correction]) -> Iterato
 def _of_unbounded(unbounded: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:
     for names in sorted(set(unbounded) - {()}):
         have = "have" if len(names) > 1 else "has"
-        told = f"nothing bounds the error of {listed(names)}, which {have} no U;"
-        own = np.array([names == each for each in unbounded])
-        yield Sentence(own, f"{told} {NOT_COUNTED} it in the others")
+        own = [ERROR_TERMS.get(name, name) for name in names]
+        told = f"nothing bounds the error of {listed(own)}, which {have} no U;"
+        there = np.array([names == each for each in unbounded])
+        yield Sentence(there, f"{told} {NOT_COUNTED} it in the others")
 
 
 # -- what is estimated -----------------------------------------------------------------------------
@@ -164,20 +166,20 @@ def _of_misalignment(
         return
     mountings = _mountings(tables)
     given = "taken as 0" if delta0 == 0.0 else f"taken as {delta0:g} rad"
-    effective = f"M is the effective misalignment: it contains the fixture angle delta0, {given};"
+    effective = f"is the effective misalignment: it contains the fixture angle delta0, {given};"
     if len({mounting[0] for mounting in mountings}) < len(mountings):
         yield Sentence(
             True,
-            f"{effective} where both sides met a level, delta and delta0 are told apart, and the"
-            " laws have delta alone",
+            f"delta of a table {effective} where both sides met a level, the two are told apart,"
+            " and the laws are free of delta0",
         )
     else:
-        yield Sentence(True, f"{effective} the reversed mounting would separate them")
+        yield Sentence(True, f"delta {effective} the reversed mounting would separate them")
     yield of_large_turn(tables, estimate, delta0)
     yield Sentence(
         True,
         "if the positions of all strokes were counted in the wrong direction, no residual shows it;"
-        " only the signs of M and M_ip change",
+        " only the signs of delta and delta_ip change",
     )
 
 
@@ -297,7 +299,7 @@ def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
     given = stack.options.reference_temperature
     yield Sentence(
         ~has_laws,
-        "no temperature laws: they need the temperature of each run, and K0, K1 and M at two"
+        "no temperature laws: they need the temperature of each run, and k0, K1 and delta at two"
         " temperatures more than 5 degC apart, one of them more than 5 degC from T0",
     )
     yield Sentence(
@@ -323,7 +325,7 @@ def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
 def _unknown_shifts(estimate: JointEstimate) -> dict[str, str]:
     """What declares the shifts from run to run that nothing tells -> what they move."""
     shifts = (
-        ("launch_uncertainty", "K0", estimate.bias_shift),
+        ("launch_uncertainty", "k0", estimate.bias_shift),
         ("launch_sf_uncertainty", "K1", estimate.scale_factor_shift),
     )
     return {name: moved for name, moved, shift in shifts if shift.source == "none"}

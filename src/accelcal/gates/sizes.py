@@ -78,11 +78,14 @@ def _no_answer(scale_factor: float, rms: float, unit: str | None) -> str:
 
 def _out_of_proportion(ratios: dict[str, float]) -> list[str]:
     """Say which coefficients of one table are too large a part of K1."""
-    units = {name: ERROR_UNITS[ERROR_TERMS[name]] for name in LARGEST_RATIOS}
-    return [
-        f"{name}/K1 = {ratios[name]:.3g} {units[name]} is above {limit:g} {units[name]} in size"
+    large = {
+        ERROR_TERMS[name]: (ratios[name], limit)
         for name, limit in LARGEST_RATIOS.items()
         if abs(ratios[name]) / limit > 1.0
+    }
+    return [
+        f"{name} = {size:.3g} {ERROR_UNITS[name]} is above {limit:g} {ERROR_UNITS[name]} in size"
+        for name, (size, limit) in large.items()
     ]
 
 

@@ -38,6 +38,7 @@ from accelcal.report.calibration_rows import (
     SHOWN_COEFFICIENTS,
     alarms,
     coefficient_rows,
+    correlations,
     first_alarms,
     strong_correlations,
     table_title,
@@ -299,8 +300,8 @@ def _plain(number: str) -> str:
 
 
 def _correlations(table: TableCalibration) -> Table:
-    names = table.covariance_names
-    told = [[_correlation(value) for value in row] for row in table.correlation.tolist()]
+    names, found = correlations(table)
+    told = [[_correlation(value) for value in row] for row in found.tolist()]
     rows = [(name, *row) for name, row in zip(names, told, strict=True)]
     numeric = range(1, len(names) + 1)
     caption = f"Correlation of the coefficients, {place(table)}"

@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from accelcal.plural import counted, listed
 from accelcal.report.numbers import matching_digits, significant
+from accelcal.results.covariance import correlation_of
+from accelcal.results.table import quotients_by_coefficients
 
 if TYPE_CHECKING:
+    from accelcal.arrays import Array
     from accelcal.results.calibration import Calibration
     from accelcal.results.quantity import Gate, Quantity
     from accelcal.results.table import TableCalibration
@@ -45,7 +48,7 @@ _REMEDIES = {
     "drift": "wait until unit and chamber have settled, and repeat the run",
     "forward against back": "run accelcal discover, which tells backlash from hysteresis",
     "order of positions": "check the record of the test",
-    "outlier": "correct it or leave its cell empty; --robust reduces its effect",
+    "outlier": "correct it or leave its cell empty",
     "lack of fit": "run accelcal discover, or measure more positions",
 }
 """Gate -> what to do about its warning, where the finding does not say it itself."""
@@ -109,7 +112,7 @@ def grouped_alarms(calibration: Calibration) -> list[str]:
     for title, gate in _warning(calibration):
         groups.setdefault((gate.name, _BRACKETS.sub("", gate.finding)), []).append((title, gate))
     told = ((name, _told(*own[0]) + _same_for(own[1:])) for (name, _), own in groups.items())
-    return [sentence for _, sentence in _with_remedies(told)]
+    return [sentence for _, sentence in _with_remedies(told, calibration)]
 
 
 def _same_for(others: Sequence[tuple[str, Gate]]) -> str:
@@ -119,7 +122,8 @@ def _same_for(others: Sequence[tuple[str, Gate]]) -> str:
 
 
 def _alarms(calibration: Calibration) -> Iterator[tuple[str, str]]:
-    return _with_remedies((g.name, _told(title, g)) for title, g in _warning(calibration))
+    warnings = ((g.name, _told(title, g)) for title, g in _warning(calibration))
+    return _with_remedies(warnings, calibration)
 
 
 def _warning(calibration: Calibration) -> list[tuple[str, Gate]]:
@@ -135,9 +139,14 @@ def _told(title: str, gate: Gate) -> str:
     return f"{title}{', ' if title else ''}{gate.name}: {gate.finding}"
 
 
-def _with_remedies(warnings: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+def _with_remedies(
+    warnings: Iterable[tuple[str, str]], calibration: Calibration
+) -> Iterator[tuple[str, str]]:
     """Say once of each gate what to do, behind its first warning."""
     left = dict(_REMEDIES)
+    strokes = max(len({*table.residuals.stroke}) for table in calibration.tables)
+    if strokes > 2 and not calibration.robust:  # of two strokes none is the odd one
+        left["outlier"] += "; --robust reduces its effect"
     for name, told in warnings:
         remedy = left.pop(name, "")
         yield name, f"{told}; {remedy}" if remedy else told
@@ -162,7 +171,8 @@ _NO_BOUND = "nothing in these readings bounds it, as the notes say"
 
 def _bare(table: TableCalibration) -> str:
     """Name the coefficients without an uncertainty, where others have one."""
-    told = {name: q for name, q in table.coefficients.items() if q.value is not None}
+    found = {symbol: table.quantities[symbol] for _, symbol, *_ in SHOWN_COEFFICIENTS}
+    told = {name: q for name, q in found.items() if q.value is not None}
     bare = [name for name, q in told.items() if q.standard_uncertainty is None]
     return f"{listed(bare)} of " if len(bare) < len(told) else ""
 
@@ -304,12 +314,25 @@ def residuals_by_angle(table: TableCalibration) -> dict[float, dict[int, float]]
     return {angle: dict(sorted(found[angle].items())) for angle in sorted(found)}
 
 
+def correlations(table: TableCalibration) -> tuple[list[str], Array]:
+    """Take K1 and the estimated parts of the error model with their correlations."""
+    import numpy as np
+
+    own = table.covariance_names
+    names = [symbol for _, symbol, name, *_ in SHOWN_COEFFICIENTS if name in own]
+    if not names:
+        return names, table.correlation
+    rows = {"K1": np.equal(own, "K1").astype(float), **quotients_by_coefficients(table)}
+    jacobian = np.array([rows[name] for name in names])
+    return names, correlation_of(jacobian @ table.covariance @ jacobian.T)
+
+
 def strong_correlations(table: TableCalibration) -> list[str]:
     """Name in a sentence the pairs of coefficients that are strongly correlated, if any."""
-    found = table.correlation
+    names, found = correlations(table)
     pairs = [
         f"{one} with {other} {found[i, j]:+.2f}"
-        for (i, one), (j, other) in combinations(enumerate(table.covariance_names), 2)
+        for (i, one), (j, other) in combinations(enumerate(names), 2)
         if abs(found[i, j]) > _STRONG
     ]
     return [f"strongly correlated: {', '.join(pairs)}"] if pairs else []

@@ -134,6 +134,16 @@ class CorrelatedBySource(CorrelatedByName):
         return {**known, "over_dof_matrix": of_sources, "shares": shares}
 
 
+def correlation_of(covariance: Array) -> Array:
+    """Correlations of a covariance; NaN for what is exact."""
+    import numpy as np
+
+    sigma = np.sqrt(np.diagonal(covariance))
+    scale = np.outer(sigma, sigma)
+    unknown = np.full(scale.shape, np.nan)
+    return np.asarray(np.divide(covariance, scale, out=unknown, where=scale > 0.0))
+
+
 def rows_of(matrix: NDArray[Any]) -> Rows:
     """Take the rows of a matrix as plain numbers, which a frozen result holds."""
     return tuple(map(tuple, matrix.tolist()))

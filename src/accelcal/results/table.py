@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from accelcal.escapes import visible
 from accelcal.geometry import MOUNTINGS
 from accelcal.results.checked import DamageError, Kind, checked, mapping_of, one_of
-from accelcal.results.covariance import CorrelatedBySource, Rows
+from accelcal.results.covariance import CorrelatedBySource, Rows, correlation_of
 from accelcal.results.fields import StoredPart
 from accelcal.results.mapping import members
 from accelcal.results.quantity import Document, Gate, Quantity, Residuals
@@ -100,13 +100,7 @@ class TableCalibration(CorrelatedBySource, StoredPart):
     @property
     def correlation(self) -> Array:
         """Correlation of the coefficients `covariance_names`, shape (p, p); NaN where exact."""
-        import numpy as np
-
-        covariance = self.covariance
-        sigma = np.sqrt(np.diagonal(covariance))
-        scale = np.outer(sigma, sigma)
-        unknown = np.full(scale.shape, np.nan)
-        return np.asarray(np.divide(covariance, scale, out=unknown, where=scale > 0.0))
+        return correlation_of(self.covariance)
 
     def __repr__(self) -> str:
         level = "" if self.temperature_degC is None else f" at {self.temperature_degC:.2f} degC"

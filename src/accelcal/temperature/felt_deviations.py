@@ -225,8 +225,8 @@ def _sentences(
         yield (
             f"{_runs(labels, partly)}: of the recorded changes of the temperature {shares} were"
             " felt, so others were that nobody recorded: they make readings near 0 and 180 deg"
-            " noisier than the others, which few strokes and runs do not tell: then U of K3 may"
-            " be too small, those of K0 and M are too large; mend the sensor or the chamber"
+            " noisier than the others, which few strokes and runs do not tell: then U of k3 may"
+            " be too small, those of k0 and delta are too large; mend the sensor or the chamber"
         )
     for place in ignored:
         yield from _mistyped(_runs(labels, [place]), temperatures.readings[place][record])
