@@ -192,6 +192,15 @@ def test_what_the_calibration_does_not_know_is_told():
     assert np.isnan(found.expanded_uncertainty).all()
 
 
+def test_the_file_of_a_triad_is_read_as_that_of_one_accelerometer(tmp_path):
+    triad = calibrated()
+    triad.to_json(tmp_path / "triad.json")
+    assert accelcal.read_calibration(tmp_path / "triad.json") == triad
+    assert accelcal.read_calibration(tmp_path / "triad.json", serial="B7") == triad
+    with pytest.raises(InputError, match="serial C is asked for"):
+        accelcal.read_calibration(tmp_path / "triad.json", serial="C")
+
+
 def test_a_calibration_with_a_temperature_holds_there_alone():
     triad, output = calibrated(temperature_degC=20.0), outputs(np.eye(3))
     found = applied(triad, output, temperature=[19.5, 20.0, np.nan])

@@ -121,13 +121,14 @@ def stability(
 
 def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> ScaleFactor:
     from accelcal.errors import InputError
-    from accelcal.io.documents.results import read_calibration
+    from accelcal.io.documents.results import read_results
+    from accelcal.results.calibration import Calibration
     from accelcal.results.usable import refuse_misprinted
     from accelcal.stability.scale_factor import scale_factor_from
 
     if scale_factor is not None:
         raise InputError("--calibration and --scale-factor; give one of the two")
-    chosen = read_calibration(path, record.serial)
+    chosen: Calibration = read_results(path, Calibration).choose(record.serial)
     refuse_misprinted(chosen)
     return scale_factor_from(chosen, record)
 

@@ -146,8 +146,8 @@ def _kind_of(document: Any, kinds: tuple[type[StoredResult], ...]) -> type[Store
     return by_schema[checked(document, "schema", right, *listed[:1])]
 
 
-def read_calibration(source: Source, serial: str | None = None) -> Calibration:
-    """Read the file of a calibration.
+def read_calibration(source: Source, serial: str | None = None) -> Calibration | TriadCalibration:
+    """Read the file of a calibration, of one accelerometer or of a triad.
 
     Parameters
     ----------
@@ -158,16 +158,15 @@ def read_calibration(source: Source, serial: str | None = None) -> Calibration:
 
     Returns
     -------
-    Calibration
-        The calibration.
+    Calibration or TriadCalibration
+        What the file holds. `accelcal.Calibration.from_json` reads that of one accelerometer alone.
 
     Raises
     ------
     TableError
         If the file cannot be read.
     DocumentError
-        If it is no file of a calibration; one of a triad is read by
-        `accelcal.TriadCalibration.from_json`.
+        If it is no file of a calibration.
     InputError
         If it holds several, and not one of this serial number.
 
@@ -179,7 +178,9 @@ def read_calibration(source: Source, serial: str | None = None) -> Calibration:
     >>> accelcal.read_calibration(io.StringIO(found.to_json())) == found
     True
     """
-    found: Calibration = read_results(source, Calibration).choose(serial)
+    found: Calibration | TriadCalibration = read_results(
+        source, Calibration, TriadCalibration
+    ).choose(serial)
     return found
 
 
