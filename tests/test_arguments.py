@@ -421,6 +421,14 @@ def test_a_level_or_t0_of_a_unit_is_a_number():
     ("call", "told"),
     [
         (lambda: accelcal.apply(CALIBRATION, [1.3, "1.2"]), "output has '1.2'; it is a number or"),
+        (
+            lambda: accelcal.apply(CALIBRATION, pd.Series([1.3, "n/a"])),
+            "output has 'n/a'; it is a number or",
+        ),
+        (
+            lambda: accelcal.budget(CALIBRATION, np.array([None, "up"])),
+            "a_i has 'up'; it is a number or",
+        ),
         (lambda: accelcal.apply(CALIBRATION, [True]), "output has True; it is a number or an"),
         (
             lambda: accelcal.apply(CALIBRATION, [[1.3], [1j]]),

@@ -365,7 +365,9 @@ def test_compare_takes_of_several_models_that_of_the_serial_number(capsys):
 
 
 def test_a_path_in_place_of_a_calibration_is_refused():
-    with pytest.raises(accelcal.InputError, match="str in place of a calibration; make one by"):
+    with pytest.raises(
+        accelcal.InputError, match="str in place of a calibration of one accelerometer; make"
+    ):
         accelcal.apply("cal.json", [1.0])
 
 

@@ -281,7 +281,7 @@ def test_the_limit_itself_is_kept():
     ("given", "said"),
     [
         ((paper(), str(AL15)), "str in place of a data sheet; read one by accelcal.read_spec"),
-        (("calibration.json", read_specification(AL15)), "str in place of a calibration; make"),
+        (("calibration.json", read_specification(AL15)), "str in place of a calibration of one"),
     ],
 )
 def test_a_name_in_place_of_what_it_holds_is_refused(given, said):

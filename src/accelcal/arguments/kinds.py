@@ -23,7 +23,7 @@ _KINDS = {
         "make one by accelcal.BilinearLaw(at_T0, above, below)",
     ),
     "Calibration": (
-        "a calibration",
+        "a calibration of one accelerometer",
         "make one by accelcal.fit, or by accelcal.read_calibration('file.json')",
     ),
     "Distribution": (

@@ -85,8 +85,9 @@ def number_array(value: ArrayLike, name: str) -> Array:
 
 
 def _odd_cell(value: object) -> object:
-    """First cell of a flat list that is no number, None where the value is another thing."""
-    cells = value if isinstance(value, list | tuple) else ()
+    """First cell of a flat list or column that is no number, None where it is another thing."""
+    cells = value.tolist() if hasattr(value, "tolist") else value
+    cells = cells if isinstance(cells, list | tuple) else ()
     flat = not any(isinstance(cell, Iterable) and not isinstance(cell, str) for cell in cells)
     return next(
         (cell for cell in cells if flat and cell is not None and not _is_number(cell)), None
