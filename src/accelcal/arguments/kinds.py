@@ -65,7 +65,7 @@ _KINDS = {
     ),
     "RandomPart": (
         "the random errors",
-        "make them by accelcal.random_part(calibration)",
+        "make them by accelcal.random_part(calibration, launch=2e-5)",
     ),
     "Specification": (
         "a data sheet",

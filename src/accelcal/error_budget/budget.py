@@ -136,7 +136,7 @@ def budget(
         correlated=correlated & {part.symbol for part in parts},
         systematic=np.sum([part.value for part in parts], axis=0),
         bound=np.sum([part.bound for part in parts], axis=0),
-        covariance=added,
+        variance_by_correlation=added,
         standard_uncertainty=standard,
         coverage_factor=factor,
         expanded_uncertainty=factor * standard,

@@ -108,7 +108,7 @@ def joint_variance(point: Document) -> float:
     """Variance of all coefficients that are correlated with one another [g^2]."""
     parts = (part for part in point["components"] if part["correlated"])
     alone = sum(part["standard_uncertainty"] ** 2 for part in parts)
-    return float(max(alone + point["covariance"], 0.0))
+    return float(max(alone + point["variance_by_correlation"], 0.0))
 
 
 def _jointly(point: Document, variance: float) -> tuple[str, ...]:

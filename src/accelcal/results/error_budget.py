@@ -41,7 +41,7 @@ __all__ = ["ErrorBudget", "ErrorComponent"]
 
 _AXES = ("a_i", "a_p", "a_o")
 _OF_A_POINT = (
-    *("systematic", "bound", "covariance", "standard_uncertainty"),
+    *("systematic", "bound", "variance_by_correlation", "standard_uncertainty"),
     *("coverage_factor", "expanded_uncertainty"),
 )
 _OF_A_PART = ("value", "bound", "standard_uncertainty")
@@ -106,7 +106,7 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
         which may make it smaller than the 95 % interval [local g].
     correlated : frozenset of str
         Symbols of the components that are correlated with one another.
-    covariance : ndarray, shape (n,)
+    variance_by_correlation : ndarray, shape (n,)
         What their correlations add to the combined variance [g^2].
     standard_uncertainty, coverage_factor, expanded_uncertainty : ndarray, shape (n,)
         Combined standard uncertainty by the GUM, Student's factor, and the half width of the 95 %
@@ -140,7 +140,7 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
     systematic: Array
     bound: Array
     correlated: frozenset[str]
-    covariance: Array
+    variance_by_correlation: Array
     standard_uncertainty: Array
     coverage_factor: Array
     expanded_uncertainty: Array
