@@ -11,14 +11,16 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number
 from accelcal.arguments.options import check_flag
 from accelcal.arrays import Array
+from accelcal.compensate.propagation import Part, linear_sum, ratio
 from accelcal.effects.without_sources import without_sources
-from accelcal.error_budget.coefficients import coefficients_of
-from accelcal.error_budget.components import random_components, systematic_components
-from accelcal.error_budget.conditions import conditions
+from accelcal.error_budget.coefficients import Coefficients, coefficients_of
+from accelcal.error_budget.components import SLOPES, random_components, systematic_components
+from accelcal.error_budget.conditions import Conditions, conditions
 from accelcal.error_budget.correlation import (
     Added,
     correlated_symbols,
     correlations_of,
+    correlations_of_other_axis,
     covariance,
 )
 from accelcal.error_budget.effects import effect_components
@@ -92,9 +94,10 @@ def budget(
     Equation (4), with the bias bound (3). The error is that of a reading turned into acceleration
     by K1N alone. In the GUM sum each bound counts by its standard uncertainty, without the factor
     0.5 of (3), and the calibration uncertainty of each coefficient counts as well, with the
-    correlations of `accelcal.error_budget.correlation.covariance`. Effects of the calibration that
-    depend on acceleration and temperature alone (`Effect.static`) are systematic parts, as the
-    model does not have them; their sizes count as uncorrelated with the coefficients.
+    correlations of `accelcal.error_budget.correlation.covariance`. A second cross axis, which
+    shares the errors of the head, is added linearly. Effects of the calibration that depend on
+    acceleration and temperature alone (`Effect.static`) are systematic parts, as the model does not
+    have them; their sizes count as uncorrelated with the coefficients.
 
     Examples
     --------
@@ -121,9 +124,8 @@ def budget(
         *effect_components(calibration, coefficients, points),
         *random_components(random, points),
     )
-    correlations = correlations_of(coefficients)
-    correlated = correlated_symbols(correlations)
-    added, standard, factor = _combined(parts, correlated, covariance(correlations, points, parts))
+    correlated, joint = _correlated(coefficients, points, parts)
+    added, standard, factor = _combined(parts, correlated, joint)
     said = weaknesses(calibration, coefficients, random, points, factor * standard, exact=exact)
     return ErrorBudget(
         a_i=points.acceleration.input,
@@ -146,21 +148,48 @@ def budget(
     )
 
 
+def _correlated(
+    coefficients: Coefficients, points: Conditions, parts: Sequence[ErrorComponent]
+) -> tuple[frozenset[str], Part]:
+    """Symbols of the coefficients that are correlated, and what these give together."""
+    main, other = correlations_of(coefficients), correlations_of_other_axis(coefficients)
+    symbols, across = correlated_symbols(main), _symbols_of(coefficients.of_other_axis, parts)
+    own = _together(parts, symbols, covariance(main, points, parts))
+    beside = _together(parts, across, covariance(other, points, parts))
+    return symbols | across, linear_sum(own, beside)
+
+
+def _symbols_of(axis: Sequence[str], parts: Sequence[ErrorComponent]) -> frozenset[str]:
+    """Symbols of an axis, and of its slopes, along which there is acceleration at some point."""
+    own = {*axis, *(slope for name, (_, slope) in SLOPES.items() if name in axis)}
+    return frozenset(p.symbol for p in parts if p.symbol in own and p.standard_uncertainty.any())
+
+
+def _together(parts: Sequence[ErrorComponent], symbols: Collection[str], added: Added) -> Part:
+    """Variance of what is correlated, with the degrees of freedom of its sources.
+
+    These are 1 or more, so that less is a rounding where correlation leaves next to nothing.
+    """
+    chosen = [part for part in parts if part.symbol in symbols]
+    joint, over_dof = added
+    for part in chosen:
+        joint = joint + part.standard_uncertainty**2
+        over_dof = over_dof + part.standard_uncertainty**2 / part.dof
+    joint = np.maximum(joint, 0.0)  # correlations are rounded
+    return Part(joint, np.maximum(ratio(joint, np.maximum(over_dof, 0.0)), 1.0))
+
+
 def _combined(
-    parts: Sequence[ErrorComponent], correlated: Collection[str], added: Added
+    parts: Sequence[ErrorComponent], correlated: Collection[str], joint: Part
 ) -> tuple[Array, Array, Array]:
     """Variance added by correlation, standard uncertainty and coverage factor of each point.
 
-    What is correlated counts as one part, with the degrees of freedom of its sources: 1 or more, so
-    that less is a rounding where correlation leaves next to nothing.
+    What is correlated counts as one part.
     """
     together = np.array([part.symbol in correlated for part in parts])
     variances = np.array([part.standard_uncertainty**2 for part in parts])
     dof = np.array([part.dof for part in parts])
-    alone = variances[together].sum(axis=0)
-    joint = np.maximum(alone + added.variance, 0.0)  # correlations are rounded
-    over_dof = (variances / dof)[together].sum(axis=0) + added.over_dof
-    of_joint = np.divide(joint, over_dof, out=np.full_like(joint, np.inf), where=over_dof > 0.0)
-    of_joint = np.maximum(of_joint, 1.0)
-    told = combined([joint, *variances[~together]], [of_joint, *dof[~together]])
-    return joint - alone, told.standard, told.factor
+    told = combined(
+        [joint.variance, *variances[~together]], [np.asarray(joint.dof), *dof[~together]]
+    )
+    return joint.variance - variances[together].sum(axis=0), told.standard, told.factor

@@ -38,8 +38,8 @@ class Coefficients:
         T0, or the temperature of the only level [degC].
     range : tuple of float, or None
         Lowest and highest temperature of the calibration [degC]; None where unknown.
-    model : TemperatureModel or None
-        The laws with their covariance.
+    model, second : TemperatureModel or None
+        The laws of `slopes` with their covariance, and those of the other axis.
     """
 
     at_T0: Mapping[str, Quantity]
@@ -49,6 +49,13 @@ class Coefficients:
     reference: float | None
     range: tuple[float, float] | None
     model: TemperatureModel | None
+    second: TemperatureModel | None = None
+
+    @property
+    def of_other_axis(self) -> tuple[str, ...]:
+        """Symbols of the misalignment and the cross-coupling that the main table does not tell."""
+        (own,) = (a for letter, a in CROSS_AXES.items() if letter != self.main.mounting[0])
+        return own.misalignment, own.coupling
 
     def slope(self, name: str, rise: Array, part: str) -> Array:
         """Slope of a coefficient at each T - T0, or an uncertainty of it; 0 where there is none.
@@ -133,6 +140,7 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
         reference=_reference(calibration, main, mean),
         range=(min(levels), max(levels)) if levels else None,
         model=model,
+        second=second,
     )
 
 

@@ -97,6 +97,15 @@ def correlations_of(coefficients: Coefficients) -> list[Correlations]:
     return [_correlations(coefficients, side) for side in ("above", "below")]
 
 
+def correlations_of_other_axis(coefficients: Coefficients) -> list[Correlations]:
+    """Take those of its misalignment at T0 and the slopes on either side."""
+    model, (name, _) = coefficients.second, coefficients.of_other_axis
+    if model is None or name not in coefficients.slopes:
+        return [{}, {}]
+    symbols = ({"delta at_T0": name, f"delta {s}": SLOPES[name][1]} for s in ("above", "below"))
+    return [_by_pairs(model, [own.get(n) for n in model.covariance_names]) for own in symbols]
+
+
 def _correlations(coefficients: Coefficients, side: str) -> Correlations:
     model = coefficients.model
     if model is None:
