@@ -54,7 +54,7 @@ class Coefficients:
     @property
     def of_other_axis(self) -> tuple[str, ...]:
         """Symbols of the misalignment and the cross-coupling that the main table does not tell."""
-        (own,) = (a for letter, a in CROSS_AXES.items() if letter != self.main.mounting[0])
+        (own,) = (a for letter, a in CROSS_AXES.items() if letter != self.mounting[0])
         return own.misalignment, own.coupling
 
     def slope(self, name: str, rise: Array, part: str) -> Array:
