@@ -172,6 +172,7 @@ ODD = {
         headings="temperature,angle,stroke,output\n",
         cells=[(20.0, a - a % 1 * 0.4, k, 1.3 - a / 150) for k in (1, 2) for a in TURN_OF_16],
     ),
+    "a key that is nearly one": table(header="# head_uncertanty: 1e-5\n"),
     "a short turn": table(cells=[r for r in rows() if r[1] < 8]),
 }
 

@@ -209,7 +209,7 @@ ERRORS = {
         " write it above the headings; one table a file, or a column serial",
     ),
     "header line inside": (
-        OK + "# serial: B\n" + H,
+        OK + "# serial: B\n" + H + "60,1,1,1.3\n",
         "5: header line 'serial: B' inside the table;"
         " write it above the headings; one table a file, or a column serial",
     ),

@@ -27,17 +27,26 @@ YEAR = 365.25 * DAY
 
 OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "V": ("volt", "volts", "\N{CYRILLIC CAPITAL LETTER VE}"),
-        "mV": ("millivolt", "millivolts", "м\N{CYRILLIC CAPITAL LETTER VE}"),
+        "V": ("volt", "volts", "VDC", "V DC", "volt DC", "\N{CYRILLIC CAPITAL LETTER VE}"),
+        "mV": ("millivolt", "millivolts", "mVDC", "mV DC", "м\N{CYRILLIC CAPITAL LETTER VE}"),
         "uV": ("µV", "μV", "microvolt", "microvolts", "мк\N{CYRILLIC CAPITAL LETTER VE}"),
         "nV": ("nanovolt", "nanovolts"),
-        "A": ("amp", "amps", "ampere", "amperes", "\N{CYRILLIC CAPITAL LETTER A}"),
+        "A": (
+            "amp",
+            "amps",
+            "ampere",
+            "amperes",
+            "A DC",
+            "amp DC",
+            "\N{CYRILLIC CAPITAL LETTER A}",
+        ),
         "mA": (
-            *("milliamp", "milliamps", "milliampere", "milliamperes"),
+            *("milliamp", "milliamps", "milliampere", "milliamperes", "mADC", "mA DC"),
             "м\N{CYRILLIC CAPITAL LETTER A}",
         ),
         "uA": (
             *("µA", "μA", "microamp", "microamps", "microampere", "microamperes"),
+            *("uADC", "uA DC", "µADC", "µA DC"),
             "мк\N{CYRILLIC CAPITAL LETTER A}",
         ),
         "nA": ("nanoamp", "nanoamps", "nanoampere", "nanoamperes"),

@@ -15,7 +15,7 @@ from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.io.columns import Table
-from accelcal.io.layout.heading_rows import are_cycles
+from accelcal.io.layout.directions import are_cycles
 from accelcal.io.strokes import strokes_by_direction, strokes_of_rows
 from accelcal.io.values.cells import Column, labels, numbers, refuse_thousands
 from accelcal.io.values.lots import lots_of_rows
@@ -27,9 +27,12 @@ from accelcal.numerics.grouping import Grouped
 from accelcal.numerics.sorting import distinct
 from accelcal.pace import too_quick
 
-MARKERS = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99, 9.9e37, 9.91e37)
-"""Sizes of what loggers write for a missing reading; the last two voltmeters by SCPI 1999, for an
-overload and for what is not a number."""
+MARKERS = (
+    *(999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99),
+    *(9.9e37, 9.91e37, 1e38),
+)
+"""Sizes of what loggers write for a missing reading; those of voltmeters are by SCPI 1999, for an
+overload and for what is not a number, and that of the 3458A, which is older."""
 
 FEWEST_IN_TURN = 5
 """Positions from 1 to the return, where a turn is to be told from a few."""

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from accelcal.errors import TableError
 from accelcal.io.files.text import Source, SourceText, read_texts
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.tables import Sheet, layout_of, read_tables, survey_sheets
+from accelcal.io.tables import Sheet, layout_of, read_tables, sheets_of, survey_sheets
 from accelcal.io.values.cells import written_otherwise
 from accelcal.io.words.wording import lines_named, were
 from accelcal.record import TumbleRecord
@@ -64,7 +64,7 @@ def read_sound(source: Source, overrides: Mapping[str, object]) -> SoundSerials:
             raise
         if not isinstance(source, str) and hasattr(source, "seek"):
             source.seek(0)
-        sheets = [Sheet(text, layout_of(text)) for text in read_texts(source)]
+        sheets = sheets_of(read_texts(source))
         found = _without_faulty(sheets, overrides, error)
         if not found.records:
             raise

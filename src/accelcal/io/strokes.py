@@ -6,11 +6,11 @@ import numpy as np
 
 from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
-from accelcal.io.layout.heading_rows import are_cycles
+from accelcal.io.layout.directions import are_cycles
 from accelcal.io.layout.parts import Layout
 from accelcal.io.values.cells import Column, labels, whole_numbers
+from accelcal.io.words.directions import BACK, FORWARD
 from accelcal.io.words.signs import with_hyphen
-from accelcal.io.words.vocabulary import BACK, FORWARD
 
 _ASIDE = "column direction does not tell forward from back and was set aside"
 _BY_CYCLE = (

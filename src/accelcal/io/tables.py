@@ -20,7 +20,12 @@ from accelcal.io.declarations import (
 )
 from accelcal.io.engines import Engine, by_an_engine
 from accelcal.io.files.text import Source, SourceText, Texts, read_texts
-from accelcal.io.layout.output_columns import with_channels, with_lone_output
+from accelcal.io.layout.blocks_below import blocks_of
+from accelcal.io.layout.output_columns import (
+    with_channels,
+    with_lone_conditions,
+    with_lone_output,
+)
 from accelcal.io.layout.output_unit import (
     factor_of_std,
     unit_of_outputs,
@@ -34,6 +39,7 @@ from accelcal.io.layout.rearranged import (
     with_strokes_in_rows,
     with_units_below,
     without_repeated_headings,
+    without_words_below,
 )
 from accelcal.io.layout.remarks import without_remarks
 from accelcal.io.readings import (
@@ -207,7 +213,19 @@ def survey(source: Source | Texts, *, overrides: Mapping[str, object] | None = N
         If the table is unusable.
     """
     given = declared_by_caller(overrides)
-    return survey_sheets([Sheet(text, layout_of(text)) for text in read_texts(source)], given)
+    return survey_sheets(sheets_of(read_texts(source)), given)
+
+
+def sheets_of(texts: Texts) -> list[Sheet]:
+    """Take the texts of a source apart: its sheets, or blocks with the same headings.
+
+    Raises
+    ------
+    TableError
+        If one of them has no headings or no rows.
+    """
+    blocks = blocks_of(texts[0]) if len(texts) == 1 else texts
+    return [Sheet(text, layout_of(text)) for text in blocks]
 
 
 def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> Survey:
@@ -241,16 +259,17 @@ def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> S
     _require_one_unit(sheets, records)
     texts = [sheet.text for sheet in sheets]
     name = texts[0].name.removesuffix(f"#{texts[0].sheet}")
-    names = ", ".join(shown(text.sheet) for text in texts)
+    names = ", ".join(shown(text.sheet) for text in texts if text.sheet)
+    parts = f"the sheets {names}" if names else f"the {len(texts)} blocks below each other"
     table = one_table(layouts, name)
     notes = dict.fromkeys(note for text in texts for note in text.notes)
-    text = texts[0]._replace(notes=(f"the sheets {names} are read as one table", *notes))
+    text = texts[0]._replace(notes=(f"{parts} are read as one table", *notes))
     try:
         return found[0][0], _survey(text, table, overrides)[1]
     except TableError as error:
-        problem = f"the sheets {names} are not one table: {error.problem}"
-        remedy = "tell them apart by lines '# run: ...' or '# serial: ...', or name one, as"
-        remedy = f"{remedy} {texts[0].name}"
+        problem = f"{parts} are not one table: {error.problem}"
+        remedy = "tell them apart by lines '# run: ...' or '# serial: ...'"
+        remedy = f"{remedy}, or name one, as {texts[0].name}" if names else remedy
         raise TableError(problem, remedy, source=name) from None
 
 
@@ -283,13 +302,14 @@ def layout_of(text: SourceText) -> Layout:
         If it has no headings or no rows.
     """
     layout = without_repeated_headings(without_remarks(read_layout(text)))
-    layout = with_strokes_in_rows(with_blocks_below(with_units_below(layout)))
-    layout = with_cycles(with_merged_cells(layout))
+    layout = with_blocks_below(without_words_below(with_units_below(layout)))
+    layout = with_cycles(with_merged_cells(with_strokes_in_rows(layout)))
     return with_name_of_sheet(layout, text.sheet)
 
 
 def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> Survey:
     layout = with_lone_output(with_channels(layout, str(overrides.get("serials") or "")))
+    layout = with_lone_conditions(layout)
     form, records = by_an_engine(layout, lambda own: _read_by(own, text, layout, overrides))
     return form, tuple(records)  # their faults are worded alike by both engines
 

@@ -14,6 +14,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, not_installed
 from accelcal.io.files.csv_text import cell_text, in_quotes
 from accelcal.io.files.text import SourceText, file_and_sheet, named_bytes
+from accelcal.io.layout.heading_rows import OF_READINGS
 from accelcal.io.layout.parts import read_layout
 from accelcal.io.words.wording import lines_named
 
@@ -121,8 +122,10 @@ def _visible(book: CalamineWorkbook) -> Iterator[str]:
 
 
 def _with_headings(sheets: dict[str, SourceText], name: str) -> Iterator[SourceText]:
-    """The sheets with the headings of a table."""
-    tables = [sheet for sheet, read in sheets.items() if _has_headings(read)]
+    """The sheets with the headings of a table; of readings, where one of them has such."""
+    found = {sheet: roles for sheet, read in sheets.items() if (roles := _roles(read))}
+    of_readings = [sheet for sheet, roles in found.items() if roles & OF_READINGS]
+    tables = of_readings or [*found]
     others = _quoted([sheet for sheet in sheets if sheet not in tables])
     if not tables:
         remedy = f"name one, as {name}#{next(iter(sheets))}"
@@ -134,12 +137,12 @@ def _with_headings(sheets: dict[str, SourceText], name: str) -> Iterator[SourceT
         yield sheets[sheet]._replace(name=place, notes=notes)
 
 
-def _has_headings(sheet: SourceText) -> bool:
+def _roles(sheet: SourceText) -> set[str | None]:
+    """What the columns of a sheet hold; nothing where it has no headings."""
     try:
-        read_layout(sheet)
+        return {heading.role for heading in read_layout(sheet).headings}
     except TableError:
-        return False
-    return True
+        return set()
 
 
 def _quoted(sheets: Sequence[str]) -> str:

@@ -23,6 +23,8 @@ _NUMBER = re.compile(r"[+-]?[.,]?[0-9]")
 _WITHOUT_UNIT = frozenset(KEYS).difference(KINDS_OF, ("resolution", "std", "clamping"))
 _SHORTEST = 6  # letters of a key below which one that is nearly alike means something else
 _ALIKE = 0.85  # least likeness of two keys, of difflib; one wrong letter of seven
+_UNCERTAINTY = re.compile("uncertaint|unsicherheit|incertitude|неопредел|incertidumbre|incertezz?a")
+_UNCERTAINTIES = [key for key in KEYS if key.endswith("uncertainty")]
 _NAMES = [name for names in KEYS.values() for name in names if len(name) >= _SHORTEST]
 
 
@@ -189,7 +191,9 @@ def uncommented(line: str) -> str | None:
 
 
 def notes_of_keys(declared: Mapping[str, Declared]) -> Iterator[str]:
-    """Say which header lines are kept as metadata, but nearly have a key that declares something.
+    """Say which header lines are kept as metadata, but may be meant to declare something.
+
+    They nearly have a key that does, or tell an uncertainty.
 
     Examples
     --------
@@ -202,6 +206,7 @@ def notes_of_keys(declared: Mapping[str, Declared]) -> Iterator[str]:
         from difflib import get_close_matches  # few files have such a key
 
         folded = re.sub(r"[\W_]+", "_", key).strip("_").casefold()
-        if near := get_close_matches(folded, _NAMES, n=2, cutoff=_ALIKE):
-            meant = f"the key may be meant as {' or '.join(near)}"
+        near = get_close_matches(folded, _NAMES, n=2, cutoff=_ALIKE)
+        if near or _UNCERTAINTY.search(folded):
+            meant = f"the key may be meant as {' or '.join(near or _UNCERTAINTIES)}"
             yield f"header line {key!r} declares nothing: {meant}"

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from itertools import chain, pairwise, product, zip_longest
-from typing import NamedTuple
 
+from accelcal.io.layout.directions import are_cycles, strokes_of, tells_direction, way_of
+from accelcal.io.layout.lone_output import is_mean, lone_output
 from accelcal.io.words.vocabulary import (
     ACROSS,
-    BACK,
     COLUMNS,
-    CYCLES,
-    FORWARD,
     OUTPUTS,
     Heading,
     canonical_key,
@@ -24,28 +21,14 @@ from accelcal.units import is_output_unit, spellings
 
 _CORE = {"temperature", "position", "angle", "stroke", "output"}
 
-_MEASURED = frozenset(
-    {
-        *("current", "voltage", "frequency", "mean", "average"),
-        *("strom", "spannung", "frequenz", "mittelwert"),
-        *("courant", "tension", "fréquence", "moyenne"),
-        *("ток", "напряжение", "частота", "среднее"),
-    }
-)
-"""What is measured, or how: of one such column without a unit the readings are."""
-
 ANGLE_IN_PARTS = ("angle", "minutes", "seconds")
 """Roles of the columns of an angle in degrees, minutes and seconds."""
 
 _PLACES = frozenset({"position", "positions", "angle", "angles"})
 """Roles that tell where the head stood, so that minutes are those of a time."""
 
-_WORDS = re.compile(r"[^\W\d_]+|[0-9]{1,6}")
-_COUNTERS = ("no", "nr")
-"""Words before a number that say nothing else."""
-_STROKES = {**dict.fromkeys(FORWARD, 1), **dict.fromkeys(BACK, 2)}
-"""Word of a direction -> the stroke that it is, of two."""
-_DIRECTIONS = frozenset(word for word in _STROKES if word.isalpha() and len(word) > 1)
+OF_READINGS = _PLACES | {"stroke"}
+"""Roles of which a table of readings has one."""
 
 _PARTS = {
     "deg": "angle",
@@ -60,45 +43,6 @@ _PART_OF_ANGLE = {
     for spelling, unit in spellings(kind).items()
     if unit in _PARTS
 }
-
-
-def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
-    """Find the column that can only be the outputs.
-
-    That alone of the unknown ones has a unit of outputs behind its name, or else is called a
-    current, a voltage, a frequency or a mean, or else is a unit, where none is a direction. There
-    is none where a heading says which it is, or several may be.
-
-    Examples
-    --------
-    >>> lone_output([read_heading(text) for text in ("Zeit", "Strom in mA")])[1].unit
-    'mA'
-    """
-    if any(heading.role in OUTPUTS for heading in headings):
-        return None
-    unknown = [i for i, heading in enumerate(headings) if heading.role is None]
-    by_unit = [i for i in unknown if _unit_of(headings[i])]
-    behind_name = [i for i in by_unit if name_and_unit(headings[i].text, is_output_unit)[1]]
-    by_name = [i for i in unknown if headings[i].text.strip().casefold() in _MEASURED]
-    found = behind_name or by_name or by_unit  # counts beside a mean may be those of its samples
-    if len(found) != 1 or (found is by_unit and any(_way(headings[i].text) for i in unknown)):
-        return None
-    heading = headings[found[0]]
-    return found[0], Heading(heading.text, "output", _unit_of(heading))
-
-
-def _unit_of(heading: Heading) -> str | None:
-    """Unit behind a name without a digit, which that of one accelerometer of several may have.
-
-    Of a ratio, as in ``SF mA/g``, it is none; ``V/V`` alone is V in V. A unit may stand alone, but
-    for a lone letter, as ``A``, which may be a name.
-    """
-    name, unit = name_and_unit(heading.text, is_output_unit)
-    if not unit and len(name) > 1:
-        unit = name
-    has_digit = any(map(str.isdecimal, name))
-    is_ratio = heading.text[len(name) :].lstrip().startswith("/") and _unit_of(Heading(name, None))
-    return unit if is_output_unit(unit) and not (has_digit or is_ratio) else None
 
 
 def are_headings(cells: Sequence[Heading]) -> bool:
@@ -128,6 +72,8 @@ def _is_of_form(cells: Sequence[Heading]) -> bool:
     """Tell whether names and numbers take turns, as keys and their values in a row of a form."""
     number = [cell.role in ACROSS and not cell.text[0].isalpha() for cell in cells]
     name = [cell.role is not None and cell.role not in ACROSS for cell in cells]
+    if number[:1] == [True] and sum(number) == 1:
+        return True  # a number that has a name behind it
     return any(number) and not any(a and b for kind in (number, name) for a, b in pairwise(kind))
 
 
@@ -184,12 +130,13 @@ def _with_minutes(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
 
 
 def _with_directions(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
-    ways = [None if cell.role else _way(cell.text) for cell in cells]
-    strokes = _strokes_of([way for way in ways if way])
+    ways = [None if cell.role else way_of(cell.text) for cell in cells]
+    strokes = strokes_of([way for way in ways if way])
     if not strokes:
         return cells
-    lone = lone_output(cells)
-    if any(cell.role in ("stroke", *OUTPUTS) for cell in cells) or (lone and not ways[lone[0]]):
+    lone = lone_output(cells)  # a mean may be that of the outputs forward and back
+    is_other = lone is not None and not (ways[lone[0]] or is_mean(cells[lone[0]]))
+    if is_other or any(cell.role in ("stroke", *OUTPUTS) for cell in cells):
         return cells
     pairs = zip(cells, ways, strict=True)
     if {*strokes} == {(0, 1), (0, 2)} and any(are_cycles(cell.text) for cell in cells):
@@ -198,60 +145,6 @@ def _with_directions(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
     else:
         told = ((c, w and Heading(c.text, "strokes", w.unit, strokes[w[:2]])) for c, w in pairs)
     return tuple(own or cell for cell, own in told)
-
-
-def are_cycles(heading: str) -> bool:
-    """Whether a heading says that its column counts cycles of two strokes."""
-    return heading.casefold() in CYCLES
-
-
-class _Way(NamedTuple):
-    """Direction of an output, 1 forward and 2 back, and the number beside it, 0 without."""
-
-    number: int
-    stroke: int
-    unit: str | None
-    counted: bool  # beside a word that tells what the number counts
-
-
-def _strokes_of(ways: Sequence[_Way]) -> dict[tuple[int, int], int]:
-    """Stroke of each number and direction: one of two, of its cycle, or that of the number.
-
-    Numbers without a word count from 1; others may be temperatures or serials.
-    """
-    pairs = {way[:2] for way in ways}
-    numbers = {number for number, _ in pairs}
-    if len(pairs) < len(ways) or (0 in numbers and len(numbers) > 1):
-        return {}
-    if max(numbers, default=0) > len(numbers) and not all(way.counted for way in ways):
-        return {}
-    left = {(number, way) for number in numbers for way in (1, 2)} - pairs
-    if not left or (len(numbers) > 1 and left == {(max(numbers), 2)}):
-        return {(number, way): max(2 * number - 2, 0) + way for number, way in pairs}
-    are_strokes = all(number and number % 2 == way % 2 for number, way in pairs)
-    return {(number, way): number for number, way in pairs} if are_strokes else {}
-
-
-def tells_direction(text: str) -> bool:
-    """Tell whether a text has the word of a direction."""
-    return not _DIRECTIONS.isdisjoint(_WORDS.findall(text.casefold()))
-
-
-def _way(text: str) -> _Way | None:
-    if not tells_direction(text):
-        return None
-    name, unit = name_and_unit(text, is_output_unit)
-    words = [word for word in _WORDS.findall(name.casefold()) if word not in _COUNTERS]
-    told = [_STROKES[word] for word in words if word in _DIRECTIONS]
-    numbers = [int(word) for word in words if word.isdecimal()]
-    if len(told) != 1 or len(numbers) > 1 or len(words) > len(told + numbers) + 1:
-        return None
-    beside = {word for word in words if word not in _DIRECTIONS and not word.isdecimal()}
-    roles = {read_heading(word).role for word in beside.difference(CYCLES)}
-    if not roles <= {"stroke", "output"}:
-        return None
-    counted = "stroke" in roles or not beside.isdisjoint(CYCLES)
-    return _Way(next(iter(numbers), 0), told[0], unit or None, counted)
 
 
 def joined(rows: Sequence[Sequence[str]]) -> tuple[Heading, ...] | None:
@@ -341,8 +234,8 @@ def is_apart(name: str) -> bool:
 
 def _tells_place(cell: str) -> bool:
     """Tell whether a cell says which of several outputs is meant: by a number or a direction."""
-    counted = any(map(str.isdecimal, cell)) and _way(f"forward {cell}")
-    return bool(read_heading(cell).role in ACROSS or _way(cell) or counted)
+    counted = any(map(str.isdecimal, cell)) and way_of(f"forward {cell}")
+    return bool(read_heading(cell).role in ACROSS or way_of(cell) or counted)
 
 
 def _bare(cell: str) -> str:

@@ -1,16 +1,22 @@
-"""Columns of outputs that no heading calls so: of named accelerometers, or the one that can be."""
+"""Columns that no heading calls so: outputs of named accelerometers, or the one that can be."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from accelcal.arguments.kinds import shown
-from accelcal.io.layout.heading_rows import lone_output
+from accelcal.io.layout.lone_output import lone_output
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.words.vocabulary import OUTPUTS, Heading
+from accelcal.io.words.vocabulary import OUTPUTS, Heading, has_unit, name_and_unit
 from accelcal.units import is_output_unit
 
 _BEFORE_UNIT = " _/,[("
+_INSTEAD = {
+    "temperature": ("temperature", "temperatures"),
+    "angle": ("angle", "angles", "position", "positions"),
+}
+"""What a column with a unit may hold -> roles that tell it otherwise."""
 
 
 def with_channels(layout: Layout, given: str = "") -> Layout:
@@ -83,10 +89,47 @@ def with_lone_output(layout: Layout) -> Layout:
     [('output', 'mA'), (None, None)]
     """
     found = lone_output(layout.headings)
-    if found is None:
-        return layout
-    place, taken = found
+    return layout if found is None else _taken(layout, *found, "outputs")
+
+
+def with_lone_conditions(layout: Layout) -> Layout:
+    r"""Take columns for temperature and angle, where nothing tells them and one alone has the unit.
+
+    A lone letter is a unit in brackets, or behind a comma, a slash or ``in``.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "102 (C),Table [deg],Room C,k,Y\n20,45,1,1,1.35"
+    >>> layout = with_lone_conditions(read_layout(SourceText("a.csv", text, "utf-8")))
+    >>> [heading.role for heading in layout.headings]
+    ['temperature', 'angle', None, 'stroke', 'output']
+    """
+    for role, others in _INSTEAD.items():
+        if {*layout.declared, *(own.role for own in layout.headings)}.isdisjoint(others):
+            units = [_unit_behind(own, role) for own in layout.headings]
+            found = [place for place, unit in enumerate(units) if unit]
+            if len(found) == 1:
+                place = found[0]
+                taken = Heading(layout.headings[place].text, role, units[place])
+                layout = _taken(layout, place, taken, role)
+    return layout
+
+
+def _unit_behind(heading: Heading, role: str) -> str | None:
+    """Unit of what a column may hold behind the name of one that is not known."""
+    if heading.role is not None:
+        return None
+    is_own = partial(has_unit, role)
+    unit = name_and_unit(heading.text, is_own, behind_blanks=False)[1]
+    if not unit:
+        unit = name_and_unit(heading.text, lambda own: is_own(own) and len(own) > 1)[1]
+    return unit if is_own(unit) else None
+
+
+def _taken(layout: Layout, place: int, taken: Heading, what: str) -> Layout:
     why = "unit" if taken.unit else "name"
-    note = f"column {shown(taken.text)} is taken for the outputs, by its {why}"
+    note = f"column {shown(taken.text)} is taken for the {what}, by its {why}"
     headings = (*layout.headings[:place], taken, *layout.headings[place + 1 :])
     return layout._replace(headings=headings, notes=(*layout.notes, note))

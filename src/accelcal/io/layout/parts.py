@@ -12,6 +12,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.files.encodings import ENCODINGS
 from accelcal.io.files.text import SourceText, refuse_document
+from accelcal.io.layout.directions import tells_direction
 from accelcal.io.layout.header_lines import Declared, header_line, refuse_declaration, uncommented
 from accelcal.io.layout.heading_rows import (
     are_headings,
@@ -22,8 +23,8 @@ from accelcal.io.layout.heading_rows import (
     over_time,
     read_headings,
     tell_places,
-    tells_direction,
 )
+from accelcal.io.layout.pivot_names import named_below
 from accelcal.io.layout.rows_above import declarations_above, is_of_numbers
 from accelcal.io.layout.unit_rows import UNITS_ABOVE, headings_with_units
 from accelcal.io.layout.wide_blanks import with_tabs
@@ -181,11 +182,11 @@ def _with_tabs(text: str) -> list[str]:
     lines = text.split("\n")
     if "  " not in text or "\t" in text:
         return lines
-    plain = _perhaps_headings(lines)
+    plain = headings_of(lines)
     if plain and plain.separator is not None:
         return lines
     wide = [_WIDE_BLANKS.sub("\t", line.strip(" ")) for line in lines]
-    headings = _perhaps_headings(wide)
+    headings = headings_of(wide)
     if headings is None or headings.separator != "\t":
         return lines
     size = len(headings.cells)
@@ -197,7 +198,8 @@ def _with_tabs(text: str) -> list[str]:
     return [*wide[: headings.below], *with_tabs(lines[headings.below :], size)]
 
 
-def _perhaps_headings(lines: list[str]) -> _Headings | None:
+def headings_of(lines: list[str]) -> _Headings | None:
+    """Find the first headings, if there are such."""
     with suppress(TableError):
         return _find_headings(lines, "", "")
     return None
@@ -246,6 +248,8 @@ def _below_numbers(lines: list[str], top: _Headings) -> _Headings:
 def _in_rows(lines: list[str], own: _Headings) -> _Headings:
     """Take the rows above or below headings that tell more of the outputs."""
     first, last = own.lines[0], own.lines[-1]
+    if below := _named_below(lines, own):
+        return below
     near = lines[max(first - 3, 0) : last + 1]
     alone = tell_places(own.cells) and not numbers_alone(own.cells)
     if alone and not tells_direction(" ".join(near)):
@@ -254,6 +258,14 @@ def _in_rows(lines: list[str], own: _Headings) -> _Headings:
         if found := _joined(lines, start, end, own.separator):
             return found._replace(below=max(end, own.below))
     return own
+
+
+def _named_below(lines: list[str], own: _Headings) -> _Headings | None:
+    """Take a row below numbers that names the columns beside them, as pandas writes it."""
+    row = _split_headings(lines[own.below], own.separator) if own.below < len(lines) else []
+    cells = named_below([cell.text for cell in own.cells], row) if row else None
+    end = own.below + 1
+    return own._replace(cells=cells, lines=(*own.lines, end), below=end) if cells else None
 
 
 def _with_row_above(lines: list[str], own: _Headings) -> _Headings:

@@ -10,7 +10,8 @@ from accelcal.io.files.csv_text import in_quotes
 from accelcal.io.layout.heading_rows import block_width
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
-from accelcal.io.words.vocabulary import ACROSS, Heading, read_heading
+from accelcal.io.words.signs import is_missing
+from accelcal.io.words.vocabulary import ACROSS, Heading, is_unit_of, read_heading
 from accelcal.io.words.wording import lines_named, were
 
 _KEY = frozenset(
@@ -23,6 +24,9 @@ _LABELS = _KEY.difference(("minutes", "seconds")).union(("lot", "date"))
 """Roles of columns whose cells may hold for rows below them."""
 
 _PLACES = frozenset({"position", "angle", "stroke"})
+
+_RULE = "-=_+:|,;\t "
+"""Signs of a line between headings and rows."""
 
 _SIDE = ("position", "angle")
 
@@ -48,6 +52,43 @@ def with_units_below(layout: Layout) -> Layout:
         rows=layout.rows[1:],
         lines=layout.lines[1:],
         notes=(*layout.notes, UNITS_BELOW.format(layout.lines[0])),
+    )
+
+
+def without_words_below(layout: Layout) -> Layout:
+    r"""Set aside rows of words or dashes between the headings and the first row with a number.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = "T|J|k|Y\n--|--|--|----\nset|read||mean of 10\n20|1|1|1.35\n"
+    >>> without_words_below(read_layout(SourceText("a.csv", text, "utf-8"))).rows
+    ['20|1|1|1.35']
+    """
+    places = range(len(layout.rows))
+    count = next((place for place in places if not _are_words(layout, place)), 0)
+    if not count:
+        return layout
+    note = f"text below the headings was set aside ({lines_named(layout.lines[:count])})"
+    left = layout._replace(rows=layout.rows[count:], lines=layout.lines[count:])
+    return left._replace(notes=(*layout.notes, note))
+
+
+def _are_words(layout: Layout, place: int) -> bool:
+    """Whether no cell of a row begins with a number, is missing or a unit of its column."""
+    row = layout.rows[place]
+    if not row.strip(_RULE):
+        return True
+    if row.count('"') % 2:
+        return False  # a cell goes on in the next line
+    cells = split_line(row, layout.separator)
+    words = [cell for cell in cells if cell.strip(_RULE)]
+    units = zip(layout.headings, cells, strict=False)
+    return not (
+        any(map(is_missing, words))
+        or any(cell.lstrip("+-\u2212\u2013.,")[:1].isdecimal() for cell in words)
+        or any(is_unit_of(own.role, cell.strip("[] ()")) for own, cell in units if own.role)
     )
 
 

@@ -12,7 +12,7 @@ from accelcal.io.words.wording import lines_named, were
 
 _SUMMARIES = (
     *("mean", "average", "avg", "median", "max", "maximum", "min", "minimum", "range"),
-    *("sum", "total", "rms", "spread"),
+    *("sum", "total", "rms", "spread", r"max[ .]?[-\u2212\u2013][ ]?min"),
     *("mittelwert", "mittel", "spannweite", "summe"),
     *("moyenne", "médiane", "étendue", "somme"),
     *("среднее", "медиана", "макс", "максимум", "мин", "минимум", "размах", "сумма", "итого"),
@@ -45,7 +45,7 @@ def without_remarks(layout: Layout) -> Layout:
     while end > 1 and (_is_remark(layout, end - 1) or _is_summary(layout, end - 1)):
         end -= 1
     below = range(end, len(layout.rows))
-    called = [place for place, row in enumerate(layout.rows) if _SUMMARY.match(row)]
+    called = [place for place, row in enumerate(layout.rows) if is_called_summary(row)]
     summaries = [place for place in called if _is_summary(layout, place)]
     remarks = sorted(set(below).difference(summaries))
     if (not summaries and not remarks) or len(summaries) == len(layout.rows):
@@ -55,6 +55,11 @@ def without_remarks(layout: Layout) -> Layout:
     notes = [f"{were(lines, what)} set aside ({lines_named(lines)})" for what, lines in told]
     left = sorted(set(range(len(layout.rows))).difference(summaries, remarks))
     return layout.some(left)._replace(notes=(*layout.notes, *notes))
+
+
+def is_called_summary(row: str) -> bool:
+    """Tell whether a row begins with the name of a summary."""
+    return _SUMMARY.match(row) is not None
 
 
 def _is_remark(layout: Layout, place: int) -> bool:
@@ -69,7 +74,7 @@ def _is_remark(layout: Layout, place: int) -> bool:
 
 
 def _is_summary(layout: Layout, place: int) -> bool:
-    if not _SUMMARY.match(layout.rows[place]):
+    if not is_called_summary(layout.rows[place]):
         return False
     cells = split_line(layout.rows[place], layout.separator)
     first = next(filter(None, cells))

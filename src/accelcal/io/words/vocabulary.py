@@ -8,64 +8,70 @@ from functools import cache
 from types import MappingProxyType
 from typing import NamedTuple
 
+from accelcal.io.words.directions import BACK, FORWARD
 from accelcal.io.words.signs import with_hyphen
 from accelcal.units import AS_WRITTEN, UNITS, is_output_unit, spellings
 
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "temperature": (
-            *("temperature", "temp", "temperatur", "température", "температура", "т", "温度"),
+            *("temperature", "temp", "temperatur", "température", "temperatura"),
+            *("температура", "т", "温度"),
         ),
         "position": (
-            *("position", "pos", "j", "stellung", "положение", "положения", "позиция", "位置"),
+            *("position", "pos", "j", "stellung", "posición", "posição", "posizione"),
+            *("положение", "положения", "позиция", "位置"),
         ),
-        "angle": ("angle", "theta", "th", "θ", "head_angle", "winkel", "угол", "角度"),
+        "angle": (
+            *("angle", "theta", "th", "θ", "head_angle", "winkel", "ángulo", "ângulo", "angolo"),
+            *("угол", "角度"),
+        ),
         "stroke": (
             *("stroke", "k", "hub", "durchlauf", "durchgang", "passage"),
+            *("pasada", "passagem", "passata", "passaggio", "corsa"),
             *("ход", "хода", "проход", "прохода", "行程"),
         ),
-        "direction": ("direction", "dir", "richtung", "sens", "направление", "方向"),
+        "direction": (
+            *("direction", "dir", "richtung", "sens", "sentido", "direzione", "направление"),
+            "方向",
+        ),
         "output": (
             *("output", "y", "value", "reading", "signal", "ausgang", "messwert", "wert"),
+            *("salida", "lectura", "saída", "leitura", "uscita", "lettura", "valor", "valore"),
             *("sortie", "valeur", "выход", "выходной_сигнал", "показание", "значение"),
             *("输出", "读数"),
         ),
         "run": ("run", "lauf"),
-        "time": ("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время", "时间"),
+        "time": (
+            *("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время", "时间"),
+            *("tiempo", "tempo", "hora", "ora"),
+        ),
         "date": (
             *("date", "datum", "дата", "date_time", "datetime", "datum_uhrzeit", "zeitstempel"),
-            *("horodatage", "дата_время", "дата_и_время", "日期"),
+            *("horodatage", "fecha", "fecha_hora", "data_hora", "data_ora"),
+            *("дата_время", "дата_и_время", "日期"),
         ),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
             *("seriennr", "serien_nr", "numéro_de_série", "n°_de_série", "nº_de_série"),
+            *("número_de_serie", "número_de_série", "n°_serie", "nº_serie", "numero_di_serie"),
             *("заводской_номер", "зав_№", "编号", "序列号"),
         ),
         "mounting": ("mounting",),
         "clamping": ("clamping",),
         "std": (
             *("std", "sd", "sigma", "stdev", "stddev", "std_dev", "standard_deviation"),
-            *("standardabweichung", "stabw", "stdabw", "std_abw", "écart_type", "ско", "标准差"),
+            *("sdev", "standardabweichung", "stabw", "stdabw", "std_abw", "écart_type"),
+            *("desviación_estándar", "desvio_padrão", "deviazione_standard", "ско", "标准差"),
         ),
         "count": ("count", "n", "samples"),
-        "unit": ("unit", "units", "einheit", "unité", "единица", "单位"),
+        "unit": (
+            *("unit", "units", "einheit", "unité", "unidad", "unidade", "unità", "единица", "单位"),
+        ),
         "lot": ("lot", "los", "charge", "партия"),
     }
 )
 """What a column holds -> the headings it may have, in any case; a lone T and t are told by case."""
-
-FORWARD = frozenset(
-    {"forward", "forwards", "fwd", "fw", "f", "+", "+1", "1"}
-    | {"vorwärts", "vor", "hin", "aller", "прямой", "прямо", "正向"}
-)
-BACK = frozenset(
-    {"back", "backward", "backwards", "bwd", "bw", "b", "return", "reverse", "rev", "r", "-", "-1"}
-    | {"rückwärts", "rück", "zurück", "retour", "обратный", "обратно", "反向"}
-)
-"""What a direction may be called, in lower case."""
-
-CYCLES = frozenset({"cycle", "zyklus", "цикл", "循环"})
-"""What a stroke forward and the one back together may be called, in lower case."""
 
 LABELS = frozenset({"run", "serial", "mounting", "direction", "lot"})
 """Columns whose cells are names, even where they look like numbers."""
@@ -74,14 +80,27 @@ KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "serial": COLUMNS["serial"],
         "unit": (*COLUMNS["unit"], "output_unit"),
-        "local_gravity": ("g", "g_local", "local_gravity", "gravity"),
-        "reference_temperature": ("t0", "t_0", "tref", "t_ref", "reference_temperature"),
+        "local_gravity": (
+            *("g", "g_local", "local_gravity", "gravity", "fallbeschleunigung"),
+            *("örtliche_fallbeschleunigung", "ortsschwere", "pesanteur", "pesanteur_locale"),
+            *("ускорение_свободного_падения", "ускорение_силы_тяжести"),
+        ),
+        "reference_temperature": (
+            *("t0", "t_0", "tref", "t_ref", "reference_temperature", "bezugstemperatur"),
+            *("referenztemperatur", "température_de_référence", "опорная_температура"),
+        ),
         "positions": ("positions", "stellungen"),
-        "head_uncertainty": ("head_uncertainty",),
+        "head_uncertainty": (
+            *("head_uncertainty", "kopfunsicherheit", "unsicherheit_des_kopfes"),
+            *("incertitude_de_la_tête", "неопределенность_головки"),
+        ),
         "launch_uncertainty": ("launch_uncertainty",),
         "launch_sf_uncertainty": ("launch_sf_uncertainty",),
-        "temperature_uncertainty": ("temperature_uncertainty",),
-        "resolution": ("resolution",),
+        "temperature_uncertainty": (
+            *("temperature_uncertainty", "temperaturunsicherheit", "unsicherheit_der_temperatur"),
+            *("incertitude_de_la_température", "неопределенность_температуры"),
+        ),
+        "resolution": ("resolution", "auflösung", "résolution", "разрешение"),
         "delta0": ("delta0",),
         "date": ("date", "datum", "дата"),
         "runs": ("runs",),
@@ -148,22 +167,19 @@ _CANONICAL_KEYS = {name: key for key, names in KEYS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(（]\s*([^\])）]*?)\s*[\])）]")
 _BEFORE_UNIT = re.compile(r"\s*[/,]\s*|\s(?:in|en|в)\s+|((?:[_ ](?:in|en|в))?[_ ])")
 """What stands between a name and its unit; a blank alone in the group."""
+_NUMBER_BEHIND = r"(?:(?:no|nr|№|n°)_)?([0-9]{1,6})"
 _STROKES = (
-    re.compile(
-        r"(?:y|k|stroke|output|reading|hub|durchlauf|durchgang|passage|ход|проход)?[_=]?"
-        r"(?:(?:no|nr|№|n°)_)?([0-9]{1,6})"
-    ),
+    re.compile(rf"(?:y|output|reading|{'|'.join(COLUMNS['stroke'])})?[_=]?{_NUMBER_BEHIND}"),
     re.compile(r"y_?\{?j,?([0-9]{1,6})\}?(?:\^\{?t\}?)?"),  # Y_JK^T, as the paper has it
 )
-_POSITIONS = re.compile(
-    r"(?:j|p|pos|position|stellung|lage|положение|позиция)_?(?:(?:no|nr|№|n°)_)?([0-9]{1,6})"
-)
+_POSITIONS = re.compile(rf"(?:p|lage|{'|'.join(COLUMNS['position'])})_?{_NUMBER_BEHIND}")
 _SERIAL = re.compile(  # and a label with a digit, which a serial port does not have
     r"(?:(?:output|y)[ _])?(?:s/?n|serial(?:[ _](?:no|nr|number))?)(?:[ _.:#]+|(?=[0-9]))"
     r"([^\s,;]*[0-9][^\s,;]*)",
     re.IGNORECASE,
 )
 _MEASURED = re.compile(r"(T *= *)?([-\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?) *(.*)")
+_CORNERS = (("position", "stroke"), ("angle", "stroke"), ("stroke", "position"))
 _COUNTED = re.compile(r"(?:no|nr|№|n°)_(?P<behind>.+)|(?P<before>.+)_(?:no|nr|№|n°|number|#)")
 
 
@@ -349,6 +365,9 @@ def _role(folded: str) -> str | None:
     name = (counted["behind"] or counted["before"]) if counted else ""
     if _ROLES.get(name) in ("position", "stroke", "run"):
         folded = name
+    if "\\" in folded:  # what rows and columns stand for, as the corner of a matrix tells it
+        rows, _, columns = (_ROLES.get(part.strip("_")) for part in folded.partition("\\"))
+        return rows if (rows, columns) in _CORNERS else None
     if folded in _ROLES:
         return _ROLES[folded]
     if _are_directions({*folded.split("_")}):

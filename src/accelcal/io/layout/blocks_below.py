@@ -1,0 +1,73 @@
+"""Tables below each other in one text: the same headings, below what tells them apart."""
+
+from __future__ import annotations
+
+from accelcal.io.files.text import SourceText
+from accelcal.io.layout.header_lines import keys_and_values
+from accelcal.io.layout.parts import headings_of, split_line
+from accelcal.io.layout.remarks import is_called_summary
+from accelcal.io.layout.rows_above import said_in_row
+from accelcal.io.words.vocabulary import ACROSS, read_heading
+
+_APART = frozenset({"serial", "temperature", "run", "stroke", "mounting", "clamping"})
+"""What may be declared of a block alone."""
+
+_START = 1 << 16
+"""Characters in which the first headings stand."""
+
+_BLANK = " \t,;|"
+
+
+def blocks_of(source: SourceText) -> tuple[SourceText, ...]:
+    r"""Take a text apart where its headings stand again below what is declared of their rows.
+
+    Each block stands in its own lines, and is read like a sheet. A temperature or serial alone
+    above its headings becomes a header line. The text stays as it is where nothing is declared of
+    a later block, or only such a one has a serial.
+
+    Examples
+    --------
+    >>> text = "20 °C\nJ,Y1,Y2\n1,1.3,1.3\n\n60 °C\nJ,Y1,Y2\n1,1.4,1.4\n"
+    >>> blocks_of(SourceText("", text, ""))[1].text
+    '\n\n\n\n# temperature: 60\nJ,Y1,Y2\n1,1.4,1.4\n'
+    """
+    head = source.text[:_START].split("\n")
+    found = headings_of(head)
+    headings = head[found.lines[-1] - 1].rstrip(_BLANK) if found else ""
+    if found is None or source.text.count(headings) < 2:
+        return (source,)
+    lines = source.text.split("\n")
+    places = [place for place, line in enumerate(lines) if line.rstrip(_BLANK) == headings]
+    starts, told = zip(*(_above(lines, place, found.separator) for place in places), strict=True)
+    first, others = told[0], told[1:]
+    if not all(own & _APART and "serial" not in own - first for own in others):
+        return (source,)
+    starts, ends = (0, *starts[1:]), (*starts[1:], len(lines))
+    return tuple(
+        source._replace(text="\n" * start + "\n".join(lines[start:end]))
+        for start, end in zip(starts, ends, strict=True)
+    )
+
+
+def _above(lines: list[str], headings: int, separator: str | None) -> tuple[int, set[str]]:
+    """First line of what stands above headings and below readings, and the keys that it declares.
+
+    A temperature or serial alone is written as a header line.
+    """
+    start, keys = headings, set[str]()
+    while start and not _is_reading(lines[start - 1], separator):
+        start -= 1
+        alone = read_heading(lines[start].strip(_BLANK))
+        if alone.role in ("temperatures", "serials") and not alone.unit:
+            of = alone.of if isinstance(alone.of, str) else f"{alone.of:g}"
+            lines[start] = f"# {ACROSS[alone.role]}: {of}"
+        pairs = keys_and_values(lines[start])
+        keys |= {own[0] for own in pairs or said_in_row(lines[start], separator)}
+    return start, keys
+
+
+def _is_reading(line: str, separator: str | None) -> bool:
+    """Tell whether a row may be one of readings or of their summary: most cells are numbers."""
+    cells = list(filter(None, split_line(line, separator)))
+    numbers = [cell for cell in cells if cell.lstrip("+-\u2212\u2013.,")[:1].isdecimal()]
+    return is_called_summary(line) or 2 * len(numbers) > max(len(cells), 2)

@@ -1,0 +1,85 @@
+"""The column that alone can hold the outputs, where no heading says which does."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from accelcal.io.layout.directions import way_of
+from accelcal.io.words.vocabulary import OUTPUTS, Heading, has_unit, name_and_unit, split_unit
+from accelcal.units import is_output_unit
+
+_MEANS = frozenset(
+    {"mean", "average", "avg", "ave", "mittelwert", "moyenne", "media", "média", "среднее"}
+)
+"""What a mean is called, of samples or of all strokes."""
+
+_MEASURED = _MEANS | {
+    *("current", "voltage", "frequency", "strom", "spannung", "frequenz"),
+    *("courant", "tension", "fréquence", "ток", "напряжение", "частота"),
+    *("corriente", "tensión", "frecuencia", "corrente", "tensão", "tensione"),
+}
+"""What is measured, or how: of one such column without a unit the readings are."""
+
+_CHANNEL = re.compile(
+    r"(?:ch|chan|channel|kanal|canal|canale|voie|канал)[ _.]*[0-9]+|[0-9]+ *<.*>", re.IGNORECASE
+)
+"""A channel of a data logger, which is no serial number."""
+
+
+def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
+    """Find the column that can only be the outputs.
+
+    That alone of the unknown ones has a unit of outputs behind its name, or else is called a
+    current, a voltage, a frequency or a mean, or else is a unit, where none is a direction. There
+    is none where a heading says which it is, or several may be.
+
+    Examples
+    --------
+    >>> from accelcal.io.words.vocabulary import read_heading
+    >>> lone_output([read_heading(text) for text in ("Zeit", "Strom in mA")])[1].unit
+    'mA'
+    """
+    if any(heading.role in OUTPUTS for heading in headings):
+        return None
+    unknown = [i for i, heading in enumerate(headings) if heading.role is None]
+    channels = [i for i in unknown if _is_channel(headings[i])]
+    several = channels if len(channels) > 1 else []
+    by_unit = [i for i in unknown if _unit_of(headings[i]) and i not in several]
+    behind_name = [i for i in by_unit if name_and_unit(headings[i].text, is_output_unit)[1]]
+    by_name = [i for i in unknown if headings[i].text.strip().casefold() in _MEASURED]
+    means = [i for i in behind_name if is_mean(headings[i])]
+    if len(means) == 1 and len({_unit_of(headings[i]) for i in behind_name}) == 1:
+        behind_name = means  # of samples, beside the least and the most of them
+    found = behind_name or by_name or by_unit  # counts beside a mean may be those of its samples
+    if len(found) != 1 or (found is by_unit and any(way_of(headings[i].text) for i in unknown)):
+        return None
+    heading = headings[found[0]]
+    return found[0], Heading(heading.text, "output", _unit_of(heading))
+
+
+def _is_channel(heading: Heading) -> bool:
+    """Whether a column is a channel of a data logger, other than one of temperatures."""
+    name, unit = split_unit(heading.text)
+    return bool(_CHANNEL.fullmatch(name.strip())) and not has_unit("temperature", unit)
+
+
+def is_mean(heading: Heading) -> bool:
+    """Tell whether a heading calls its column a mean, perhaps with a unit of outputs."""
+    return name_and_unit(heading.text, is_output_unit)[0].strip().casefold() in _MEANS
+
+
+def _unit_of(heading: Heading) -> str | None:
+    """Unit behind a name without a digit, which that of one accelerometer of several may have.
+
+    Of a ratio, as in ``SF mA/g``, it is none; ``V/V`` alone is V in V. A unit may stand alone, but
+    for a lone letter, as ``A``, which may be a name.
+    """
+    name, unit = name_and_unit(heading.text, is_output_unit)
+    if not unit and len(name) > 1:
+        unit = name
+    is_channel = _CHANNEL.fullmatch(name.strip())
+    unit = "A DC" if is_channel and unit == "ADC" else unit  # which may be counts elsewhere
+    has_digit = any(map(str.isdecimal, name)) and not is_channel
+    is_ratio = heading.text[len(name) :].lstrip().startswith("/") and _unit_of(Heading(name, None))
+    return unit if is_output_unit(unit) and not (has_digit or is_ratio) else None

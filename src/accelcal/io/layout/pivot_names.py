@@ -1,0 +1,45 @@
+"""Headings of a pivot table, whose columns of labels are named in the row below its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+from accelcal.io.layout.heading_rows import are_headings, read_headings, tell_places
+from accelcal.io.words.vocabulary import COLUMNS, Heading, read_heading
+
+_NUMBERED: Mapping[str | None, str] = MappingProxyType(
+    {
+        "stroke": "stroke {}",
+        "position": "position {}",
+        "angle": "{} deg",
+        "temperature": "{} degC",
+        "serial": "S/N {}",
+    }
+)
+"""What numbers side by side stand for -> the heading of one."""
+
+
+def named_below(above: Sequence[str], row: Sequence[str]) -> tuple[Heading, ...] | None:
+    """Join a row of numbers, before which stands what they are, and the names below it.
+
+    None where the rows are no such headings.
+
+    Examples
+    --------
+    >>> rows = ["stroke", "", "1", "2"], ["temperature", "position"]
+    >>> [(cell.role, cell.of) for cell in named_below(*rows)][1:]
+    [('position', None), ('strokes', 1), ('strokes', 2)]
+    >>> named_below(["temperature", "20", "60"], ["position"])[1].text
+    '20 degC'
+    """
+    names = [cell for cell in row if cell]
+    told = [cell for cell in above[: len(names)] if cell]
+    roles = [read_heading(name).role for name in names]
+    if len(told) != 1 or [*row[: len(names)]] != names or not COLUMNS.keys() >= {*roles}:
+        return None
+    form = _NUMBERED.get(read_heading(told[0]).role)
+    if form is None:
+        return None
+    cells = read_headings([*names, *map(form.format, above[len(names) :])])
+    return cells if tell_places(cells) and are_headings(cells) else None

@@ -1,0 +1,205 @@
+"""Tables as the programs and instruments of laboratories export them."""
+
+import io
+
+import pytest
+
+import accelcal
+from accelcal.errors import TableError
+
+LONG = [(20, 1, 1, 1.35), (20, 5, 1, -1.33), (20, 5, 2, -1.34), (20, 1, 2, 1.36)]
+WIDE = {20: [(1, 1.35, 1.36), (5, -1.33, -1.34)], 60: [(1, 1.45, 1.46), (5, -1.43, -1.44)]}
+TWO = {(t, j, k, y) for t, rows in WIDE.items() for j, *own in rows for k, y in enumerate(own, 1)}
+
+
+def read(text):
+    return accelcal.read_table(io.StringIO(text))
+
+
+def readings(record):
+    columns = (record.temperature, record.position, record.stroke, record.output)
+    return {tuple(row) for row in zip(*columns, strict=True)}
+
+
+def long_table(*above, form="{},{},{},{}", factor=1):
+    return "\n".join([*above, *(form.format(*own[:3], own[3] * factor) for own in LONG)]) + "\n"
+
+
+def block(rows):
+    return "".join(f"{j},{one},{two}\n" for j, one, two in rows)
+
+
+@pytest.mark.parametrize(
+    ("axis", "index"), [("stroke", "temperature,position"), ("position", "temperature,stroke")]
+)
+@pytest.mark.parametrize("top", ["", ",,output,output\n"])
+def test_a_pivot_table_of_pandas_names_its_index_below_the_numbers(axis, index, top):
+    """Its rows were taken for strokes, and a row of readings was told to be missing."""
+    own = {(20.0, j, k, float(f"{j}.{k}{k}")) for j in (1, 2) for k in (1, 2)}
+    rows = {"stroke": [("1.11", "1.22"), ("2.11", "2.22")]}
+    rows["position"] = [*zip(*rows["stroke"], strict=True)]
+    body = "".join(f"20,{n},{a},{b}\n" for n, (a, b) in enumerate(rows[axis], 1))
+    assert readings(read(f"{top}{axis},,1,2\n{index},,\n{body}")) == own
+
+
+def test_a_pivot_table_of_one_index():
+    own = "# temperature: 20\n,output,output\nstroke,1,2\nposition,,\n" + block(WIDE[20])
+    assert readings(read(own)) == {row for row in TWO if row[0] == 20}
+
+
+def test_a_pivot_table_by_temperature():
+    own = read("temperature,,20,60\nposition,stroke,,\n1,1,1.35,1.45\n5,1,-1.33,-1.43\n")
+    assert readings(own) == {row for row in TWO if row[2] == 1}
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [
+        ("20 °C", "60 °C"),
+        ("T = 20 °C", "T = 60 °C"),
+        ("Temperature:,20", "Temperature:,60"),
+        ("# serial: A-7\n# temperature: 20", "# temperature: 60"),
+    ],
+)
+@pytest.mark.parametrize("below", ["", "\n", "Mean,0.01,0.01\nStd,0.02,0.03\n\n"])
+def test_a_block_for_each_temperature(labels, below):
+    """They were refused, as the headings stand again."""
+    pairs = zip(labels, WIDE.values(), strict=True)
+    record = read("".join(f"{own}\nJ,Y1,Y2\n{block(rows)}{below}" for own, rows in pairs))
+    assert readings(record) == TWO
+    assert "the 2 blocks below each other are read as one table" in record.notes
+
+
+def test_a_block_for_each_serial_has_the_lines_of_the_file():
+    pairs = zip("AB", WIDE.items(), strict=True)
+    text = "".join(f"S/N;{a}\nT;{t}\nJ,Y1,Y2\n{block(rows)}\n" for a, (t, rows) in pairs)
+    records = accelcal.read_tables(io.StringIO(text.replace(",", ";")))
+    told = [(own.serial, own.temperature[0], own.line.tolist()) for own in records]
+    assert told == [("A", 20.0, [4, 4, 5, 5]), ("B", 60.0, [10, 10, 11, 11])]
+
+
+def test_a_serial_of_a_later_block_alone_is_not_that_of_the_first():
+    text = f"J,Y1,Y2\n{block(WIDE[20])}\n"
+    with pytest.raises(TableError, match="inside the table"):
+        read(f"# temperature: 20\n{text}# temperature: 60\n# serial: B\n{text}")
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        ["Temperature,Angle,Stroke,Output", "°C,deg,,mA", "run 1,encoder,,HP3458A"],
+        [
+            "Temperature,Angle,Stroke,Output",
+            "°C,deg,,mA",
+            "DT_DOUBLE,DT_DOUBLE,DT_DOUBLE,DT_DOUBLE",
+        ],
+        ["Temperature [°C],Angle,Stroke,Output [mA]", "----------,-----,------,-------"],
+    ],
+)
+def test_rows_of_words_or_dashes_below_the_headings(above):
+    """They were refused: the word was no number."""
+    record = read(long_table(*above, form="{0},{1}0,{2},{3}"))
+    assert (record.unit, record.angle.tolist()) == ("mA", [10.0, 50.0, 50.0, 10.0])
+    assert f"text below the headings was set aside (line {len(above)})" in record.notes
+
+
+@pytest.mark.parametrize("row", ["F,-,-,furlong", 'A,"B'])
+def test_rows_below_the_headings_that_may_be_units_or_readings_are_refused(row):
+    with pytest.raises(TableError):
+        read(long_table("T,J,k,Y", row))
+
+
+@pytest.mark.parametrize(
+    ("headings", "unit", "factor"),
+    [
+        ("Time (s),CH2 (degC),Position,Stroke,CH1 (mA)", "mA", 1),
+        ("Scan,102 <Temp> (C),Pos,Stroke,101 <Iout> (ADC)", "A", 1e-3),
+        ("Scan,Oven °C,Pos,Stroke,Volt DC", None, 1),
+        ("Scan,Chan 102 (C),Pos,Stroke,Chan 101 (VDC)", "V", 1),
+    ],
+)
+def test_columns_of_a_data_logger(headings, unit, factor):
+    record = read(long_table(headings, form="0,{},{},{},{:g}", factor=factor))
+    assert record.unit == (unit or "V")
+    assert record.temperature.tolist() == [20.0] * 4
+    assert any("is taken for the temperature, by its unit" in note for note in record.notes)
+
+
+@pytest.mark.parametrize(
+    "headings", ["Oven [°C],Room [°C],J,k,Y", "Remark C,Room,J,k,Y", "a,CH2 (C),J,k,ADC"]
+)
+def test_columns_that_may_be_something_else_are_not_taken(headings):
+    with pytest.raises(TableError, match="no column for"):
+        read(long_table(headings, form="20,{},{},{},{}"))
+
+
+def test_the_lone_angle():
+    record = read(long_table("T;Kopfwinkel in °;Hub;Strom (mA)", form="{0};{1}0;{2};{3}"))
+    assert record.angle.tolist() == [10.0, 50.0, 50.0, 10.0]
+    assert "column 'Kopfwinkel in °' is taken for the angle, by its unit" in record.notes
+
+
+def test_the_list_of_channels_above_a_table_is_no_row_of_headings():
+    """The headings were told to have two columns of temperature."""
+    above = ["Channel,Name,Function", "101,Temp,Temp (Type T)", "", "Temp (C),Pos,Stroke,Y"]
+    assert readings(read(long_table(*above))) == set(LONG)
+
+
+def test_the_mean_beside_the_least_and_the_most():
+    headings = "T,J,k,Mean [mA],Std [mA],Min [mA],Max [mA]"
+    record = read(long_table(headings, form="{0},{1},{2},{3},1e-6,0,9"))
+    assert readings(record) == set(LONG)
+
+
+def test_means_beside_outputs_forward_and_back():
+    """The mean was taken for the output, and the strokes were missing."""
+    rows = "".join(f"20;{j};{a};{b};0\n" for j, a, b in WIDE[20])
+    assert readings(read("T;J;Hin 1;Rück 1;Mittelwert\n" + rows)) == set(LONG)
+
+
+@pytest.mark.parametrize(
+    "headings",
+    [
+        "Temperatura (°C);Posición;Pasada;Corriente (mA)",
+        "Temperatura (°C);Posição;Passagem;Saída (mA)",
+        "Temperatura (°C);Posizione;Corsa;Uscita (mA)",
+    ],
+)
+def test_spanish_portuguese_and_italian_headings(headings, tmp_path):
+    path = tmp_path / "own.csv"
+    text = long_table(headings, form="{};{};{};{}").replace(".", ",")
+    path.write_bytes(text.encode("cp1252"))
+    assert readings(accelcal.read_table(path)) == set(LONG)
+
+
+def test_the_corner_of_a_matrix():
+    own = "# temperature: 20\nJ\\K,1,2\n" + block(WIDE[20])
+    assert readings(read(own)) == set(LONG)
+
+
+def test_german_keys_declare_and_other_uncertainties_are_told():
+    """They were kept as metadata, and T0 was another one."""
+    keys = ["# Bezugstemperatur: 25 °C", '# Unsicherheit des Kopfes: 2"', "# Auflösung: 0,1"]
+    text = long_table(*keys, "# Messunsicherheit: 3", "T;J;k;Y", form="{};{};{};{}")
+    record = read(text.replace(".", ","))
+    assert record.reference_temperature == 25.0
+    assert record.apparatus.head_uncertainty == pytest.approx(9.7e-6, rel=0.01)
+    assert any("'Messunsicherheit' declares nothing" in note for note in record.notes)
+
+
+def test_the_overload_of_the_3458a_is_refused():
+    with pytest.raises(TableError, match="looks like a marker"):
+        read(long_table("T,J,k,Y") + "20,3,1,1.000000000E+38\n")
+
+
+def test_a_sheet_of_results_is_no_table_of_readings(tmp_path):
+    """The workbook was refused, as K0 is stroke 0."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in [["T", "J", "k", "Y"], *LONG]:
+        book.active.append(row)
+    summary = book.create_sheet("Summary")
+    summary.append(["T", "K0", "K1"])
+    summary.append([20, 0.01, 1.3])
+    book.save(tmp_path / "own.xlsx")
+    assert readings(accelcal.read_table(tmp_path / "own.xlsx")) == set(LONG)
