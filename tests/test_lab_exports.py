@@ -145,6 +145,14 @@ def test_the_list_of_channels_above_a_table_is_no_row_of_headings():
     assert readings(read(long_table(*above))) == set(LONG)
 
 
+@pytest.mark.parametrize("row", ["102;Temp;Temp (Type T);;C", "Parameter;Value;Unit;Remark"])
+def test_words_of_a_form_that_declare_nothing(row):
+    """Temperatures of 'C Type T' and the unit 'Remark' were refused."""
+    above = ["Protocol", row, "T0;25;degC;reference", "T;J;k;Y"]
+    record = read(long_table(*above, form="{};{};{};{}"))
+    assert (readings(record), record.reference_temperature) == (set(LONG), 25.0)
+
+
 def test_the_mean_beside_the_least_and_the_most():
     headings = "T,J,k,Mean [mA],Std [mA],Min [mA],Max [mA]"
     record = read(long_table(headings, form="{0},{1},{2},{3},1e-6,0,9"))

@@ -238,7 +238,8 @@ ERRORS = {
     ),
     "a position in words": (
         OK + "20,up,1,1.3\n",
-        "5: position 'up' is not a number; write a number",
+        "5: position 'up' is not a number; write its number J; head angles have the heading"
+        " 'angle'",
     ),
     "a stroke in words": (
         OK + "20,7,fwd,1.3\n",

@@ -1726,7 +1726,8 @@ def test_a_wide_german_table():
     "cell",
     [
         *("31.02.2024 10:00", "31.13.2024", "1.5.24 10:00"),
-        *("2024/02/31", "24/05/31 10:00", "11/21/2026 10:00", "21/11/2026", "11/10/26"),
+        *("2024/02/31", "24/05/31 10:00", "13/21/2026 10:00", "11/10/2026", "11/10/26"),
+        *("02/31/2026", "11/21/2026 25:00"),
     ],
 )
 def test_a_day_that_is_none_is_no_date(cell):
@@ -1825,8 +1826,8 @@ SHAPES = {
     "2026/11/21": "2026-11-21",
     "2026/1/2": "2026-01-02",
     "20261121": "2026-11-21",
-    "11/21/2026": None,
-    "21/11/2026": None,
+    "11/21/2026": "2026-11-21",
+    "21/11/2026": "2026-11-21",
     "11/10/2026": None,
     "21.11.26": None,
     "11/21/26": None,
@@ -1856,6 +1857,26 @@ def test_a_day_beside_a_clock_time_is_understood_or_the_remedy_helps(day, meant)
     record = read(text)
     assert record.time.tolist() == [0.0, 60.0, 150.0]
     assert record.metadata["start"] == f"{meant}T09:00:00.000000"
+
+
+@pytest.mark.parametrize(
+    ("cells", "times"),
+    [
+        (("5/31/2024 11:59:30 PM", "6/1/2024 12:00:30 AM"), [0.0, 60.0]),
+        (("31/05/2024 23:59", "01/06/2024 0:00"), [0.0, 60.0]),
+        (("05/31/2024 14:01:00:250", "05/31/2024 14:01:01:000"), [0.0, 0.75]),
+    ],
+)
+def test_a_day_above_twelve_tells_the_order_of_a_column(cells, times):
+    """Data loggers write such times; all were refused."""
+    record = read(clocked(*cells))
+    assert record.time.tolist() == times
+    assert record.metadata["start"].startswith("2024-05-31")
+
+
+def test_days_of_a_column_in_two_orders_are_refused():
+    with pytest.raises(TableError, match=":2: time"):
+        read(clocked("5/31/2024 10:00", "31/5/2024 10:01"))
 
 
 @pytest.mark.parametrize("cell", ["2024/05/31 14:30:00", "2024/5/31 14:30"])
@@ -2044,7 +2065,7 @@ def test_the_date_of_times_of_day_wins_over_the_header_line():
     [
         ("2024-05-31 00:00:00", "2024-06-01 00:00:00"),  # a mere date, as a DataFrame writes it
         ("2024-05-31T00:00:00+02:00", "2024-06-01T00:00:00+02:00"),
-        ("05/31/2024 14:20", "05/31/2024 14:21"),
+        ("05/11/2024 14:20", "05/11/2024 14:21"),
         ("Friday 14:20", "Friday 14:21"),
     ],
 )

@@ -269,7 +269,7 @@ def test_a_file_whose_name_looks_like_that_of_a_sheet_is_a_file(text, tmp_path):
         (
             {"A": [*ROWS[:20], [20.0, "x", *ROWS[20][2:]]]},
             "",
-            "a.xlsx:21: position 'x' is not a number; write a number",
+            "a.xlsx:21: position 'x' is not a number; write its number J",
         ),
     ],
 )

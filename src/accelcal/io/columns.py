@@ -13,7 +13,12 @@ from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout
 from accelcal.io.values.cells import Column
 from accelcal.io.values.sexagesimal import with_parts
-from accelcal.io.values.times import has_clock_times, has_times_of_day, one_date
+from accelcal.io.values.times import (
+    has_clock_times,
+    has_times_of_day,
+    one_date,
+    with_year_first,
+)
 from accelcal.io.words.vocabulary import (
     ACROSS,
     UNITS_OF,
@@ -82,7 +87,7 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     needed = max(key if wide else key + measured, default=0) + 1
     columns = engine(layout, sorted({*roles.values(), *measured}), needed)
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
-    named = {name: columns[i] for name, i in roles.items() if name not in empty}
+    named = {n: with_year_first(columns[i]) for n, i in roles.items() if n not in empty}
     parts = [named.pop(role) for role in ANGLE_IN_PARTS[1:] if role in named]
     if parts:
         named["angle"] = with_parts(named["angle"], parts)

@@ -6,6 +6,7 @@ import csv
 import re
 from collections import deque
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
@@ -28,6 +29,7 @@ from accelcal.io.words.vocabulary import (
     LONGEST,
     Heading,
     canonical_key,
+    read_heading,
     split_unit,
 )
 from accelcal.io.words.wording import lines_named
@@ -174,6 +176,9 @@ def said_in_row(line: str, separator: str | None, above: str = "") -> list[Said]
     [('123', 'Voltmeter HP', False), ('A-7', '', False)]
     """
     cells = deque(_cells(line, separator))
+    roles = [read_heading(cell).role for cell in cells]
+    if ("output", "unit") in pairwise(roles):
+        return [_NOTHING]  # headings of a form of facts, such as Parameter, Value, Unit, Remark
     _drop_empty(cells)
     found: list[Said] = []
     behind = above
@@ -194,7 +199,8 @@ def said_in_row(line: str, separator: str | None, above: str = "") -> list[Said]
             is_first = not (unit or any(own.key in _ENDS for own in found))
             said, behind = Said(key, value, "" if is_own else unit or behind, is_first), ""
         elif key:
-            said = Said(key, f"{value} {unit}".strip())
+            is_kind = key in KINDS_OF and unit and not is_any_unit(unit)  # as Temp (Type T)
+            said = _NOTHING if is_kind else Said(key, f"{value} {unit}".strip())
         else:
             behind = "" if TESTED.fullmatch(name) else text
             said = Said("", behind)

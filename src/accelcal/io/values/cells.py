@@ -20,7 +20,8 @@ from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of
 from accelcal.units import canonical_unit
 
 _REMEDIES = {
-    **dict.fromkeys(("position", "clamping"), "write a number"),
+    "position": "write its number J; head angles have the heading 'angle'",
+    "clamping": "write a number",
     "stroke": "write its number; words such as forward and back stand in a column direction",
     "temperature": "write a number, or 'unknown' where it is not known",
     "time": "write seconds, a clock time as 14:30:00, or both as 2024-05-31T14:30:00",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from typing import Any
@@ -32,6 +33,13 @@ _CLOCKS = (
 _DAY_AND_CLOCK = re.compile(r"(\S+?)[Tt ] *(\d.*)")
 _ISO = re.compile(r"[12]\d{3}-\d\d-\d\d(?:[T ]\d\d:\d\d:\d\d(?:\.\d{1,6})?)?", re.ASCII)
 """Dates that NumPy reads as `date_of` does, and seven times as fast."""
+
+_YEAR_LAST = re.compile(
+    r"(\d{1,2})/(\d{1,2})/(\d{4})"
+    r"(?: +(\d{1,2}):(\d\d)(?::(\d\d)(?:[.,:](\d{1,6}))?)?(?: ?([AP])M)?)?",
+    re.ASCII | re.IGNORECASE,
+)
+"""A date as programs of the USA and of other countries write it, perhaps with a clock time."""
 
 _ZONE = re.compile(r"[T ]\d[^\n]*[+-]")
 """A clock time in another zone than UTC."""
@@ -115,6 +123,38 @@ def in_seconds(column: Column, values: Array) -> Array:
     remedy = "write seconds, or name the unit of the time in its heading, such as time [ms]"
     column.check(np.abs(seconds) <= LATEST, "{} is no time of a record", remedy)
     return seconds
+
+
+def with_year_first(column: Column) -> Column:
+    """Write dates such as ``05/31/2024`` in the form of ISO 8601, where one tells day from month.
+
+    That is where of the first two numbers of the cells either the first or the second is above 12
+    somewhere. Other columns stay as they are.
+
+    Examples
+    --------
+    >>> cells, lines = ["05/31/2024 2:30:00 PM", "06/01/2024 0:00"], np.array([2, 3])
+    >>> with_year_first(Column("time", "time", None, cells, lines, "a.csv")).cells
+    ['2024-05-31T14:30:00', '2024-06-01T00:00:00']
+    """
+    if column.role not in ("time", "date") or not _YEAR_LAST.fullmatch(str(column.cells[0])):
+        return column
+    found = [_YEAR_LAST.fullmatch(str(cell)) for cell in column.cells]
+    parts = [match.groups("") for match in found if match]
+    first_is_day, second_is_day = (any(int(part[n]) > 12 for part in parts) for n in (0, 1))
+    if len(parts) < len(found) or first_is_day == second_is_day:
+        return column
+    return column._replace(cells=[_in_iso(part, int(second_is_day)) for part in parts])
+
+
+def _in_iso(part: Sequence[str], day: int) -> str:
+    """Date of its parts, of which that of the index is the day."""
+    *_, year, hour, minute, second, fraction, half = part
+    date = f"{year}-{part[1 - day]:0>2}-{part[day]:0>2}"
+    if not hour:
+        return date
+    hours = int(hour) % 12 + 12 * (half in "pP") if half else int(hour)
+    return f"{date}T{hours:02}:{minute}:{second or '00'}{'.' * bool(fraction)}{fraction}"
 
 
 def has_clock_times(column: Column) -> bool:
