@@ -16,6 +16,8 @@ _START = 1 << 16
 """Characters in which the first headings stand."""
 
 _BLANK = " \t,;|"
+_BEGINS_READING = "0123456789+-.#"
+"""How lines of readings and header lines begin, or none, but not headings."""
 
 
 def blocks_of(source: SourceText) -> tuple[SourceText, ...]:
@@ -31,13 +33,17 @@ def blocks_of(source: SourceText) -> tuple[SourceText, ...]:
     >>> blocks_of(SourceText("", text, ""))[1].text
     '\n\n\n\n# temperature: 60\nJ,Y1,Y2\n1,1.4,1.4\n'
     """
-    head = source.text[:_START].split("\n")
-    found = headings_of(head)
-    headings = head[found.lines[-1] - 1].rstrip(_BLANK) if found else ""
-    if found is None or source.text.count(headings) < 2:
-        return (source,)
     lines = source.text.split("\n")
+    words = [line for line in lines if line[:1] not in _BEGINS_READING]
+    if len({*words}) == len(words):  # as of nearly all tables, whose headings need not be found
+        return (source,)
+    found = headings_of(source.text[:_START].split("\n"))
+    if found is None:
+        return (source,)
+    headings = lines[found.lines[-1] - 1].rstrip(_BLANK)
     places = [place for place, line in enumerate(lines) if line.rstrip(_BLANK) == headings]
+    if len(places) < 2:
+        return (source,)
     starts, told = zip(*(_above(lines, place, found.separator) for place in places), strict=True)
     first, others = told[0], told[1:]
     if not all(own & _APART and "serial" not in own - first for own in others):
