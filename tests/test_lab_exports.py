@@ -145,6 +145,11 @@ def test_the_list_of_channels_above_a_table_is_no_row_of_headings():
     assert readings(read(long_table(*above))) == set(LONG)
 
 
+def test_outputs_of_a_temperature_may_stand_first():
+    own = read("20 °C,position,stroke\n1.35,1,1\n-1.33,5,1\n")
+    assert readings(own) == {(20, 1, 1, 1.35), (20, 5, 1, -1.33)}
+
+
 @pytest.mark.parametrize("row", ["102;Temp;Temp (Type T);;C", "Parameter;Value;Unit;Remark"])
 def test_words_of_a_form_that_declare_nothing(row):
     """Temperatures of 'C Type T' and the unit 'Remark' were refused."""
