@@ -72,7 +72,7 @@ def _is_of_form(cells: Sequence[Heading]) -> bool:
     """Tell whether names and numbers take turns, as keys and their values in a row of a form."""
     number = [cell.role in ACROSS and not cell.text[0].isalpha() for cell in cells]
     name = [cell.role is not None and cell.role not in ACROSS for cell in cells]
-    if cells[0].text.isdecimal() and sum(number) == 1:
+    if sum(number) == 1 and cells[0].text.isdecimal():
         return True  # the number of what is named behind it
     return any(number) and not any(a and b for kind in (number, name) for a, b in pairwise(kind))
 
