@@ -149,6 +149,12 @@ def test_a_row_of_empty_quotes_above_the_headings_is_nothing():
     assert readings(read('"";""\n' + long_table("T;J;k;Y", form="{};{};{};{}"))) == set(LONG)
 
 
+def test_a_summary_and_a_remark_alone_are_refused():
+    """It was an error of Python."""
+    with pytest.raises(TableError):
+        read("T,J,k,Y\nMean\nChecked by: N. N.\n")
+
+
 def test_outputs_of_a_temperature_may_stand_first():
     own = read("20 °C,position,stroke\n1.35,1,1\n-1.33,5,1\n")
     assert readings(own) == {(20, 1, 1, 1.35), (20, 5, 1, -1.33)}

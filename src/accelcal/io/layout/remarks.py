@@ -48,7 +48,7 @@ def without_remarks(layout: Layout) -> Layout:
     called = [place for place, row in enumerate(layout.rows) if is_called_summary(row)]
     summaries = [place for place in called if _is_summary(layout, place)]
     remarks = sorted(set(below).difference(summaries))
-    if (not summaries and not remarks) or len(summaries) == len(layout.rows):
+    if len(summaries) + len(remarks) in (0, len(layout.rows)):
         return layout
     kinds = (("summary", summaries), ("remark", remarks))
     told = [(what, [layout.lines[place] for place in own]) for what, own in kinds if own]
