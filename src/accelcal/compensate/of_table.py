@@ -81,11 +81,12 @@ def lost_symbols(groups: Sequence[Sequence[TableCalibration]]) -> tuple[str, ...
     tuple of str
         Such as ``"k3"`` and ``"delta_ip"``.
     """
-    return tuple(
+    found = (
         symbol_of(ERROR_TERMS[name], cross_name(tables[0].mounting))
         for tables in groups
         for name in undetermined(tables)
     )
+    return tuple(dict.fromkeys(found))
 
 
 def values_of(calibration: Calibration, table: TableCalibration) -> dict[str, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from accelcal.numerics.probability import LEVEL, student_quantile, student_survival
 from accelcal.plural import are, listed
@@ -18,6 +19,9 @@ HIDING = 5e-3
 """Noise of a reading [g], or error of a head position [rad], beside which nothing agrees; as large
 as that may be what nothing tells."""
 
+
+NOISE = "the noise of a reading"
+"""What explains differences where few readings tell their noise."""
 
 OF_CALIBRATION = "reading of the calibration"
 """Name of the noise of a reading in the worst run of a calibration."""
@@ -68,6 +72,20 @@ def chance_of(change: Quantity, dof: float = math.inf) -> float:
     return 2.0 * student_survival(score, fewest)
 
 
+def chance_if_known(change: Quantity) -> float:
+    """Chance of a change as many of its U from 0, were U that of known errors.
+
+    Where `chance_of` is far larger, few degrees of freedom are why.
+
+    Examples
+    --------
+    >>> change = Quantity(1e-4, 1e-6, "g", 1.27e-5, dof=1.0)
+    >>> round(chance_of(change), 3), chance_if_known(change) < 1e-6
+    (0.006, True)
+    """
+    return chance_of(replace(change, dof=None))
+
+
 def least_of(chances: Sequence[float]) -> float:
     """Least of several chances, honest for their number (Bonferroni).
 
@@ -102,10 +120,20 @@ def explained_by_errors(names: Sequence[str]) -> str:
 
     Examples
     --------
-    >>> explained_by_errors(["launch_uncertainty"])
-    'launch_uncertainty is not known in both tests: that may have made all differences'
+    >>> told, effect = explained_by_errors(["launch_uncertainty"]).split(": ")
+    >>> told
+    'launch_uncertainty is not known well enough (declare it in both tests)'
+    >>> effect
+    'that may have made all differences'
     """
-    if not names:
-        return ""
-    told = f"{listed(names)} {are(names)} not known in both tests"
-    return f"{told}: that may have made all differences"
+    errors = [name for name in names if name.endswith("_uncertainty")]
+    noise = [name for name in names if name == NOISE]
+    coefficients = [name for name in names if name not in (*errors, *noise)]
+    it = "it" if len(errors) == 1 else "them"
+    reasons = {
+        f"known well enough (declare {it} in both tests)": errors,
+        "known well enough (repeat strokes)": noise,
+        "determined by the calibration (measure more positions)": coefficients,
+    }
+    told = [f"{listed(own)} {are(own)} not {why}" for why, own in reasons.items() if own]
+    return f"{', '.join(told)}: that may have made all differences" if told else ""

@@ -177,8 +177,9 @@ class CalibrationComparison(StoredResult, TabularResult):
     notes : tuple of str
         What a reader must know.
     explained_by : tuple of str
-        Errors that nobody declared and the calibrations do not tell, as ``"launch_uncertainty"``,
-        that may have made all of a disagreement; empty where they may not.
+        Errors that nobody declared and the calibrations do not tell, or from few degrees of
+        freedom, as ``"launch_uncertainty"``, that may have made all differences; empty where they
+        may not, or none is seen.
     serial : str or None
         Serial number.
     software : str

@@ -85,9 +85,9 @@ class Disagreement(StoredResult, TabularResult):
     notes : tuple of str
         What a reader must know.
     explained_by : tuple of str
-        Errors that nobody declared and the calibration does not tell, as ``"launch_uncertainty"``,
-        and coefficients that it does not determine, that may have made all of a disagreement; empty
-        where they may not.
+        Errors that nobody declared and the calibration does not tell, or from few degrees of
+        freedom, as ``"launch_uncertainty"``, and coefficients that it does not determine, that may
+        have made all differences; empty where they may not, or none is seen.
     serial : str or None
         Serial number.
     readings : int

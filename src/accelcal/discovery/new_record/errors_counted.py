@@ -22,6 +22,7 @@ from accelcal.estimate.launch import OTHERS_SHARE
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.plural import are, listed
 from accelcal.record import TumbleRecord
+from accelcal.results.agreement import NOISE
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 from accelcal.results.table import TableCalibration
@@ -109,9 +110,24 @@ def untold(calibration: Calibration, known: Mapping[str, ErrorSource] = _NONE) -
     `accelcal.estimate.launch`. What a comparison knows better than the calibration is `known`, from
     `from_calibration`.
     """
-    sources = {f"{source.name}_uncertainty": source for source in calibration.error_sources}
-    sources |= known
+    sources = _sources(calibration, known)
     return [name for name in _NAMES if name not in sources or _is_untold(sources[name])]
+
+
+def too_little_told(
+    calibration: Calibration, known: Mapping[str, ErrorSource] = _NONE
+) -> tuple[str, ...]:
+    """Name errors that few degrees of freedom tell, noise as `NOISE`; `known` as in `untold`."""
+    sources = _sources(calibration, known)
+    few = {name for name, source in sources.items() if freedom(source) < _FEW}
+    told = [name for name in _NAMES if name in few]
+    return tuple(told or ([NOISE] if few else []))
+
+
+def _sources(calibration: Calibration, known: Mapping[str, ErrorSource]) -> dict[str, ErrorSource]:
+    """What is known of each error, by the name that declares it."""
+    own = {f"{source.name}_uncertainty": source for source in calibration.error_sources}
+    return {**own, **known}
 
 
 def _is_untold(source: ErrorSource) -> bool:

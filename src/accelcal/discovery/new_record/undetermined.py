@@ -1,14 +1,57 @@
-"""What coefficients that a calibration does not determine may be."""
+"""What coefficients and slopes that a calibration does not determine may be."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.compensate.coefficients import PARAMETERS, Compensation
-from accelcal.discovery.new_record.simulated import ERRORS
+from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
+from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
+from accelcal.discovery.new_record.simulated import ERRORS, Simulated
+from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
 from accelcal.results.calibration import Calibration
 from accelcal.results.tables_in_use import tables_in_use
+
+_USUAL = dict(zip(SLOPES, 2 * (BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE, 0.0), strict=True))
+"""Standard uncertainty of slopes that nothing tells."""
+
+_ALIKE = 0.05  # degC; smaller differences change nothing that matters
+
+
+def with_usual_slopes(errors: CalibrationErrors, found: Compensation) -> CalibrationErrors:
+    """The same errors, where a calibration of one level tells no slopes with those of usual ones.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> from accelcal.compensate.choice import compensation
+    >>> from accelcal.discovery.new_record.calibration_errors import calibration_errors
+    >>> plan = accelcal.TumblePlan(temperatures=(20.0,))
+    >>> one_level = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
+    >>> found = compensation(one_level)
+    >>> usual = with_usual_slopes(calibration_errors(one_level, found), found)
+    >>> slope = ERRORS.index("k0_slope_above")
+    >>> round(float(usual.rest[slope, slope]) ** 0.5, 6)
+    4e-05
+    """
+    if found.several_levels:
+        return errors
+    sizes = np.array([_USUAL.get(name, 0.0) for name in ERRORS])
+    return errors._replace(
+        rest=errors.rest + np.diag(sizes**2), dof=np.where(sizes > 0.0, np.inf, errors.dof)
+    )
+
+
+def said_of_usual_slopes(found: Compensation, simulated: Simulated) -> list[str]:
+    """Say that a record is beside the one level of its calibration."""
+    away = float(np.abs(simulated.conditions.excess).max())
+    if found.several_levels or away <= _ALIKE:
+        return []
+    return [
+        f"readings are up to {away:.2g} degC off the calibration, which tells no slopes: U counts"
+        f" what usual ones make of it, {1e6 * BIAS_PER_DEGREE:g} ug/degC and"
+        f" {1e6 * SCALE_FACTOR_PER_DEGREE:g} ppm/degC"
+    ]
 
 
 def of_undetermined(calibration: Calibration, found: Compensation) -> Array:

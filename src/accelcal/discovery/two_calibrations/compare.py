@@ -14,7 +14,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arrays import Array
 from accelcal.compensate.propagation import interval_of_parts, propagated
-from accelcal.discovery.new_record.errors_counted import untold
+from accelcal.discovery.new_record.errors_counted import too_little_told, untold
 from accelcal.discovery.new_record.simulated import gravity_ratio
 from accelcal.discovery.two_calibrations.coefficients import (
     Coefficient,
@@ -32,7 +32,7 @@ from accelcal.discovery.two_calibrations.errors import (
     stated_errors,
 )
 from accelcal.discovery.two_calibrations.indicated import common_range, indication
-from accelcal.discovery.two_calibrations.joint import joint_test
+from accelcal.discovery.two_calibrations.joint import Factor, joint_test, joint_test_if_known
 from accelcal.discovery.two_calibrations.notes import heads_tried, is_one_head, left_out, notes
 from accelcal.discovery.two_calibrations.sizes import size_changes
 from accelcal.discovery.two_calibrations.suited import (
@@ -45,7 +45,7 @@ from accelcal.estimate.uncertainty import quantities
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL
 from accelcal.numerics.simultaneous import path_length, simultaneous_quantile
-from accelcal.results.agreement import ALPHA, least_of
+from accelcal.results.agreement import ALPHA, chance_if_known, least_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.calibration_comparison import (
     CalibrationComparison,
@@ -165,7 +165,7 @@ def compare_calibrations(
     tried = heads_tried(one, other, same)
     errors = [errors_of_both(one, other, level, same_head=head) for head in tried]
     sizes = tuple(size_changes(one, other, gravity))
-    whole = _Pair((one, other), known, told)
+    whole, joint = _Pair((one, other), known, told), _joint(pair, level, tried)
     return CalibrationComparison(
         old=_told(one),
         new=_told(other),
@@ -175,9 +175,9 @@ def compare_calibrations(
             *_changes(_with_outputs(pair), errors),
             *sizes,
         ),
-        joint=_joint(pair, level, tried),
+        joint=joint,
         indicated=tuple(_indicated(whole, errors, level, gravity)),
-        explained_by=_explained_by(pair, level, tried, sizes),
+        explained_by=_explained_by(pair, level, tried, joint, sizes),
         notes=tuple(notes(one, other, same, level, lost)),
         serial=new.serial or old.serial,
         software=SOFTWARE,
@@ -230,15 +230,21 @@ def _widest(found: Iterable[list[Quantity]]) -> list[Quantity]:
     ]
 
 
-def _joint(pair: _Pair, temperature: float | None, heads: Sequence[bool]) -> JointTest:
+def _joint(
+    pair: _Pair,
+    temperature: float | None,
+    heads: Sequence[bool],
+    *,
+    test: Callable[[Array, Callable[[Factor], Array]], JointTest] = joint_test,
+) -> JointTest:
     """Test all differences at once, by the larger chance of one head and of two if both `heads`."""
     by_errors = pair.by_errors
 
-    def covariance(same_head: bool, factor: Callable[[float], float]) -> Array:
+    def covariance(same_head: bool, factor: Factor) -> Array:
         errors = errors_of_both(*pair.sides, temperature, same_head=same_head, factor=factor)
         return np.asarray(by_errors @ errors.covariance @ by_errors.T)
 
-    tests = [joint_test(pair.differences, partial(covariance, head)) for head in heads]
+    tests = [test(pair.differences, partial(covariance, head)) for head in heads]
     return max(tests, key=lambda test: test.p_value)
 
 
@@ -246,19 +252,27 @@ def _explained_by(
     pair: _Pair,
     temperature: float | None,
     heads: Sequence[bool],
+    joint: JointTest,
     sizes: Sequence[CoefficientChange],
 ) -> tuple[str, ...]:
-    """Errors that nothing tells: all of them, where nothing disagrees if they may be `HIDING`."""
-    names = [untold(own.calibration) for own in pair.sides]
-    one, other = map(freed, pair.sides, names)
-    free = pair._replace(sides=(one, other))
-    chances = (
-        least_of([_joint(own, temperature, heads).p_value, *(size.p_value for size in sizes)])
-        for own in (pair, free)
-    )
-    if not any(names) or not next(chances) < ALPHA <= next(chances):
-        return ()
-    return tuple(dict.fromkeys(chain(*names)))
+    """Errors that nothing tells, or too little, where they may have made all differences.
+
+    Those that nothing tells explain what does not disagree if they may be `HIDING`; those of few
+    degrees of freedom what would disagree, were they known to be as large as they count for U.
+    """
+    both = [own.calibration for own in pair.sides]
+    chances = [size.p_value for size in sizes]
+    if least_of([joint.p_value, *chances]) < ALPHA:
+        names = [tuple(untold(own)) for own in both]
+        one, other = map(freed, pair.sides, names)
+        free = _joint(pair._replace(sides=(one, other)), temperature, heads)
+        explains = least_of([free.p_value, *chances]) >= ALPHA
+    else:
+        names = [too_little_told(own) for own in both]
+        known = _joint(pair, temperature, heads, test=joint_test_if_known)
+        if_known = (chance_if_known(size.difference) for size in sizes)
+        explains = least_of([known.p_value, *if_known]) < ALPHA
+    return tuple(dict.fromkeys(chain(*names))) if explains else ()
 
 
 def _indicated(

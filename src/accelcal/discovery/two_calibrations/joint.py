@@ -8,7 +8,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.new_record.chances import sizes_left_open
-from accelcal.numerics.probability import f_survival
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, f_survival, student_quantile
 from accelcal.results.calibration_comparison import JointTest
 
 _RANK = 1e-9
@@ -35,6 +35,12 @@ def joint_test(differences: Array, covariance: Callable[[Factor], Array]) -> Joi
         squares = float(seen @ np.linalg.solve(sized, seen))
         chance += weight * f_survival(squares / p, p, np.inf)
     return JointTest(float(seen @ seen), p, min(chance, 1.0))
+
+
+def joint_test_if_known(differences: Array, covariance: Callable[[Factor], Array]) -> JointTest:
+    """Test as `joint_test`, were errors known to have the sizes that they count with for U."""
+    counted = covariance(lambda dof: student_quantile(LEVEL, dof) / NORMAL_FACTOR)
+    return joint_test(differences, lambda _: counted)
 
 
 def _whitener(covariance: Array) -> Array:

@@ -1,0 +1,225 @@
+"""Whether a record disagrees with its calibration, by all that is uncertain in both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.apparatus import Apparatus
+from accelcal.arrays import Array
+from accelcal.discovery.columns import head_columns, saturated
+from accelcal.discovery.factors import blocks
+from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
+from accelcal.discovery.new_record.chances import Estimated, chances
+from accelcal.discovery.new_record.changes import Uncertain, changes, wider
+from accelcal.discovery.new_record.errors_counted import (
+    freedom,
+    size_counted,
+    too_little_told,
+    untold,
+)
+from accelcal.discovery.new_record.fixture import Fixtures
+from accelcal.discovery.new_record.one_head import head_difference, is_turned_over
+from accelcal.discovery.new_record.simulated import Simulated
+from accelcal.discovery.new_record.undetermined import of_undetermined
+from accelcal.discovery.noise.covariance import Covariance, whitener_of
+from accelcal.discovery.noise.of_readings import (
+    ReadingNoise,
+    acting,
+    covariance,
+)
+from accelcal.discovery.space import Space, space_of
+from accelcal.discovery.where import by_factor, pattern, shares, structure
+from accelcal.numerics.covariance_root import covariance_root
+from accelcal.numerics.one_thread import in_one_thread
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
+from accelcal.record import TumbleRecord
+from accelcal.results.agreement import ALPHA, HIDING, chance_if_known, chance_of, least_of
+from accelcal.results.disagreement import RunChange
+from accelcal.results.findings import Share
+from accelcal.results.quantity import ErrorSource
+
+_LEVEL = 0.5 * ALPHA
+"""Chance below which a factor disagrees: it is one of two tests, see `_chance_of_runs`."""
+
+
+class Seen(NamedTuple):
+    """A record beside what its calibration simulates, with all that is uncertain in both."""
+
+    record: TumbleRecord
+    simulated: Simulated
+    noise: ReadingNoise
+    dof: float
+    declared: Apparatus
+    known: dict[str, ErrorSource]
+    errors: CalibrationErrors
+    step: float
+    paused: Array
+    fixtures: Fixtures
+
+
+class Judged(NamedTuple):
+    """What disagrees, by what was taken as uncertain."""
+
+    where: tuple[Share, ...]
+    reduced_chi2: float
+    structure: str
+    runs: tuple[RunChange, ...]
+    p_value: float
+    explained_by: tuple[str, ...] = ()
+
+
+def judge(seen: Seen, same: bool | None) -> Judged:
+    """Judge a record, measured on the `same` head as its calibration, on another, or on either.
+
+    What errors that nothing tells, or too little, may have made is explained by them.
+    """
+    judged = _whatever_the_head(seen, same)
+    if judged.p_value < ALPHA:
+        return judged._replace(explained_by=_untold(seen, same))
+    known = least_of([chance_if_known(own) for run in judged.runs for own in run.changes])
+    if known >= _LEVEL:
+        return judged
+    return judged._replace(explained_by=too_little_told(seen.fixtures.calibration, seen.known))
+
+
+def _untold(seen: Seen, same: bool | None) -> tuple[str, ...]:
+    """Errors that nothing tells: all of them, where nothing disagrees if they may be `HIDING`."""
+    calibration, found, _ = seen.fixtures
+    names = untold(calibration, seen.known)
+    lost = HIDING * of_undetermined(calibration, found)
+    free = seen._replace(
+        errors=seen.errors._replace(rest=seen.errors.rest + lost @ lost.T),
+        declared=replace(seen.declared, **dict.fromkeys(names, HIDING)),
+        known={name: own for name, own in seen.known.items() if name not in names},
+    )
+    explaining = (*names, *found.undetermined)
+    if not explaining or _whatever_the_head(free, same).p_value < ALPHA:
+        return ()
+    return explaining
+
+
+@in_one_thread()
+def _whatever_the_head(seen: Seen, same: bool | None) -> Judged:
+    """Judge by one head, or by two; where nothing tells which, by what is more uncertain.
+
+    On the same side of an axis two heads always leave more uncertain than one.
+    """
+    turned_over = is_turned_over(seen.fixtures.calibration, seen.record)
+    if same is not None or not turned_over or not seen.errors.positions.size:
+        return _judged(seen, bool(same))
+    one, two = _judged(seen, same=True), _judged(seen, same=False)
+    nearer = max(one, two, key=lambda judged: judged.p_value)
+    runs = tuple(map(wider, one.runs, two.runs))
+    return nearer._replace(runs=runs)
+
+
+def _judged(seen: Seen, same: bool) -> Judged:
+    """Judge with the head of the calibration under the record, or with another one."""
+    c, by_error = seen.simulated.conditions, seen.simulated.by_error
+    larger, by_head = seen.errors.larger(seen.dof, head=not same), _by_head(seen, same)
+    sizes = np.sqrt(np.diagonal(larger))
+    of_calibration = by_error @ covariance_root(larger, np.where(sizes > 0.0, sizes, 1.0))
+    by_fixture = seen.fixtures.difference(by_error, same=same)
+    spread = _spread(seen).with_shared(np.hstack([of_calibration, by_head, by_fixture]))
+    space = _space(seen, spread)
+    coordinates = space.see(seen.simulated.residual)
+    factors = blocks(space, c, first="run")
+    single = chances(space, coordinates, factors, seen.dof, _estimated(seen, same, larger))
+    where = shares(coordinates, factors, single)
+    worst = max(range(len(where)), key=lambda i: (where[i].p_value < _LEVEL, where[i].share))
+    told, block = "", factors[worst]
+    if where[worst].p_value < _LEVEL:
+        shape = pattern(space, coordinates, block)
+        told = structure(c, seen.record.run_labels, block.factor, shape)
+    factor, dof = _head_as_counted(seen)
+    known = Uncertain(
+        spread=spread,
+        sigma=seen.noise.sigma,
+        dof=seen.dof,
+        errors=seen.errors,
+        larger=larger,
+        by_head=by_head,
+        head_factor=factor,
+        head_dof=dof,
+        one_head=same,
+    )
+    by_factors, runs = by_factor(where), tuple(changes(seen.record, seen.simulated, known))
+    return Judged(
+        where=by_factors,
+        reduced_chi2=float(coordinates @ coordinates) / coordinates.size,
+        structure=told,
+        runs=runs,
+        p_value=least_of([min(own.p_value for own in by_factors), _chance_of_runs(seen, runs)]),
+    )
+
+
+def _chance_of_runs(seen: Seen, runs: Sequence[RunChange]) -> float:
+    """Chance of any change in a run.
+
+    A factor has many directions. Where few degrees of freedom tell the launches, a change in one
+    of them is seen by itself only. Its own degrees of freedom are those of 95 %; farther out, those
+    of what shifts it from launch to launch count.
+    """
+    told = (seen.known.get(name) for name in ("launch_uncertainty", "launch_sf_uncertainty"))
+    fewest = [*(np.inf if own is None else freedom(own) for own in told), np.inf]
+    pairs = (pair for run in runs for pair in zip(run.changes, fewest, strict=True))
+    return least_of([chance_of(*pair) for pair in pairs])
+
+
+def _estimated(seen: Seen, same: bool, larger: Array) -> Estimated:
+    """Errors whose sizes the calibration tells: its own, those of the head and of launches."""
+    c, by_error = seen.simulated.conditions, seen.simulated.by_error
+    columns = acting(c)
+    if same:
+        columns["head_uncertainty"] = head_difference(seen.errors, seen.simulated, seen.record)
+    others = [(columns[name], source) for name, source in seen.known.items()]
+
+    def covariance(of_calibration: Array, size: Callable[[ErrorSource], float]) -> Array:
+        sizes = [np.full(own.shape[1], size(source)) for own, source in others]
+        whole = np.diag(np.concatenate([np.zeros(len(of_calibration)), *sizes]) ** 2)
+        whole[: len(of_calibration), : len(of_calibration)] = of_calibration
+        return whole
+
+    return Estimated(
+        acting=np.hstack([by_error, *(own for own, _ in others)]),
+        counted=covariance(larger, size_counted),
+        sized=lambda factor: covariance(
+            seen.errors.sized(factor, head=not same),
+            lambda source: (source.value or 0.0) * factor(freedom(source)),
+        ),
+    )
+
+
+def _by_head(seen: Seen, same: bool) -> Array:
+    """What the errors of the head do to the differences, of the size that they count with [g]."""
+    size = seen.declared.head_uncertainty or 0.0
+    if same:
+        return size * head_difference(seen.errors, seen.simulated, seen.record)
+    return size * head_columns(seen.simulated.conditions)
+
+
+def _head_as_counted(seen: Seen) -> tuple[float, float]:
+    """Size of the head's errors over its estimate, and the degrees of freedom of that."""
+    if seen.record.apparatus.head_uncertainty is not None:
+        return 1.0, np.inf
+    dof = seen.errors.head_dof
+    return student_quantile(LEVEL, dof) / NORMAL_FACTOR, dof
+
+
+def _spread(seen: Seen) -> Covariance:
+    """Covariance of all errors but those of the head and of the calibration's coefficients."""
+    others = replace(seen.declared, head_uncertainty=None)
+    own = covariance(seen.simulated.conditions, seen.noise, others, seen.step)
+    return own.with_shared(seen.paused)
+
+
+def _space(seen: Seen, spread: Covariance) -> Space:
+    record, noise, c = seen.record, seen.noise, seen.simulated.conditions
+    # Noise without degrees of freedom is taken as known. All that is left then counts as repeating,
+    # and no replicates are set apart to estimate the noise anew.
+    repeating = saturated(c, record.mounting) if noise.dof else np.eye(len(record))
+    return space_of(whitener_of(spread), np.empty((len(record), 0)), repeating)
