@@ -317,8 +317,9 @@ def test_several_runs_at_one_level_count_by_their_mean():
 def test_a_change_far_outside_its_interval_is_no_agreement():
     """Launches told by few degrees of freedom hid a bias of 400 +- 24 ug among all of a factor."""
     plan = TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0))
-    calibration = accelcal.fit(simulate(plan=plan, seed=0, declare=False))
-    new = simulate(plan=ONE_LEVEL, seed=1, declare=False)
+    heat = {"temperature_uncertainty": 0.0}
+    calibration = accelcal.fit(simulate(plan=plan, seed=0, declare=False).with_apparatus(**heat))
+    new = simulate(plan=ONE_LEVEL, seed=1, declare=False).with_apparatus(**heat)
     assert accelcal.compare(calibration, new, same_head=False).verdict == "agree"
     moved = replace(new, output=new.output + 1.35 * 4e-4)
     found = accelcal.compare(calibration, moved, same_head=False)
@@ -392,6 +393,29 @@ def test_noise_that_one_stroke_tells_is_named_where_it_leaves_a_change_open():
     moved = replace(new, output=new.output + 1.35 * 3.0 * run.bias.expanded_uncertainty)
     found = accelcal.compare(calibration, moved, same_head=False)
     assert found.hidden_by.startswith("the noise of a reading is not known well enough (repeat")
+
+
+def heated(seed, shift, declared=None):
+    """Three levels, of which thermometers tell `shift` degC too little each."""
+    levels = (20.0, 80.0, -40.0)
+    true = [level + own for level, own in zip(levels, shift, strict=True)]
+    made = simulate(plan=TumblePlan(temperatures=tuple(true)), seed=seed)
+    told = np.array(levels)[made.run]
+    return replace(made, temperature=told).with_apparatus(temperature_uncertainty=declared)
+
+
+def test_errors_of_thermometers_that_nobody_declared_get_no_verdict():
+    """0.5 degC, of 500 ppm/degC, disagreed by a chance of 1e-90."""
+    exact, wrong = (0.0, 0.0, 0.0), (0.5, -0.3, 0.4)
+    calibration, new = accelcal.fit(heated(1, exact)), heated(2, wrong)
+    for found in both_ways(calibration, new):
+        assert found.verdict == "no verdict"
+        assert found.explained_by == ("temperature_uncertainty",)
+        assert any("temperature" in note and "like a" in note for note in found.notes)
+    changed = replace(new, output=new.output + 1.35 * 3e-4)  # which 1 degC does not make
+    assert {found.verdict for found in both_ways(calibration, changed)} == {"disagree"}
+    calibration, new = accelcal.fit(heated(1, exact, 0.5)), heated(2, wrong, 0.5)
+    assert {found.verdict for found in both_ways(calibration, new)} == {"agree"}
 
 
 def test_launches_that_are_declared_explain_nothing(calibration, record):

@@ -561,10 +561,15 @@ def test_what_is_left_open_of_both_is_told_once():
     assert "not known of both calibrations" in note
 
 
-def test_a_report_of_two_axes_with_laws_is_no_wider_than_others():
+@pytest.mark.parametrize(("unit", "factor"), [("mA", 1.0), ("A", 1e-3)])
+def test_a_report_of_two_axes_with_laws_is_no_wider_than_others(unit, factor):
+    """That in A was, by K1 of 0.00135 A/g with all of its zeros."""
     both = TumblePlan(mountings=("o+", "p+"))
     old, new = (simulate(plan=both, seed=seed) for seed in (1, 2))
-    told = str(compare(accelcal.fit(old), accelcal.fit(changed(new, offset=1e-2))))
+    pair = [
+        replace(r, output=factor * r.output, unit=unit) for r in (old, changed(new, offset=1e-2))
+    ]
+    told = str(compare(*map(accelcal.fit, pair)))
     assert "misalignment below T0, a_o" in told
     assert max(map(len, told.splitlines())) <= 100
 
@@ -630,6 +635,7 @@ def test_pictures_show_e_n_and_the_change_in_use():
     found = compare(OLD, NEW)
     drawn = found.plot.coefficients()
     assert drawn.get_xscale() == "linear"
+    assert drawn.get_title(loc="left").endswith(": agree")
     points = drawn.lines[1:]
     assert sorted(x for line in points for x in line.get_xdata()) == sorted(
         found[name].normalised_error for name in MODEL
@@ -639,7 +645,9 @@ def test_pictures_show_e_n_and_the_change_in_use():
     far.figure.canvas.draw()
     labels = [text.get_window_extent() for text in far.get_xticklabels() if text.get_text()]
     assert not any(one.overlaps(other) for one, other in itertools.combinations(labels, 2))
-    assert [text.get_text() for text in far.get_legend().get_texts()] == ["agrees", "$|E_n| > 1$"]
+    told = [text.get_text() for text in far.get_legend().get_texts()]
+    assert told == ["within U: $|E_n| \\leq 1$", "beyond U: $|E_n| > 1$"]
+    assert "logarithmic" in far.get_xlabel()
     line = found.plot.indicated().lines[0]
     np.testing.assert_allclose(
         line.get_ydata(), [1e6 * point.difference.value for point in found.indicated]

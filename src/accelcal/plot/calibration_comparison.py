@@ -17,6 +17,8 @@ __all__ = ["CalibrationComparisonPlot"]
 
 _MICRO = 1e6
 
+_WITHIN, _BEYOND = "within U: $|E_n| \\leq 1$", "beyond U: $|E_n| > 1$"
+
 _FAR = 5.0
 """Normalised error beyond which the axis is logarithmic outside -2 to 2."""
 
@@ -58,21 +60,23 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
         changes = shown_changes(self.result)
         scores = np.array([own.normalised_error for _, own in changes], dtype=float)
         places = np.arange(scores.size)
-        drawn.axvspan(-1.0, 1.0, color=colours.series[2], alpha=0.2, lw=0, label="agrees")
+        drawn.axvspan(-1.0, 1.0, color=colours.series[2], alpha=0.2, lw=0, label=_WITHIN)
         drawn.axvline(0.0, color=colours.ink, lw=0.8)
         apart = np.abs(scores) > 1.0
         drawn.plot(scores[~apart], places[~apart], "o", color=colours.series[0])
-        drawn.plot(scores[apart], places[apart], "o", color=colours.series[1], label="$|E_n| > 1$")
+        drawn.plot(scores[apart], places[apart], "o", color=colours.series[1], label=_BEYOND)
         farthest = np.nanmax(np.abs(scores))
+        drawn.set_xlabel("normalised error $E_n$")
         if farthest > _FAR:  # else one hides how all others lie
+            drawn.set_xlabel("normalised error $E_n$, logarithmic beyond ±2")
             drawn.set_xscale("symlog", linthresh=2.0, linscale=2.0)
             drawn.locator_params(axis="x", subs=(1.0, 2.0, 5.0) if farthest < _VERY_FAR else (1.0,))
             drawn.xaxis.set_major_formatter("{x:g}")
         drawn.set_yticks(places, [f"{name} {own.coefficient}" for name, own in changes])
         drawn.invert_yaxis()
-        drawn.set_xlabel("normalised error $E_n$")
         drawn.legend(loc="best")
-        return entitled(drawn, "New − old calibration, over its U (95 %)")
+        verdict = self.result.verdict
+        return entitled(drawn, f"New − old calibration over its U (95 %): {verdict}")
 
     @styled
     def indicated(self, ax: Axes | None = None) -> Axes:

@@ -51,7 +51,8 @@ class DisagreementPlot(Pictures[Disagreement]):
         Axes
             Shares of the sum of squares, with the chance that each is noise.
         """
-        return draw_where(self.result.where, ALPHA, ax)
+        title = f"Simulation and measurement: {self.result.verdict}"
+        return draw_where(self.result.where, ALPHA, ax, title)
 
     @styled
     def runs(self, axes: Any = None) -> Any:

@@ -216,7 +216,12 @@ def _moved(change: Change) -> tuple[float, float]:
 
 
 @styled
-def draw_where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
+def draw_where(
+    found: Sequence[Share],
+    alpha: float,
+    ax: Axes | None,
+    title: str = "Where model and readings disagree",
+) -> Axes:
     """Draw the parts of the disagreement as the report lists them; believed are p below alpha."""
     names, shares, chances = zip(*parts_of_disagreement(found), strict=True)
     colours = palette()
@@ -239,7 +244,7 @@ def draw_where(found: Sequence[Share], alpha: float, ax: Axes | None) -> Axes:
     ax.invert_yaxis()
     ax.set(xlabel="share of the disagreement [%]", xlim=(0.0, 1.25 * most or 1.0))
     ax.set_xticks([tick for tick in ax.get_xticks() if tick <= 100.0])
-    return entitled(ax, "Where model and readings disagree")
+    return entitled(ax, title)
 
 
 class _Along(NamedTuple):

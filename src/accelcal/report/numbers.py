@@ -15,6 +15,7 @@ _MOST_DECIMALS = 10
 _LAST_DIGIT = 1e-12  # below this share of the value an uncertainty is rounding error
 
 SMALL_UNITS = {
+    "A/g": "uA/g",
     "g": "ug",
     "g/g^2": "ug/g^2",
     "g/g^3": "ug/g^3",

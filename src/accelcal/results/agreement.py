@@ -20,6 +20,9 @@ HIDING = 5e-3
 as that may be what nothing tells."""
 
 
+HIDING_HEAT = 1.0
+"""Error of a temperature [degC] that may be there where nothing tells it."""
+
 NOISE = "the noise of a reading"
 """What explains differences where few readings tell their noise."""
 

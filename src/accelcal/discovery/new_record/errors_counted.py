@@ -23,12 +23,16 @@ from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.plural import are, listed
 from accelcal.record import TumbleRecord
 from accelcal.results.agreement import NOISE
+from accelcal.results.beyond_uncertainty import NO_HEAT
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 from accelcal.results.table import TableCalibration
 
 _NAMES = ("head_uncertainty", "launch_uncertainty", "launch_sf_uncertainty")
 """What a calibration may know of errors that a record does not declare."""
+
+HEAT = "temperature_uncertainty"
+"""What declares the errors of temperatures, which no readings tell."""
 
 _NONE: Mapping[str, ErrorSource] = MappingProxyType({})
 
@@ -103,7 +107,7 @@ def freedom(source: ErrorSource) -> float:
 
 
 def untold(calibration: Calibration, known: Mapping[str, ErrorSource] = _NONE) -> list[str]:
-    """Name errors of head and launches that nobody declared and no readings tell.
+    """Name errors of head, launches and temperatures that nobody declared and no readings tell.
 
     A head of few degrees of freedom that shows no errors is none that has none; shifts of launches
     that are not seen count with the noise beside them, see `_with_noise` and
@@ -111,7 +115,13 @@ def untold(calibration: Calibration, known: Mapping[str, ErrorSource] = _NONE) -
     `from_calibration`.
     """
     sources = _sources(calibration, known)
-    return [name for name in _NAMES if name not in sources or _is_untold(sources[name])]
+    names = [name for name in _NAMES if name not in sources or _is_untold(sources[name])]
+    return [*names, *([HEAT] if lacks_heat(calibration) else [])]
+
+
+def lacks_heat(calibration: Calibration) -> bool:
+    """Tell whether laws count no error of the temperature, as it was not declared."""
+    return any(NO_HEAT in told for told in calibration.warnings)
 
 
 def too_little_told(

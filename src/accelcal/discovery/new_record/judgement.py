@@ -16,6 +16,7 @@ from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.chances import Estimated, chances
 from accelcal.discovery.new_record.changes import Uncertain, changes, wider
 from accelcal.discovery.new_record.errors_counted import (
+    HEAT,
     freedom,
     size_counted,
     too_little_told,
@@ -37,7 +38,14 @@ from accelcal.numerics.covariance_root import covariance_root
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord
-from accelcal.results.agreement import ALPHA, HIDING, chance_if_known, chance_of, least_of
+from accelcal.results.agreement import (
+    ALPHA,
+    HIDING,
+    HIDING_HEAT,
+    chance_if_known,
+    chance_of,
+    least_of,
+)
 from accelcal.results.disagreement import RunChange
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource
@@ -87,13 +95,16 @@ def judge(seen: Seen, same: bool | None) -> Judged:
 
 
 def _untold(seen: Seen, same: bool | None) -> tuple[str, ...]:
-    """Errors that nothing tells: all of them, where nothing disagrees if they may be `HIDING`."""
+    """Errors that nothing tells: all of them, where nothing disagrees if they may hide it."""
     calibration, found, _ = seen.fixtures
     names = untold(calibration, seen.known)
+    if found.several_levels and seen.declared.temperature_uncertainty is None:
+        names = list(dict.fromkeys([*names, HEAT]))
+    sizes = {name: HIDING_HEAT if name == HEAT else HIDING for name in names}
     lost = HIDING * of_undetermined(calibration, found)
     free = seen._replace(
         errors=seen.errors._replace(rest=seen.errors.rest + lost @ lost.T),
-        declared=replace(seen.declared, **dict.fromkeys(names, HIDING)),
+        declared=replace(seen.declared, **sizes),
         known={name: own for name, own in seen.known.items() if name not in names},
     )
     explaining = (*names, *found.undetermined)

@@ -29,6 +29,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, calibration_errors
+from accelcal.discovery.new_record.errors_counted import HEAT
 from accelcal.discovery.new_record.fixture import by_fixture
 from accelcal.discovery.new_record.simulated import ERRORS
 from accelcal.effects.without_sources import without_sources
@@ -36,7 +37,7 @@ from accelcal.errors import InputError
 from accelcal.model import CROSS_AXES
 from accelcal.numerics.sorting import distinct
 from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
-from accelcal.results.agreement import HIDING
+from accelcal.results.agreement import HIDING, HIDING_HEAT
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import BY_OTHERS
 from accelcal.results.findings import FoundEffect
@@ -139,7 +140,26 @@ def freed(own: Side, names: Collection[str]) -> Side:
     )
     if "head_uncertainty" in names:
         errors = errors._replace(head=HIDING, head_dof=np.inf)
+    if HEAT in names:
+        by_heat = HIDING_HEAT * _by_heat(own.found)
+        errors = errors._replace(rest=errors.rest + by_heat @ by_heat.T)
     return own._replace(errors=errors)
+
+
+def _by_heat(found: Compensation) -> Array:
+    """What an error of the temperature does at T0 and at either end of laws, shape (18, 3) [/degC].
+
+    One at an end turns the slopes on its side.
+    """
+    acting = np.zeros((_SIZE, 3))
+    low, high = found.temperatures or (0.0, 0.0)
+    level = found.T0_degC or 0.0
+    for name, law in (("k0", found.k0), ("K1", found.K1), ("delta", found.cross.delta)):
+        acting[ERRORS.index(name), 0] = law.local_slope(np.zeros(1))[0]
+        for place, side, span in ((1, "above", high - level), (2, "below", level - low)):
+            slope = getattr(law, side).value
+            acting[ERRORS.index(f"{name}_slope_{side}"), place] = slope / span if span else 0.0
+    return acting
 
 
 class Errors(NamedTuple):

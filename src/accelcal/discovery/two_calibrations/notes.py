@@ -8,6 +8,7 @@ from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
+from accelcal.discovery.new_record.errors_counted import lacks_heat
 from accelcal.discovery.new_record.fixture import is_freed, said_of_fixture
 from accelcal.discovery.new_record.repeatability import hiding
 from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name, parameter_of
@@ -236,7 +237,10 @@ def _of_effects(old: Side, new: Side, same: bool | None) -> Iterator[str]:
             " looks like mean something else without it; give both one model by fit --model"
         )
     elif old.by_others.any() or new.by_others.any():
-        yield "the effects count as they are named, in both calibrations alike"
+        yield (
+            "the effects count as they are named, in both calibrations alike: if they are others,"
+            " their sizes may differ at other angles though nothing has changed"
+        )
     keys = {effect_key(item) for item in new.measured_effects}
     both = {item.id for item in old.measured_effects if effect_key(item) in keys}
     as_found = {*old.calibration.effects_as_found, *new.calibration.effects_as_found}
@@ -262,4 +266,9 @@ def _of_launches(old: Side, new: Side) -> Iterator[str]:
         yield (
             f"shifts of {shifts} from launch to launch are not known of {_whose(names)}: they look"
             " like a change"
+        )
+    if names := [own.name for own in (old, new) if lacks_heat(own.calibration)]:
+        yield (
+            f"errors of the temperature are not declared of {_whose(names)}: they look like a"
+            " change; give their temperature_uncertainty to accelcal fit"
         )
