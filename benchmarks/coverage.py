@@ -304,7 +304,7 @@ CHOICES = (
     ),
     Choice(
         "laws from all readings, each run weighted by its own scatter",
-        "accelcal.temperature.pooled_noise._SIGNIFICANT",
+        "accelcal.temperature.product_errors._SIGNIFICANT",
         1.1,
         (TWO_STROKES,),
     ),
@@ -316,7 +316,7 @@ CHOICES = (
     ),
     Choice(
         "std taken at its word",
-        "accelcal.estimate.even_scatter._SIGNIFICANT",
+        "accelcal.estimate.declared_scatter._SIGNIFICANT",
         0.0,
         SAMPLED,
     ),

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import accelcal
-from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.estimate.at_positions import at_positions, said_of_positions
 from accelcal.geometry import accelerations

@@ -15,7 +15,7 @@ from accelcal.archive.formats import encode
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import stacked_tables
 from accelcal.arrays import Labels
-from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.fit import calibrate_many
 
 
 def listed(columns):

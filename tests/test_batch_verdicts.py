@@ -11,7 +11,7 @@ import pytest
 import accelcal
 from accelcal.archive import fitting
 from accelcal.archive.stacked_rows import stacked_tables, verdicts_of
-from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.io.toml.specification import read_specification
 from accelcal.specification import PLACES, QUANTITIES, RULES, Limit, Specification

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 import accelcal
 from accelcal.apparatus import Apparatus
 from accelcal.calibrate import plan
-from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.errors import InputError
 from accelcal.estimate.reversal import misalignment_stack

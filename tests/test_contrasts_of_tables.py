@@ -5,9 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import accelcal
-from accelcal.estimate.head import lack_of_fit
+from accelcal.estimate.head import PositionMeans, lack_of_fit
 from accelcal.estimate.noise import noise_of_stack
-from accelcal.estimate.position_means import PositionMeans
 from accelcal.estimate.tables import prepare
 
 IN_PROPORTION = 1.35 * np.array([0.003, 1.0, 1e-4, 9e-5, 1e-3, 2e-5])

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import accelcal
-from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.fit import calibrate_many
 from accelcal.estimate.correlated_noise import correlation
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise

@@ -5,9 +5,8 @@ import pytest
 from tumble_oracle import AL15, forward, record, turn
 
 import accelcal
-from accelcal.calibrate.many import calibrate_many
-from accelcal.estimate.declared_scatter import declared_scatter
-from accelcal.estimate.even_scatter import with_even_scatter
+from accelcal.calibrate.fit import calibrate_many
+from accelcal.estimate.declared_scatter import declared_scatter, with_even_scatter
 
 ANGLES = turn(8, 6)
 HEAD, STROKE = ANGLES % 360.0, np.repeat(np.arange(6) + 1, 9)

@@ -13,10 +13,9 @@ from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import prepare
 from accelcal.gates import order, replicates, sizes
-from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, plan_of
 from accelcal.gates.record import RecordStack, gates_of_records
-from accelcal.gates.replicate_plan import ReplicatePlan
+from accelcal.gates.replicate_plan import Cells, ReplicatePlan
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import SIGNIFICANT, VERDICTS

@@ -14,7 +14,7 @@ import pytest
 from one_record import noises_of_record
 
 import accelcal
-from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.fit import calibrate_many
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import prepare
 from accelcal.gates import order, plan

@@ -11,7 +11,7 @@ import pytest
 from hidden.clampings import units_on_one_head
 
 import accelcal
-from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.cli.main import main
 from accelcal.estimate.declared_scatter import moderated

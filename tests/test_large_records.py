@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import accelcal
-from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.discovery.noise import of_readings
 from accelcal.discovery.noise.of_readings import refuse_too_many

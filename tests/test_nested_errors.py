@@ -12,7 +12,7 @@ from tumble_oracle import AL15, Apparatus, forward, rates, record, rows, turn
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.head import head_error
 from accelcal.estimate.launch import run_shift
-from accelcal.estimate.rounding import rounding
+from accelcal.estimate.noise import rounding
 from accelcal.estimate.tables import prepare
 from accelcal.estimate.uncertainty import interval_stack
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import accelcal
-from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.cli.main import main
 from accelcal.effects.without_sources import without_sources

@@ -12,7 +12,7 @@ from accelcal.archive.failures import attempt, one_line
 from accelcal.archive.settings import Settings
 from accelcal.archive.stacked_rows import stacked_laws, stacked_tables, verdicts_of
 from accelcal.arrays import Labels, Places
-from accelcal.calibrate.many import calibrate_many
+from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.record import TumbleRecord
 

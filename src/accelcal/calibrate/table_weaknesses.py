@@ -1,14 +1,25 @@
-"""What a reader must know of the readings of one table before using what they give."""
+"""What a reader must know of the readings of a table before using what they give.
+
+A large fixture angle, such as another zero of the head, takes something off K1 unseen. An angle d0
+beyond the one taken as given acts as K1 cos(th + d0). A table takes K1 cos(d0) for its scale
+factor, and the rest for a misalignment. Both sides of an axis tell that angle; one side leaves it
+in M.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from accelcal.arrays import Mask
+from accelcal.arrays import Array, Mask
+from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.noise import ReadingNoise
+from accelcal.estimate.reversal import fixture_angle_stack
 from accelcal.estimate.tables import PreparedTable
+from accelcal.gates.turns import LARGEST_RATIOS
+from accelcal.geometry import side_of
+from accelcal.model import COEFFICIENTS
 from accelcal.record import TumbleRecord
 from accelcal.sentences import Sentence
 
@@ -67,3 +78,59 @@ def _remedy(record: TumbleRecord) -> str:
     if record.count is None:
         return "if it is that of single samples, give their number in a column n"
     return "check the columns std and n: they may hold more than the scatter of the samples"
+
+
+# -- a large fixture angle -------------------------------------------------------------------------
+
+
+_K1, _M = (COEFFICIENTS.index(name) for name in ("K1", "M"))
+
+_LOST = 5e-6
+"""Part of K1 that a fixture angle may take off without a word."""
+
+
+def of_large_turn(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, delta0: float
+) -> Sentence:
+    """Say what a large fixture angle takes off K1.
+
+    Returns
+    -------
+    Sentence
+        Due where the scale factor lost more than some ppm.
+    """
+    beyond = fixture_angle_stack(tables, estimate)
+    return _of_one_side(tables, estimate, delta0) if beyond is None else _told(beyond, delta0)
+
+
+def _told(beyond: Array, delta0: float) -> Sentence:
+    lost = beyond**2 / 2.0
+    return Sentence(
+        lost > _LOST,
+        lambda beyond, lost: (
+            f"both sides tell a fixture angle delta0 of {delta0 + beyond:.6f} rad, and the tables"
+            f" take it as {delta0:g} rad: in the mean of both sides K1 is {1e6 * lost:.0f} ppm too"
+            " small, and others are off too; fit again with that delta0"
+        ),
+        [beyond, lost],
+    )
+
+
+def _of_one_side(
+    tables: Sequence[PreparedTable], estimate: JointEstimate, delta0: float
+) -> Sentence:
+    tilt, k1 = (np.stack(estimate.coefficients, axis=-1)[..., i, :] for i in (_M, _K1))
+    ratios = tilt / k1
+    at = np.abs(ratios).argmax(axis=-1)
+    largest = np.take_along_axis(ratios, at[..., None], axis=-1)[..., 0]
+    turn = np.array([side_of(table.mounting) for table in tables])[at] * largest
+    lost = largest**2 / 2.0
+    return Sentence(
+        (lost > _LOST) & (np.abs(largest) < LARGEST_RATIOS["M"]),
+        lambda largest, turn, lost: (
+            f"delta is {1e3 * largest:.3g} mrad: if all of it is the fixture angle or the zero of"
+            f" the head, K1 is {1e6 * lost:.0f} ppm too small, and delta0 is"
+            f" {delta0 - turn:.3g} rad"
+        ),
+        [largest, turn, lost],
+    )

@@ -10,8 +10,7 @@ import numpy as np
 
 from accelcal.arrays import Mask
 from accelcal.calibrate.known_effects import said_of_effects
-from accelcal.calibrate.large_turn import of_large_turn
-from accelcal.calibrate.table_weaknesses import of_table
+from accelcal.calibrate.table_weaknesses import of_large_turn, of_table
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.linear import linear_estimator
@@ -30,7 +29,7 @@ from accelcal.results.beyond_uncertainty import (
 )
 from accelcal.results.table import mountings_of_laws
 from accelcal.sentences import Sentence, Told, first_of, of_each
-from accelcal.temperature.error_component import Slopes
+from accelcal.temperature.laws import Slopes
 from accelcal.temperature.one_meaning import said_of_meanings, telling_laws
 
 if TYPE_CHECKING:

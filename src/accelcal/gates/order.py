@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
-from accelcal.gates.replicate_plan import rank_and_inverse
+from accelcal.gates.replicate_plan import Cells, rank_and_inverse
 from accelcal.gates.stack import TableStack
-from accelcal.gates.stroke_groups import Basis, Fit, Groups, LeftOut
-from accelcal.gates.stroke_sets import differ_by_waves, odd_strokes
+from accelcal.gates.stroke_groups import Basis, Fit, Groups, LeftOut, differ_by_waves, odd_strokes
 from accelcal.gates.swaps import SwapBlock, best_swap, swap_blocks
 from accelcal.gates.verdict import GateStack, gate_stack, times
 from accelcal.geometry import accelerations

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Ints
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.trend import Trend, directed, moments, trend_of
-from accelcal.gates.cells import Cells
-from accelcal.gates.replicate_plan import ReplicatePlan
+from accelcal.gates.replicate_plan import Cells, ReplicatePlan
 from accelcal.numerics.grouping import Grouped, grouped
 from accelcal.numerics.sorting import median
 

@@ -11,9 +11,8 @@ import numpy as np
 from accelcal.arrays import Array, Places
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.trend import directed
-from accelcal.gates.cells import Cells
 from accelcal.gates.plan import TablePlan, once_a_plan
-from accelcal.gates.replicate_plan import contracted, rank_and_inverse
+from accelcal.gates.replicate_plan import Cells, contracted, rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
 from accelcal.numerics.probability import f_exceeds

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 
 from accelcal.model import SLOPES
 from accelcal.numerics.probability import LEVEL
-from accelcal.report.agreement import headline
 from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
-from accelcal.report.findings import probability
+from accelcal.report.findings import headline, probability
 from accelcal.report.lines import aligned, notes, sections, wrapped
 from accelcal.report.numbers import in_small_unit, matching_digits, significant
 from accelcal.results.calibration_comparison import (

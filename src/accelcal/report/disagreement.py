@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from accelcal.report.agreement import headline
-from accelcal.report.findings import chance, noise_line, where_lines
+from accelcal.report.findings import chance, headline, noise_line, where_lines
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
 from accelcal.report.numbers import in_millionths, significant
 from accelcal.results.disagreement import Disagreement

@@ -1,4 +1,4 @@
-"""Parts that reports of findings share: noise, factors, chances, and what checks found."""
+"""Parts that reports of findings share: noise, factors, chances, verdicts, what checks found."""
 
 from __future__ import annotations
 
@@ -90,3 +90,19 @@ def p_value(p: float) -> str:
     ('p = 0.012', 'p < 0.001')
     """
     return "p < 0.001" if p < 1e-3 else f"p = {p:.2g}"
+
+
+_WORDS = {"agree": "agree", "disagree": "DISAGREE"}
+
+
+def headline(compared: str, verdict: str, hidden_by: str) -> str:
+    """Tell a verdict.
+
+    Examples
+    --------
+    >>> headline("The coefficients", "disagree", "")
+    'The coefficients DISAGREE'
+    >>> headline("The coefficients", "no verdict", "errors of this size hide disagreements")
+    'No verdict: errors of this size hide disagreements'
+    """
+    return f"{compared} {_WORDS[verdict]}" if verdict in _WORDS else f"No verdict: {hidden_by}"

@@ -3,5 +3,5 @@
 `budget` wires it: the components of a `stand` are of certain `kinds` and act on the `readings` of a
 test; `estimator` takes readings to coefficients. `linear` propagates
 uncertainties (JCGM 100), `monte_carlo` distributions (JCGM 101). `requirements` asks the other way
-round, and `sufficiency` against a data sheet.
+round, and whether the stand suffices for a data sheet.
 """

@@ -34,9 +34,8 @@ from accelcal.stand_uncertainty.linear import (
 )
 from accelcal.stand_uncertainty.monte_carlo import Linear, monte_carlo
 from accelcal.stand_uncertainty.readings import Readings, readings_of
-from accelcal.stand_uncertainty.requirements import requirements
+from accelcal.stand_uncertainty.requirements import requirements, sufficiency
 from accelcal.stand_uncertainty.stand import Acting, Stand, acting
-from accelcal.stand_uncertainty.sufficiency import sufficiency
 from accelcal.units import HOUR
 
 __all__ = ["stand_budget"]
