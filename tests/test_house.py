@@ -57,7 +57,7 @@ FLOORS = (
     {"reference"},
     {"record", "results", "specification", "accelerometer"},
     {"model"},
-    {"geometry", "head_angles", "apparatus", "pace", "serials", "targets"},
+    {"geometry", "head_angles", "apparatus", "pace", "serials", "targets", "shown_units"},
     {"units", "numerics", "atomic", "sentences", "arguments", "dates"},
     {"errors", "version", "logs", "equality", "plural", "arrays", "frozen_mapping"},
     {"escapes"},

@@ -19,10 +19,10 @@ from accelcal.error_budget.budget import budget as budget_of
 from accelcal.io.stability_record import read_stability
 from accelcal.plot.colours import DARK, LIGHT
 from accelcal.plot.style import SMALL, canvas, picture, theme
-from accelcal.report.numbers import readable
 from accelcal.results.findings import Change, Share
 from accelcal.results.quantity import Quantity
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
+from accelcal.shown_units import readable
 from accelcal.stability.analysis import analyse
 
 BACKLASH = accelcal.effect("backlash").of(5e-5)

@@ -19,7 +19,7 @@ from accelcal.record import TumbleRecord, naming
 from accelcal.reference import reference_temperature_of
 from accelcal.results.beyond_uncertainty import LEFT_OUT
 from accelcal.results.covariance import ALTERNATIVES, LOOK_ALIKES
-from accelcal.units import MICRO
+from accelcal.shown_units import in_small_unit
 
 if TYPE_CHECKING:
     from accelcal.discovery.in_use.carrying_over import LeftIn
@@ -209,7 +209,7 @@ def _added(
     for name, change in found.items():
         if abs(change) > _NOTABLE * largest:
             symbol = ERROR_TERMS.get(name, name)
-            unit = f"u{ERROR_UNITS[symbol]}" if symbol in ERROR_UNITS else "ppm"
-            size = MICRO * change
+            factor, unit = in_small_unit(ERROR_UNITS.get(symbol, "1"))
+            size = factor * change
             told = f"{size:.0f}" if abs(size) > 100.0 else f"{size:.3g}"
             yield f"{told} {unit} to {symbol}"

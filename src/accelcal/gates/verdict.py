@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +11,7 @@ from numpy.typing import ArrayLike
 from accelcal.arrays import Ints, Mask, Places
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import Gate
+from accelcal.shown_units import ACCELERATIONS, ANGLES, by_size
 
 SIGNIFICANT = 0.01
 """False-alarm rate of a gate that is a statistical test."""
@@ -108,7 +107,7 @@ def acceleration(value: float) -> str:
     >>> acceleration(-2.147e-5), acceleration(0.7777), acceleration(9.3)
     ('-21.5 ug', '778 mg', '9.3 g')
     """
-    return _short(value, (1e-6, "ug"), (1e-3, "mg"), (1.0, "g"))
+    return _short(value, ACCELERATIONS)
 
 
 def angle(value: float) -> str:
@@ -119,14 +118,11 @@ def angle(value: float) -> str:
     >>> angle(2.1e-5), angle(0.0123), angle(0.5)
     ('21 urad', '12.3 mrad', '28.6 deg')
     """
-    return _short(value, (1e-6, "urad"), (1e-3, "mrad"), (math.pi / 180.0, "deg"))
+    return _short(value, ANGLES)
 
 
-def _short(value: float, *units: tuple[float, str]) -> str:
-    for (size, unit), (larger, _) in pairwise(units):
-        if abs(value) < 0.9995 * larger:
-            return f"{_three_digits(value / size)} {unit}"
-    size, unit = units[-1]
+def _short(value: float, units: Sequence[tuple[float, str]]) -> str:
+    size, unit = by_size(abs(value), units, 0.9995)
     return f"{_three_digits(value / size)} {unit}"
 
 

@@ -34,9 +34,10 @@ from accelcal.report.discovery import (
 )
 from accelcal.report.findings import chance, factor_rows, noise_line, probability
 from accelcal.report.lines import sentence
-from accelcal.report.numbers import plain, readable, significant, sized
+from accelcal.report.numbers import significant, sized
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
+from accelcal.shown_units import plain, readable
 from accelcal.units import MICRO
 
 

@@ -9,13 +9,12 @@ import numpy as np
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvas, entitled, palette, styled
 from accelcal.results.calibration_comparison import CalibrationComparison
+from accelcal.units import MICRO
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["CalibrationComparisonPlot"]
-
-_MICRO = 1e6
 
 _WITHIN, _BEYOND = "within U: $|E_n| \\leq 1$", "beyond U: $|E_n| > 1$"
 
@@ -95,8 +94,8 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
         drawn, colours = canvas(ax), palette()
         found = self.result.indicated
         a_i = np.array([own.a_i for own in found])
-        value = _MICRO * np.array([own.difference.value for own in found], dtype=float)
-        half = _MICRO * np.array([own.band for own in found])
+        value = MICRO * np.array([own.difference.value for own in found], dtype=float)
+        half = MICRO * np.array([own.band for own in found])
         drawn.fill_between(
             a_i, value - half, value + half, color=colours.series[0], alpha=0.25, lw=0
         )

@@ -10,10 +10,11 @@ import numpy as np
 from accelcal.plot.style import SMALL, blank, canvas, canvases, entitled, palette, styled
 from accelcal.plot.ticks import name_ticks, shortened
 from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
-from accelcal.report.numbers import matching_digits, readable, significant
+from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.table import nearest_table
 from accelcal.results.tables_in_use import tables_in_use
 from accelcal.results.usable import tables_of_run
+from accelcal.shown_units import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,9 +11,9 @@ from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.plot.ticks import short_log_ticks
 from accelcal.plural import counted
-from accelcal.report.numbers import in_small_unit, written
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.optimal_design import OptimalDesign
+from accelcal.shown_units import in_small_unit, written
 
 __all__ = ["DesignPlot"]
 

@@ -16,8 +16,8 @@ from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.report.discovery import with_doubts
 from accelcal.report.findings import p_value, parts_of_disagreement
 from accelcal.report.lines import sentence
-from accelcal.report.numbers import readable
 from accelcal.results.discovery import Discovery
+from accelcal.shown_units import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,9 +11,9 @@ from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import SMALL, canvases, palette, styled
 from accelcal.report.error_budget import NO_RANDOM_ERROR, joint_variance, place
 from accelcal.report.lines import sentence
-from accelcal.report.numbers import readable
 from accelcal.results.error_budget import ErrorBudget
 from accelcal.results.quantity import Document
+from accelcal.shown_units import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,8 +12,8 @@ from accelcal.escapes import visible
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.plural import listed
-from accelcal.report.numbers import in_small_unit
 from accelcal.results.fleet_history import DOUBT, FleetHistory, UnitOfFleet
+from accelcal.shown_units import in_small_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

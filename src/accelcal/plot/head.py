@@ -9,8 +9,8 @@ import numpy as np
 from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvas, entitled, palette, styled
-from accelcal.report.numbers import readable
 from accelcal.results.head_calibration import HeadCalibration
+from accelcal.shown_units import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

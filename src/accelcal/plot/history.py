@@ -11,8 +11,8 @@ from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.report.findings import p_value
-from accelcal.report.numbers import readable
 from accelcal.results.unit_history import History
+from accelcal.shown_units import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,8 +16,8 @@ from accelcal.numerics.sorting import distinct
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.plot.ticks import name_ticks, shortened
 from accelcal.report.calibration_rows import side_of
-from accelcal.report.numbers import readable
 from accelcal.results.usable import tables_of_run
+from accelcal.shown_units import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,8 +12,8 @@ from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, canvases, palette, styled
 from accelcal.plot.ticks import short_log_ticks
-from accelcal.report.numbers import readable, time_unit
 from accelcal.results.stability import Stability
+from accelcal.shown_units import readable, time_unit
 from accelcal.stability.noise_terms import TERMS
 from accelcal.stability.record import Launch, StabilityRecord
 

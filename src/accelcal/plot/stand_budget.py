@@ -11,10 +11,10 @@ from accelcal.errors import InputError
 from accelcal.model import SLOPES
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
-from accelcal.report.numbers import written
 from accelcal.report.stand_budget import shares, shown_unit
 from accelcal.results.quantity import Document
 from accelcal.results.stand_budget import StandBudget
+from accelcal.shown_units import written
 
 _DRAWN = ("K1", "k0", "k2", "k3", "delta", "delta_ip")
 _BARS = 6

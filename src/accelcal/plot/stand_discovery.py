@@ -12,8 +12,8 @@ from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, entitled, palette, styled
 from accelcal.plot.ticks import name_ticks
 from accelcal.report.lines import sentence
-from accelcal.report.numbers import readable
 from accelcal.results.stand_discovery import StandDiscovery
+from accelcal.shown_units import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

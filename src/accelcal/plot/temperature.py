@@ -12,10 +12,10 @@ from accelcal.arrays import Array
 from accelcal.compensate.band import law_and_band
 from accelcal.effects.conditions import LEVEL_CHANGE
 from accelcal.plot.style import SMALL, blank, canvases, entitled, palette, styled
-from accelcal.report.numbers import readable
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration
+from accelcal.shown_units import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

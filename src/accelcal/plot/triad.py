@@ -12,8 +12,8 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvas, entitled, palette, styled
-from accelcal.report.numbers import readable
 from accelcal.results.triad import TriadCalibration
+from accelcal.shown_units import readable
 from accelcal.triad.record import TriadRecord
 
 if TYPE_CHECKING:

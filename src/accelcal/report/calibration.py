@@ -21,15 +21,9 @@ from accelcal.report.calibration_rows import (
     without_uncertainty,
 )
 from accelcal.report.lines import aligned, hanging, sections, unit_of
-from accelcal.report.numbers import (
-    in_millionths,
-    matching_digits,
-    plain,
-    readable,
-    significant,
-    sized,
-)
+from accelcal.report.numbers import in_millionths, matching_digits, significant, sized
 from accelcal.results.table import TableCalibration
+from accelcal.shown_units import ACCELERATIONS, by_size, plain, readable
 from accelcal.units import MICRO
 
 if TYPE_CHECKING:
@@ -286,7 +280,6 @@ def _item(mark: str, sentence: str) -> list[str]:
 
 Residual = float | None
 
-_UNITS = ((1e-6, "ug"), (1e-3, "mg"), (1.0, "g"))
 _LONGEST_ROW = 96
 _SUMMARY = ("mean", "forward", "back", "lowest", "highest")
 
@@ -295,7 +288,7 @@ def residual_lines(table: TableCalibration) -> Iterator[str]:
     """Write a grid of positions and strokes; where it is too wide, a summary of each."""
     strokes = sorted(set(table.residuals.stroke))
     largest = max((abs(value) for value in table.residuals.value), default=0.0)
-    size, unit = next((item for item in _UNITS if largest < 0.99995 * 1e4 * item[0]), _UNITS[-1])
+    size, unit = by_size(largest, ACCELERATIONS, 9.9995)  # four digits before the point
     decimals = _decimals(largest / size)
 
     def shown(value: Residual) -> str:

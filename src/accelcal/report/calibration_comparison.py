@@ -9,7 +9,7 @@ from accelcal.numerics.probability import LEVEL
 from accelcal.report.calibration_rows import SHOWN_COEFFICIENTS
 from accelcal.report.findings import headline, probability
 from accelcal.report.lines import aligned, notes, sections, wrapped
-from accelcal.report.numbers import in_small_unit, matching_digits, significant
+from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.calibration_comparison import (
     CalibrationComparison,
     CoefficientChange,
@@ -17,6 +17,7 @@ from accelcal.results.calibration_comparison import (
     IndicatedChange,
 )
 from accelcal.results.quantity import Quantity
+from accelcal.shown_units import in_small_unit
 from accelcal.units import MICRO
 
 HEADINGS = ("", "", "old", "new", "new - old", "U (95 %)", "unit", "E_n ")

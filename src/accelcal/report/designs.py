@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from accelcal.apparatus import SOURCE_UNITS
 from accelcal.model import COEFFICIENT_OF, COEFFICIENTS, SLOPES
 from accelcal.report.lines import aligned, sections, wrapped
-from accelcal.report.numbers import SMALL_UNITS, in_small_unit, plain, readable, significant
+from accelcal.report.numbers import significant
 from accelcal.results.designs import BLIND, DesignComparison, Forecast, TestDesign, Visibility
+from accelcal.shown_units import SMALL_UNITS, in_small_unit, plain, readable
 
 _OTHERS = ("k0 at T0", "K1 at T0", "delta at T0", "delta0")
 _LETTERS = {

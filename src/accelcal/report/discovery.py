@@ -9,16 +9,10 @@ from accelcal.errors import InputError
 from accelcal.plural import listed
 from accelcal.report.findings import chance, noise_line, where_lines
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
-from accelcal.report.numbers import (
-    in_small_unit,
-    matching_digits,
-    plain,
-    readable,
-    significant,
-    told,
-)
+from accelcal.report.numbers import matching_digits, significant, told
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import Change, Detectable, FoundEffect
+from accelcal.shown_units import in_small_unit, plain, readable
 
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect

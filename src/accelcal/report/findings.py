@@ -6,9 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.plural import degrees_of_freedom
 from accelcal.report.lines import aligned, hanging, wrapped
-from accelcal.report.numbers import in_small_unit, significant
+from accelcal.report.numbers import significant
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource, Gate
+from accelcal.shown_units import in_small_unit
 
 _SHOWN_P = 0.05
 _NAMES = {"launch_sf": "launch scale factor"}

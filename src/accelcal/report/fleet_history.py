@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.report.lines import aligned, hanging, sections
-from accelcal.report.numbers import SMALL_UNITS, in_millionths
+from accelcal.report.numbers import in_millionths
 from accelcal.results.fleet_history import DOUBT, FleetHistory, UnitOfFleet
 from accelcal.results.unit_history import Jump
+from accelcal.shown_units import SMALL_UNITS
 
 _SHOWN = 40
 

@@ -8,9 +8,10 @@ from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.report.findings import p_value
 from accelcal.report.lines import aligned, hanging, visible_lines
-from accelcal.report.numbers import SMALL_UNITS, in_millionths, matching_digits, significant
+from accelcal.report.numbers import in_millionths, matching_digits, significant
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Trend
+from accelcal.shown_units import SMALL_UNITS
 from accelcal.units import MICRO
 
 _SHOWN = 40

@@ -23,13 +23,7 @@ from accelcal.report.discovery import NOT_SURE, gap_rows, other_values
 from accelcal.report.findings import factor_rows, p_value
 from accelcal.report.html import items, long_table, preformatted, result, safe, table
 from accelcal.report.mean_of_runs import mean_rows
-from accelcal.report.numbers import (
-    is_number_of,
-    matching_digits,
-    readable,
-    significant,
-    written,
-)
+from accelcal.report.numbers import is_number_of, matching_digits, significant
 from accelcal.report.stability import HEADING, bound_rows, component_rows, noise_rows
 from accelcal.report.stand_discovery import head_rows, title
 from accelcal.report.verdict import limit_row, remark
@@ -44,6 +38,7 @@ from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.results.table import TableCalibration
 from accelcal.results.unit_history import History
 from accelcal.results.verdict import Verdict
+from accelcal.shown_units import readable, written
 from accelcal.units import MICRO
 
 if TYPE_CHECKING:

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.plural import counted
 from accelcal.report.lines import WIDTH, aligned, hanging, sections, unit_of, wrapped
-from accelcal.report.numbers import plain, readable, significant, time_unit
+from accelcal.report.numbers import significant
 from accelcal.results.stability import Estimate, Stability
+from accelcal.shown_units import plain, readable, time_unit
 from accelcal.stability.noise_terms import TERMS
 from accelcal.units import HOUR
 

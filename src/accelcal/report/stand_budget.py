@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 
 from accelcal.plural import counted
 from accelcal.report.lines import aligned, hanging, sections
-from accelcal.report.numbers import in_small_unit, significant
+from accelcal.report.numbers import significant
 from accelcal.results.quantity import Document
+from accelcal.shown_units import in_small_unit
 from accelcal.units import MICRO
 
 _NAMED = 3  # components of a coefficient that are named; beside Monte Carlo one less

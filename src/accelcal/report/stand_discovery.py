@@ -9,9 +9,10 @@ from accelcal.plural import listed
 from accelcal.report.discovery import NOT_SURE
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import aligned, notes, sections, sentence, wrapped
-from accelcal.report.numbers import in_millionths, in_small_unit, significant, told
+from accelcal.report.numbers import in_millionths, significant, told
 from accelcal.results.findings import Change
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
+from accelcal.shown_units import in_small_unit
 
 WHOSE = {
     "stand": "of the stand, with one value in all units",

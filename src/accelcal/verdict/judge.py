@@ -20,6 +20,7 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, known_temperatures
 from accelcal.results.usable import gates_that_warn
 from accelcal.results.verdict import OUTCOMES, Judgement, Verdict
+from accelcal.shown_units import in_small_unit
 from accelcal.specification import RULES, Limit, Specification
 from accelcal.verdict.conformity import (
     ANOTHER_TEST,
@@ -239,7 +240,8 @@ def _of_another_test(symbol: str, calibration: Calibration) -> str:
     remark = f"a tumble test cannot show it; {test}"
     for source in calibration.error_sources:
         if source.name == near and source.source == "estimated" and source.value is not None:
-            size = f"{1e6 * source.value:.2g} {'ppm' if source.unit == '1' else 'ug'}"
+            factor, unit = in_small_unit(source.unit)
+            size = f"{factor * source.value:.2g} {unit}"
             remark += f" (from run to run it scattered by {size}, thermal cycles included)"
     return remark
 
