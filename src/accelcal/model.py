@@ -40,16 +40,20 @@ from accelcal.errors import InputError
 from accelcal.geometry import MOUNTINGS, Acceleration
 
 __all__ = [
+    "BIAS",
     "COEFFICIENTS",
     "COEFFICIENT_OF",
     "CROSS_AXES",
     "ERROR_TERMS",
     "ERROR_UNITS",
     "LAWS",
+    "LAW_COEFFICIENTS",
+    "MISALIGNMENT",
     "POWERS",
     "SCALE_FACTOR",
     "SEEN_IN_MOUNTING",
     "SLOPES",
+    "WITHOUT_LAWS",
     "AxisTerms",
     "acceleration_error",
     "bias_bound",
@@ -75,8 +79,8 @@ _TERMS: Mapping[str, Callable[[Acceleration], Array]] = MappingProxyType(
 COEFFICIENTS = ("K0", "K1", "K2", "K3", "M", "M_ip")
 """Symbols of what one tumble test determines, in the order used everywhere."""
 
-SCALE_FACTOR = COEFFICIENTS.index("K1")
-"""Place of K1 among them."""
+BIAS, SCALE_FACTOR, MISALIGNMENT = map(COEFFICIENTS.index, ("K0", "K1", "M"))
+"""Places of K0, K1 and M among them."""
 
 POWERS: Mapping[str, int] = MappingProxyType(
     {"K0": 0, "K1": 1, "K2": 2, "K3": 3, "M": 1, "M_ip": 2}
@@ -100,6 +104,12 @@ ERROR_UNITS: Mapping[str, str] = MappingProxyType(
 
 LAWS: Mapping[str, str] = MappingProxyType({"k0": "lam", "K1": "beta", "delta": "gam"})
 """What follows a bilinear law of temperature in (4) -> symbol of the slopes of this law."""
+
+LAW_COEFFICIENTS = tuple(COEFFICIENT_OF[law] for law in LAWS)
+"""Coefficients of (1) that follow these laws."""
+
+WITHOUT_LAWS = tuple(name for name in COEFFICIENTS if name not in LAW_COEFFICIENTS)
+"""The others, whose quotients by K1 do not depend on temperature."""
 
 SLOPES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {

@@ -19,7 +19,7 @@ from accelcal.estimate.reversal import fixture_angle_stack
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.turns import LARGEST_RATIOS
 from accelcal.geometry import side_of
-from accelcal.model import COEFFICIENTS
+from accelcal.model import MISALIGNMENT, SCALE_FACTOR
 from accelcal.record import TumbleRecord
 from accelcal.sentences import Sentence
 
@@ -83,8 +83,6 @@ def _remedy(record: TumbleRecord) -> str:
 # -- a large fixture angle -------------------------------------------------------------------------
 
 
-_K1, _M = (COEFFICIENTS.index(name) for name in ("K1", "M"))
-
 _LOST = 5e-6
 """Part of K1 that a fixture angle may take off without a word."""
 
@@ -119,7 +117,8 @@ def _told(beyond: Array, delta0: float) -> Sentence:
 def _of_one_side(
     tables: Sequence[PreparedTable], estimate: JointEstimate, delta0: float
 ) -> Sentence:
-    tilt, k1 = (np.stack(estimate.coefficients, axis=-1)[..., i, :] for i in (_M, _K1))
+    coefficients = np.stack(estimate.coefficients, axis=-1)
+    tilt, k1 = coefficients[..., MISALIGNMENT, :], coefficients[..., SCALE_FACTOR, :]
     ratios = tilt / k1
     at = np.abs(ratios).argmax(axis=-1)
     largest = np.take_along_axis(ratios, at[..., None], axis=-1)[..., 0]

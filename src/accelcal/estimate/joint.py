@@ -26,13 +26,11 @@ from accelcal.estimate.tables import PreparedTable, positions_of
 from accelcal.estimate.uncertainty import Component
 from accelcal.estimate.uneven_noise import UnevenNoise, uneven_noises
 from accelcal.estimate.unrepeated import told_apart
-from accelcal.model import COEFFICIENTS, SCALE_FACTOR
+from accelcal.model import BIAS, SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps
 
 if TYPE_CHECKING:
     from accelcal.results.head_calibration import HeadCalibration
-
-_BIAS = COEFFICIENTS.index("K0")
 
 
 class JointEstimate(NamedTuple):
@@ -330,7 +328,7 @@ def _run_shifts(
         own = [variance[:, s + n.index(name)] if name in n else unknown for s, n in names]
         return np.stack(own, axis=1)
 
-    bias = k[:, :, _BIAS] / k[:, :, SCALE_FACTOR]
+    bias = k[:, :, BIAS] / k[:, :, SCALE_FACTOR]
     relative = k[:, :, SCALE_FACTOR] / scale_factor
     reached = reached_by(at[0])
     return (

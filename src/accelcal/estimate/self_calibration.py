@@ -27,7 +27,7 @@ from accelcal.estimate.noise import ALIKE, LEAST_NOISE, ReadingNoise, noise_of_s
 from accelcal.estimate.noise_beside_head import Told, noise_beside_head, together
 from accelcal.estimate.same_head import declared_uncertainty, names_of_one_head
 from accelcal.estimate.tables import PreparedTable, prepare
-from accelcal.model import COEFFICIENTS
+from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, WITHOUT_LAWS
 from accelcal.numerics.decimal_steps import decimal_steps
 from accelcal.numerics.probability import (
     LEVEL,
@@ -47,8 +47,6 @@ from accelcal.version import SOFTWARE
 
 __all__ = ["calibrate_head"]
 
-_OF_UNIT = {"K2": "k2", "K3": "k3", "M_ip": "delta_ip"}
-_UNITS = {"k2": "g/g^2", "k3": "g/g^3", "delta_ip": "g/g^2"}
 _ABSORBED = {
     "mean": "M",
     "cos 1": "M_ip",
@@ -268,7 +266,7 @@ def _rounded_noises(record: TumbleRecord, tables: Sequence[PreparedTable]) -> li
 def _places(names: list[str], table: PreparedTable, number: int) -> list[int]:
     """Columns of the coefficients of a table among those of its unit, new ones added."""
     own = [
-        f"{_OF_UNIT[name]}_{table.axis}" if name in _OF_UNIT else f"{name} of table {number}"
+        f"{ERROR_TERMS[name]}_{table.axis}" if name in WITHOUT_LAWS else f"{name} of table {number}"
         for name in COEFFICIENTS
     ]
     names.extend(name for name in own if name not in names)
@@ -318,7 +316,7 @@ def _quantities(
     standard = np.sqrt(np.sum(noises, axis=0) + missed)
     expanded = NORMAL_FACTOR * np.sqrt(np.square(cautions) @ np.array(noises) + missed)
     values = inverse @ (unit.z - unit.head @ errors)
-    units = [_UNITS[name[:-2]] for name in names]
+    units = [ERROR_UNITS[name[:-2]] for name in names]
     each = zip(values.tolist(), standard.tolist(), expanded.tolist(), units, strict=True)
     return [_quantity(*one) for one in each]
 

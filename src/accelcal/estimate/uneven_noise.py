@@ -18,7 +18,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.estimate.noise import ReadingNoise, is_noise
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.tables import PreparedTable
-from accelcal.model import COEFFICIENTS
+from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.probability import f_exceeds
 from accelcal.numerics.sorting import distinct
 
@@ -229,7 +229,7 @@ def _uneven(
 def _mirrors(table: PreparedTable) -> Array:
     """Which positions have the same size of a_i: a column each, shape (J, C)."""
     size = np.zeros(table.at_head.key.size)
-    size[table.at_head.cell] = np.abs(table.design[:, COEFFICIENTS.index("K1")])
+    size[table.at_head.cell] = np.abs(table.design[:, SCALE_FACTOR])
     return np.asarray(np.equal.outer(np.round(size, 2), distinct(np.round(size, 2))), dtype=float)
 
 

@@ -22,7 +22,7 @@ from accelcal.gates.verdict import (
     gate_stack,
     times,
 )
-from accelcal.model import COEFFICIENTS, SCALE_FACTOR
+from accelcal.model import BIAS, MISALIGNMENT, SCALE_FACTOR
 from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.numerics.sorting import median
 from accelcal.plural import degrees_of_freedom
@@ -37,7 +37,6 @@ _UNTOLD = (
     " may be too small by this factor"
 )
 _SAME = 1e-12  # over K1: a difference of coefficients that rounding alone makes
-_BIAS, _TILT = (COEFFICIENTS.index(name) for name in ("K0", "M"))
 
 
 class RecordStack(NamedTuple):
@@ -190,7 +189,7 @@ def _lack_of_fit(stack: RecordStack) -> GateStack:
 def _agreement(stack: RecordStack) -> GateStack:
     """Compare scale factors and biases of the tables, and look for copies."""
     copies = _copies(stack)
-    bias, k1 = (np.ascontiguousarray(stack.coefficients[..., i].T) for i in (_BIAS, SCALE_FACTOR))
+    bias, k1 = (np.ascontiguousarray(stack.coefficients[..., i].T) for i in (BIAS, SCALE_FACTOR))
     scale_factor = k1 / np.sort(k1, axis=0)[(len(k1) - 1) // 2]
     odd = np.abs(np.log(np.maximum(np.abs(scale_factor), _SMALLEST))).argmax(axis=0)
     apart, spread = np.ptp(scale_factor, axis=0), np.ptp(bias / k1, axis=0)
@@ -253,7 +252,7 @@ def is_turn(change: ArrayLike, uncertainty: ArrayLike) -> Any:
 def _turned(stack: RecordStack) -> dict[int, tuple[int, int]]:
     """Records with tables of one clamping and temperature whose misalignments differ, and which."""
     k1 = stack.coefficients[..., SCALE_FACTOR]
-    delta, noise = stack.coefficients[..., _TILT] / k1, stack.tilt_noise / np.abs(k1)
+    delta, noise = stack.coefficients[..., MISALIGNMENT] / k1, stack.tilt_noise / np.abs(k1)
     found = {}
     for at in stack.alike:
         bad = is_turn(np.ptp(delta[:, at], axis=1), noise[:, at].max(axis=1))
@@ -266,7 +265,7 @@ def _turned(stack: RecordStack) -> dict[int, tuple[int, int]]:
 
 def _turn_said(stack: RecordStack, record: int, pair: tuple[int, int]) -> str:
     first, second = pair
-    tilt, k1 = (stack.coefficients[record, list(pair), i] for i in (_TILT, SCALE_FACTOR))
+    tilt, k1 = (stack.coefficients[record, list(pair), i] for i in (MISALIGNMENT, SCALE_FACTOR))
     names, size = stack.names(record), angle(float(np.ptp(tilt / k1)))
     return (
         f"delta of {names[second]} differs by {size} from that of {names[first]} at the same"

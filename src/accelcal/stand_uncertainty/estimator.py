@@ -22,6 +22,7 @@ from accelcal.model import (
     CROSS_AXES,
     ERROR_TERMS,
     ERROR_UNITS,
+    LAW_COEFFICIENTS,
     SLOPES,
     coefficient_unit,
     law_units,
@@ -31,7 +32,6 @@ from accelcal.reference import bilinear_design, measured_sides
 from accelcal.results.stand_budget import BudgetedCoefficient
 from accelcal.stand_uncertainty.readings import Readings
 
-_LAWFUL = {"K0", "K1", "M"}
 """What a table must have determined to take part in the temperature laws."""
 _ROUNDING = 1e-13
 _DIFFERENCE = np.array([-1.0, 1.0])
@@ -151,7 +151,8 @@ class Estimator:
     def _slopes(self) -> Iterator[Rule]:
         """Slopes of the bilinear laws, from the tables of one mounting."""
         mounting = self.tables[0].mounting
-        levels = [t for t in self.tables if t.mounting == mounting and set(t.names) >= _LAWFUL]
+        tell = set(LAW_COEFFICIENTS).issubset
+        levels = [t for t in self.tables if t.mounting == mounting and tell(t.names)]
         rise = np.array([table.rise for table in levels])
         design = bilinear_design(rise, sides := measured_sides(rise))
         if np.linalg.matrix_rank(design) < design.shape[1]:

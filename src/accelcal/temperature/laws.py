@@ -17,7 +17,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.reversal import free_of_fixture_angle
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
-from accelcal.model import COEFFICIENTS, LAWS
+from accelcal.model import BIAS, COEFFICIENTS, LAWS, MISALIGNMENT, SCALE_FACTOR
 from accelcal.numerics.grouping import grouped
 from accelcal.reference import LEAST_RISE
 from accelcal.results.covariance import NO_COVARIANCE, Rows, rows_of
@@ -32,8 +32,6 @@ from accelcal.temperature.recorded import (
     RecordedTemperatures,
     stacked_temperature_uncertainty,
 )
-
-_K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
 
 
 class Slopes(NamedTuple):
@@ -138,11 +136,11 @@ def stacked_temperature_component(
 def _rate(slopes: Slopes, rise: Array, k: Array, *, with_misalignment: bool) -> Array:
     """Change of the coefficients of one table by the temperature, shape (R, 6)."""
     by_bias, by_scale, by_tilt = slopes.at(rise).T
-    scale_factor = k[:, _K1]
+    scale_factor = k[:, SCALE_FACTOR]
     rate = (slopes.K1 * by_scale / scale_factor)[:, None] * k
-    rate[:, _K0] += scale_factor * by_bias
+    rate[:, BIAS] += scale_factor * by_bias
     if with_misalignment:
-        rate[:, _M] += scale_factor * by_tilt
+        rate[:, MISALIGNMENT] += scale_factor * by_tilt
     return np.where(np.isfinite(slopes.K1)[:, None], rate, 0.0)
 
 

@@ -16,15 +16,13 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, propagate
-from accelcal.model import COEFFICIENTS, ERROR_TERMS
+from accelcal.model import BIAS, COEFFICIENTS, ERROR_TERMS, MISALIGNMENT, SCALE_FACTOR, WITHOUT_LAWS
 from accelcal.numerics.grouping import places_of_equals
 from accelcal.reference import LEAST_RISE
 from accelcal.temperature.recorded import RecordedTemperatures
 from accelcal.temperature.weaknesses import OF_LOOP
 
-_K0, _K1, _M = (COEFFICIENTS.index(name) for name in ("K0", "K1", "M"))
-_WITH_LAW = np.array([[_K0], [_K1], [_M]])
-_WITHOUT_LAW = ("K2", "K3", "M_ip")
+_WITH_LAW = [BIAS, SCALE_FACTOR, MISALIGNMENT]
 
 
 class LevelStack(NamedTuple):
@@ -193,9 +191,9 @@ class Levels(NamedTuple):
 def levels_of(stack: LevelStack) -> Levels:
     """Take the quotients by K1 and their error components, by the law of propagation."""
     tables = np.arange(len(stack.place))
-    quotients = _Quotients.of(stack.coefficients, stack.place, tables, _WITH_LAW)
+    quotients = _Quotients.of(stack.coefficients, stack.place, tables, np.array(_WITH_LAW)[:, None])
     values = np.moveaxis(quotients.value, -1, 0).copy()
-    values[:, 1] = stack.coefficients[..., _K1]
+    values[:, 1] = stack.coefficients[..., SCALE_FACTOR]
     components = {name: quotients.errors(part) for name, part in stack.components.items()}
     return Levels(values, components, np.zeros_like(values), np.zeros((*values[:, 1].shape, 0)))
 
@@ -216,10 +214,10 @@ class _Quotients(NamedTuple):
     @classmethod
     def of(cls, coefficients: Array, place: Places, table: Places, column: Places) -> _Quotients:
         """Take some columns of coefficients, shape (R, n, 6), each of its table."""
-        k, is_k1 = np.ascontiguousarray(coefficients.T), (column == _K1)[..., None]
-        over = np.where(is_k1, 1.0, k[_K1, table])
+        k, is_k1 = np.ascontiguousarray(coefficients.T), (column == SCALE_FACTOR)[..., None]
+        over = np.where(is_k1, 1.0, k[SCALE_FACTOR, table])
         value = np.where(is_k1, 0.0, k[column, table] / over)
-        return cls(place[table, column], place[table, _K1], value, over)
+        return cls(place[table, column], place[table, SCALE_FACTOR], value, over)
 
     def errors(self, part: Component) -> Component:
         """Carry a component of the errors of all coefficients over, by the law of propagation."""
@@ -264,9 +262,9 @@ def joint_components(
     """
     place, one = stack.place, slice(record, record + 1)
     size, near = len(place), np.argsort(np.abs(stack.rise[record]).round(6), kind="stable")
-    others = [COEFFICIENTS.index(name) for name in _WITHOUT_LAW]
+    others = [COEFFICIENTS.index(name) for name in WITHOUT_LAWS]
     told = [(near[place[near, c] >= 0][0], c) for c in others if (place[:, c] >= 0).any()]
-    lines = [(table, c) for c in (_K0, _K1, _M) for table in range(size)]
+    lines = [(table, c) for c in _WITH_LAW for table in range(size)]
     quotients = _Quotients.of(stack.coefficients[one], place, *np.array(lines + told).T)
     through = np.pad(laws, (0, len(told)))
     through[len(laws) :, laws.shape[1] :] = np.eye(len(told))

@@ -14,11 +14,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.linearised import Linearised, adjusted
 from accelcal.estimate.tables import PreparedTable
-from accelcal.model import COEFFICIENTS, ERROR_TERMS
+from accelcal.model import COEFFICIENTS, ERROR_TERMS, LAW_COEFFICIENTS
 from accelcal.plural import listed, named
-
-LAW_COEFFICIENTS = ("K0", "K1", "M")
-"""Coefficients that follow temperature laws."""
 
 
 def telling_laws(estimate: JointEstimate) -> list[bool]:

@@ -25,7 +25,7 @@ from accelcal.estimate.noise import ReadingNoise, noise_of_stack
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uneven_noise import differ
-from accelcal.model import COEFFICIENTS, SCALE_FACTOR
+from accelcal.model import COEFFICIENTS, MISALIGNMENT, SCALE_FACTOR, WITHOUT_LAWS
 from accelcal.numerics.grouping import grouped
 from accelcal.reference import bilinear_design
 from accelcal.temperature.apart_from_head import Block, HeadErrors
@@ -36,8 +36,6 @@ from accelcal.temperature.recorded import (
     RecordedTemperatures,
     stacked_temperature_uncertainty,
 )
-
-_COMMON = ("K2", "K3", "M_ip")  # their quotients by K1 do not depend on temperature
 
 _LEAST = 1e-10
 """Least noise over the largest output: beside less, what is known before would round off."""
@@ -197,11 +195,11 @@ def product_fit(
     mean = temperatures.levels[np.ix_(rows, np.array(chosen))]
     loop = branches_of(mean[0], np.argsort([t.run for t in own], kind="stable"))
     names = set().union(*(estimate.names[i] for i in chosen))
-    common = design[:, [COEFFICIENTS.index(name) for name in _COMMON if name in names]]
+    common = design[:, [COEFFICIENTS.index(name) for name in WITHOUT_LAWS if name in names]]
     readings = Readings(
         output=np.concatenate([estimate.outputs[i][rows] for i in chosen], axis=1),
-        a_i=design[:, COEFFICIENTS.index("K1")],
-        cross=design[:, COEFFICIENTS.index("M")],
+        a_i=design[:, SCALE_FACTOR],
+        cross=design[:, MISALIGNMENT],
         # the hysteresis is a part of the bias, +h after heating
         common=np.concatenate([common.T, loop.acting[table].T]),
         rise=mean[:, table] - temperatures.reference[rows, None],
