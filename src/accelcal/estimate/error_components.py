@@ -150,10 +150,10 @@ class Errors(NamedTuple):
         if not np.any(left):
             return {}
         whole = np.zeros((len(self.influence), *2 * self.influence.shape[1:2]))
-        for e, (common, own), block in zip(self.estimators, left, self._blocks(whole), strict=True):
+        for e, (common, own), part in zip(self.estimators, left, self._parts(), strict=True):
             means = e.table.at_head.sums(e.map.T).T
-            block += common[:, None, None] ** 2 * (means @ means.T)
-            block += own[:, None, None] ** 2 * (e.map @ e.map.T)
+            whole[:, part, part] += common[:, None, None] ** 2 * (means @ means.T)
+            whole[:, part, part] += own[:, None, None] ** 2 * (e.map @ e.map.T)
         return {"resolution": Component(whole, np.full(whole.shape[:2], np.inf))}
 
     def _edges(self) -> list[int]:
@@ -166,10 +166,6 @@ class Errors(NamedTuple):
     def _parts(self) -> Iterator[slice]:
         """Places of the coefficients of each table."""
         return (slice(*edges) for edges in pairwise(self._edges()))
-
-    def _blocks(self, whole: Array) -> Iterator[Array]:
-        """Parts of a covariance that are of one table each."""
-        return (whole[:, part, part] for part in self._parts())
 
 
 def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array) -> Array:

@@ -62,13 +62,8 @@ class UnevenNoise(NamedTuple):
 
     def of_records(self, records: int | slice) -> UnevenNoise:
         """Return that of some records of a stack, or of one alone."""
-        return self._replace(
-            differs=self.differs[records],
-            clearly=self.clearly[records],
-            variance=self.variance[records],
-            of_size=self.of_size[records],
-            mirrored=self.mirrored[records],
-        )
+        by_record = ("differs", "clearly", "variance", "of_size", "mirrored")
+        return self._replace(**{name: getattr(self, name)[records] for name in by_record})
 
     def noise(self, influence: Array) -> tuple[Array, Array]:
         """What the noise of the records that differ does to p coefficients, with its dof.

@@ -294,7 +294,8 @@ def outlier(stack: TableStack, level: float) -> GateStack:
     most = taken.max(axis=0)
     variance = (found.squares - most) / np.where(known, dof, 1.0)
     ratio = most / np.maximum(variance, stack.smallest**2)
-    doubt = _doubt(stack.plan, taken)
+    spread = stack.plan.spread
+    doubt = 0.0 if spread is None else spread.doubt[taken.argmax(axis=0)]
     sure = 1.0 / (1.0 / np.where(known, dof, 1.0) + 0.5 * doubt)
     bad = f_exceeds(level / size.size, ratio * (1.0 + doubt), 1.0, sure)
 
@@ -312,7 +313,3 @@ def outlier(stack: TableStack, level: float) -> GateStack:
 
     few = ~known, "no position is read often enough; repeat the strokes"
     return gate_stack("outlier", bad, said, [few])
-
-
-def _doubt(plan: TablePlan, taken: Array) -> Array | float:
-    return 0.0 if plan.spread is None else plan.spread.doubt[taken.argmax(axis=0)]

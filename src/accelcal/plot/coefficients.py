@@ -52,14 +52,11 @@ def _run_names(tables: Sequence[TableCalibration]) -> list[str]:
 
 def run_labels(names: Sequence[str], runs: Sequence[TableCalibration | RunChange]) -> list[str]:
     """Names of runs, each short and over its temperature where this is known."""
-    levels = ["" if run.temperature_degC is None else _level(run.temperature_degC) for run in runs]
+    known = [run.temperature_degC for run in runs]
+    levels = ["" if t is None else f"\n{t:.0f}".replace("-", "−") for t in known]
     count, longest = min(len(names), _MOST_NAMED), max(map(len, names))
     most = min(7, _LETTERS // count) if longest > _SHORT else longest
     return [shortened(name, most) + level for name, level in zip(names, levels, strict=True)]
-
-
-def _level(temperature: float) -> str:
-    return f"\n{temperature:.0f}".replace("-", "−")
 
 
 def draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> None:
@@ -81,7 +78,8 @@ def draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> None
     )
     ax.set(ylabel=f"value ± U (95 %) [{unit}]", xlim=(-0.6, values.size - 0.4))
     ax.ticklabel_format(axis="y", useOffset=False)
-    _name_places(ax, names)
+    name_ticks(ax.xaxis, range(len(names)), names, _MOST_NAMED)
+    ax.set_xlabel("run, temperature [°C]" if any("\n" in name for name in names) else "run")
     if values.size == 1:
         _tell(ax, factor * values[0], factor * half[0], unit)
 
@@ -93,12 +91,6 @@ def _tell(ax: Axes, value: float, half: float, unit: str) -> None:
     ax.text(0.5, 0.95, told, ha="center", va="top", fontsize=SMALL, transform=ax.transAxes)
     span = 2.6 * half if np.isfinite(half) and half > 0.0 else abs(value) or 1.0
     ax.set_ylim(value - span, value + span)
-
-
-def _name_places(ax: Axes, names: Sequence[str]) -> None:
-    """Name the runs below, each one where there is room."""
-    name_ticks(ax.xaxis, range(len(names)), names, _MOST_NAMED)
-    ax.set_xlabel("run, temperature [°C]" if any("\n" in name for name in names) else "run")
 
 
 # -- uncertainty -----------------------------------------------------------------------------------

@@ -75,7 +75,7 @@ class DesignPlot(Pictures[DesignComparison | OptimalDesign]):
         found = self.result
         comparison = found.comparison if isinstance(found, OptimalDesign) else found
         names = [name for name in _MEANINGS if name in comparison.names()]
-        looks, labels = _looks(comparison), [_number(design) for design in comparison.designs]
+        looks, labels = _looks(comparison), [design.stops for design in comparison.designs]
         if comparison is not found:
             labels[0] = "best"
         if axes is None:
@@ -192,10 +192,6 @@ def _kind(design: TestDesign) -> str:
     levels = ", ".join(f"{t:g}" for t in design.temperatures).replace("-", "−")
     strokes = counted(design.strokes, "stroke")
     return f"{strokes} at {levels} °C, {' '.join(design.mountings)}"
-
-
-def _number(design: TestDesign) -> str:
-    return str(design.positions or f"{len(set(design.angles))} angles")
 
 
 def _looks(found: DesignComparison) -> Looks:

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from accelcal.results.findings import FoundEffect
     from accelcal.results.fixture_angle import FixtureAngle
     from accelcal.results.quantity import ErrorSource, Gate, Quantity
-    from accelcal.results.verdict import Verdict
 
 _STANDARD_GRAVITY = 9.80665  # m/s^2, 3rd CGPM 1901
 
@@ -50,7 +49,7 @@ def calibration_text(calibration: Calibration) -> str:
         _effects(calibration),
         _errors(calibration),
         _record_gates(calibration.gates),
-        _verdict(calibration.verdict),
+        [] if calibration.verdict is None else str(calibration.verdict).split("\n"),
     )
 
 
@@ -244,12 +243,6 @@ def _in_micro_g(source: ErrorSource, table: TableCalibration) -> str:
 def _record_gates(gates: Sequence[Gate]) -> Iterator[str]:
     lines = list(_gates(gates))
     yield from ["The record as a whole", *lines] if lines else []
-
-
-def _verdict(verdict: Verdict | None) -> Sequence[str]:
-    if verdict is None:
-        return ()
-    return str(verdict).split("\n")
 
 
 def _gates(gates: Sequence[Gate]) -> Iterator[str]:

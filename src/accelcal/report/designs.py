@@ -192,7 +192,7 @@ def _described(design: TestDesign) -> str:
 
 
 def _lost(designs: Sequence[TestDesign]) -> Iterator[str]:
-    by_stops = {d.label.split(" x ")[0]: d.lost for d in designs if d.lost}
+    by_stops = {d.stops: d.lost for d in designs if d.lost}
     if by_stops:
         yield "What cannot be told apart"
     for stops, lost in by_stops.items():

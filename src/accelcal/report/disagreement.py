@@ -14,7 +14,8 @@ from accelcal.units import MICRO
 
 def disagreement_text(found: Disagreement) -> str:
     """Tell a comparison in lines of at most 100 characters."""
-    return sections(_head(found), _verdict(found), _where(found), _runs(found), notes(found.notes))
+    where = where_lines(found.where, found.structure) if found.structure else ()
+    return sections(_head(found), _verdict(found), where, _runs(found), notes(found.notes))
 
 
 def _head(found: Disagreement) -> Iterator[str]:
@@ -35,11 +36,6 @@ def _verdict(found: Disagreement) -> Iterator[str]:
         f"gap {significant(found.rms * MICRO, 3)} ug rms; chi^2 per reading"
         f" {significant(found.reduced_chi2, 3)}"
     )
-
-
-def _where(found: Disagreement) -> Iterator[str]:
-    if found.structure:
-        yield from where_lines(found.where, found.structure)
 
 
 def _runs(found: Disagreement) -> Iterator[str]:

@@ -27,7 +27,9 @@ _IN_FULL = 4  # points; of more, only the worst is split by component
 def budget_text(document: Document) -> str:
     """Write the totals of all points, and the components of each, or of the worst of many."""
     points = document["points"]
-    split = points if len(points) <= _IN_FULL else [max(points, key=_size)]
+    split = points
+    if len(points) > _IN_FULL:
+        split = [max(points, key=lambda p: abs(p["systematic"]) + p["expanded_uncertainty"])]
     totals = _totals(points) if len(points) > 1 else ()
     return sections(_heading(document), totals, *map(_split, split))
 
@@ -58,10 +60,6 @@ def place(point: Document) -> str:
     return ", ".join(parts)
 
 
-def _size(point: Document) -> float:
-    return float(abs(point["systematic"]) + point["expanded_uncertainty"])
-
-
 def _totals(points: Sequence[Document]) -> Iterator[str]:
     heading = ("a_i", "a_p", "a_o", "degC", "s", "error", "bound of (4)", "U (95 %)")
     rows = [heading, *map(_total, points)]
@@ -85,7 +83,8 @@ def _split(point: Document) -> Iterator[str]:
     mark = " (*extrapolated)" if point["extrapolated"] else ""
     yield f"At {place(point)}{mark}"
     variance = point["standard_uncertainty"] ** 2
-    counting = [part for part in point["components"] if _counts(part)]
+    sizes = ("value", "bound", "standard_uncertainty")
+    counting = [part for part in point["components"] if any(part[size] for size in sizes)]
     together, alone = (
         [part for part in counting if part["correlated"] is correlated]
         for correlated in (True, False)
@@ -98,10 +97,6 @@ def _split(point: Document) -> Iterator[str]:
     rows.append(_sum(point))
     yield from aligned(rows, right={2, 3, 4, 5}, indent="  ")
     yield from _bands(point)
-
-
-def _counts(part: Document) -> bool:
-    return bool(part["value"] or part["bound"] or part["standard_uncertainty"])
 
 
 def joint_variance(point: Document) -> float:

@@ -27,12 +27,9 @@ def result(title: str, facts: Iterable[str], *parts: str, notes: Iterable[str] =
 
     Facts and notes that are empty are left out; each note stands once.
     """
-    return "".join([_heading(title, facts), *parts, items(map(safe, filter(None, notes)))])
-
-
-def _heading(title: str, facts: Iterable[str]) -> str:
     told = "".join(f", {safe(fact)}" for fact in facts if fact)
-    return f"<p><b>{safe(title)}</b>{told}</p>"
+    heading = f"<p><b>{safe(title)}</b>{told}</p>"
+    return "".join([heading, *parts, items(map(safe, filter(None, notes)))])
 
 
 def table(caption: str, headings: Iterable[str], rows: Iterable[Iterable[str]]) -> str:

@@ -29,15 +29,22 @@ _ALPHA |= {-2: "random walk"}
 _LAUNCH_HEADING = "", "lasts", "samples", "mean", "drift", "from", "to", "fluct.", "unit", "degC"
 _SHOWN_LAUNCHES = 20
 
+_BOUND = "k0(t) = 0.5 sqrt(k0L^2 + (gamma_D t)^2 + k0F^2)"
 HEADING = ("", "", "value", "from", "to", "unit", "dof")
 """Of a row of estimates; the finding stands behind it."""
 
 
 def stability_text(result: Stability) -> str:
     """Write a stability test as lines of at most 100 characters."""
-    parts = [_heading(result), _components(result), _bounds(result), _launches(result)]
+    parts = [
+        _heading(result),
+        _table("Random bias", component_rows(result)),
+        _table(f"Bound of the random bias (3), +- {_BOUND}", bound_rows(result)),
+        _launches(result),
+    ]
     if result.allan.tau_s:
-        parts += [_allan(result), _noise_terms(result)]
+        terms = _table("Noise terms of the Allan deviation", noise_rows(result))
+        parts += [_allan(result), terms]
     return sections(*parts, _open(result))
 
 
@@ -51,21 +58,11 @@ def _heading(result: Stability) -> Iterator[str]:
     yield f"{result.coverage}; intervals are of 95 %"
 
 
-def _components(result: Stability) -> Iterator[str]:
-    yield "Random bias"
-    yield from _table(component_rows(result))
-
-
 def component_rows(result: Stability) -> list[tuple[str, ...]]:
     """Tell the components of the random bias, a row of `HEADING` and a finding each."""
     rows = [_row(_NAMES[name], name, e) for name, e in result.components.items()]
     # the finding of sigma_L and sigma_F holds for their bounds, and is told once
     return [(*row[:-1], "" if row[1] in ("k0L", "k0F") else row[-1]) for row in rows]
-
-
-def _bounds(result: Stability) -> Iterator[str]:
-    yield "Bound of the random bias (3), +- k0(t) = 0.5 sqrt(k0L^2 + (gamma_D t)^2 + k0F^2)"
-    yield from _table(bound_rows(result))
 
 
 def bound_rows(result: Stability) -> list[tuple[str, ...]]:
@@ -111,11 +108,6 @@ def _allan(result: Stability) -> Iterator[str]:
     yield from aligned(rows, right={0, 1, 2, 3, 4}, indent="  ")
 
 
-def _noise_terms(result: Stability) -> Iterator[str]:
-    yield "Noise terms of the Allan deviation"
-    yield from _table(noise_rows(result))
-
-
 def noise_rows(result: Stability) -> list[tuple[str, ...]]:
     """Tell the noise terms, a row of `HEADING` and a finding each."""
     return [_row(f"{TERMS[name].name}", name, e) for name, e in result.noise_terms.items()]
@@ -159,8 +151,9 @@ def _row(name: str, symbol: str, estimate: Estimate) -> tuple[str, ...]:
     )
 
 
-def _table(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
+def _table(title: str, rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
     """Rows of estimates, each finding on the line below its row where the line would get long."""
+    yield title
     cells = [HEADING, *(row[:-1] for row in rows)]
     first, *lines = aligned(cells, right={2, 3, 4, 6}, indent="  ")
     yield first

@@ -22,15 +22,12 @@ def triad_text(found: TriadCalibration) -> str:
 def _head(found: TriadCalibration) -> Iterator[str]:
     yield f"Triad {unit_of(found.serial, found.source)}"
     what = "|a| - 1" if found.frame != "block" else "the channels"
+    where = "" if found.temperature_degC is None else f"; {found.temperature_degC:.2f} degC"
     yield (
         f"{found.attitudes} attitudes, {degrees_of_freedom(found.dof)};"
-        f" residual of {what} {1e3 * found.residual_rms:.3g} mg rms{_temperature(found)}"
+        f" residual of {what} {1e3 * found.residual_rms:.3g} mg rms{where}"
     )
     yield f"frame: {FRAMES.get(found.frame, found.frame)}"
-
-
-def _temperature(found: TriadCalibration) -> str:
-    return "" if found.temperature_degC is None else f"; {found.temperature_degC:.2f} degC"
 
 
 def _table(found: TriadCalibration) -> Iterator[str]:

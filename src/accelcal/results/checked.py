@@ -163,9 +163,9 @@ def or_none(kind: Kind[Part]) -> Kind[Part | None]:
     return lambda value: None if value is None else kind(value)
 
 
-def member(key: str, kind: Kind[Part]) -> Kind[Part]:
-    """Take what stands under a key of an object."""
-    return lambda value: checked(value, key, kind)
+def member(key: str, kind: Kind[Part], *default: Part) -> Kind[Part]:
+    """Take what stands under a key of an object, as `checked`."""
+    return lambda value: checked(value, key, kind, *default)
 
 
 text_or_none: Kind[str | None] = or_none(text)

@@ -18,7 +18,7 @@ from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from accelcal.results.checked import DamageError, checked, list_of, mapping_of, number, text
+from accelcal.results.checked import DamageError, checked, list_of, mapping_of, member, number, text
 from accelcal.results.mapping import document_of
 
 if TYPE_CHECKING:
@@ -40,7 +40,6 @@ NO_COVARIANCE: Mapping[str, Any] = MappingProxyType(
 )
 """Fields of a `CorrelatedBySource` whose covariance is unknown."""
 
-_NO_SHARES: Mapping[str, Rows] = {}
 
 _ROUNDING = 1e-6
 
@@ -125,10 +124,13 @@ class CorrelatedBySource(CorrelatedByName):
     def _covariance_fields(document: Mapping[str, Any], *missing: Covariance) -> dict[str, Any]:
         """Read the fields of the covariance; what is over the degrees of freedom may be missing."""
         known = CorrelatedByName._covariance_fields(document, *missing)
-        of_sources: Rows = checked(document, "covariance", _over_dof, UNKNOWN[1])
+        over_dof = member("over_dof", symmetric, UNKNOWN[1])
+        of_sources = checked(document, "covariance", over_dof, UNKNOWN[1])
         if of_sources and len(of_sources) != len(known["covariance_names"]):
             raise DamageError("no matrix of the size of the other", "covariance", "over_dof")
-        shares: Mapping[str, Rows] = checked(document, "covariance", _shares, _NO_SHARES)
+        nothing: dict[str, Rows] = {}
+        by_source = member("shares", mapping_of(_square), nothing)
+        shares = checked(document, "covariance", by_source, nothing)
         if any(len(own) != len(known["covariance_names"]) for own in shares.values()):
             raise DamageError("no matrices of the size of the other", "covariance", "shares")
         return {**known, "over_dof_matrix": of_sources, "shares": shares}
@@ -156,14 +158,6 @@ def covariance(value: Any) -> Covariance:
     if len(matrix) != len(names) or len(set(names)) < len(names):
         raise DamageError(f"{len(names)} names, and no matrix of that size")
     return names, matrix
-
-
-def _over_dof(value: Any) -> Rows:
-    return checked(value, "over_dof", symmetric, UNKNOWN[1])
-
-
-def _shares(value: Any) -> Mapping[str, Rows]:
-    return checked(value, "shares", mapping_of(_square), _NO_SHARES)
 
 
 def _square(value: Any) -> Rows:

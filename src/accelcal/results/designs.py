@@ -164,6 +164,11 @@ class TestDesign(StoredPart):
         return label(self.positions, self.angles, self.strokes)
 
     @property
+    def stops(self) -> str:
+        """Its positions as a label names them."""
+        return self.label.partition(" x ")[0]
+
+    @property
     def is_blind(self) -> bool:
         """Whether effects were asked for, and the test shows none."""
         return any(note.startswith(BLIND) for note in self.notes)

@@ -80,15 +80,14 @@ class Distribution:
         errors of a trial sharing the unknown standard deviation. An arcsine error in two
         components is an amplitude at a phase of which nothing is known.
         """
+        limit = self.standard * _DIVISORS.get(self.shape, 1.0)
         if self.shape == "rectangular":
-            return random.uniform(-1.0, 1.0, shape) * (self.standard * math.sqrt(3.0))
+            return random.uniform(-1.0, 1.0, shape) * limit
         if self.shape == "triangular":
-            limit = self.standard * math.sqrt(6.0)
             return (random.random(shape) - random.random(shape)) * limit
         if self.shape == "arcsine":
             phase = random.uniform(0.0, 2.0 * np.pi, (*shape[:2], 1))
-            quarters = 0.5 * np.pi * np.arange(shape[2])
-            return np.cos(phase - quarters) * (self.standard * math.sqrt(2.0))
+            return np.cos(phase - 0.5 * np.pi * np.arange(shape[2])) * limit
         return random.standard_normal(shape) * self._spread(random, shape[0])
 
     def _spread(self, random: np.random.Generator, trials: int) -> Array:
@@ -155,7 +154,8 @@ def distribution(
             " leave them out"
         )
     if standard is not None:
-        _refuse_coverage(coverage, factor)
+        if coverage is not None or factor is not None:
+            raise InputError("coverage and factor go with half_width; leave them out with standard")
         return Distribution(shape, standard, dof)
     assert half_width is not None
     divisor = _DIVISORS.get(shape) or _normal_factor(coverage, factor, dof)
@@ -167,11 +167,6 @@ def _check_freedom(dof: float) -> None:
         check_number(dof=dof)
     if not dof >= _FEWEST:
         raise InputError(f"dof is {dof}; with fewer than {_FEWEST:g} the error has no variance")
-
-
-def _refuse_coverage(coverage: float | None, factor: float | None) -> None:
-    if coverage is not None or factor is not None:
-        raise InputError("coverage and factor go with half_width; leave them out with standard")
 
 
 def _normal_factor(coverage: float | None, factor: float | None, dof: float) -> float:

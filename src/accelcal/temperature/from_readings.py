@@ -11,7 +11,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component
 from accelcal.plural import named
-from accelcal.results.temperature import TemperatureLaw, TemperatureModel
+from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.one_meaning import tables_of_one_mounting
 from accelcal.temperature.product_errors import Errors, ProductFit, Solution, edges_of, product_fit
@@ -67,7 +67,8 @@ def laws_from_readings(
     sides = [side for side in ("above", "below") if getattr(start.k0, side) is not None]
     rows = np.array([record])
     fit = product_fit(tables, estimate, temperatures, chosen, rows, sides)
-    laws = np.concatenate([_values(law, sides) for law in start.laws.values()])
+    parts = [getattr(law, part) for law in start.laws.values() for part in ("at_T0", *sides)]
+    laws = np.array([part.value for part in parts])
     state = solved(fit, laws[None])
     through, errors = estimator(fit, state)
     count, of_record = laws.size, estimate.of_records(slice(record, record + 1))
@@ -83,10 +84,6 @@ def laws_from_readings(
         hysteresis=start.hysteresis,
         warnings=(*start.warnings, *_unfelt(fit, state)),
     )
-
-
-def _values(law: TemperatureLaw, sides: Sequence[str]) -> Array:
-    return np.array([getattr(law, name).value for name in ("at_T0", *sides)])
 
 
 def _components(
