@@ -10,11 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.calibrate.known_effects import (
-    corrections,
-    effects_components,
-    to_coefficients,
-)
+from accelcal.calibrate.known_effects import corrections, effects_components, to_coefficients
 from accelcal.calibrate.of_record import calibration_of_record
 from accelcal.calibrate.options import TEMPERATURE_LAWS, Options
 from accelcal.calibrate.plan import OnePlan

@@ -25,11 +25,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.linearised import Linearised, adjusted
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import (
-    Component,
-    interval_stack,
-    propagate,
-)
+from accelcal.estimate.uncertainty import Component, interval_stack, propagate
 from accelcal.geometry import side_of
 from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.fixture_angle import FixtureAngle

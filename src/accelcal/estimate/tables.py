@@ -143,11 +143,7 @@ def prepare(
         head = head_positions(record.graduation)
         known = known._replace(head=head, at_head=grouped(head))
     return PreparedTable(
-        record=record,
-        scatter=scatter,
-        scatter_dof=dof,
-        scatter_doubt=doubt,
-        **known._asdict(),
+        record=record, scatter=scatter, scatter_dof=dof, scatter_doubt=doubt, **known._asdict()
     )
 
 

@@ -196,11 +196,7 @@ def _with_others(scatters: Sequence[_Scatter]) -> list[_Scatter]:
 
 
 def _uneven(
-    table: PreparedTable,
-    told: _Scatter,
-    own: _Scatter,
-    output: Array,
-    noise: ReadingNoise,
+    table: PreparedTable, told: _Scatter, own: _Scatter, output: Array, noise: ReadingNoise
 ) -> UnevenNoise:
     mirrors, size = _mirrors(table), noise.factor
     together = told.together(mirrors)

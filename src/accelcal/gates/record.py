@@ -14,14 +14,7 @@ from accelcal.estimate.launch import same_levels
 from accelcal.estimate.reversal import clamping_of, tells_misalignment
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.copies import are_copies, copy_said
-from accelcal.gates.verdict import (
-    SIGNIFICANT,
-    GateStack,
-    acceleration,
-    angle,
-    gate_stack,
-    times,
-)
+from accelcal.gates.verdict import SIGNIFICANT, GateStack, acceleration, angle, gate_stack, times
 from accelcal.model import BIAS, MISALIGNMENT, SCALE_FACTOR
 from accelcal.numerics.probability import f_exceeds, f_survival
 from accelcal.numerics.sorting import median

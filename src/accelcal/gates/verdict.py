@@ -58,10 +58,7 @@ class GateStack(NamedTuple):
 
 
 def gate_stack(
-    name: str,
-    bad: Mask,
-    said: Callable[[int], str],
-    missing: Sequence[tuple[ArrayLike, str]] = (),
+    name: str, bad: Mask, said: Callable[[int], str], missing: Sequence[tuple[ArrayLike, str]] = ()
 ) -> GateStack:
     """Warn or pass, or say why a gate could not look.
 

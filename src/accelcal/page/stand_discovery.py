@@ -11,14 +11,7 @@ from accelcal.plural import counted
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import sized
-from accelcal.report.stand_discovery import (
-    NOTHING,
-    SHARED,
-    WHOSE,
-    gain_rows,
-    head_rows,
-    title,
-)
+from accelcal.report.stand_discovery import NOTHING, SHARED, WHOSE, gain_rows, head_rows, title
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 
 

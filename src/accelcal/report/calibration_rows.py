@@ -233,9 +233,7 @@ _LAWS = (  # name, symbol, law, part, factor, unit; the scale factor keeps its o
 )
 
 
-def temperature_laws(
-    calibration: Calibration,
-) -> list[tuple[str, list[LawRow]]]:
+def temperature_laws(calibration: Calibration) -> list[tuple[str, list[LawRow]]]:
     """Make the lines of the temperature laws of each axis along the shaft that has some.
 
     Of each, whose they are where the tables have several mountings, and `temperature_rows`.

@@ -217,11 +217,7 @@ def verdict_html(verdict: Verdict) -> str:
         f"Verdict against {verdict.specification}",
         [verdict.outcome.upper()],
         table("limits", ("", "", "value", "± U", "limit", ""), map(limit_row, limits)),
-        notes=[
-            *said,
-            *verdict.notes,
-            f"decision rule: {verdict.rule_statement}",
-        ],
+        notes=[*said, *verdict.notes, f"decision rule: {verdict.rule_statement}"],
     )
 
 

@@ -172,11 +172,7 @@ class Calibration(StoredResult, TabularResult):
         write_report([self], path)
 
     def export(
-        self,
-        path: str | PathLike[str],
-        *,
-        form: str | None = None,
-        run: str | int | None = None,
+        self, path: str | PathLike[str], *, form: str | None = None, run: str | int | None = None
     ) -> None:
         """Write the coefficients for navigation code, as a C header, YAML or CSV.
 

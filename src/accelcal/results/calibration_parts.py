@@ -76,9 +76,7 @@ def check_units(found: Calibration) -> None:
             raise DamageError(f"{quantity.unit!r} in place of {unit!r}", *way, "unit")
 
 
-def _with_units(
-    found: Calibration,
-) -> Iterator[tuple[str, Quantity | None, tuple[str | int, ...]]]:
+def _with_units(found: Calibration) -> Iterator[tuple[str, Quantity | None, tuple[str | int, ...]]]:
     """Quantities with the unit that each must have, and the way to them."""
     from accelcal.model import (  # here, as numpy comes with it
         ERROR_UNITS,

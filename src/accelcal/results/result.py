@@ -20,14 +20,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-__all__ = [
-    "StoredResult",
-    "TabularResult",
-    "all_from_json",
-    "all_to_json",
-    "part_of",
-    "parts_of",
-]
+__all__ = ["StoredResult", "TabularResult", "all_from_json", "all_to_json", "part_of", "parts_of"]
 
 Result = TypeVar("Result", bound="StoredResult")
 

@@ -171,12 +171,7 @@ class StandDiscovery(StoredResult, TabularResult):
         names = "units alpha effects head coefficients common notes doubtful"
         return members(self, names)
 
-    _COLUMNS: ClassVar[Sequence[str]] = (
-        "serial",
-        "effect",
-        "verdict",
-        *COLUMNS_OF_A_SIZE,
-    )
+    _COLUMNS: ClassVar[Sequence[str]] = ("serial", "effect", "verdict", *COLUMNS_OF_A_SIZE)
 
     def rows(self) -> list[dict[str, Any]]:
         """List the size of each effect in each unit, a flat dictionary each."""

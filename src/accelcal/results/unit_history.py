@@ -231,11 +231,7 @@ class History(StoredResult, TabularResult):
     def rows(self) -> list[dict[str, Any]]:
         """List the calibrations of all trends, a flat dictionary each."""
         return [
-            {
-                "serial": self.serial,
-                "quantity": trend.name.replace(" ", "_"),
-                **point.to_document(),
-            }
+            {"serial": self.serial, "quantity": trend.name.replace(" ", "_"), **point.to_document()}
             for trend in self.trends
             for point in trend.points
         ]

@@ -26,12 +26,7 @@ from accelcal.results.temperature import TemperatureLaw
 from accelcal.specification import Specification
 from accelcal.stand_uncertainty.estimator import Estimator, estimator_of
 from accelcal.stand_uncertainty.kinds import ERROR_QUANTITIES, KINDS
-from accelcal.stand_uncertainty.linear import (
-    Propagated,
-    effective_dof,
-    jacobian,
-    propagated,
-)
+from accelcal.stand_uncertainty.linear import Propagated, effective_dof, jacobian, propagated
 from accelcal.stand_uncertainty.monte_carlo import Linear, monte_carlo
 from accelcal.stand_uncertainty.readings import Readings, readings_of
 from accelcal.stand_uncertainty.requirements import requirements, sufficiency

@@ -178,12 +178,7 @@ def _are_stable(summaries: Sequence[Array]) -> bool:
 
 
 def _result(
-    values: Array,
-    summaries: Sequence[Array],
-    seed: int,
-    linear: Linear,
-    *,
-    stable: bool,
+    values: Array, summaries: Sequence[Array], seed: int, linear: Linear, *, stable: bool
 ) -> MonteCarlo:
     mean, standard, low, high = _summary(values)
     tolerance = numerical_tolerance(standard)

@@ -200,12 +200,7 @@ def _equal_shares(problem: _Problem, felt: Mask, among: Mask) -> Array:
     return np.asarray(np.where(np.isfinite(found), found, 1.0))
 
 
-def _scaled(
-    problem: _Problem,
-    factors: Array,
-    acting: Mask,
-    among: Mask,
-) -> Array:
+def _scaled(problem: _Problem, factors: Array, acting: Mask, among: Mask) -> Array:
     """Change the factors of all that act by one, so that the targets just hold."""
     if not acting.any():
         return factors

@@ -135,10 +135,7 @@ def local_slopes(rise: Array, sides: Sequence[str], axis: int = -1) -> Array:
     if len(sides) == 1:
         return np.stack([np.zeros_like(rise), np.ones_like(rise)], axis=axis)
     near = np.abs(rise) < LEAST_RISE
-    parts = {
-        "above": np.where(near, 0.5, rise > 0.0),
-        "below": np.where(near, 0.5, rise < 0.0),
-    }
+    parts = {"above": np.where(near, 0.5, rise > 0.0), "below": np.where(near, 0.5, rise < 0.0)}
     return np.stack([np.zeros_like(rise), *(parts[side] for side in sides)], axis=axis)
 
 

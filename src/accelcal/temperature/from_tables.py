@@ -35,13 +35,7 @@ from accelcal.temperature.generalised_least_squares import (
     misfit,
 )
 from accelcal.temperature.hysteresis import Branches, Hysteresis, branches_of, mean_hysteresis
-from accelcal.temperature.levels import (
-    Levels,
-    LevelStack,
-    alike,
-    joint_components,
-    levels_of,
-)
+from accelcal.temperature.levels import Levels, LevelStack, alike, joint_components, levels_of
 from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
 
 _SIGNIFICANT = 0.001  # chance below which levels off their law are told

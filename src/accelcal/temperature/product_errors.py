@@ -32,10 +32,7 @@ from accelcal.temperature.apart_from_head import Block, HeadErrors
 from accelcal.temperature.bilinear import share_of_law, taken_from_the_other_side
 from accelcal.temperature.hysteresis import Branches, branches_of
 from accelcal.temperature.product_model import Point, Readings
-from accelcal.temperature.recorded import (
-    RecordedTemperatures,
-    stacked_temperature_uncertainty,
-)
+from accelcal.temperature.recorded import RecordedTemperatures, stacked_temperature_uncertainty
 
 _LEAST = 1e-10
 """Least noise over the largest output: beside less, what is known before would round off."""

@@ -20,13 +20,7 @@ from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.model import LAWS
 from accelcal.results.verdict import OUTCOMES
-from accelcal.specification import (
-    PLACES,
-    QUANTITIES,
-    RULES,
-    Limit,
-    Specification,
-)
+from accelcal.specification import PLACES, QUANTITIES, RULES, Limit, Specification
 
 Place = int | str | None
 """Where a quantity is found: a table by its index, a term of the laws by its name, or nowhere."""
