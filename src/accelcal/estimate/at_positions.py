@@ -16,7 +16,6 @@ from accelcal.errors import InputError
 from accelcal.estimate.given_twice import refuse_copies
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable, prepare
-from accelcal.geometry import accelerations
 from accelcal.head_angles import (
     SAME_POSITION,
     counted_on,
@@ -24,7 +23,6 @@ from accelcal.head_angles import (
     nominal_angles,
     start_of_turn,
 )
-from accelcal.model import design_matrix
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 
@@ -102,8 +100,7 @@ def as_read_there(table: PreparedTable, readings: Array, read: Array, delta0: fl
     They were taken at angles of shape (n,) [deg], with a fixture angle [rad]. It is Y(th) in place
     of Y(read), by the coefficients of the table that these readings make, shape (..., n).
     """
-    mounting = table.mounting
-    change = design_matrix(accelerations(read, delta0, mounting), mounting) - table.design
+    change = table.design_at(read, delta0) - table.design
     estimator, there = linear_estimator(table), readings
     for _ in range(_ROUNDS):
         there = readings - estimator.coefficients(there) @ change.T

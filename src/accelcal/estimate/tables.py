@@ -79,6 +79,10 @@ class PreparedTable(NamedTuple):
         """Name of the run."""
         return self.record.run_labels[self.run]
 
+    def design_at(self, angle: Array, delta0: float) -> Array:
+        """Design at other angles, as many or more, in the mounting of the table [deg, rad]."""
+        return design_matrix(accelerations(angle, delta0, self.mounting), self.mounting)
+
     @property
     def kept_design(self) -> Array:
         """Columns of the coefficients that are estimated, shape (n, p)."""

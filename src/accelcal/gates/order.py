@@ -18,8 +18,7 @@ from accelcal.gates.stack import TableStack
 from accelcal.gates.stroke_groups import Basis, Fit, Groups, LeftOut, differ_by_waves, odd_strokes
 from accelcal.gates.swaps import SwapBlock, best_swap, swap_blocks
 from accelcal.gates.verdict import GateStack, gate_stack, times
-from accelcal.geometry import accelerations
-from accelcal.model import COEFFICIENTS, design_matrix
+from accelcal.model import COEFFICIENTS
 from accelcal.numerics.sorting import distinct
 from accelcal.plural import listed
 
@@ -257,8 +256,7 @@ def _other_orders(angle: Array, head: Array) -> Iterator[_Order]:
 
 
 def _design(stack: TableStack, order: _Order) -> Array:
-    mounting = stack.table.mounting
-    design = design_matrix(accelerations(order.angle, stack.delta0, mounting), mounting)
+    design = stack.table.design_at(order.angle, stack.delta0)
     return design[:, stack.table.estimability.columns]
 
 

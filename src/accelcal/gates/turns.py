@@ -8,8 +8,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.estimate.tables import PreparedTable
-from accelcal.geometry import accelerations
-from accelcal.model import COEFFICIENTS, design_matrix
+from accelcal.model import BIAS, MISALIGNMENT, SCALE_FACTOR
 from accelcal.numerics.sorting import distinct
 
 LARGEST_RATIOS = {"K0": 0.2, "K2": 0.1, "K3": 0.1, "M": 0.1, "M_ip": 0.1}
@@ -18,7 +17,6 @@ LARGEST_RATIOS = {"K0": 0.2, "K2": 0.1, "K3": 0.1, "M": 0.1, "M_ip": 0.1}
 LARGEST_RESIDUAL = 0.02
 """Largest rms residual of any accelerometer [g]."""
 
-_FIRST = ("K0", "K1", "M")  # which four angles tell from each other
 _FEWEST = 4  # positions in a turn: fewer leave no residual
 _TRIED = range(6, 41)  # numbers of angles of which each two are tried; four may be negated so
 _WHOLE = 1e-6  # by which the number of a position may miss a whole one
@@ -85,9 +83,8 @@ def _fitting_exchange(
 
 
 def _in_proportion(table: PreparedTable, output: Array, angle: Array, delta0: float) -> bool:
-    """Tell whether bias, scale factor and misalignment fit readings at angles [deg]."""
-    design = design_matrix(accelerations(angle, delta0, table.mounting), table.mounting)
-    design = design[:, [COEFFICIENTS.index(name) for name in _FIRST]]
+    """Tell whether K0, K1 and M, which four angles tell apart, fit readings at angles [deg]."""
+    design = table.design_at(angle, delta0)[:, [BIAS, SCALE_FACTOR, MISALIGNMENT]]
     k0, k1, m = found = np.linalg.lstsq(design, output)[0]
     rms = np.sqrt(((output - design @ found) ** 2).mean())
     sizes = (k0, LARGEST_RATIOS["K0"]), (m, LARGEST_RATIOS["M"]), (rms, LARGEST_RESIDUAL)
