@@ -24,7 +24,7 @@ _LEAST = 1e-12
 """Of the variance of the residuals: less is rounding."""
 
 
-class Told(NamedTuple):
+class Evidence(NamedTuple):
     """What the readings of one unit tell beside its own coefficients, in units of its noise.
 
     Attributes
@@ -44,10 +44,12 @@ class Told(NamedTuple):
     squares: float
     left: float
 
-    def in_units_of(self, noise: float) -> Told:
+    def in_units_of(self, noise: float) -> Evidence:
         """Return the same where the noise is `noise` times what it was."""
         square = noise**2
-        return Told(self.information / square, self.pull / square, self.squares / square, self.left)
+        return Evidence(
+            self.information / square, self.pull / square, self.squares / square, self.left
+        )
 
     def lack_of_fit(self) -> LackOfFit:
         """Return the contrasts of z that show the head, in a stack of one record."""
@@ -59,13 +61,13 @@ class Told(NamedTuple):
 
 
 def noise_beside_head(
-    units: Sequence[Told], unknown: Sequence[bool], sizes: Sequence[float], declared: float
+    units: Sequence[Evidence], unknown: Sequence[bool], sizes: Sequence[float], declared: float
 ) -> tuple[Array, Array]:
     """Estimate the noise of units that are read on one head.
 
     Parameters
     ----------
-    units : sequence of Told
+    units : sequence of Evidence
         All units, in units of their noise, or of their residuals where it is unknown.
     unknown : sequence of bool
         Whose noise is to be estimated.
@@ -79,7 +81,7 @@ def noise_beside_head(
     noise : ndarray, shape (n,)
         Noise in these units, 1 where it is known.
     dof : ndarray, shape (n,)
-        Its degrees of freedom, `Told.left` where nothing tells the noise from the head.
+        Its degrees of freedom, `Evidence.left` where nothing tells the noise from the head.
 
     Notes
     -----
@@ -105,7 +107,7 @@ def noise_beside_head(
     return noise, dof
 
 
-def _alone(unit: Told, declared: float) -> tuple[float, float]:
+def _alone(unit: Evidence, declared: float) -> tuple[float, float]:
     """Noise of a unit by itself, no less than that which the head cannot make."""
     whole = math.sqrt(max(unit.squares / unit.left, _LEAST))
     residuals = unit.in_units_of(whole)
@@ -117,7 +119,9 @@ def _alone(unit: Told, declared: float) -> tuple[float, float]:
     return whole * max(float(found.noise[0]), least), float(found.noise_dof[0])
 
 
-def _jointly(units: Sequence[Told], noise: Array, chosen: Sequence[int], declared: float) -> Array:
+def _jointly(
+    units: Sequence[Evidence], noise: Array, chosen: Sequence[int], declared: float
+) -> Array:
     """Noise of all with the errors of the head in common, by restricted maximum likelihood.
 
     At the maximum the squares of what errors and coefficients leave are what that keeps of the
@@ -139,7 +143,7 @@ def _jointly(units: Sequence[Told], noise: Array, chosen: Sequence[int], declare
     return noise
 
 
-def together(units: Sequence[Told], declared: float) -> tuple[Array, Array]:
+def together(units: Sequence[Evidence], declared: float) -> tuple[Array, Array]:
     """Estimate the errors of J head positions from all that units tell of them.
 
     The units are in units of their noise, the declared uncertainty of a position in rad; the
@@ -150,11 +154,11 @@ def together(units: Sequence[Told], declared: float) -> tuple[Array, Array]:
     return posterior(information, np.sum([unit.pull for unit in units], axis=0))
 
 
-def _scaled(units: Sequence[Told], noise: Array) -> list[Told]:
+def _scaled(units: Sequence[Evidence], noise: Array) -> list[Evidence]:
     return [unit.in_units_of(size) for unit, size in zip(units, noise.tolist(), strict=True)]
 
 
-def _degrees(units: Sequence[Told], chosen: Sequence[int], declared: float) -> Array:
+def _degrees(units: Sequence[Evidence], chosen: Sequence[int], declared: float) -> Array:
     """Degrees of freedom of the noises, each estimated beside the others.
 
     By the information on the logarithms of their variances, half of left - 2 tr(M C) + tr(M C M C)

@@ -24,7 +24,7 @@ from accelcal.estimate.declared_scatter import moderated
 from accelcal.estimate.given_twice import refuse_twice
 from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.noise import ALIKE, LEAST_NOISE, ReadingNoise, noise_of_stack
-from accelcal.estimate.noise_beside_head import Told, noise_beside_head, together
+from accelcal.estimate.noise_beside_head import Evidence, noise_beside_head, together
 from accelcal.estimate.same_head import declared_uncertainty, names_of_one_head
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, WITHOUT_LAWS
@@ -74,13 +74,13 @@ class _Unit(NamedTuple):
     residuals: bool
     size: float
 
-    def told(self) -> Told:
+    def told(self) -> Evidence:
         """What is told of e beside the nuisance."""
         basis = _basis(self.nuisance)
         shown = self.head - basis @ (basis.T @ self.head)
         residual = self.z - basis @ (basis.T @ self.z)
         left = float(self.z.size - basis.shape[1])
-        return Told(shown.T @ shown, shown.T @ residual, float(residual @ residual), left)
+        return Evidence(shown.T @ shown, shown.T @ residual, float(residual @ residual), left)
 
     def in_units_of(self, noise: float, dof: float) -> _Unit:
         """Return the same where the noise is `noise` times what it was, with these degrees."""
@@ -93,15 +93,15 @@ class _Unit(NamedTuple):
         return student_quantile(LEVEL, self.dof) / NORMAL_FACTOR
 
 
-class _Told(NamedTuple):
+class _OneUnit(NamedTuple):
     """What a unit tells of the head, at its noise and as if that were sure."""
 
     unit: _Unit
-    exact: Told
-    cautious: Told
+    exact: Evidence
+    cautious: Evidence
 
     @classmethod
-    def of(cls, unit: _Unit) -> _Told:
+    def of(cls, unit: _Unit) -> _OneUnit:
         exact = unit.told()
         return cls(unit, exact, exact.in_units_of(unit.caution))
 
@@ -156,7 +156,7 @@ def calibrate_head(
     tables = [_tables(record, delta0) for record in records]
     positions = distinct(np.concatenate([t.at_head.key for own in tables for t in own]))
     units = _units(records, tables, positions, declared)
-    told = [_Told.of(unit) for unit in units]
+    told = [_OneUnit.of(unit) for unit in units]
     errors, covariance = together([own.cautious for own in told], declared)
     return HeadCalibration(
         angles_deg=tuple(positions.tolist()),
@@ -281,7 +281,7 @@ def _basis(matrix: Array) -> Array:
 
 
 def _changes(
-    own: _Told, all_: Sequence[_Told], joint: tuple[Array, Array], declared: float
+    own: _OneUnit, all_: Sequence[_OneUnit], joint: tuple[Array, Array], declared: float
 ) -> dict[str, Change]:
     """Coefficients that all clampings have in common, with what each tells of the head."""
     unit = own.unit
@@ -295,10 +295,10 @@ def _changes(
 
 
 def _quantities(
-    own: _Told,
+    own: _OneUnit,
     names: Sequence[str],
     inverse: Array,
-    told: Sequence[_Told],
+    told: Sequence[_OneUnit],
     known: tuple[Array, Array],
     declared: float,
 ) -> list[Quantity]:
@@ -359,7 +359,7 @@ def _clampings(records: Sequence[TumbleRecord]) -> Gate:
     return Gate("clampings", "warn", told + "; clamp the fixture at another angle too")
 
 
-def _left_over(found: Sequence[_Told], declared: float) -> Gate:
+def _left_over(found: Sequence[_OneUnit], declared: float) -> Gate:
     """Whether head and coefficients explain the readings within their noise.
 
     Beside the coefficients, readings scatter by the noise and the head as declared; the sum of

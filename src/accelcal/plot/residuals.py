@@ -15,7 +15,7 @@ from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.plot.ticks import name_ticks, shortened
-from accelcal.report.calibration_rows import side_of
+from accelcal.report.calibration_rows import mounting_unless_named
 from accelcal.results.usable import tables_of_run
 from accelcal.shown_units import readable
 
@@ -222,7 +222,7 @@ def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[in
     above = ax.secondary_xaxis("top")
     centres = (ends[:-1] + ends[1:]) / 2
     sides = len({table.mounting for table in tables}) > 1
-    names = [_level(table, side_of(table) if sides else "") for table in tables]
+    names = [_level(table, mounting_unless_named(table) if sides else "") for table in tables]
     name_ticks(above.xaxis, centres, names, 8, fontsize=SMALL)
     above.tick_params(length=0, colors=palette().ink)
     above.spines["top"].set_visible(False)

@@ -179,10 +179,10 @@ def _bare(table: TableCalibration) -> str:
 
 def table_title(table: TableCalibration) -> str:
     """Name a table by its run, and by its mounting where that is not the usual one."""
-    return f"run {table.run}{side_of(table) if table.mounting != 'o+' else ''}"
+    return f"run {table.run}{mounting_unless_named(table) if table.mounting != 'o+' else ''}"
 
 
-def side_of(table: TableCalibration) -> str:
+def mounting_unless_named(table: TableCalibration) -> str:
     """Tell the mounting of a table, with a blank before it, unless its run is called so."""
     return "" if table.run.endswith(f" {table.mounting}") else f" {table.mounting}"
 
