@@ -247,10 +247,10 @@ def test_misalignments_free_of_the_fixture_angle_are_those_of_each():
                     assert expanded[row, i] == pytest.approx(found.expanded_uncertainty, rel=1e-9)
 
 
-def test_runs_just_one_degree_apart_are_of_another_plan():
+def test_runs_more_than_one_degree_apart_are_of_another_plan():
     (record,) = records(1, mountings=("o+", "o-"), temperatures=(20.0, 60.0), strokes=1)
     given = [at_levels(record, 20.0, s, 20.0, s) for s in (20.5, 21.0, 21.5, 20.75)]
-    assert plans(given) == [[0, 3], [1], [2]]
+    assert plans(given) == [[0, 1, 3], [2]]
     assert_stack_is_its_records(given)
 
 

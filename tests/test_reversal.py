@@ -129,6 +129,15 @@ def test_one_level_is_split_as_well():
     assert parts["delta_O"].value[0] == found.misalignments[0].value
 
 
+@pytest.mark.parametrize("step", [0.5, 1.0])
+def test_both_sides_met_a_level_that_is_one_to_the_launches(step):
+    """A step of just 1 degC was one level to the launches, and two to the fixture angle."""
+    found = record(temperatures=(20.0,))
+    warmer = found.temperature + step * (found.mounting == "o-")
+    (angle,) = accelcal.fit(dataclasses.replace(found, temperature=warmer)).fixture_angle
+    assert angle.temperatures == (20.0 + step / 2.0,)
+
+
 def test_slopes_of_the_second_axis_are_used():
     fit = accelcal.fit(record(seed=None, mountings=("o+", "p+"), delta0=0.0))
     found = compensation(fit)

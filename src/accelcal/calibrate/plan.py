@@ -258,10 +258,7 @@ def _plan_keys(records: Sequence[TumbleRecord], delta0: float | None) -> Iterato
 def _level_keys(levels: Array) -> list[bytes]:
     """What counts of the temperatures of each record: which differ, and in which direction."""
     step = levels[:, None, :] - levels[:, :, None]
-    away = np.abs(step)
-    # A step of exactly SAME_LEVEL is another level to some rules of the fit and none to others, so
-    # it has a size of its own here: 1, where smaller steps have 0 and larger ones 2.
-    sign = np.sign(step) * (1.0 * (away >= SAME_LEVEL) + (away > SAME_LEVEL))
+    sign = np.sign(step) * (np.abs(step) > SAME_LEVEL)
     order = np.sort(levels, axis=1)  # NaN come last
     breaks = np.diff(order, axis=1) > SAME_LEVEL
     rank = np.argsort(np.argsort(levels, axis=1), axis=1)

@@ -22,7 +22,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.launch import SAME_LEVEL
+from accelcal.estimate.launch import same_levels
 from accelcal.estimate.linearised import Linearised, adjusted
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, interval_stack, propagate
@@ -212,12 +212,9 @@ def tells_misalignment(estimate: JointEstimate, table: int) -> bool:
 
 def _levels(temperatures: Sequence[float], sides: Array) -> Iterator[tuple[float, Array]]:
     """Levels with both sides: mean temperature, and which tables belong to them."""
-    at = np.array(temperatures)
-    left = sides != 0.0
-    while left.any():
-        first = at[left][0]
-        here = left & (np.isnan(at) if np.isnan(first) else np.abs(at - first) < SAME_LEVEL)
-        left &= ~here
+    at, used = np.array(temperatures), sides != 0.0
+    known = [np.isin(range(at.size), own) for own in same_levels(np.where(used, at, np.nan))]
+    for here in sorted([*known, used & np.isnan(at)], key=np.argmax):  # as they were met
         if {1.0, -1.0} <= set(sides[here].tolist()):
             yield float(at[here].mean()), here
 

@@ -200,7 +200,7 @@ class Estimator:
 
 
 def _same_level(one: _Table, other: _Table) -> bool:
-    return abs(one.rise - other.rise) < SAME_LEVEL
+    return abs(one.rise - other.rise) <= SAME_LEVEL
 
 
 def _weighted(
