@@ -98,6 +98,21 @@ def test_objects_with_other_endings_are_counted():
     assert given.attrs["notes"] == []
 
 
+@pytest.mark.parametrize("pattern", ["", "/*", "/**", "/**/*.csv"])
+def test_folders_of_a_store_are_read_as_those_of_a_disk(tmp_path, pattern):
+    """What is hidden was read, and of a glob the folders were told as files that cannot be read."""
+    store = pytest.importorskip("fsspec").filesystem("memory")
+    for name in ("a.csv", "2024/b.csv", "2024/.c.csv", ".d/e.csv", "r.csv.journal/f.csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(EXAMPLE, tmp_path / name)
+        store.pipe_file(f"/alike/{name}", EXAMPLE.read_bytes())
+    here, there = (accelcal.batch(f"{at}{pattern}") for at in (tmp_path, "memory://alike"))
+    read = {name.removeprefix("memory:///alike/") for name in there.tables["source"]}
+    assert read == {Path(name).relative_to(tmp_path).as_posix() for name in here.tables["source"]}
+    assert read == {"a.csv", "2024/b.csv"}
+    assert there.errors.empty
+
+
 @pytest.fixture
 def locked(archive, monkeypatch):
     """An archive with two folders that may not be read, not even by an administrator."""

@@ -221,7 +221,7 @@ def _in_folder(folder: str, aside: Aside) -> Iterator[str]:
         try:
             with os.scandir(inside) as entries:
                 for entry in entries:
-                    if entry.name.startswith(_HIDDEN) or entry.name.endswith(_JOURNALS):
+                    if _is_passed_over(entry.name):
                         continue
                     if entry.is_dir(follow_symlinks=False):
                         folders.append(entry.path)
@@ -238,10 +238,16 @@ def _in_folder(folder: str, aside: Aside) -> Iterator[str]:
             )
 
 
+def _is_passed_over(name: str) -> bool:
+    return name.startswith(_HIDDEN) or name.endswith(_JOURNALS)
+
+
 def _in_glob(pattern: str, aside: Aside) -> Iterator[str]:
     import glob
 
     for path in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207  (keeps ./ as given)
+        if any(part.endswith(_JOURNALS) for part in path.split(os.sep)):  # noqa: PTH206
+            continue
         if os.path.isdir(path):  # noqa: PTH112
             yield from sorted(_in_folder(path, aside))
         elif _leads_to_file(path):
@@ -275,12 +281,7 @@ _STAMPS = ("ETag", "etag", "md5", "checksum", "mtime", "LastModified", "last_mod
 def _of_url(url: str, aside: Aside) -> list[SourceFile]:
     system, name = _file_system(url)
     try:
-        if not _MAGIC.isdisjoint(name):
-            known = system.glob(name, detail=True)
-        elif system.isdir(name):
-            known = _tables(system, system.find(name, detail=True), aside)
-        else:
-            known = {name: system.info(name)}
+        known = _in_store(system, name, aside)
     except FileNotFoundError:
         raise InputError(f"{url}: no such file or folder; give files, folders or globs") from None
     except Exception as error:  # each file system fails in its own way
@@ -288,10 +289,32 @@ def _of_url(url: str, aside: Aside) -> list[SourceFile]:
     return _some([_of_store(system, path, known[path]) for path in sorted(known)], url, aside)
 
 
-def _tables(system: Any, known: dict[str, Any], aside: Aside) -> dict[str, Any]:
+def _in_store(system: Any, name: str, aside: Aside) -> dict[str, Any]:
+    """Tables of a name, as of a path: of a glob those below its folders as well."""
+    if _MAGIC.isdisjoint(name):
+        return _tables(system, name, aside) if system.isdir(name) else {name: system.info(name)}
+    plain = name[: min(map(name.index, _MAGIC.intersection(name)))].rpartition("/")[0]
+    tables: dict[str, Any] = {}
+    for path, info in _shown(plain, system.glob(name, detail=True)).items():
+        folder = info.get("type") == "directory"
+        tables |= _tables(system, path, aside) if folder else {path: info}
+    return tables
+
+
+def _tables(system: Any, folder: str, aside: Aside) -> dict[str, Any]:
+    known = _shown(folder, system.find(folder, detail=True))
     tables = {path: info for path, info in known.items() if path.lower().endswith(SUFFIXES)}
     aside.others.update(map(system.unstrip_protocol, known.keys() - tables.keys()))
     return tables
+
+
+def _shown(folder: str, found: dict[str, Any]) -> dict[str, Any]:
+    """What no name below a folder hides."""
+    return {
+        path: info
+        for path, info in found.items()
+        if not any(map(_is_passed_over, path.removeprefix(folder).split("/")))
+    }
 
 
 def _of_store(system: Any, path: str, info: dict[str, Any]) -> SourceFile:
