@@ -85,12 +85,14 @@ HEADING = "calibrations  scatter/ug  shared   unlike"
 DRIFT = 5.0  # ug a year
 STATED = 10.0  # ug, the median standard uncertainty
 SETTLED = 2.0  # years, the time constant
+_APART = 16  # days from one date to the next, or more, as tests of a week count as one
 
 
 def unit(kind: Kind, rng: np.random.Generator) -> pd.DataFrame:
     """Draw the recalibrations of one unit, as the frame of a batch has them."""
     dates = kind.count // kind.tests
-    days = np.repeat(np.sort(rng.choice(3653, dates, replace=False)), kind.tests)
+    apart = np.sort(rng.choice(3653 // _APART, dates, replace=False)) * _APART
+    days = np.repeat(apart, kind.tests)
     days = np.sort(days + 2 * (np.arange(kind.count) % kind.tests))
     stated = STATED * np.exp(rng.normal(0.0, 0.4, kind.count))
     factor = np.where(np.arange(kind.count) % 2, kind.unlike, 1.0)
