@@ -15,6 +15,7 @@ import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.documents.recalibrations import read_entries
+from accelcal.recalibrations import jumps
 from accelcal.recalibrations.apart import farthest
 from accelcal.recalibrations.comparable import comparable
 from accelcal.recalibrations.entries import entries_of, year
@@ -316,8 +317,31 @@ def test_two_jumps_are_named_in_the_order_of_their_dates():
     table = frame(20)
     table.loc[5:, "k0"] += 80.0 * UG
     table.loc[13:, "k0"] -= 150.0 * UG
-    jumps = accelcal.history(table).trends[0].jumps
-    assert [jump.before for jump in jumps] == ["2015-01-01", "2023-01-01"]
+    found = accelcal.history(table).trends[0].jumps
+    assert [jump.before for jump in found] == ["2015-01-01", "2023-01-01"]
+
+
+@pytest.mark.parametrize("count", [6, 8, 12])
+def test_a_jump_and_its_return_are_named_in_few_calibrations(count):
+    """They hid each other: none was named, and the scatter told was that of the jumps."""
+    table = frame(count)
+    table.loc[2:3, "k0"] += 300.0 * UG
+    bias, gain = accelcal.history(table).trends
+    assert [jump.before for jump in bias.jumps] == ["2012-01-01", "2014-01-01"]
+    for jump, size in zip(bias.jumps, (300e-6, -300e-6), strict=True):
+        assert abs(jump.size.value - size) < jump.size.expanded_uncertainty
+        assert jump.p_value < 0.01
+    assert bias.scatter < 10.0 * UG
+    assert gain.jumps == ()
+
+
+def test_pairs_of_jumps_add_little_to_the_false_alarms():
+    rng = np.random.default_rng(1)
+    chances = [
+        jumps._next_pair(np.arange(8.0), rng.standard_normal(8), np.ones(8), [])[1]
+        for _ in range(2000)
+    ]
+    assert np.mean(np.array(chances) < 0.5) < 0.05  # a tenth
 
 
 def test_the_scale_factor_is_told_from_its_mean():

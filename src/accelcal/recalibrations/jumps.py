@@ -27,6 +27,9 @@ _AT_A_TIME = 100_000
 
 _MOST = 5
 
+_PAIRS = 10.0
+"""Chances of pairs are so many times as large, so that they add a tenth to the false alarms."""
+
 
 class _Measure(NamedTuple):
     """What tests further columns where the standard deviations are in one proportion.
@@ -74,7 +77,8 @@ class Search(NamedTuple):
     places : tuple of int
         Number of calibrations before each jump, in the order found.
     p_values : tuple of float
-        For each, the chance that a straight line with what was found before looks so by noise.
+        For each, the chance that a straight line with what was found before looks so by noise; of
+        two that were found together, that of both.
     rest : float or None
         The same of the largest jump that was not believed; None where there was none to try.
     gaps : int
@@ -101,6 +105,10 @@ def search_jumps(time: Array, values: Array, uncertainty: Array, alpha: float) -
     against that of values that are drawn from the line alone, so that the chance counts the
     search. Each is drawn in one of the proportions, by how likely the values make it. The draws
     are the same each time.
+
+    A jump and its return hide each other where calibrations are few. Where no jump is believed,
+    each pair is held against the line as well: the chance is that of F with the correction of
+    Bonferroni for their number, the largest of all proportions, ten times.
     """
     places: list[int] = []
     p_values: list[float] = []
@@ -109,12 +117,14 @@ def search_jumps(time: Array, values: Array, uncertainty: Array, alpha: float) -
         found = _next_jump(time, values, uncertainty, places)
         if found is None:
             break
-        place, chance = found
+        if found[1] > alpha:
+            rest, found = found[1], _next_pair(time, values, uncertainty, places)
+        some, chance = found
         if chance > alpha:
-            rest = chance
             break
-        places.append(place)
-        p_values.append(chance)
+        rest = None
+        places += some
+        p_values += [chance] * len(some)
     return Search(tuple(places), tuple(p_values), rest, len(_places_to_try(time, [])))
 
 
@@ -129,14 +139,43 @@ def line_with_steps(time: Array, places: Sequence[int] | Places) -> Array:
 
 def _next_jump(
     time: Array, values: Array, uncertainty: Array, places: list[int]
-) -> tuple[int, float] | None:
+) -> tuple[tuple[int, ...], float] | None:
     """Place of the largest jump beside those known, and its chance; None where none can be."""
     columns = line_with_steps(time, places)
     tried = np.array(_places_to_try(time, places), dtype=np.intp)
     if not tried.size or time.size - columns.shape[1] - 1 < _SIDE:
         return None
     place, chance = likeliest(columns, line_with_steps(time, tried)[:, 2:], values, uncertainty)
-    return int(tried[place]), chance
+    return (int(tried[place]),), chance
+
+
+def _next_pair(
+    time: Array, values: Array, uncertainty: Array, places: list[int]
+) -> tuple[tuple[int, ...], float]:
+    """Places of the two jumps that values ask for most beside those known, and their chance."""
+    columns = line_with_steps(time, places)
+    tried = np.array(_places_to_try(time, places), dtype=np.intp)
+    first, second = np.nonzero(np.subtract.outer(tried, tried) <= -_SIDE)
+    dof = time.size - columns.shape[1] - 2
+    if not first.size or dof < _SIDE:
+        return (), 1.0
+    steps = line_with_steps(time, tried)[:, 2:]
+    sigma = np.sqrt(proportions(uncertainty**2))
+    left = np.array([_left_by_pairs(_Measure.of(columns, steps, own), values) for own in sigma])
+    shares_left = left.max(axis=0)[first, second]
+    place = int(shares_left.argmin())
+    chance = _PAIRS * first.size * float(shares_left[place]) ** (0.5 * dof)  # F of 2 and dof
+    return (int(tried[first[place]]), int(tried[second[place]])), min(1.0, chance)
+
+
+def _left_by_pairs(measure: _Measure, values: Array) -> Array:
+    """Part of the squares about the line that each pair of further columns leaves."""
+    whitened = values * measure.roots
+    rest = whitened - measure.base @ (whitened @ measure.base)
+    one = (rest @ measure.further) / np.sqrt(max(float(rest @ rest), ROUNDING))
+    alike = measure.further.T @ measure.further
+    both = one**2 + one[:, None] ** 2 - 2.0 * alike * np.multiply.outer(one, one)
+    return np.asarray(np.clip(1.0 - both / np.maximum(1.0 - alike**2, ROUNDING), ROUNDING, 1.0))
 
 
 def likeliest(columns: Array, tried: Array, values: Array, uncertainty: Array) -> tuple[int, float]:
