@@ -1,11 +1,13 @@
-"""A record as a search takes it: in one clamping, with temperatures, at its positions."""
+"""A record as a search takes it: in one clamping, with temperatures, at its positions, in order."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
+from accelcal.effects.conditions import order_of_measuring
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
 from accelcal.head_angles import head_positions
@@ -29,7 +31,29 @@ def as_searched(record: TumbleRecord, delta0: float | None) -> TumbleRecord:
         If it is of several clampings, or a run has no temperature and others have.
     """
     refuse_several_clampings(record)
-    return at_positions(with_temperatures_of_runs(record), delta0)
+    return as_measured(at_positions(with_temperatures_of_runs(record), delta0))
+
+
+def as_measured(record: TumbleRecord) -> TumbleRecord:
+    """Bring the rows into the order of measuring, so that noise is drawn alike for any other.
+
+    It is the very same record where they are in it.
+
+    Examples
+    --------
+    >>> import accelcal
+    >>> record = accelcal.simulate(seed=1)
+    >>> as_measured(record) is record
+    True
+    """
+    order = order_of_measuring(record)
+    if (np.diff(order) > 0).all():
+        return record
+    given = {own.name: getattr(record, own.name) for own in fields(record)}
+    rows: dict[str, Any] = {
+        name: own[order] for name, own in given.items() if isinstance(own, np.ndarray)
+    }
+    return replace(record, **rows)
 
 
 def refuse_several_clampings(record: TumbleRecord) -> None:

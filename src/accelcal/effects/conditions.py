@@ -179,13 +179,21 @@ def _sequence(record: TumbleRecord) -> tuple[Ints, Array]:
     time = record.time if is_timed(record) else None
     if time is not None and (said := too_quick(time)):
         raise InputError(f"{said}; times are in s, so name their unit, as in the heading time [d]")
-    travel = np.where(record.stroke % 2 == 1, record.angle, -record.angle)
-    by_layout = (travel, record.stroke, record.mounting, record.run)
-    order = np.lexsort(by_layout) if time is None else np.argsort(time, kind="stable")
     number = np.empty(len(record), dtype=np.int64)
-    number[order] = np.arange(1, len(record) + 1)
+    number[order_of_measuring(record)] = np.arange(1, len(record) + 1)
     steps = np.asarray(number - 1, dtype=np.float64)
     return number, steps * SECONDS_PER_READING if time is None else time - np.min(time)
+
+
+def order_of_measuring(record: TumbleRecord) -> Ints:
+    """Indices of the readings as they follow one another, whatever the order of their rows.
+
+    Rows that agree in time, run, mounting, stroke and angle are taken as they come.
+    """
+    travel = np.where(record.stroke % 2 == 1, record.angle, -record.angle)
+    by_layout = (travel, record.stroke, record.mounting, record.run)
+    by_time = (record.time,) if is_timed(record) else ()
+    return np.lexsort((*by_layout, *by_time))
 
 
 def is_timed(record: TumbleRecord) -> bool:
