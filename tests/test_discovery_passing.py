@@ -512,3 +512,16 @@ def test_effects_that_take_back_each_other_are_not_sure(seed):
     assert {item.id for item in found.effects} == set(found.doubtful) == {"bias-drift", "warm-up"}
     (note,) = (note for note in found.notes if "mostly take back each other" in note)
     assert note.startswith("bias-drift and warm-up are not sure")
+
+
+@pytest.mark.parametrize("seed", [0, 5])
+def test_a_bias_that_oscillates_once_in_a_turn_is_no_backlash(seed):
+    """It was named backlash, as certain, beside a drift of the scale factor or the chamber."""
+    plan = TumblePlan(positions=16, strokes=6, temperatures=(20.0, 60.0, -20.0), timed=True)
+    record = accelcal.simulate(plan=plan, seed=seed, declare=True)
+    turn = 16.0 * np.median(np.diff(record.time))
+    phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi)
+    air = 1.35 * 2e-5 * np.sin(2.0 * np.pi * record.time / turn + phase)
+    found = accelcal.discover(replace(record, output=record.output + air))
+    assert found.effects == ()
+    assert found.unexplained.structure.startswith("the bias oscillates, period 15.5 min")

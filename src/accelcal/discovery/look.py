@@ -17,6 +17,7 @@ from accelcal.discovery.search import Findings, in_the_main, search
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings, zone_among
 from accelcal.discovery.solution import solution
 from accelcal.discovery.unnamed.drift_anew import drift_anew
+from accelcal.discovery.unnamed.oscillating import oscillation_in_place
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
@@ -233,7 +234,8 @@ def _judged(record: TumbleRecord, question: Question) -> Look:
     if best is None:
         return look
     walks = tuple(wandering(look.comparison, best.instances))
-    shift = shift_in_place_of_one(look.family, best, question.alpha, findings.before.p_value)
+    asked = look.family, best, question.alpha, findings.before.p_value
+    shift = shift_in_place_of_one(*asked) or oscillation_in_place(*asked)
     if shift or _widens_the_gap(look.comparison, best) or _wanders(walks):
         findings = findings._replace(explanations=(), nearest=best)
     look = look._replace(findings=findings, walks=walks, shift=shift)

@@ -60,7 +60,7 @@ def passing(
     c, labels = comparison.model.conditions, comparison.record.run_labels
     bias, *others = SMALL_UNITS
     found = {
-        "oscillations": _oscillations(c, labels),
+        "oscillations": oscillations(c, labels),
         "shifts of the bias": _shifts(c, labels, [bias]),
         "other shifts": _shifts(c, labels, others),
         "strokes": _strokes(c, labels),
@@ -146,14 +146,22 @@ def _described(kind: Kind, which: int, see: Array, white: Array) -> tuple[str, A
 # -- kinds of disturbances -------------------------------------------------------------------------
 
 
-def _oscillations(c: Conditions, labels: Sequence[str]) -> Kind:
-    """A bias of one period in all runs, with a phase and a size in each."""
+def oscillations(
+    c: Conditions,
+    labels: Sequence[str],
+    slowest: float = _SLOWEST,
+    quickest: float = _FASTEST,
+) -> Kind:
+    """A bias of one period in all runs, with a phase and a size in each.
+
+    The slowest and the quickest have so many periods in the longest run.
+    """
     from scipy.sparse import csr_array  # type: ignore[import-untyped]
 
     runs = dummies(c.run)
     longest, most = float(c.run_time.max()), float(runs.sum(axis=0).max())
-    fastest = min(_FASTEST, most / 2.0) if longest > 0.0 else 0.0
-    counts = np.arange(_SLOWEST, fastest, 0.5)
+    fastest = min(quickest, most / 2.0) if longest > 0.0 else 0.0
+    counts = np.arange(slowest, fastest, 0.5)
     phase = 2.0 * np.pi * c.run_time[:, None] * counts / (longest or 1.0)
     waves = np.stack([np.cos(phase), np.sin(phase)], axis=2)
     columns = waves[:, :, :, None] * runs[:, None, None, :]

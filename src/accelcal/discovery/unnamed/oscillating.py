@@ -1,0 +1,86 @@
+"""A bias that oscillates where effects were taken for it.
+
+With a period near that of a stroke it turns with the head, and looks like backlash or hysteresis;
+with one near that of a run it looks like drifts and decays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.explanation import CONTRADICTION, Explanation
+from accelcal.discovery.family import Family, agrees
+from accelcal.discovery.spans import first_largest, orthonormal, squares_in, without
+from accelcal.discovery.unnamed.passing import oscillations
+from accelcal.results.findings import Unexplained
+
+_SLOWEST = 1.0
+"""Periods in the longest run from which on a bias oscillates; what is slower could be anything."""
+
+_QUICKEST = 1.25
+"""Periods in a stroke up to which it oscillates; what is quicker looks like any pattern of the
+position."""
+
+_FAINT = 1e-6
+"""Part of the largest square of some waves that the model leaves, below which it leaves none."""
+
+
+class _Place(NamedTuple):
+    """What stays beside an oscillation, and the squares of what it stands in place of."""
+
+    taken: Array  # orthonormal, (n, h)
+    squares: float
+
+
+def oscillation_in_place(
+    family: Family, found: Explanation, alpha: float, p_value: float
+) -> Unexplained | None:
+    """Find a bias of one period, with a phase and a size in each run, that explains much better.
+
+    It stands in place of some effects or of one of them. There is none where it gains no more than
+    its sizes may by chance (Schwarz 1978), or where neither these effects nor it leave noise alone.
+    The p-value is the chance that noise alone disagrees as much with the model.
+    """
+    comparison = family.comparison
+    space, c, seen = comparison.space, comparison.model.conditions, comparison.seen
+    quickest = _QUICKEST * float(c.stroke.max())
+    kind = oscillations(c, comparison.record.run_labels, _SLOWEST, quickest)
+    if not kind.actions.size:
+        return None
+    waves = kind.actions.toarray().T
+    shown = space.see(waves)
+    margin = 2.0 * np.log(waves.shape[1] / kind.each) + (kind.each - 1) * np.log(seen.size)
+    for taken, squares in _places(family, found):
+        gains, sizes = _gains(without(shown, taken), without(seen, taken), kind.each)
+        best = first_largest(gains)
+        own = slice(best * kind.each, (best + 1) * kind.each)
+        if gains[best] - squares < margin:
+            continue
+        beside = orthonormal(np.hstack([taken, shown[:, own]]))
+        if found.passes or agrees(family, beside, CONTRADICTION * alpha):
+            told = kind.told(best, np.inf, waves[:, own] @ sizes[best])
+            return Unexplained(told, float(gains[best] / (seen @ seen)), p_value)
+    return None
+
+
+def _places(family: Family, found: Explanation) -> Iterator[_Place]:
+    """Places of all effects and of each."""
+    yield _Place(family.space.nothing(), found.squares)
+    units, seen = found.directions, family.comparison.seen
+    for place in range(units.shape[1] if units.shape[1] > 1 else 0):
+        taken = orthonormal(np.delete(units, place, axis=1))
+        own = orthonormal(without(units[:, [place]], taken))
+        yield _Place(taken, squares_in(own, without(seen, taken)))
+
+
+def _gains(waves: Array, left: Array, each: int) -> tuple[Array, Array]:
+    """Sum of squares that each period takes up, shape (s,), and the sizes of its waves, (s, k)."""
+    columns = waves.T.reshape(-1, each, left.size)
+    inverse = np.linalg.pinv(columns @ columns.mT, rcond=_FAINT, hermitian=True)
+    shares = columns @ left
+    sizes = (inverse @ shares[:, :, None])[:, :, 0]
+    return (sizes * shares).sum(axis=1), sizes
