@@ -2,6 +2,7 @@
 
 import io
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 
 from accelcal.errors import TableError
 from accelcal.io.tables import read_table
+from accelcal.io.writer import write_table
 
 HEADINGS = "temperature,position,stroke,output"
 PLACES = range(1, 10)
@@ -265,3 +267,27 @@ def visits(draw):
 def test_any_sequence_of_visits(rows):
     record = read([row[:4] for row in rows])
     assert record.run.tolist() == [row[4] for row in rows]
+
+
+def named(rows, start, label):
+    """The rows with a column time and run."""
+    return [(*row, start + 60 * n, label) for n, row in enumerate(rows)]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_named_runs_are_in_the_order_of_their_times(seed):
+    """They were in that of their rows, which may be in any order."""
+    rows = named(FIRST, 0, "first") + named(HOT, 9000, "hot") + named(FIRST, 20_000, "last")
+    shuffled = np.random.default_rng(seed).permutation(len(rows))
+    record = read([rows[place] for place in shuffled], HEADINGS + ",time,run")
+    assert record.run_labels == ("first", "hot", "last")
+    buffer = io.StringIO()
+    write_table(replace(record, run=2 - record.run, run_labels=record.run_labels[::-1]), buffer)
+    buffer.seek(0)
+    assert read_table(buffer).run_labels == ("last", "hot", "first")
+
+
+@pytest.mark.parametrize("start", [0, 30, 540])
+def test_named_runs_whose_times_begin_anew_are_in_the_order_of_their_rows(start):
+    record = read(named(HOT, start, "b") + named(FIRST, 0, "a"), HEADINGS + ",time,run")
+    assert record.run_labels == ("b", "a")

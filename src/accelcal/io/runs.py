@@ -61,9 +61,9 @@ def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
     go on counting or the same reading comes again with another output. Each mounting is a run of
     its own, as a unit that is mounted anew is launched anew. A reading without temperature counts
     to the level of the rows around it where it completes a stroke of theirs, or is of a whole
-    stroke between two of these.
+    stroke between two of these. With a column run, the runs are in the order of their times where
+    these tell one after the other, else in that of their rows.
     """
-    order = np.arange(readings.output.size)
     if readings.run is None:
         told: tuple[str, ...] = ()
         if np.isnan(readings.temperature).any():
@@ -75,7 +75,28 @@ def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
         runs, order = _visits(readings, levels)
     else:
         runs = Runs(readings.run, readings.run_labels)
+        order = order_of_runs(readings.run, readings.time)
     return _in_order(runs, declared or _by_appearance(runs, order), readings)
+
+
+def order_of_runs(run: Ints, time: Array | None) -> Ints:
+    """Order of readings: of their times [s] where these tell one run after the other, or as given.
+
+    Examples
+    --------
+    >>> run = np.array([0, 0, 1, 1])
+    >>> order_of_runs(run, np.array([9.0, 8.0, 1.0, 2.0])).tolist()
+    [2, 3, 1, 0]
+    >>> order_of_runs(run, np.array([0.0, 1.0, 0.0, 1.0])).tolist()
+    [0, 1, 2, 3]
+    """
+    rows = np.arange(run.size)
+    if time is None:
+        return rows
+    order = np.argsort(time, kind="stable")
+    is_next, is_tied = np.diff(run[order]) != 0, np.diff(time[order]) == 0
+    is_told = is_next.sum() < distinct(run).size and not (is_next & is_tied).any()
+    return order if is_told else rows
 
 
 def _by_appearance(runs: Runs, order: Ints) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from accelcal.errors import InputError
 from accelcal.escapes import ESCAPED
 from accelcal.io.files.csv_text import csv_text
 from accelcal.io.layout.header_lines import header_line, table_key
+from accelcal.io.runs import order_of_runs
 from accelcal.pace import LATEST
 from accelcal.record import TumbleRecord
 
@@ -123,16 +124,17 @@ def _header(records: list[TumbleRecord]) -> str:
 
 
 def _declared_runs(records: list[TumbleRecord]) -> str | None:
-    """Run labels in their order, where the rows would not show them so."""
-    if all(_runs_by_appearance(record) == record.run_labels for record in records):
+    """Run labels in their order, where the rows or times would not show them so."""
+    if all(_runs_as_told(record) == record.run_labels for record in records):
         return None
     if len({record.run_labels for record in records}) > 1:
         raise InputError("records with different runs; write each to a file of its own")
     return csv_text([records[0].run_labels]).rstrip("\n")
 
 
-def _runs_by_appearance(record: TumbleRecord) -> tuple[str, ...]:
-    return tuple(record.run_labels[index] for index in dict.fromkeys(record.run.tolist()))
+def _runs_as_told(record: TumbleRecord) -> tuple[str, ...]:
+    run = record.run[order_of_runs(record.run, record.time)]
+    return tuple(record.run_labels[index] for index in dict.fromkeys(run.tolist()))
 
 
 def _metadata_line(key: str, value: str) -> str:

@@ -126,9 +126,8 @@ def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
     if count is not None:
         odd_row |= count < 1.0
     odd = parts.rows.any(odd_row) | parts.again | _is_constant(output, parts.rows)
-    if time is not None and "run" not in cells.codes:
-        odd |= parts.rows.any(_goes_back(time, parts.rows))
     if time is not None:
+        odd |= parts.rows.any(_goes_back(time, parts.rows))
         odd |= ~(parts.rows.highest(np.abs(time)) <= LATEST)
         odd |= parts.rows.highest(time) - parts.rows.lowest(time) < QUICKEST * (parts.rows.size - 1)
     if "serial" in cells.labels:
