@@ -226,3 +226,79 @@ def test_a_sheet_of_results_is_no_table_of_readings(tmp_path):
     summary.append([20, 0.01, 1.3])
     book.save(tmp_path / "own.xlsx")
     assert readings(accelcal.read_table(tmp_path / "own.xlsx")) == set(LONG)
+
+
+@pytest.mark.parametrize("label", ["serial", "run", "mounting"])
+def test_a_label_in_a_row_of_its_own_holds_for_the_rows_below(label):
+    """It was set aside as text, and a mounting p- became o+ without a word of it."""
+    record = read(long_table(f"{label},T,J,k,Y", "p-,,,,", form=",{},{},{},{}"))
+    told = {"serial": record.serial, "run": record.run_labels[0], "mounting": record.mounting[0]}
+    assert (told[label], readings(record)) == ("p-", set(LONG))
+
+
+@pytest.mark.parametrize(
+    "row", ["T=20,A=90,k=1,Y=0.1", "(20),(90),(1),(0.1)", "degC,radians [rad],,mA x 1000"]
+)
+def test_readings_and_units_written_otherwise_are_no_text_below_the_headings(row):
+    """A first reading was set aside as text; a unit in brackets beside its name, too."""
+    with pytest.raises(TableError, match="is not a number"):
+        read(long_table("T,angle,k,Y", row))
+
+
+def test_lines_above_the_first_block_hold_for_all():
+    """The second unit lost its unit, and 12 positions became 8."""
+    pairs = zip("AB", WIDE.items(), strict=True)
+    blocks = "".join(f"S/N;{a}\nT;{t}\nJ;Y1;Y2\n{block(rows)}\n" for a, (t, rows) in pairs)
+    text = f"# unit: mA\nPositions;12\n{blocks}".replace(",", ";")
+    told = [
+        (own.serial, own.unit, own.positions) for own in accelcal.read_tables(io.StringIO(text))
+    ]
+    assert told == [("A", "mA", 12), ("B", "mA", 12)]
+    other = text.replace("S/N;B", "S/N;B\nUnit;V").replace("Positions;12", "")
+    assert [own.unit for own in accelcal.read_tables(io.StringIO(other))] == ["mA", "V"]
+
+
+def test_a_block_of_another_temperature_has_the_positions_of_the_file():
+    rows = "".join(f"# temperature: {t}\nJ,Y1,Y2\n{block(own)}13,1,1\n" for t, own in WIDE.items())
+    assert read("# positions: 12\n" + rows).angle.max() == 360.0
+
+
+@pytest.mark.parametrize("row", ["Head uncertainty (gon);2", "T0 (Fahrenheit);68"])
+def test_a_number_in_a_foreign_unit_is_refused_in_rows_of_a_form(row):
+    """It was set aside as text."""
+    with pytest.raises(TableError, match="is given in"):
+        read(long_table(row, "T;J;k;Y", form="{};{};{};{}"))
+
+
+def test_the_unit_of_the_output_in_a_row_of_a_form():
+    """It was taken for the headings of a form, and the unit was lost."""
+    assert read(long_table("Output;Unit;mA", "T;J;k;Y", form="{};{};{};{}")).unit == "mA"
+
+
+def test_a_first_column_may_be_called_1():
+    """It was taken for the number of a channel, and the table refused."""
+    assert readings(read("1,temperature,position\n1.35,20,1\n-1.33,20,5\n")) == {
+        (20, 1, 1, 1.35),
+        (20, 5, 1, -1.33),
+    }
+
+
+@pytest.mark.parametrize(
+    "headings",
+    ["Supply VDC,I [mA]", "Supply [VDC],Current", "CH1 (mA),Mean", "Supply (VDC),CH1 (A)"],
+)
+def test_a_supply_or_a_channel_is_no_output_beside_what_is(headings):
+    """The supply was taken for the output, or the table refused."""
+    record = read(long_table(f"T,J,k,{headings}", form="{},{},{},28,{}"))
+    assert readings(record) == set(LONG)
+
+
+def test_minutes_behind_a_lone_angle_are_not_set_aside():
+    """Degrees were read, and their minutes set aside with a note."""
+    with pytest.raises(TableError, match="no column for position or angle"):
+        read(long_table("T,Table (deg),min,k,Y", form="{},{}0,30,{},{}"))
+
+
+def test_a_date_that_is_none_is_told_as_it_is_written():
+    with pytest.raises(TableError, match="'00/31/2024' is not a number"):
+        read(long_table("T,J,k,Y,time", form="{},{},{},{},00/31/2024"))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from accelcal.io.files.text import SourceText
 from accelcal.io.layout.header_lines import keys_and_values
 from accelcal.io.layout.parts import headings_of, split_line
 from accelcal.io.layout.remarks import is_called_summary
 from accelcal.io.layout.rows_above import said_in_row
-from accelcal.io.words.vocabulary import ACROSS, read_heading
+from accelcal.io.words.vocabulary import ACROSS, KEYS, read_heading
 
 _APART = frozenset({"serial", "temperature", "run", "stroke", "mounting", "clamping"})
 """What may be declared of a block alone."""
@@ -24,8 +26,9 @@ def blocks_of(source: SourceText) -> tuple[SourceText, ...]:
     r"""Take a text apart where its headings stand again below what is declared of their rows.
 
     Each block stands in its own lines, and is read like a sheet. A temperature or serial alone
-    above its headings becomes a header line. The text stays as it is where nothing is declared of
-    a later block, or only such a one has a serial.
+    above its headings becomes a header line. What else the lines above the first block declare
+    holds for those that do not declare it. The text stays as it is where nothing is declared of a
+    later block, or only such a one has a serial.
 
     Examples
     --------
@@ -48,11 +51,19 @@ def blocks_of(source: SourceText) -> tuple[SourceText, ...]:
     first, others = told[0], told[1:]
     if not all(own & _APART and "serial" not in own - first for own in others):
         return (source,)
-    starts, ends = (0, *starts[1:]), (*starts[1:], len(lines))
-    return tuple(
-        source._replace(text="\n" * start + "\n".join(lines[start:end]))
-        for start, end in zip(starts, ends, strict=True)
+    ends = (*starts[1:], len(lines))
+    of_all = [(line, _keys(line, found.separator)) for line in lines[: places[0]]]
+    return source._replace(text="\n".join(lines[: ends[0]])), *(
+        source._replace(text="\n".join([*_shared(of_all, own, start), *lines[start:end]]))
+        for own, start, end in zip(others, starts[1:], ends[1:], strict=True)
     )
+
+
+def _shared(of_all: list[tuple[str, set[str]]], own: set[str], size: int) -> Iterator[str]:
+    """Lines above a block: those of the first that hold for it too, else empty ones."""
+    for line, keys in of_all:
+        yield line if keys and keys <= KEYS.keys() - _APART - own else ""
+    yield from [""] * (size - len(of_all))
 
 
 def _above(lines: list[str], headings: int, separator: str | None) -> tuple[int, set[str]]:
@@ -67,9 +78,13 @@ def _above(lines: list[str], headings: int, separator: str | None) -> tuple[int,
         if alone.role in ("temperatures", "serials") and not alone.unit:
             of = alone.of if isinstance(alone.of, str) else f"{alone.of:g}"
             lines[start] = f"# {ACROSS[alone.role]}: {of}"
-        pairs = keys_and_values(lines[start])
-        keys |= {own[0] for own in pairs or said_in_row(lines[start], separator)}
+        keys |= _keys(lines[start], separator)
     return start, keys
+
+
+def _keys(line: str, separator: str | None) -> set[str]:
+    """What a line declares."""
+    return {own[0] for own in keys_and_values(line) or said_in_row(line, separator)}
 
 
 def _is_reading(line: str, separator: str | None) -> bool:

@@ -72,8 +72,9 @@ def _is_of_form(cells: Sequence[Heading]) -> bool:
     """Tell whether names and numbers take turns, as keys and their values in a row of a form."""
     number = [cell.role in ACROSS and not cell.text[0].isalpha() for cell in cells]
     name = [cell.role is not None and cell.role not in ACROSS for cell in cells]
-    if sum(number) == 1 and cells[0].text.isdecimal():
-        return True  # the number of what is named behind it
+    named = {cell.role for cell, is_name in zip(cells, name, strict=True) if is_name}
+    if sum(number) == len(named) == 1 and cells[0].text.isdecimal():
+        return True  # the number of what is named behind it, as 101, Temp, Temp (Type T)
     return any(number) and not any(a and b for kind in (number, name) for a, b in pairwise(kind))
 
 
@@ -116,6 +117,11 @@ def _dated_once(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
     return tuple(
         cell if dates.get(cell.text, "date") else Heading(cell.text, None) for cell in cells
     )
+
+
+def is_part_of_angle(heading: str) -> bool:
+    """Tell whether a heading is a unit alone of which a part of an angle may be told."""
+    return heading.casefold() in _PART_OF_ANGLE
 
 
 def _with_minutes(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:

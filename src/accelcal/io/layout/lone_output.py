@@ -43,19 +43,20 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     if any(heading.role in OUTPUTS for heading in headings):
         return None
     unknown = [i for i, heading in enumerate(headings) if heading.role is None]
+    units = {i: unit for i in unknown if (unit := _unit_of(headings[i]))}
     channels = [i for i in unknown if _is_channel(headings[i])]
-    several = channels if len(channels) > 1 else []
-    by_unit = [i for i in unknown if _unit_of(headings[i]) and i not in several]
-    behind_name = [i for i in by_unit if name_and_unit(headings[i].text, is_output_unit)[1]]
     by_name = [i for i in unknown if headings[i].text.strip().casefold() in _MEASURED]
+    others = channels if by_name or len(channels) > 1 else []
+    plain = [i for i in units if i not in others and not units[i].upper().endswith("DC")]
+    by_unit = plain or [i for i in units if not by_name and i not in others]  # VDC of the supply
+    behind_name = [i for i in by_unit if name_and_unit(headings[i].text, is_output_unit)[1]]
     means = [i for i in behind_name if is_mean(headings[i])]
-    if len(means) == 1 and len({_unit_of(headings[i]) for i in behind_name}) == 1:
+    if len(means) == 1 and len({units[i] for i in behind_name}) == 1:
         behind_name = means  # of samples, beside the least and the most of them
     found = behind_name or by_name or by_unit  # counts beside a mean may be those of its samples
     if len(found) != 1 or (found is by_unit and any(way_of(headings[i].text) for i in unknown)):
         return None
-    heading = headings[found[0]]
-    return found[0], Heading(heading.text, "output", _unit_of(heading))
+    return found[0], Heading(headings[found[0]].text, "output", units.get(found[0]))
 
 
 def _is_channel(heading: Heading) -> bool:

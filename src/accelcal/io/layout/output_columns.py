@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from accelcal.arguments.kinds import shown
+from accelcal.io.layout.heading_rows import is_part_of_angle
 from accelcal.io.layout.lone_output import lone_output
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.words.vocabulary import OUTPUTS, Heading, has_unit, name_and_unit
@@ -110,7 +111,8 @@ def with_lone_conditions(layout: Layout) -> Layout:
         if {*layout.declared, *(own.role for own in layout.headings)}.isdisjoint(others):
             units = [_unit_behind(own, role) for own in layout.headings]
             found = [place for place, unit in enumerate(units) if unit]
-            if len(found) == 1:
+            behind = [own.text for own in layout.headings[found[0] + 1 :][:1]] if found else []
+            if len(found) == 1 and not (role == "angle" and any(map(is_part_of_angle, behind))):
                 place = found[0]
                 taken = Heading(layout.headings[place].text, role, units[place])
                 layout = _taken(layout, place, taken, role)

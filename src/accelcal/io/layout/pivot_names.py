@@ -35,11 +35,10 @@ def named_below(above: Sequence[str], row: Sequence[str]) -> tuple[Heading, ...]
     """
     names = [cell for cell in row if cell]
     told = [cell for cell in above[: len(names)] if cell]
-    roles = [read_heading(name).role for name in names]
-    if len(told) != 1 or [*row[: len(names)]] != names or not COLUMNS.keys() >= {*roles}:
+    if len(told) != 1 or [*row[: len(names)]] != names:
         return None
     form = _NUMBERED.get(read_heading(told[0]).role)
-    if form is None:
+    if form is None or not COLUMNS.keys() >= {read_heading(name).role for name in names}:
         return None
     cells = read_headings([*names, *map(form.format, above[len(names) :])])
     return cells if tell_places(cells) and are_headings(cells) else None

@@ -11,7 +11,14 @@ from accelcal.io.layout.heading_rows import block_width
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
 from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import ACROSS, Heading, is_unit_of, read_heading
+from accelcal.io.words.vocabulary import (
+    ACROSS,
+    LABELS,
+    Heading,
+    is_unit_of,
+    read_heading,
+    split_unit,
+)
 from accelcal.io.words.wording import lines_named, were
 
 _KEY = frozenset(
@@ -76,7 +83,7 @@ def without_words_below(layout: Layout) -> Layout:
 
 
 def _are_words(layout: Layout, place: int) -> bool:
-    """Whether no cell of a row begins with a number, is missing or a unit of its column."""
+    """Whether a row has words that are no reading, nor units or labels of the rows below."""
     row = layout.rows[place]
     if not row.strip(_RULE):
         return True
@@ -84,11 +91,15 @@ def _are_words(layout: Layout, place: int) -> bool:
         return False  # a cell goes on in the next line
     cells = split_line(row, layout.separator)
     words = [cell for cell in cells if cell.strip(_RULE)]
-    units = zip(layout.headings, cells, strict=False)
+    pairs = zip(layout.headings, cells, strict=False)
+    known = [(own.role, cell) for own, cell in pairs if own.role]
+    roles = {role for role, cell in known if cell.strip(_RULE)}
     return not (
         any(map(is_missing, words))
         or any(cell.lstrip("+-\u2212\u2013.,")[:1].isdecimal() for cell in words)
-        or any(is_unit_of(own.role, cell.strip("[] ()")) for own, cell in units if own.role)
+        or all(any(map(str.isdecimal, cell)) for cell in words)  # as T=20;J=1;k=1;Y=1.35
+        or (roles and roles <= LABELS)
+        or any(is_unit_of(role, part) for role, cell in known for part in split_unit(cell))
     )
 
 

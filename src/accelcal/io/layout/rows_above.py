@@ -33,6 +33,7 @@ from accelcal.io.words.vocabulary import (
     split_unit,
 )
 from accelcal.io.words.wording import lines_named
+from accelcal.units import is_output_unit
 
 _MARKS = "\t;|,"
 _IN_CELLS = re.compile(r"([^,;\t]+)[,;\t](.*)")
@@ -177,7 +178,7 @@ def said_in_row(line: str, separator: str | None, above: str = "") -> list[Said]
     """
     cells = deque(_cells(line, separator))
     roles = [read_heading(cell).role for cell in cells]
-    if ("output", "unit") in pairwise(roles):
+    if ("output", "unit") in pairwise(roles) and not any(map(is_output_unit, cells)):
         return [_NOTHING]  # headings of a form of facts, such as Parameter, Value, Unit, Remark
     _drop_empty(cells)
     found: list[Said] = []
@@ -199,7 +200,8 @@ def said_in_row(line: str, separator: str | None, above: str = "") -> list[Said]
             is_first = not (unit or any(own.key in _ENDS for own in found))
             said, behind = Said(key, value, "" if is_own else unit or behind, is_first), ""
         elif key:
-            is_kind = key in KINDS_OF and unit and not is_any_unit(unit)  # as Temp (Type T)
+            is_kind = unit and not (is_any_unit(unit) or any(map(str.isdecimal, value)))
+            is_kind = is_kind and key in KINDS_OF  # as Temp (Type T)
             said = _NOTHING if is_kind else Said(key, f"{value} {unit}".strip())
         else:
             behind = "" if TESTED.fullmatch(name) else text
