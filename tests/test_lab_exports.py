@@ -258,6 +258,11 @@ def test_lines_above_the_first_block_hold_for_all():
     assert [own.unit for own in accelcal.read_tables(io.StringIO(other))] == ["mA", "V"]
 
 
+def test_headings_twice_above_the_readings_are_one_table():
+    """It was told to be empty."""
+    assert readings(read(long_table("# serial: A-7", "T,J,k,Y", "T,J,k,Y"))) == set(LONG)
+
+
 def test_a_block_of_another_temperature_has_the_positions_of_the_file():
     rows = "".join(f"# temperature: {t}\nJ,Y1,Y2\n{block(own)}13,1,1\n" for t, own in WIDE.items())
     assert read("# positions: 12\n" + rows).angle.max() == 360.0

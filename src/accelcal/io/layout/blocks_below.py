@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 from accelcal.io.files.text import SourceText
 from accelcal.io.layout.header_lines import keys_and_values
@@ -47,7 +48,8 @@ def blocks_of(source: SourceText) -> tuple[SourceText, ...]:
     places = [place for place, line in enumerate(lines) if line.rstrip(_BLANK) == headings]
     if len(places) < 2:
         return (source,)
-    starts, told = zip(*(_above(lines, place, found.separator) for place in places), strict=True)
+    spans = pairwise([-1, *places])
+    starts, told = zip(*(_above(lines, *span, found.separator) for span in spans), strict=True)
     first, others = told[0], told[1:]
     if not all(own & _APART and "serial" not in own - first for own in others):
         return (source,)
@@ -66,13 +68,15 @@ def _shared(of_all: list[tuple[str, set[str]]], own: set[str], size: int) -> Ite
     yield from [""] * (size - len(of_all))
 
 
-def _above(lines: list[str], headings: int, separator: str | None) -> tuple[int, set[str]]:
-    """First line of what stands above headings and below readings, and the keys that it declares.
+def _above(
+    lines: list[str], others: int, headings: int, separator: str | None
+) -> tuple[int, set[str]]:
+    """First line of what stands between others or readings and headings, and what it declares.
 
     A temperature or serial alone is written as a header line.
     """
     start, keys = headings, set[str]()
-    while start and not _is_reading(lines[start - 1], separator):
+    while start > others + 1 and not _is_reading(lines[start - 1], separator):
         start -= 1
         alone = read_heading(lines[start].strip(_BLANK))
         if alone.role in ("temperatures", "serials") and not alone.unit:
