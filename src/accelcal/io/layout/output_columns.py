@@ -102,7 +102,7 @@ def with_lone_conditions(layout: Layout) -> Layout:
     --------
     >>> from accelcal.io.layout.parts import read_layout
     >>> from accelcal.io.files.text import SourceText
-    >>> text = "102 (C),Table [deg],Room C,k,Y\n20,45,1,1,1.35"
+    >>> text = "CH2 (C),Table [deg],Room C,k,Y\n20,45,1,1,1.35"
     >>> layout = with_lone_conditions(read_layout(SourceText("a.csv", text, "utf-8")))
     >>> [heading.role for heading in layout.headings]
     ['temperature', 'angle', None, 'stroke', 'output']
