@@ -578,19 +578,19 @@ def test_what_the_scale_factor_stands_for_is_said():
     [
         ((20.0,), []),
         ((20.0, 20.0), ["the mean of runs 1 and 2"]),
-        ((20.0, 24.0), ["those of run 1, one of 2 in mounting o+"]),
+        ((20.0, 24.0), ["those of run 1, one of 2"]),
         ((20.0, 80.0), []),
     ],
 )
 def test_of_several_runs_without_laws_what_is_taken_is_said(levels, said):
     plan = accelcal.TumblePlan(temperatures=levels)
     found = budget(accelcal.fit(accelcal.simulate(plan=plan, seed=1)), 1.0)
-    beginning = "no temperature law, so the coefficients are "
+    beginning = "no temperature law, so the coefficients of mounting o+ are "
     assert [s.removeprefix(beginning) for s in found.warnings if s.startswith(beginning)] == said
 
 
 @pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
-@pytest.mark.parametrize("mountings", [("o+",), ("o+", "o-")])
+@pytest.mark.parametrize("mountings", [("o+",), ("o+", "o-"), ("o+", "p+")])
 def test_the_mean_of_runs_has_the_uncertainty_that_apply_has(mountings):
     plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0), mountings=mountings)
     calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=3))
@@ -602,6 +602,20 @@ def test_the_mean_of_runs_has_the_uncertainty_that_apply_has(mountings):
     applied = accelcal.apply(calibration, output, a_p=a_p)
     found = budget(calibration, a_i, a_p=a_p)
     assert found.expanded_uncertainty == pytest.approx(applied.expanded_uncertainty, rel=5e-3)
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+def test_the_runs_of_the_other_axis_count_by_their_mean_as_in_apply():
+    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0), mountings=("o+", "p+"))
+    calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=3))
+    found = budget(calibration, 0.0, a_o=1.0)
+    (across,) = (part for part in found.components if part.symbol == "delta_P")
+    deltas = [table.error_model["delta"].value for table in calibration.tables[3:]]
+    assert across.value == pytest.approx(np.mean(deltas), rel=1e-4)
+    applied = accelcal.apply(calibration, 1.35 * (3.324e-3 + 1.15e-3), a_o=1.0)
+    expected = pytest.approx(applied.expanded_uncertainty, rel=5e-3)
+    assert found.expanded_uncertainty[0] == expected
+    assert any("mounting p+ are the mean of runs 4, 5 and 6" in said for said in found.warnings)
 
 
 # -- the command -----------------------------------------------------------------------------------

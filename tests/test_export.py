@@ -38,6 +38,7 @@ CASES = {
     "four positions": {"positions": 4, "temperatures": (20.0,)},
     "other mounting": {"mountings": ("p+",)},
     "both mountings": {"temperatures": (20.0,), "mountings": ("o+", "p-")},
+    "runs at one level": {"temperatures": (20.0, 20.0), "mountings": ("o+", "p+")},
 }
 
 

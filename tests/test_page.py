@@ -246,9 +246,10 @@ def test_the_first_numbers_of_several_tables_without_laws_name_their_run():
 
 
 @pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
-def test_several_runs_at_one_level_begin_with_their_mean():
-    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0, 20.0)), seed=1)
-    calibration = accelcal.fit(record)
+@pytest.mark.parametrize("mountings", [("o+",), ("o+", "p+")])
+def test_several_runs_at_one_level_begin_with_their_mean(mountings):
+    plan = accelcal.TumblePlan(temperatures=(20.0, 20.0), mountings=mountings)
+    calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
     mean = accelcal.coefficients_at(calibration, 20.0)
     text = markdown(report_page([calibration]))
     assert "mg at 20 °C by the mean of runs 1 and 2, from 108 readings." in text

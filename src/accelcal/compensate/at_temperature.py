@@ -211,9 +211,13 @@ class MeanOfRuns(NamedTuple):
     coefficients: CoefficientsAt
 
 
-def mean_of_runs(calibration: Calibration) -> MeanOfRuns | None:
-    """Mean of the runs of a calibration without laws; None where they are not all of one level."""
-    tables = [t for t in calibration.tables if t.mounting == calibration.main_mounting]
+def mean_of_runs(calibration: Calibration, mounting: str | None = None) -> MeanOfRuns | None:
+    """Mean of the runs of a calibration without laws; None where they are not all of one level.
+
+    They are those of a mounting, of the main one by default.
+    """
+    own = mounting or calibration.main_mounting
+    tables = [table for table in calibration.tables if table.mounting == own]
     has_K1 = all(table.coefficients["K1"].value for table in tables)
     if calibration.temperature_model or len(tables) < 2 or not (has_K1 and are_alike(tables)):
         return None

@@ -326,7 +326,7 @@ def _weights(runs: Sequence[LevelRun]) -> Array:
 
 def mean_run(runs: Sequence[LevelRun]) -> LevelRun:
     """Mean of the runs of a level, with what the errors of each leave in it."""
-    weights = _weights(runs)
+    weights = _weights(runs).tolist()
 
     def total(name: str, power: int) -> Any:
         return sum(w**power * getattr(r, name) for w, r in zip(weights, runs, strict=True))

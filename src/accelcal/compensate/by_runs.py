@@ -32,11 +32,13 @@ def are_alike(tables: Sequence[TableCalibration]) -> bool:
 
 def said_of_runs(calibration: Calibration) -> str:
     """Say that several runs count by their mean; empty where they do not."""
-    mounting = calibration.main_mounting
-    runs = [table.run for table in calibration.tables if table.mounting == mounting]
-    if calibration.temperature_model is not None or len(runs) < 2:
+    tables, mountings = calibration.tables, calibration.mountings_of_laws
+    groups = [[table.run for table in tables if table.mounting == own] for own in mountings]
+    several = [listed(runs) for runs in groups if len(runs) > 1]
+    if calibration.temperature_model is not None or not several:
         return ""
-    return f"calibration counts by the mean of its runs {listed(runs)}, which are at one level"
+    told = " and by that of ".join(several)
+    return f"calibration counts by the mean of its runs {told}, which are at one level"
 
 
 def by_runs(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:

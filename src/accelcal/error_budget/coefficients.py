@@ -92,8 +92,8 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     Coefficients
         k0, K1 and the misalignments from the temperature laws, where there are any; everything else
         from the tables of `accelcal.results.tables_in_use`, or without laws from the mean of the
-        runs of one level. Misalignments are free of the fixture angle, where both sides of the axis
-        were measured.
+        runs of each mounting at one level. Misalignments are free of the fixture angle, where both
+        sides of the axis were measured.
 
     Raises
     ------
@@ -118,11 +118,12 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
         )
         found[axis.misalignment] = calibration.misalignment(table)
         found[axis.coupling] = teller.error_model["delta_ip"]
+        if of_runs := mean_of_runs(calibration, table.mounting):
+            own = of_runs.coefficients
+            found |= {axis.misalignment: own["delta"], axis.coupling: own["delta_ip"]}
     mean = mean_of_runs(calibration)
     if mean is not None:
-        own = CROSS_AXES[law_axis]
-        symbols = {"delta": own.misalignment, "delta_ip": own.coupling}
-        found |= {symbols.get(name, name): q for name, q in mean.coefficients.items()}
+        found |= {name: mean.coefficients[name] for name in ("k0", "K1", "k2", "k3")}
     model, delta = calibration.temperature_model, CROSS_AXES[law_axis].misalignment
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, delta: model.delta}
     second = calibration.second_axis_model

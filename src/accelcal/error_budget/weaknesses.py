@@ -87,16 +87,14 @@ def _several_runs(calibration: Calibration) -> Iterator[str]:
     """Say whose coefficients they are, where several runs have no laws."""
     if calibration.temperature_model is not None:
         return
-    mean = mean_of_runs(calibration)
     for table in tables_in_use(calibration).nearest:
         alike = sum(other.mounting == table.mounting for other in calibration.tables)
-        if mean is not None and table.mounting == mean.first.mounting:
-            yield f"no temperature law, so the coefficients are the mean of {mean.runs}"
-        elif alike > 1:
-            yield (
-                f"no temperature law, so the coefficients are those of run {table.run}, one of"
-                f" {alike} in mounting {table.mounting}"
-            )
+        if alike < 2:
+            continue
+        mean = mean_of_runs(calibration, table.mounting)
+        one = f"those of run {table.run}, one of {alike}"
+        told = one if mean is None else f"the mean of {mean.runs}"
+        yield f"no temperature law, so the coefficients of mounting {table.mounting} are {told}"
 
 
 def _drift(random: RandomPart) -> Iterator[str]:

@@ -179,12 +179,14 @@ def _readings(calibration: Calibration) -> str:
             f" at {calibration.T0_degC:.4g} degC by the temperature laws, from {total} in"
             f" {counted(len(tables), 'table')}"
         )
-    table = tables_in_use(calibration).main
+    used = tables_in_use(calibration)
+    table = used.main
     where = "" if table.temperature_degC is None else f" at {table.temperature_degC:.4g} degC"
     if len(tables) == 1:
         return f"{where}, from {total}"
     if mean := mean_rows(calibration):
-        return f"{where} by the mean of {mean[0]}, from {total}"
+        averaged = counted(sum(own.readings for own in used.of_main), "reading")
+        return f"{where} by the mean of {mean[0]}, from {averaged}"
     own = counted(table.readings, "reading")
     return f"{where}, from the {own} of {table_title(table)}, one of {len(tables)} tables"
 
