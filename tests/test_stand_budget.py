@@ -121,7 +121,7 @@ def test_a_size_that_means_nothing_is_refused(arguments, told):
         (("normal", -1.0), "standard is -1.0"),
         (("normal", math.nan), "standard is nan"),
         (("normal", 1.0, 2.0), "has no variance"),
-        (("normal", 1.0, np.array([5.0, 6.0])), "dof is ndarray; it is a finite number"),
+        (("normal", 1.0, np.array([5.0, 6.0])), "dof is ndarray; it is one finite number"),
     ],
 )
 def test_a_distribution_that_is_none_is_refused(arguments, told):
@@ -656,7 +656,7 @@ def test_what_is_no_test_is_refused():
             lambda: StandConditions(local_gravity="9.81"),
             "local_gravity is '9.81'; it is a finite number",
         ),
-        (lambda: StandConditions(load=[700.0]), "load is list; it is a finite number"),
+        (lambda: StandConditions(load=[700.0]), "load is list; it is one finite number"),
         (lambda: StandConditions(room_temperature=None), "room_temperature is None"),
         (lambda: StandConditions(ranges=[0.1, "1"]), "range 2 is '1'; it is a finite number"),
     ],

@@ -24,10 +24,15 @@ def check_number(minimum: float = -math.inf, maximum: float = math.inf, /, **val
     Traceback (most recent call last):
     ...
     accelcal.errors.InputError: hours is '8'; it is a finite number
+    >>> check_number(hours=[8.0, 9.0])
+    Traceback (most recent call last):
+    ...
+    accelcal.errors.InputError: hours is list; it is one finite number
     """
     for name, value in values.items():
         if not _is_number(value) or not is_finite(value):
-            raise InputError(f"{name} is {as_given(value)}; it is a finite number")
+            one = "one" if np.iterable(value) and not isinstance(value, str) else "a"
+            raise InputError(f"{name} is {as_given(value)}; it is {one} finite number")
         if value < minimum:
             raise InputError(f"{name} is {value}; it is {minimum:g} or more")
         if value > maximum:

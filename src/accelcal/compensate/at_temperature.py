@@ -129,7 +129,7 @@ def coefficients_at(
     calibration : Calibration
         The calibration.
     temperature : float
-        Temperature [degC].
+        Temperature, one at a time [degC].
     run : str or int, optional
         Use the table of this run only.
     by : {"laws", "levels"}, default "laws"
@@ -164,7 +164,8 @@ def coefficients_at(
     by the slopes of the side of the temperature, and C their covariance, the covariance is J C J'.
     It is that of the laws: the shift to the next launch and the hysteresis, which `accelcal.apply`
     counts, are not in it. By levels the hysteresis is, see
-    `accelcal.compensate.levels.LevelTable`.
+    `accelcal.compensate.levels.LevelTable`. Several runs at one level without laws count by their
+    mean.
 
     Examples
     --------

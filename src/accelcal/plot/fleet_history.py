@@ -13,7 +13,7 @@ from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.plural import listed
 from accelcal.results.fleet_history import DOUBT, FleetHistory, UnitOfFleet
-from accelcal.shown_units import in_small_unit
+from accelcal.shown_units import in_small_unit, written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,7 +84,7 @@ def _draw(ax: Axes, units: list[UnitOfFleet], place: int, name: str) -> None:
             ax.errorbar(*shown, color=colour, label=label, **drawn)
     largest = _ROOM * (size.max() + np.median(wide))
     ax.set_ylim(-largest, largest)
-    ax.set_ylabel(f"drift [{unit}/year]")
+    ax.set_ylabel(f"drift [{written(unit)}/year]")
     entitled(ax, name.capitalize(), columns=1)
 
 

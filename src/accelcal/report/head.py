@@ -34,14 +34,14 @@ def _head(found: HeadCalibration) -> Iterator[str]:
 
 
 def _positions(found: HeadCalibration) -> Iterator[str]:
-    rows = [("position", "error", "+- 95 %", "")]
+    rows = [("position", "error", "U (95 %)", "")]
     for angle, q in zip(found.angles_deg, found.quantities(), strict=True):
         rows.append((f"{angle:g} deg", *_micro(q), "urad"))
     yield from aligned(rows, right={0, 1, 2}, indent="  ")
 
 
 def _harmonics(found: HeadCalibration) -> Iterator[str]:
-    rows = [("harmonic", "amplitude", "+- 95 %", "", "told", "")]
+    rows = [("harmonic", "amplitude", "U (95 %)", "", "told", "")]
     for item in found.harmonics:
         lost = item.told < _TOLD
         why = f"cannot be told apart from {item.absorbed_by}" if item.absorbed_by else "not told"
@@ -52,7 +52,7 @@ def _harmonics(found: HeadCalibration) -> Iterator[str]:
 
 def _units(found: HeadCalibration) -> Iterator[str]:
     yield "Coefficients, with the head by each unit alone and by all [ug/g^n]"
-    rows = [("", "", "alone", "+- 95 %", "jointly", "+- 95 %")]
+    rows = [("", "", "alone", "U (95 %)", "jointly", "U (95 %)")]
     for unit in found.units:
         for name, change in unit.coefficients.items():
             rows.append((unit.name, name, *_micro(change.before), *_micro(change.after)))

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from accelcal.plural import degrees_of_freedom
+from accelcal.report.calibration_rows import HEADINGS
 from accelcal.report.findings import gate_lines
 from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import matching_digits, significant
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import FRAMES, TriadCalibration
-
-_HEADING = ("", "", "value", "std. unc.", "+- 95 %", "unit")
-
 
 def triad_text(found: TriadCalibration) -> str:
     """Write the calibration of a triad as lines of at most 100 characters."""
@@ -32,12 +30,12 @@ def _head(found: TriadCalibration) -> Iterator[str]:
 
 def _table(found: TriadCalibration) -> Iterator[str]:
     biases = {name: q for name, q in found.parameters.items() if name.startswith("b_")}
-    rows = [_HEADING, *_rows("bias", biases), *_rows("scale factor", found.scale_factors)]
+    rows = [HEADINGS[:6], *_rows("bias", biases), *_rows("scale factor", found.scale_factors)]
     if found.g_local_m_s2:
         rows += _rows("", {n: _per_si(q, found) for n, q in found.scale_factors.items()})
     rows += _rows("sensitive axis", found.misalignments)
     rows += _rows("90 deg - angle", {f"{p[0]}, {p[1]}": q for p, q in found.axis_angles.items()})
-    yield from aligned(rows, right={2, 3, 4}, indent="  ")
+    yield from aligned(rows, right={2, 3, 5}, indent="  ")
 
 
 def _per_si(quantity: Quantity, found: TriadCalibration) -> Quantity:
@@ -52,16 +50,15 @@ def _rows(name: str, quantities: Mapping[str, Quantity]) -> list[tuple[str, ...]
     rows: list[tuple[str, ...]] = []
     for symbol, q in quantities.items():
         factor, unit = (1e3, "mrad") if q.unit == "rad" else (1.0, q.unit)
-        value = factor * (q.value or 0.0)
-        standard = q.standard_uncertainty
+        value, standard = q.value or 0.0, q.standard_uncertainty
         if standard == 0.0:
-            cells = (f"{value:g}", "by frame", "")
+            cells = (f"{factor * value:g}", "by frame", unit, "")
         elif standard is None:
-            cells = (f"{value:.8g}", "-", "-")
+            cells = (f"{factor * value:.8g}", "-", unit, "-")
         else:
-            wide = significant(factor * (q.expanded_uncertainty or 0.0), 2)
-            cells = (*matching_digits(value, factor * standard), wide)
-        rows.append((name, symbol, *cells, unit))
+            shown = matching_digits(value, q.expanded_uncertainty, factor)
+            cells = (*shown, unit, significant(factor * standard, 2))
+        rows.append((name, symbol, *cells))
         name = ""
     return rows
 
