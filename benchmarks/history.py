@@ -6,6 +6,7 @@
     python benchmarks/history.py --wandering  # units that wander, which the drift does not know
     python benchmarks/history.py --settling  # units that settle, whose drift slows
     python benchmarks/history.py --campaigns  # three tests within four days each time
+    python benchmarks/history.py --returns  # jumps that return after two calibrations
     python benchmarks/history.py --smoke    # 60 units of a few lines
 
 The units are drawn here, without accelcal: dates at random over ten years, stated uncertainties
@@ -47,6 +48,15 @@ class Kind(NamedTuple):
     walk: float = 0.0  # of a unit that wanders, in a root year
     tests: int = 1  # two days after each other, which share the scatter; `count` is of all
     settles: float = 0.0  # from the first day on, in all, with a time constant of two years
+    returns: int = 0  # calibrations until the jump returns; 0 where it stays
+
+    @property
+    def steps(self) -> tuple[int, ...]:
+        """Calibrations before the jump, and before its return."""
+        if not self.returns:
+            return (self.count // 2,)
+        start = (self.count - self.returns) // 2
+        return start, start + self.returns
 
     def __str__(self) -> str:
         """Columns of the tables."""
@@ -77,6 +87,10 @@ SETTLING = tuple(
     Kind(count, 10.0, settles=size) for size in (0.0, 100.0, 300.0) for count in (4, 5, 8, 15)
 )
 
+RETURNS = tuple(
+    Kind(count, 10.0, jump=size, returns=2) for count in (6, 8, 10) for size in (0.0, 300.0, 1000.0)
+)
+
 CAMPAIGNS = tuple(
     Kind(3 * count, scatter, tests=3) for count in (5, 8, 15) for scatter in (0.0, 10.0, 40.0)
 )
@@ -105,7 +119,8 @@ def unit(kind: Kind, rng: np.random.Generator) -> pd.DataFrame:
     if kind.walk:
         steps = np.diff(days, prepend=days[0]) / 365.25
         error = error + kind.walk * np.cumsum(np.sqrt(steps) * rng.standard_normal(kind.count))
-    step = kind.jump * (np.arange(kind.count) >= kind.count // 2)
+    passed = [(np.arange(kind.count) >= place).astype(float) for place in kind.steps]
+    step = kind.jump * (passed[0] - sum(passed[1:]))
     settled = kind.settles * np.exp(-(days - days[0]) / 365.25 / SETTLED)
     bias = 3000.0 + DRIFT * days / 365.25 + step + settled + error
     gain = 1.35 * (1.0 + 1e-6 * rng.normal(0.0, 10.0, kind.count))
@@ -154,9 +169,7 @@ def trial(kind: Kind, rng: np.random.Generator) -> tuple[bool, ...]:
     frame = unit(kind, rng)
     found = accelcal.history(frame, alpha=0.01)
     jumps = [jump for trend in found.trends for jump in trend.jumps]
-    right = [
-        jump for jump in found.trends[0].jumps if jump.before == frame["date"][kind.count // 2]
-    ]
+    right = [jump for jump in found.trends[0].jumps if jump.before == frame["date"][kind.steps[0]]]
     return (
         holds(found.trends[0].drift, DRIFT),
         line_without_search(frame),
@@ -287,6 +300,25 @@ def print_campaigns(kinds: tuple[Kind, ...], units: int) -> None:
         )
 
 
+def print_returns(kinds: tuple[Kind, ...], units: int) -> None:
+    """Print how often a jump and its return are named, and other jumps of the bias."""
+    print(f"{units} units a line, whose bias jumps and returns after two calibrations, beside a")
+    print("scatter of 10 ug; percent in which both jumps are named, and in which another one is")
+    print("calibrations  jump/ug   both  other")
+    for number, kind in enumerate(kinds):
+        rng = np.random.default_rng([80, number])
+        both, other = 100.0 * np.mean([returned(kind, rng) for _ in range(units)], axis=0)
+        print(f"{kind.count:12d}  {kind.jump:7g}{both:7.1f}{other:7.1f}", flush=True)
+
+
+def returned(kind: Kind, rng: np.random.Generator) -> tuple[bool, bool]:
+    """One unit: whether a jump and its return are named, and whether any other jump is."""
+    frame = unit(kind, rng)
+    named = {jump.before for jump in accelcal.history(frame, alpha=0.01).trends[0].jumps}
+    right = {frame["date"][place] for place in kind.steps if kind.jump}
+    return bool(right) and right <= named, bool(named - right)
+
+
 def has_jump(frame: pd.DataFrame) -> bool:
     """Whether a jump of the bias or of the scale factor is named."""
     return any(trend.jumps for trend in accelcal.history(frame, alpha=0.01).trends)
@@ -316,17 +348,18 @@ def main() -> None:
     parser.add_argument("--wandering", action="store_true", help="units that wander")
     parser.add_argument("--settling", action="store_true", help="units that settle")
     parser.add_argument("--campaigns", action="store_true", help="three tests each time")
+    parser.add_argument("--returns", action="store_true", help="jumps that return")
     asked = parser.parse_args()
     units = 60 if asked.smoke else asked.units
-    if asked.wandering:
-        print_wandering(WALKS[1::5] if asked.smoke else WALKS, units)
-        return
-    if asked.campaigns:
-        print_campaigns(CAMPAIGNS[5:6] if asked.smoke else CAMPAIGNS, units)
-        return
-    if asked.settling:
-        print_settling(SETTLING[10:11] if asked.smoke else SETTLING, units)
-        return
+    for chosen, told, kinds, few in (
+        (asked.wandering, print_wandering, WALKS, WALKS[1::5]),
+        (asked.campaigns, print_campaigns, CAMPAIGNS, CAMPAIGNS[5:6]),
+        (asked.returns, print_returns, RETURNS, RETURNS[5:6]),
+        (asked.settling, print_settling, SETTLING, SETTLING[10:11]),
+    ):
+        if chosen:
+            told(few if asked.smoke else kinds, units)
+            return
     if asked.alarms:
         print_alarms(units)
         return

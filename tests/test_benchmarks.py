@@ -153,6 +153,13 @@ def test_history_of_campaigns():
     assert float(named) <= 12.0
 
 
+def test_history_of_jumps_that_return():
+    printed = run("history.py", "--returns", "--smoke")
+    ((named, other),) = re.findall(r"^ +8 +1000 +([\d.]+) +([\d.]+)$", printed, re.M)
+    assert float(named) >= 70.0
+    assert float(other) <= 12.0
+
+
 def test_history_of_units_that_settle():
     printed = run("history.py", "--settling", "--smoke")
     (noted,) = re.findall(r"^ +8 +300(?: +[\d.]+){3} +([\d.]+)$", printed, re.M)

@@ -463,13 +463,28 @@ def test_both_misalignments_hold_the_truth():
     """Added in squares, U held it in 89 of 100 tests (300 tests)."""
     plan = TumblePlan(temperatures=(20.0,), mountings=("o+", "p+"), strokes=2)
     noise = accelcal.NoiseComponents(reading=2e-6, head=1e-5, launch=0.0, launch_sf=0.0)
-    unit, within = accelcal.AL15, []
+    unit, within, deltas = accelcal.AL15, [], []
     for seed in range(60):
         calibration = accelcal.fit(accelcal.simulate(unit, plan=plan, seed=seed, noise=noise))
         found = budget(calibration, 0.0, a_p=0.7, a_o=0.7, random=RandomPart())
         truth = unit.bias.at_T0 + 0.7 * 2.0 * unit.misalignment.at_T0
         within.append(abs(found.systematic[0] - truth) < found.expanded_uncertainty[0])
+        deltas.append([table.error_model["delta"].value for table in calibration.tables])
     assert np.mean(within) > 0.93
+    assert np.corrcoef(deltas, rowvar=False)[0, 1] == pytest.approx(0.97, abs=0.02)
+
+
+@pytest.mark.filterwarnings("ignore:checks of the calibration warn")  # as 0.2 g is much
+@pytest.mark.parametrize(("bias", "apart"), [(0.003, 0.002), (0.2, 0.1)])
+def test_products_of_coefficients_part_budget_and_apply_in_proportion_to_the_bias(bias, apart):
+    unit = accelcal.Accelerometer(bias=accelcal.BilinearLaw(bias, 0.0, 0.0))
+    calibration = accelcal.fit(accelcal.simulate(unit, seed=1))
+    a_i = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+    found = budget(calibration, a_i, temperature=20.0)
+    output = calibration.tables[0].coefficients["K1"].value * (a_i + found.systematic)
+    applied = accelcal.apply(calibration, output, temperature=20.0)
+    off = np.abs(applied.standard_uncertainty / found.standard_uncertainty - 1.0).max()
+    assert 0.5 * apart < off < apart
 
 
 # -- where (4) does not hold -----------------------------------------------------------------------
