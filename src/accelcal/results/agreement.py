@@ -19,7 +19,6 @@ HIDING = 5e-3
 """Noise of a reading [g], or error of a head position [rad], beside which nothing agrees; as large
 as that may be what nothing tells."""
 
-
 HIDING_HEAT = 1.0
 """Error of a temperature [degC] that may be there where nothing tells it."""
 
@@ -123,11 +122,11 @@ def explained_by_errors(names: Sequence[str]) -> str:
 
     Examples
     --------
-    >>> told, effect = explained_by_errors(["launch_uncertainty"]).split(": ")
+    >>> told, effect = explained_by_errors(["launch_uncertainty"]).split(", ")
     >>> told
     'launch_uncertainty is not known well enough (declare it in both tests)'
     >>> effect
-    'that may have made all differences'
+    'which may explain all differences'
     """
     errors = [name for name in names if name.endswith("_uncertainty")]
     noise = [name for name in names if name == NOISE]
@@ -139,4 +138,4 @@ def explained_by_errors(names: Sequence[str]) -> str:
         "determined by the calibration (measure more positions)": coefficients,
     }
     told = [f"{listed(own)} {are(own)} not {why}" for why, own in reasons.items() if own]
-    return f"{', '.join(told)}: that may have made all differences" if told else ""
+    return f"{', '.join(told)}, which may explain all differences" if told else ""
