@@ -82,8 +82,7 @@ def declared_scatter(record: TumbleRecord) -> DeclaredScatter:
     Notes
     -----
     Without the numbers of samples, `std` is the standard uncertainty of the reading itself. Where
-    the strokes scatter more, and alike, the sizes are drawn together, see
-    `accelcal.estimate.declared_scatter`.
+    the strokes scatter more, and alike, the sizes are drawn together, see `with_even_scatter`.
     """
     found = _of_samples(record)
     if found.dof is None or np.ptp(found.size) == 0.0:

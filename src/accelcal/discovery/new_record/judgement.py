@@ -27,11 +27,7 @@ from accelcal.discovery.new_record.one_head import head_difference, is_turned_ov
 from accelcal.discovery.new_record.simulated import Simulated
 from accelcal.discovery.new_record.undetermined import of_undetermined
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
-from accelcal.discovery.noise.of_readings import (
-    ReadingNoise,
-    acting,
-    covariance,
-)
+from accelcal.discovery.noise.of_readings import ReadingNoise, acting, covariance
 from accelcal.discovery.space import Space, space_of
 from accelcal.discovery.where import by_factor, pattern, shares, structure
 from accelcal.numerics.covariance_root import covariance_root
