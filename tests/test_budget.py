@@ -605,10 +605,14 @@ def test_of_several_runs_without_laws_what_is_taken_is_said(levels, said):
 
 
 @pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
-@pytest.mark.parametrize("mountings", [("o+",), ("o+", "o-"), ("o+", "p+")])
-def test_the_mean_of_runs_has_the_uncertainty_that_apply_has(mountings):
+@pytest.mark.parametrize(
+    ("mountings", "sign"), [(("o+",), 1), (("o+", "o-"), 1), (("o+", "p+"), 1), (("o+",), -1)]
+)
+def test_the_mean_of_runs_has_the_uncertainty_that_apply_has(mountings, sign):
+    """With a negative K1 it was 1.8 times as large at 1 g, by a sign of its correlations."""
     plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0), mountings=mountings)
-    calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=3))
+    record = accelcal.simulate(plan=plan, seed=3)
+    calibration = accelcal.fit(replace(record, output=sign * record.output))
     angles = np.radians([0.0, 60.0, 90.0, 150.0])
     a_i, a_p = np.cos(angles), np.sin(angles)
     mean = {name: q.value for name, q in accelcal.coefficients_at(calibration, 20.0).items()}
@@ -631,6 +635,7 @@ def test_the_runs_of_the_other_axis_count_by_their_mean_as_in_apply():
     expected = pytest.approx(applied.expanded_uncertainty, rel=5e-3)
     assert found.expanded_uncertainty[0] == expected
     assert any("mounting p+ are the mean of runs 4, 5 and 6" in said for said in found.warnings)
+    assert "Mean of runs 4, 5 and 6 (p+)" in str(calibration)
 
 
 # -- the command -----------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import accelcal
-from accelcal.simulation import TumblePlan, simulate
+from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 
 ONE_LEVEL = TumblePlan(temperatures=(20.0,))
 FIVE_LEVELS = TumblePlan(temperatures=(20.0, 50.0, 80.0, -10.0, -40.0))
@@ -416,6 +416,20 @@ def test_errors_of_thermometers_that_nobody_declared_get_no_verdict():
     assert {found.verdict for found in both_ways(calibration, changed)} == {"disagree"}
     calibration, new = accelcal.fit(heated(1, exact, 0.5)), heated(2, wrong, 0.5)
     assert {found.verdict for found in both_ways(calibration, new)} == {"agree"}
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+def test_errors_of_thermometers_count_beside_one_level_too(levels):
+    """Unchanged pairs disagreed, 20 of 20 by 0.2 degC: one level tells no slopes for them."""
+    plan, off = TumblePlan(temperatures=levels * (20.0,)), NoiseComponents(temperature=0.2)
+    record, other = (simulate(plan=plan, noise=off, seed=seed) for seed in (0, 1))
+    calibration = accelcal.fit(record)
+    found = accelcal.compare(calibration, other)
+    assert found.verdict == "agree"
+    assert any("temperatures have errors of 0.2 degC" in note for note in found.notes)
+    assert accelcal.compare_calibrations(calibration, accelcal.fit(other)).verdict == "agree"
+    moved = replace(other, output=1.001 * other.output)
+    assert accelcal.compare(calibration, moved).verdict == "disagree"
 
 
 def test_launches_that_are_declared_explain_nothing(calibration, record):

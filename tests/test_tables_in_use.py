@@ -194,14 +194,14 @@ def test_the_main_mounting_is_that_of_most_runs_without_laws_too(tmp_path):
         [t for t in calibration.tables if t.mounting == mounting] for mounting in ("p+", "o+")
     )
     found = replace(calibration, tables=(first, *own))
-    told = compensation(found, mean_of_runs=True)
+    told = compensation(found)
     assert (told.cross.name, told.other.name) == ("a_p", "a_o")
     low, high = sorted(table.coefficients["K1"].value for table in own)
     assert low <= told.K1.at_T0 <= high
     assert accelerometer_of(found).scale_factor.at_T0 == own[0].coefficients["K1"].value
     found.report(tmp_path / "page.md")
     page = (tmp_path / "page.md").read_text(encoding="utf-8")
-    assert f"of run {own[0].run}, one of 3 tables" in page
+    assert "by the mean of runs 3 and 4" in page
 
 
 def test_the_picture_of_the_budget_is_of_the_main_mounting():

@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element
 
 from accelcal.certificate.administrative import software
 from accelcal.certificate.xml import dcc, named, number, rich, si
-from accelcal.compensate.at_temperature import MeanOfRuns, mean_of_runs
+from accelcal.compensate.at_temperature import MeanOfRuns, means_of_runs
 from accelcal.io.toml.laboratory import NOT_STATED
 from accelcal.results.calibration import Calibration
 from accelcal.results.fixture_angle import FixtureAngle
@@ -72,13 +72,12 @@ _PROBABILITY = "0.95"
 def measurement_results(calibration: Calibration) -> Element:
     """Make ``dcc:measurementResults``.
 
-    A result for each table, one for the mean of runs at one level, one for the temperature laws of
-    each axis along the shaft, and one for each axis whose misalignment both sides have freed from
-    the fixture angle.
+    A result for each table, one for the mean of runs at one level and one for the temperature laws
+    of each axis along the shaft, and one for each axis whose misalignment both sides have freed
+    from the fixture angle.
     """
     results = [_table(table, calibration) for table in calibration.tables]
-    mean = mean_of_runs(calibration)
-    results += [] if mean is None else [_mean(mean, calibration)]
+    results += [_mean(mean, calibration) for mean in means_of_runs(calibration)]
     for model, whose in (
         (calibration.temperature_model, ""),
         (calibration.second_axis_model, ", of the other axis along the shaft"),

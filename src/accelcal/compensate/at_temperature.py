@@ -197,7 +197,7 @@ class MeanOfRuns(NamedTuple):
     Attributes
     ----------
     runs : str
-        Which they are, such as ``"runs 1 and 2"``.
+        Which they are, such as ``"runs 1 and 2"``, in the second mounting ``"runs 3 and 4 (p+)"``.
     first : TableCalibration
         Table of the first of them.
     temperature : float or None
@@ -212,19 +212,26 @@ class MeanOfRuns(NamedTuple):
     coefficients: CoefficientsAt
 
 
+def means_of_runs(calibration: Calibration) -> list[MeanOfRuns]:
+    """Mean of the runs in the main and in the second mounting, where there is one."""
+    found = (mean_of_runs(calibration, mounting) for mounting in calibration.mountings_of_laws)
+    return [mean for mean in found if mean is not None]
+
+
 def mean_of_runs(calibration: Calibration, mounting: str | None = None) -> MeanOfRuns | None:
     """Mean of the runs of a calibration without laws; None where they are not all of one level.
 
-    They are those of a mounting, of the main one by default.
+    They are those of one mounting, the main one by default.
     """
-    own = mounting or calibration.main_mounting
-    tables = [table for table in calibration.tables if table.mounting == own]
+    main = calibration.main_mounting
+    tables = [t for t in calibration.tables if t.mounting == (mounting or main)]
     has_K1 = all(table.coefficients["K1"].value for table in tables)
     if calibration.temperature_model or len(tables) < 2 or not (has_K1 and are_alike(tables)):
         return None
     found = replace(by_runs(calibration, tables), undetermined=lost_symbols([tables]))
     mean = _coefficients(calibration, found, 0.0, _by_laws(found, 0.0, is_known=True))
-    runs = f"runs {listed(table.run for table in tables)}"
+    side = "" if tables[0].mounting == main else f" ({mounting})"
+    runs = f"runs {listed(table.run for table in tables)}{side}"
     return MeanOfRuns(runs, tables[0], found.T0_degC, mean)
 
 

@@ -8,7 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.compensate.at_temperature import CoefficientsAt, MeanOfRuns, mean_of_runs
+from accelcal.compensate.at_temperature import (
+    CoefficientsAt,
+    MeanOfRuns,
+    mean_of_runs,
+    means_of_runs,
+)
 from accelcal.errors import InputError
 from accelcal.model import CROSS_AXES
 from accelcal.results.calibration import Calibration
@@ -118,12 +123,9 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
         )
         found[axis.misalignment] = calibration.misalignment(table)
         found[axis.coupling] = teller.error_model["delta_ip"]
-        if of_runs := mean_of_runs(calibration, table.mounting):
-            own = of_runs.coefficients
-            found |= {axis.misalignment: own["delta"], axis.coupling: own["delta_ip"]}
+    for own in means_of_runs(calibration):
+        found |= _of_mean(own, is_main=own.first.mounting == main.mounting)
     mean = mean_of_runs(calibration)
-    if mean is not None:
-        found |= {name: mean.coefficients[name] for name in ("k0", "K1", "k2", "k3")}
     model, delta = calibration.temperature_model, CROSS_AXES[law_axis].misalignment
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, delta: model.delta}
     second = calibration.second_axis_model
@@ -143,6 +145,14 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
         model=model,
         second=second,
     )
+
+
+def _of_mean(mean: MeanOfRuns, *, is_main: bool) -> dict[str, Quantity]:
+    """Coefficients of a mean of runs, in the second mounting those of its axis alone."""
+    axis = CROSS_AXES[mean.first.mounting[0]]
+    of_axis = {"delta": axis.misalignment, "delta_ip": axis.coupling}
+    told = mean.coefficients.items()
+    return {of_axis.get(name, name): q for name, q in told if is_main or name in of_axis}
 
 
 def _reference(

@@ -116,19 +116,28 @@ def _correlations(coefficients: Coefficients, side: str) -> Correlations:
     main = list(coefficients.slopes)[2]
     symbols["delta_ip"] = next(a.coupling for a in CROSS_AXES.values() if a.misalignment == main)
     names = model.covariance_names
-    turned = (coefficients.at_T0["K1"].value or 0.0) < 0.0  # the laws have K1, (4) has dK1/K1
-    sign = np.array([-1.0 if turned and name == "K1 at_T0" else 1.0 for name in names])
-    return _by_pairs(model, [symbols.get(name) for name in names], sign)
+    signs = _signs(coefficients, names, "K1 at_T0")
+    return _by_pairs(model, [symbols.get(name) for name in names], signs)
+
+
+def _signs(coefficients: Coefficients, names: Sequence[str], scale_factor: str) -> Array:
+    """Signs from K1 beside quotients by it, which laws and means have, to the dK1/K1 of (4)."""
+    turned = (coefficients.at_T0["K1"].value or 0.0) < 0.0
+    return np.array([-1.0 if turned and name == scale_factor else 1.0 for name in names])
 
 
 def _alone(coefficients: Coefficients) -> Correlations:
-    """Correlations of (1) stand for those of (2): the quotient by K1 changes next to nothing."""
+    """Correlations of (1) stand for those of (2): the quotient by K1 changes next to nothing.
+
+    A mean of runs has those of (2) with K1.
+    """
     axis = CROSS_AXES[coefficients.mounting[0]]
     of_axis = {"delta": axis.misalignment, "delta_ip": axis.coupling}
     terms = [ERROR_TERMS.get(name, name) for name in coefficients.alone.covariance_names]
     symbols = [of_axis.get(term, term) for term in terms]
     kept = [symbol if symbol in coefficients.at_T0 else None for symbol in symbols]
-    return _by_pairs(coefficients.alone, kept)
+    of_mean = isinstance(coefficients.alone, CoefficientsAt)
+    return _by_pairs(coefficients.alone, kept, _signs(coefficients, terms, "K1" if of_mean else ""))
 
 
 def _by_pairs(

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
+from accelcal.compensate.at_temperature import mean_of_runs, means_of_runs
 from accelcal.page import evidence
 from accelcal.page.blocks import (
     Block,
@@ -47,7 +48,7 @@ from accelcal.report.calibration_rows import (
     without_uncertainty,
 )
 from accelcal.report.lines import sentence
-from accelcal.report.mean_of_runs import mean_rows
+from accelcal.report.mean_of_runs import rows_of_mean
 from accelcal.report.numbers import significant
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
@@ -128,8 +129,8 @@ def _main_numbers(calibration: Calibration) -> list[_Main]:
     if is_misprinted(calibration):
         return []
     model = calibration.temperature_model
-    if mean := mean_rows(calibration):
-        rows = zip(SHOWN_COEFFICIENTS, mean[1], strict=True)
+    if mean := mean_of_runs(calibration):
+        rows = zip(SHOWN_COEFFICIENTS, rows_of_mean(mean), strict=True)
         return [_Main(*row, row[1] != own[1]) for own, row in rows if own[1] in _HIGHLIGHTED]
     if model is None or not _has_laws(calibration):
         return _of_nearest(calibration)
@@ -179,14 +180,15 @@ def _readings(calibration: Calibration) -> str:
             f" at {calibration.T0_degC:.4g} degC by the temperature laws, from {total} in"
             f" {counted(len(tables), 'table')}"
         )
-    used = tables_in_use(calibration)
+    used, mean = tables_in_use(calibration), mean_of_runs(calibration)
     table = used.main
-    where = "" if table.temperature_degC is None else f" at {table.temperature_degC:.4g} degC"
+    level = mean.temperature if mean else table.temperature_degC
+    where = "" if level is None else f" at {level:.4g} degC"
     if len(tables) == 1:
         return f"{where}, from {total}"
-    if mean := mean_rows(calibration):
+    if mean:
         averaged = counted(sum(own.readings for own in used.of_main), "reading")
-        return f"{where} by the mean of {mean[0]}, from {averaged}"
+        return f"{where} by the mean of {mean.runs}, from {averaged}"
     own = counted(table.readings, "reading")
     return f"{where}, from the {own} of {table_title(table)}, one of {len(tables)} tables"
 
@@ -274,8 +276,9 @@ def _coefficients(calibration: Calibration) -> Section:
         " u the standard uncertainty. Values are per power of local g."
     )
     blocks: list[Block] = [Paragraph(intro)]
-    if mean := mean_rows(calibration):
-        blocks.append(Table(f"Mean of {mean[0]}", _LAW_HEADINGS, _set(mean[1]), (2, 3)))
+    for mean in means_of_runs(calibration):
+        rows = _set(rows_of_mean(mean))
+        blocks.append(Table(f"Mean of {mean.runs}", _LAW_HEADINGS, rows, (2, 3)))
     for table in calibration.tables:
         blocks += _of_table(table, calibration.g_local_m_s2)
     return Section("Coefficients", blocks)

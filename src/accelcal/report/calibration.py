@@ -124,11 +124,12 @@ def scale_factor_elsewhere(table: TableCalibration, local_gravity: float | None)
 
 def _mean_of_runs(calibration: Calibration) -> Iterator[str]:
     if calibration.temperature_model is None and len(calibration.tables) > 1:
-        from accelcal.report.mean_of_runs import mean_rows
+        from accelcal.compensate.at_temperature import means_of_runs
+        from accelcal.report.mean_of_runs import rows_of_mean
 
-        if found := mean_rows(calibration):
-            yield f"Mean of {found[0]}"
-            yield from aligned([LAW_HEADINGS, *found[1]], right={2, 3}, indent="  ")
+        for mean in means_of_runs(calibration):
+            yield f"Mean of {mean.runs}"
+            yield from aligned([LAW_HEADINGS, *rows_of_mean(mean)], right={2, 3}, indent="  ")
 
 
 def _temperature(calibration: Calibration) -> Iterator[str]:

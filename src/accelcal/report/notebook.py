@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from functools import singledispatch
 from typing import TYPE_CHECKING
 
+from accelcal.compensate.at_temperature import means_of_runs
 from accelcal.plural import counted
 from accelcal.report.calibration import fixture_angle_rows, reversed_mountings
 from accelcal.report.calibration_comparison import HEADINGS as COMPARISON_HEADINGS
@@ -22,7 +23,7 @@ from accelcal.report.disagreement import run_rows
 from accelcal.report.discovery import NOT_SURE, gap_rows, other_values
 from accelcal.report.findings import factor_rows, p_value
 from accelcal.report.html import items, long_table, preformatted, result, safe, table
-from accelcal.report.mean_of_runs import mean_rows
+from accelcal.report.mean_of_runs import rows_of_mean
 from accelcal.report.numbers import is_number_of, matching_digits, significant
 from accelcal.report.stability import HEADING, bound_rows, component_rows, noise_rows
 from accelcal.report.stand_discovery import head_rows, title
@@ -59,8 +60,8 @@ def calibration_html(calibration: Calibration) -> str:
     warned = [*without_uncertainty(calibration), *grouped_alarms(calibration)]
     parts = [items(f"<b>WARNING</b> {safe(sentence)}" for sentence in warned)]
     parts += [table_html(found) for found in calibration.tables]
-    if mean := mean_rows(calibration):
-        parts.append(table(f"mean of {mean[0]}", LAW_HEADINGS, mean[1]))
+    for mean in means_of_runs(calibration):
+        parts.append(table(f"mean of {mean.runs}", LAW_HEADINGS, rows_of_mean(mean)))
     for whose, rows in temperature_laws(calibration):
         caption = f"temperature laws{whose}, T0 = {calibration.T0_degC:g} °C"
         parts.append(table(caption, LAW_HEADINGS, rows))

@@ -119,6 +119,12 @@ def untold(calibration: Calibration, known: Mapping[str, ErrorSource] = _NONE) -
     return [*names, *([HEAT] if lacks_heat(calibration) else [])]
 
 
+def heat_of(calibration: Calibration) -> float:
+    """Standard uncertainty of the temperatures of a calibration, 0 where not declared [degC]."""
+    sources = (s.value for s in calibration.error_sources if s.name == "temperature")
+    return next(sources, None) or 0.0
+
+
 def lacks_heat(calibration: Calibration) -> bool:
     """Tell whether laws count no error of the temperature, as it was not declared."""
     return any(NO_HEAT in told for told in calibration.warnings)

@@ -6,6 +6,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
+from accelcal.discovery.columns import dummies
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.simulated import ERRORS, Simulated
 from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
@@ -42,15 +43,36 @@ def with_usual_slopes(errors: CalibrationErrors, found: Compensation) -> Calibra
     )
 
 
-def said_of_usual_slopes(found: Compensation, simulated: Simulated) -> list[str]:
-    """Say that a record is beside the one level of its calibration."""
+def by_usual_heat(
+    found: Compensation, simulated: Simulated, of_calibration: float, own: float
+) -> Array:
+    """What errors of temperatures do beside a calibration of one level, by usual slopes.
+
+    They are of so many degC, in the calibration one of all its readings, in the record one a run;
+    shape (n, k) [g].
+    """
+    runs = dummies(simulated.conditions.run)
+    if found.several_levels:
+        return np.empty((len(runs), 0))
+    slopes = BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
+    acting = simulated.by_error[:, [ERRORS.index(name) for name in ("k0", "K1")]] * slopes
+    by_run = (acting[:, :, None] * runs[:, None, :]).reshape(len(runs), -1)
+    return np.hstack([of_calibration * acting, own * by_run])
+
+
+def said_of_usual_slopes(found: Compensation, simulated: Simulated, heat: float) -> list[str]:
+    """Say that a record is beside the one level of its calibration, or may be, by `heat` [degC]."""
     away = float(np.abs(simulated.conditions.excess).max())
-    if found.several_levels or away <= _ALIKE:
+    if found.several_levels or max(away, heat) <= _ALIKE:
         return []
+    told = (
+        f"readings are up to {away:.2g} degC off the calibration, which tells"
+        if away > _ALIKE
+        else f"temperatures have errors of {heat:.2g} degC, and the calibration tells"
+    )
     return [
-        f"readings are up to {away:.2g} degC off the calibration, which tells no slopes: U counts"
-        f" what usual ones make of it, {1e6 * BIAS_PER_DEGREE:g} ug/degC and"
-        f" {1e6 * SCALE_FACTOR_PER_DEGREE:g} ppm/degC"
+        f"{told} no slopes: U counts what usual ones make of it, {1e6 * BIAS_PER_DEGREE:g} ug/degC"
+        f" and {1e6 * SCALE_FACTOR_PER_DEGREE:g} ppm/degC"
     ]
 
 

@@ -29,7 +29,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, calibration_errors
-from accelcal.discovery.new_record.errors_counted import HEAT
+from accelcal.discovery.new_record.errors_counted import HEAT, heat_of
 from accelcal.discovery.new_record.fixture import by_fixture
 from accelcal.discovery.new_record.simulated import ERRORS
 from accelcal.effects.without_sources import without_sources
@@ -254,15 +254,18 @@ def _fixtures(old: Side, new: Side, *, same_head: bool) -> list[Array]:
 def _off_the_laws(own: Side, other: Side, temperature: float | None) -> Array:
     """What is uncertain where temperature acts, and one calibration does not tell it.
 
-    A calibration of one level beside another temperature counts what usual slopes make of it. The
-    bias of the laws lies between heating and cooling, that of a single level on one side of them.
+    A calibration of one level counts what usual slopes make of another temperature, and of the
+    error of its own. The bias of the laws lies between heating and cooling, that of a single level
+    on one side of them.
     """
     found, added = own.found, np.zeros((_SIZE, _SIZE))
     if not other.found.several_levels:
         added[_BIAS, _BIAS] = found.hysteresis**2
-    if found.several_levels or None in (temperature, found.T0_degC):
+    if found.several_levels:
         return added
-    away = float(temperature or 0.0) - float(found.T0_degC or 0.0)
+    known = None not in (temperature, found.T0_degC)
+    away = float(temperature or 0.0) - float(found.T0_degC or 0.0) if known else 0.0
+    away = float(np.hypot(away, heat_of(own.calibration)))
     added[_BIAS, _BIAS] += (BIAS_PER_DEGREE * away) ** 2
     added[_SCALE_FACTOR, _SCALE_FACTOR] += (SCALE_FACTOR_PER_DEGREE * away) ** 2
     return added

@@ -8,7 +8,7 @@ from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
-from accelcal.discovery.new_record.errors_counted import lacks_heat
+from accelcal.discovery.new_record.errors_counted import heat_of, lacks_heat
 from accelcal.discovery.new_record.fixture import is_freed, said_of_fixture
 from accelcal.discovery.new_record.repeatability import hiding
 from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name, parameter_of
@@ -216,10 +216,16 @@ def _of_temperature(old: Side, new: Side, temperature: float | None) -> Iterator
         return
     for own in (old, new):
         away = abs(temperature - (own.found.T0_degC or 0.0))
-        if not own.found.several_levels and away > _ALIKE:
+        heat = heat_of(own.calibration)
+        if not own.found.several_levels and max(away, heat) > _ALIKE:
+            off = (
+                f"is {away:.2g} degC off this temperature"
+                if away > _ALIKE
+                else (f"has temperatures with errors of {heat:.2g} degC")
+            )
             yield (
-                f"the {own.name} calibration is {away:.2g} degC off this temperature and tells no"
-                " slopes: U counts what usual ones make of it"
+                f"the {own.name} calibration {off} and tells no slopes: U counts what usual ones"
+                " make of it"
             )
 
 
