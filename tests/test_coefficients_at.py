@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import accelcal
+from accelcal.numerics.probability import student_quantile
 
 NAMES = ("k0", "K1", "delta")
 ALL = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
@@ -113,6 +114,24 @@ def test_several_runs_at_one_level_count_by_their_mean():
         found = accelcal.coefficients_at(calibration, 20.0, run=table.run)
         assert found["K1"].value == table.coefficients["K1"].value
         assert found["k0"].value == table.error_model["k0"].value
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+def test_the_mean_of_runs_has_the_freedom_of_all_repeats():
+    """Of four it had one degree of freedom in place of three, and the one apart most weight."""
+    record = accelcal.simulate(
+        plan=accelcal.TumblePlan(temperatures=4 * (20.0,)), seed=2, declare=False
+    )
+    apart = 1e-3 * record.output.max() * (record.run == 3)
+    calibration = accelcal.fit(replace(record, output=record.output + apart))
+    biases = np.array([table.error_model["k0"].value for table in calibration.tables])
+    mean = accelcal.coefficients_at(calibration, 20.0)["k0"]
+    assert mean.dof == pytest.approx(3.0, rel=0.02)
+    assert mean.expanded_uncertainty == pytest.approx(
+        mean.standard_uncertainty * student_quantile(0.95, mean.dof), rel=1e-6
+    )
+    assert mean.standard_uncertainty == pytest.approx(biases.std(ddof=1) / 2.0, rel=0.05)
+    assert mean.value == pytest.approx(biases.mean(), rel=5e-3)
 
 
 def test_runs_without_laws_at_two_levels_have_no_mean():

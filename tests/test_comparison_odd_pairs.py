@@ -430,6 +430,8 @@ def test_errors_of_thermometers_count_beside_one_level_too(levels):
     assert accelcal.compare_calibrations(calibration, accelcal.fit(other)).verdict == "agree"
     moved = replace(other, output=1.001 * other.output)
     assert accelcal.compare(calibration, moved).verdict == "disagree"
+    silent = other.with_apparatus(temperature_uncertainty=None)
+    assert accelcal.compare(calibration, silent).p_value == pytest.approx(found.p_value, rel=1e-9)
 
 
 def test_launches_that_are_declared_explain_nothing(calibration, record):

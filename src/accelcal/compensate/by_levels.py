@@ -198,12 +198,14 @@ def level_run(
     unit = np.ones(_SIZE)
     unit[PARAMETERS.index("K1")] = values["K1"]
     whole = np.array(errors_of_table(calibration, table))[:, :_SIZE, :_SIZE]
-    own, heat = _of_launches(calibration, table), _of_temperature(calibration, table)
+    launches, heat = _of_launches(calibration, table, tables), _of_temperature(calibration, table)
+    own, in_whole = launches
     if not _is_part(own[0] + np.outer(heat, heat), whole[0]):
         heat = np.zeros_like(heat)
     if not _is_part(own[0], whole[0]):
-        own = np.zeros_like(own)
-    own = own + _with_freedom(np.outer(heat, heat), _freedom(calibration, "temperature"))
+        own, in_whole = np.zeros_like(launches)
+    of_heat = _with_freedom(np.outer(heat, heat), _freedom(calibration, "temperature"))
+    own, in_whole = own + of_heat, in_whole + of_heat
     moved, wider = _free_of_the_angle(calibration, table, tables)
     unit_of_errors = unit.copy()
     unit_of_errors[_DELTA] *= wider
@@ -212,7 +214,7 @@ def level_run(
     return LevelRun(
         table.temperature_degC or 0.0,
         np.array([values[name] for name in PARAMETERS]),
-        (whole - own) * both,
+        (whole - in_whole) * both,
         own * both,
         heat * unit_of_errors,
     )
@@ -266,17 +268,30 @@ def _slope(law: TemperatureLaw, rise: float) -> float:
     return float(np.mean(known)) if known else 0.0
 
 
-def _of_launches(calibration: Calibration, table: TableCalibration) -> Array:
-    """Errors of `PARAMETERS` by shifts from launch to launch, which are new in each run."""
-    found = np.zeros((2, _SIZE, _SIZE))
+def _of_launches(
+    calibration: Calibration, table: TableCalibration, tables: Sequence[TableCalibration]
+) -> Array:
+    """Errors of `PARAMETERS` by shifts from launch to launch, which are new in each run.
+
+    They are returned twice, shape (2, 2, 6, 6): over the degrees of freedom of all repeats, which
+    the mean of runs is independent of, and as the table has them, where its own run does not count.
+    """
+    found = np.zeros((2, 2, _SIZE, _SIZE))
     if not table.covariance_names:
         return found
     jacobian = by_quotients(calibration, table)
     for source in _LAUNCHES:
         size = [table.budget.get(n, {}).get(source, 0.0) for n in table.covariance_names]
-        part = (jacobian * np.square(size)) @ jacobian.T
-        found += _with_freedom(part, _freedom(calibration, source))
+        part, freedom = (jacobian * np.square(size)) @ jacobian.T, _freedom(calibration, source)
+        without = freedom - 1.0 if freedom > 1.0 and _is_repeated(table, tables) else freedom
+        found += np.stack([_with_freedom(part, own) for own in (freedom, without)])
     return found
+
+
+def _is_repeated(table: TableCalibration, tables: Sequence[TableCalibration]) -> bool:
+    """Whether another run met the level of a table."""
+    at = np.array([np.nan if t.temperature_degC is None else t.temperature_degC for t in tables])
+    return any(level.size > 1 and tables.index(table) in level for level in same_levels(at))
 
 
 def _scaled(matrix: Array, covariance: Array) -> Array:
@@ -314,8 +329,13 @@ def _nearest(found: FixtureAngle, table: TableCalibration) -> float | None:
 
 
 def _weights(runs: Sequence[LevelRun]) -> Array:
-    """Weights of the runs of a level, by their variances on the average of the coefficients."""
-    variances = np.array([np.diagonal((run.common + run.own)[0]) for run in runs])
+    """Weights of the runs of a level, by their variances on the average of the coefficients.
+
+    What is new in each run is of one size: that of a run is estimated from the others, by which one
+    that lies apart would have the most weight.
+    """
+    new = np.mean([run.own[0] for run in runs], axis=0)
+    variances = np.array([np.diagonal(run.common[0] + new) for run in runs])
     mean = variances.mean(axis=0)
     known = np.isfinite(mean) & (mean > 0.0)
     if not known.any():

@@ -17,7 +17,6 @@ from accelcal.discovery.new_record.errors_counted import (
     counted,
     from_calibration,
     head_notes,
-    heat_of,
     notes,
 )
 from accelcal.discovery.new_record.fixture import Fixtures
@@ -33,7 +32,6 @@ from accelcal.discovery.new_record.repeatability import (
 from accelcal.discovery.new_record.simulated import simulated_readings
 from accelcal.discovery.new_record.suited import suited
 from accelcal.discovery.new_record.undetermined import (
-    by_usual_heat,
     said_of_usual_slopes,
     with_usual_slopes,
 )
@@ -126,8 +124,6 @@ def compare(
     if worse := worse_than_known(noise, known) or hiding(counting):
         warnings.warn(f"{record.source}: {worse}", AccelcalWarning, stacklevel=2)
     paused, said = simulated_in_pauses(converted, simulated.conditions, calibration.effects)
-    heat = heat_of(calibration), declared.temperature_uncertainty or 0.0
-    paused = np.hstack([paused, by_usual_heat(found, simulated, *heat)])
     fixtures = Fixtures(calibration, found, fixture_uncertainty)
     seen = Seen(converted, simulated, noise, dof, declared, own, errors, step, paused, fixtures)
     same = is_one_head(calibration, record, errors, same_head)
@@ -141,13 +137,9 @@ def compare(
             *filter(None, [worse, said_of_noise]),
             *coefficient_notes(found, simulated, errors.unbounded),
             *notes(calibration, record, declared, own),
-            *(
-                *said,
-                *said_of_usual_slopes(found, simulated, max(heat)),
-                *said_of_positions(converted),
-            ),
+            *(*said, *said_of_usual_slopes(fixtures, simulated, declared)),
             *head_notes(calibration, declared, same, bool(errors.positions.size)),
-            *fixtures.notes(record),
+            *(*fixtures.notes(record), *said_of_positions(converted)),
         ),
         serial=record.serial,
         readings=len(record),

@@ -25,7 +25,7 @@ from accelcal.discovery.new_record.errors_counted import (
 from accelcal.discovery.new_record.fixture import Fixtures
 from accelcal.discovery.new_record.one_head import head_difference, is_turned_over
 from accelcal.discovery.new_record.simulated import Simulated
-from accelcal.discovery.new_record.undetermined import of_undetermined
+from accelcal.discovery.new_record.undetermined import by_usual_heat, of_undetermined
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import ReadingNoise, acting, covariance
 from accelcal.discovery.space import Space, space_of
@@ -221,7 +221,8 @@ def _spread(seen: Seen) -> Covariance:
     """Covariance of all errors but those of the head and of the calibration's coefficients."""
     others = replace(seen.declared, head_uncertainty=None)
     own = covariance(seen.simulated.conditions, seen.noise, others, seen.step)
-    return own.with_shared(seen.paused)
+    by_heat = by_usual_heat(seen.fixtures, seen.simulated, seen.declared)
+    return own.with_shared(np.hstack([seen.paused, by_heat]))
 
 
 def _space(seen: Seen, spread: Covariance) -> Space:

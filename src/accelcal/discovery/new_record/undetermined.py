@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
+from accelcal.discovery.new_record.errors_counted import heat_of
+from accelcal.discovery.new_record.fixture import Fixtures
 from accelcal.discovery.new_record.simulated import ERRORS, Simulated
 from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
 from accelcal.results.calibration import Calibration
@@ -43,27 +46,33 @@ def with_usual_slopes(errors: CalibrationErrors, found: Compensation) -> Calibra
     )
 
 
-def by_usual_heat(
-    found: Compensation, simulated: Simulated, of_calibration: float, own: float
-) -> Array:
+def by_usual_heat(fixtures: Fixtures, simulated: Simulated, declared: Apparatus) -> Array:
     """What errors of temperatures do beside a calibration of one level, by usual slopes.
 
-    They are of so many degC, in the calibration one of all its readings, in the record one a run;
-    shape (n, k) [g].
+    There is one of all readings of the calibration, and one of each run of the record, of the size
+    of the other where it declares none; shape (n, k) [g].
     """
     runs = dummies(simulated.conditions.run)
-    if found.several_levels:
+    if fixtures.found.several_levels:
         return np.empty((len(runs), 0))
+    of_calibration, own = _heat(fixtures, declared)
     slopes = BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
     acting = simulated.by_error[:, [ERRORS.index(name) for name in ("k0", "K1")]] * slopes
     by_run = (acting[:, :, None] * runs[:, None, :]).reshape(len(runs), -1)
     return np.hstack([of_calibration * acting, own * by_run])
 
 
-def said_of_usual_slopes(found: Compensation, simulated: Simulated, heat: float) -> list[str]:
-    """Say that a record is beside the one level of its calibration, or may be, by `heat` [degC]."""
-    away = float(np.abs(simulated.conditions.excess).max())
-    if found.several_levels or max(away, heat) <= _ALIKE:
+def _heat(fixtures: Fixtures, declared: Apparatus) -> tuple[float, float]:
+    of_calibration = heat_of(fixtures.calibration)
+    return of_calibration, declared.temperature_uncertainty or of_calibration
+
+
+def said_of_usual_slopes(
+    fixtures: Fixtures, simulated: Simulated, declared: Apparatus
+) -> list[str]:
+    """Say that a record is beside the one level of its calibration, or may be."""
+    away, heat = float(np.abs(simulated.conditions.excess).max()), max(_heat(fixtures, declared))
+    if fixtures.found.several_levels or max(away, heat) <= _ALIKE:
         return []
     told = (
         f"readings are up to {away:.2g} degC off the calibration, which tells"
