@@ -214,7 +214,8 @@ class MeanOfRuns(NamedTuple):
 
 def means_of_runs(calibration: Calibration) -> list[MeanOfRuns]:
     """Mean of the runs in the main and in the second mounting, where there is one."""
-    found = (mean_of_runs(calibration, mounting) for mounting in calibration.mountings_of_laws)
+    mountings = filter(None, calibration.mountings_of_laws)
+    found = (mean_of_runs(calibration, mounting) for mounting in mountings)
     return [mean for mean in found if mean is not None]
 
 
