@@ -6,7 +6,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import accelcal
 from accelcal.discovery import discover
-from accelcal.discovery.new_record import compare
+from accelcal.discovery.new_record import judgement
 from accelcal.discovery.stand import discover as discover_of_a_stand
 from accelcal.numerics import one_thread
 from accelcal.numerics.one_thread import in_one_thread, multiply
@@ -40,7 +40,7 @@ def test_searches_and_a_comparison_work_in_one_thread(monkeypatch):
         return lambda *given: (seen.append(blas_threads()), function(*given))[1]
 
     monkeypatch.setattr(discover, "look_through", watched(discover.look_through))
-    monkeypatch.setattr(compare, "_judged", watched(compare._judged))
+    monkeypatch.setattr(judgement, "_judged", watched(judgement._judged))
     monkeypatch.setattr(discover_of_a_stand, "_units", watched(discover_of_a_stand._units))
     record, other = (accelcal.simulate(seed=seed) for seed in (1, 2))
     with threadpool_limits(limits=2, user_api="blas"):

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.discovery.columns import dummies
 from accelcal.discovery.explanation import CONTRADICTION, Explanation
 from accelcal.discovery.family import Family, agrees
 from accelcal.discovery.spans import first_largest, orthonormal, squares_in, without
@@ -42,7 +43,8 @@ def oscillation_in_place(
     """Find a bias of one period, with a phase and a size in each run, that explains much better.
 
     It stands in place of some effects or of one of them. There is none where it gains no more than
-    its sizes may by chance (Schwarz 1978), or where neither these effects nor it leave noise alone.
+    its sizes may by chance (Schwarz 1978), where any function of the angle explains as much, or
+    where neither these effects nor it leave noise alone.
     The p-value is the chance that noise alone disagrees as much with the model.
     """
     comparison = family.comparison
@@ -52,13 +54,15 @@ def oscillation_in_place(
     if not kind.actions.size:
         return None
     waves = kind.actions.toarray().T
-    shown = space.see(waves)
+    shown, patterns = space.see(waves), space.see(dummies(c.angle))
     margin = 2.0 * np.log(waves.shape[1] / kind.each) + (kind.each - 1) * np.log(seen.size)
     for taken, squares in _places(family, found):
         gains, sizes = _gains(without(shown, taken), without(seen, taken), kind.each)
         best = first_largest(gains)
         own = slice(best * kind.each, (best + 1) * kind.each)
-        if gains[best] - squares < margin:
+        of_the_angle = orthonormal(without(patterns, taken))
+        least = max(squares, squares_in(of_the_angle, without(seen, taken)))
+        if gains[best] - least < margin:
             continue
         beside = orthonormal(np.hstack([taken, shown[:, own]]))
         if found.passes or agrees(family, beside, CONTRADICTION * alpha):
