@@ -279,11 +279,11 @@ def _of_launches(
     found = np.zeros((2, 2, _SIZE, _SIZE))
     if not table.covariance_names:
         return found
-    jacobian = by_quotients(calibration, table)
+    jacobian, repeated = by_quotients(calibration, table), _is_repeated(table, tables)
     for source in _LAUNCHES:
         size = [table.budget.get(n, {}).get(source, 0.0) for n in table.covariance_names]
         part, freedom = (jacobian * np.square(size)) @ jacobian.T, _freedom(calibration, source)
-        without = freedom - 1.0 if freedom > 1.0 and _is_repeated(table, tables) else freedom
+        without = freedom - 1.0 if repeated and freedom > 1.0 else freedom
         found += np.stack([_with_freedom(part, own) for own in (freedom, without)])
     return found
 

@@ -11,7 +11,6 @@ from accelcal.arrays import Array
 from accelcal.compensate.at_temperature import (
     CoefficientsAt,
     MeanOfRuns,
-    mean_of_runs,
     means_of_runs,
 )
 from accelcal.errors import InputError
@@ -123,9 +122,10 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
         )
         found[axis.misalignment] = calibration.misalignment(table)
         found[axis.coupling] = teller.error_model["delta_ip"]
-    for own in means_of_runs(calibration):
-        found |= _of_mean(own, is_main=own.first.mounting == main.mounting)
-    mean = mean_of_runs(calibration)
+    means = {own.first.mounting: own for own in means_of_runs(calibration)}
+    for mounting, own in means.items():
+        found |= _of_mean(own, is_main=mounting == main.mounting)
+    mean = means.get(main.mounting)
     model, delta = calibration.temperature_model, CROSS_AXES[law_axis].misalignment
     laws = {} if model is None else {"k0": model.k0, "K1": model.K1, delta: model.delta}
     second = calibration.second_axis_model
