@@ -163,6 +163,7 @@ ODD = {
         headings=WITHOUT_RUN,
         cells=[r[:4] for r in rows(("a", "b", "c"), (20.0, 60.0, 20.0))],
     ),
+    "numbered runs in another order": table(cells=rows(("2", "1"))),
     "a serial that comes back": table(
         header="",
         headings="serial," + HEADINGS,

@@ -291,3 +291,23 @@ def test_named_runs_are_in_the_order_of_their_times(seed):
 def test_named_runs_whose_times_begin_anew_are_in_the_order_of_their_rows(start):
     record = read(named(HOT, start, "b") + named(FIRST, 0, "a"), HEADINGS + ",time,run")
     assert record.run_labels == ("b", "a")
+
+
+def test_numbered_runs_of_a_sorted_table_are_in_the_order_of_their_numbers():
+    """Whether a run was heated or cooled followed from the order in which a table was sorted."""
+    rows = [
+        (*row, run) for run, t in enumerate((20, 80, 20, -40, 20), 1) for row in visit(t, (1, 2))
+    ]
+    record = read(sorted(rows), HEADINGS + ",run")
+    assert record.run_labels == ("1", "2", "3", "4", "5")
+    assert [record.temperature[record.run == run][0] for run in range(5)] == [20, 80, 20, -40, 20]
+    buffer = io.StringIO()
+    write_table(replace(record, run=4 - record.run, run_labels=record.run_labels[::-1]), buffer)
+    buffer.seek(0)
+    assert read_table(buffer).run_labels == ("5", "4", "3", "2", "1")
+
+
+@pytest.mark.parametrize("labels", [("80", "20"), ("3", "1"), ("2b", "1b"), ("9" * 20, "1")])
+def test_runs_whose_labels_do_not_count_are_in_the_order_of_their_rows(labels):
+    rows = [(*row, label) for label in labels for row in FIRST]
+    assert read(rows, HEADINGS + ",run").run_labels == labels

@@ -23,6 +23,9 @@ LEVEL_GAP = 2.0
 _NARROW_GAP = 1.0
 """The same where levels lie so close that the wider gap would join them [degC]."""
 
+_MOST_DIGITS = 9
+"""Digits of the number of a run; longer ones are codes, or dates."""
+
 
 @dataclass(frozen=True, slots=True)
 class Runs:
@@ -62,7 +65,7 @@ def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
     its own, as a unit that is mounted anew is launched anew. A reading without temperature counts
     to the level of the rows around it where it completes a stroke of theirs, or is of a whole
     stroke between two of these. With a column run, the runs are in the order of their times where
-    these tell one after the other, else in that of their rows.
+    these tell one after the other, else in that of their numbers or rows (`order_of_runs`).
     """
     if readings.run is None:
         told: tuple[str, ...] = ()
@@ -75,28 +78,47 @@ def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
         runs, order = _visits(readings, levels)
     else:
         runs = Runs(readings.run, readings.run_labels)
-        order = order_of_runs(readings.run, readings.time)
+        order = order_of_runs(readings.run, readings.run_labels, readings.time)
     return _in_order(runs, declared or _by_appearance(runs, order), readings)
 
 
-def order_of_runs(run: Ints, time: Array | None) -> Ints:
-    """Order of readings: of their times [s] where these tell one run after the other, or as given.
+def order_of_runs(run: Ints, labels: tuple[str, ...], time: Array | None) -> Ints:
+    """Order of readings: of their times [s] where these tell one run after the other.
+
+    Else that of the numbers of the runs where these are counted, or as given.
 
     Examples
     --------
     >>> run = np.array([0, 0, 1, 1])
-    >>> order_of_runs(run, np.array([9.0, 8.0, 1.0, 2.0])).tolist()
+    >>> order_of_runs(run, ("a", "b"), np.array([9.0, 8.0, 1.0, 2.0])).tolist()
     [2, 3, 1, 0]
-    >>> order_of_runs(run, np.array([0.0, 1.0, 0.0, 1.0])).tolist()
+    >>> order_of_runs(run, ("2", "1"), np.array([0.0, 1.0, 0.0, 1.0])).tolist()
+    [2, 3, 0, 1]
+    >>> order_of_runs(run, ("b", "a"), None).tolist()
     [0, 1, 2, 3]
     """
-    rows = np.arange(run.size)
-    if time is None:
-        return rows
-    order = np.argsort(time, kind="stable")
-    is_next, is_tied = np.diff(run[order]) != 0, np.diff(time[order]) == 0
-    is_told = is_next.sum() < distinct(run).size and not (is_next & is_tied).any()
-    return order if is_told else rows
+    if time is not None:
+        order = np.argsort(time, kind="stable")
+        is_next, is_tied = np.diff(run[order]) != 0, np.diff(time[order]) == 0
+        if is_next.sum() < distinct(run).size and not (is_next & is_tied).any():
+            return order
+    if are_counted(labels):
+        return np.argsort(np.array(labels, dtype=int)[run], kind="stable")
+    return np.arange(run.size)
+
+
+def are_counted(labels: tuple[str, ...]) -> bool:
+    """Tell whether labels are numbers that count on from some whole one, in any order.
+
+    Examples
+    --------
+    >>> are_counted(("4", "1", "3", "2")), are_counted(("20", "80")), are_counted(("a",))
+    (True, False, False)
+    """
+    if not all(label.isdecimal() and len(label) <= _MOST_DIGITS for label in labels):
+        return False
+    numbers = sorted(map(int, labels))
+    return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
 def _by_appearance(runs: Runs, order: Ints) -> tuple[str, ...]:

@@ -133,7 +133,7 @@ def _declared_runs(records: list[TumbleRecord]) -> str | None:
 
 
 def _runs_as_told(record: TumbleRecord) -> tuple[str, ...]:
-    run = record.run[order_of_runs(record.run, record.time)]
+    run = record.run[order_of_runs(record.run, record.run_labels, record.time)]
     return tuple(record.run_labels[index] for index in dict.fromkeys(run.tolist()))
 
 

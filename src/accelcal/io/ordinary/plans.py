@@ -6,7 +6,7 @@ more to say than the plain reading is odd here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -18,7 +18,7 @@ from accelcal.geometry import MOUNTINGS
 from accelcal.head_angles import angular_distance
 from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.stretches import Stretches, met_before
-from accelcal.io.runs import LEVEL_GAP
+from accelcal.io.runs import LEVEL_GAP, are_counted
 from accelcal.io.values.places import MAXIMUM_ANGLE
 from accelcal.io.words.signs import mounting_written
 from accelcal.numerics.grouping import grouped
@@ -144,7 +144,15 @@ def _runs(
         labels = _degrees(np.bincount(run, weights=temperature) / np.bincount(run))
     first = np.searchsorted(owner, np.arange(tests.size.size + 1))
     own = [tuple(labels[begin:end]) for begin, end in pairwise(first.tolist())]
+    if "run" in cells.codes:
+        odd |= _come_unlike_counted(own)
     return run - np.repeat(first[:-1], tests.size), own, odd
+
+
+def _come_unlike_counted(labels: Sequence[tuple[str, ...]]) -> Mask:
+    """Tests whose runs are numbered, but in another order."""
+    unlike = {own: are_counted(own) and own != (*sorted(own, key=int),) for own in set(labels)}
+    return np.array([unlike[own] for own in labels])
 
 
 def _levels(temperature: Array, tests: Stretches) -> tuple[Ints, Mask]:
