@@ -121,17 +121,9 @@ class JointEstimate(NamedTuple):
         return self._replace(components={**self.components, source: part})
 
     def of_records(self, records: int | slice) -> JointEstimate:
-        """Return that of some records of a stack, or of one alone.
+        """Return that of some records of a stack, or of one alone, whose place takes the axis away.
 
-        Parameters
-        ----------
-        records : int or slice
-            Their places, which keep the axis of the records; or one place, which takes it away.
-
-        Returns
-        -------
-        JointEstimate
-            Of these records: views, as copies of the covariances of many tables take long.
+        They are views, as copies of the covariances of many tables take long.
 
         Examples
         --------

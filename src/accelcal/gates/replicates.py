@@ -14,6 +14,7 @@ from accelcal.estimate.trend import directed
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.replicate_plan import Cells, contracted, rank_and_inverse
 from accelcal.gates.stack import TableStack
+from accelcal.gates.stroke_groups import Basis
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
 from accelcal.numerics.probability import f_exceeds
 from accelcal.numerics.sorting import distinct
@@ -106,14 +107,13 @@ def _clean_scatter(stack: TableStack) -> tuple[Array, Array]:
 def _beside_the_return(stack: TableStack) -> tuple[Array, float]:
     """Squared residuals of a fit in which the return has a mean of its own, and their dof."""
     basis = _basis_with_return(stack.plan)
-    residual = stack.alike - basis @ (basis.T @ stack.alike)
-    return (residual**2).sum(axis=0), float(len(basis) - basis.shape[1])
+    return basis.fit(stack.alike).squares, float(np.subtract(*basis.columns.shape))
 
 
 @once_a_plan
-def _basis_with_return(plan: TablePlan) -> Array:
+def _basis_with_return(plan: TablePlan) -> Basis:
     returned = plan.angle > plan.angle.min() + 360.0 - 1e-6
-    return np.linalg.qr(plan.alike(np.column_stack([plan.design, returned]))).Q
+    return Basis.of(plan.alike(np.column_stack([plan.design, returned])))
 
 
 def forward_against_back(stack: TableStack, level: float) -> GateStack:
@@ -261,12 +261,8 @@ def _directions(plan: TablePlan) -> _Directions:
 def _backlash_like(difference: Array, angle: Array) -> tuple[Array, Array]:
     """Squares of the part of the differences that follows 1, cos and sin, and of the rest."""
     th = np.radians(angle)
-    pattern = np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])
-    basis, singular, _ = np.linalg.svd(pattern, full_matrices=False)
-    least = max(pattern.shape) * np.finfo(float).eps * singular[0]
-    basis = basis[:, singular > least]
-    fitted = basis @ (basis.T @ difference)
-    return (fitted**2).sum(axis=0), ((difference - fitted) ** 2).sum(axis=0)
+    fit = Basis.of(np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])).fit(difference)
+    return (fit.values**2).sum(axis=0), fit.squares
 
 
 def outlier(stack: TableStack, level: float) -> GateStack:
