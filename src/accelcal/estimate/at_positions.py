@@ -33,19 +33,9 @@ _ROUNDS = 3  # each leaves the square of the angles of what the one before left:
 def at_positions(record: TumbleRecord, delta0: float | None = None) -> TumbleRecord:
     """Bring the readings of each position to its nominal angle.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        Readings at angles as read.
-    delta0 : float, optional
-        Fixture angle; by default that of the record [rad].
-
-    Returns
-    -------
-    TumbleRecord
-        The same readings at `accelcal.head_angles.nominal_angles`, each changed by what the model
-        (1) of its table makes of the difference; a note tells of it. The very same record where
-        each position has one angle.
+    Each reading is changed by what the model (1) of its table makes of the difference, with the
+    fixture angle [rad], by default that of the record; a note tells of it. It is the very same
+    record where each position has one angle.
 
     Raises
     ------

@@ -81,24 +81,10 @@ def lack_of_fit(
 ) -> LackOfFit | ManyPositions:
     """Contrasts of the position means that no coefficient can absorb.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any record of a stack.
-    outputs : sequence of ndarray, shape (R, n)
-        Their readings in all records [output unit].
-    noises : sequence of ReadingNoise
-        Their noise.
-    coefficients : sequence of ndarray, shape (R, 6)
-        Least-squares coefficients of each table.
-    root : ndarray, shape (J, J), optional
-        What makes the errors of the positions of independent ones; the strengths and directions are
-        those of the independent ones then.
-
-    Returns
-    -------
-    LackOfFit or ManyPositions
-        Contrasts, none where the noise is unknown or the angles leave no residual.
+    The tables are of any of R records; their readings are of shape (R, n) [output unit], their
+    least-squares coefficients of shape (R, 6). A root, shape (J, J), makes the errors of the
+    positions of independent ones; strengths and directions are those of the independent ones then.
+    There are no contrasts where the noise is unknown or the angles leave no residual.
 
     Notes
     -----
@@ -204,24 +190,10 @@ def head_error(
     separable: bool = True,
     told_apart: Array | None = None,
 ) -> HeadError:
-    """Size of the head error, declared or estimated.
+    """Size of the head error, as declared [rad], or estimated from contrasts.
 
-    Parameters
-    ----------
-    found : LackOfFit or ManyPositions
-        Contrasts of the position means, of one record or of a stack.
-    declared : float or None
-        Declared standard uncertainty of a head position [rad]; None to estimate it.
-    separable : bool, default True
-        Whether the reading noise is known apart from the lack of fit; otherwise the head error is
-        not estimated, as it is in the noise already.
-    told_apart : ndarray, optional
-        Estimate that came together with that of the noise [rad].
-
-    Returns
-    -------
-    HeadError
-        Uncertainty, degrees of freedom and source.
+    It is not estimated unless it is `separable` from the reading noise, which holds it otherwise.
+    One that came together with that of the noise is `told_apart` [rad].
 
     Notes
     -----

@@ -62,21 +62,9 @@ class CutDesign(NamedTuple):
 
 
 def twice_precise_residual(y: Array, r: Array, matrix: Array, x: Array) -> Array:
-    """Return y - r - matrix @ x as if summed in twice the working precision.
+    """Return y - r - matrix @ x, shape (..., n), as if summed in twice the working precision.
 
-    Parameters
-    ----------
-    y, r : ndarray, shape (..., n)
-        Summands.
-    matrix : ndarray, shape (n, p)
-        Matrix.
-    x : ndarray, shape (..., p)
-        Factors.
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-        The difference, rounded once.
+    The matrix is of shape (n, p).
 
     Examples
     --------
