@@ -26,10 +26,7 @@ _LEAST_FREE = 1e-6
 def closure(stack: TableStack, level: float) -> GateStack:
     """Test Y9 - Y1 of the strokes, and the same as end minus start in the order of time.
 
-    Returns
-    -------
-    GateStack
-        A warning where either mean is significant.
+    It warns where either mean is significant.
 
     Notes
     -----
@@ -119,10 +116,7 @@ def _basis_with_return(plan: TablePlan) -> Basis:
 def forward_against_back(stack: TableStack, level: float) -> GateStack:
     """Compare the two directions at each position.
 
-    Returns
-    -------
-    GateStack
-        A warning where the differences are significant by Fisher's test.
+    It warns where the differences are significant by Fisher's test.
 
     Notes
     -----
@@ -151,27 +145,13 @@ def forward_against_back(stack: TableStack, level: float) -> GateStack:
 
 
 class _Pairs(NamedTuple):
-    """Places that are read in both directions.
+    """Places that are read in both directions."""
 
-    Attributes
-    ----------
-    cells : Cells
-        Readings of one place and one direction.
-    back : ndarray of int, shape (pairs,)
-        Cells of the strokes back at these places; the next is forward.
-    angle : ndarray, shape (pairs,)
-        Where they are [deg].
-    of_trend : ndarray, shape (D, pairs, q)
-        Forward minus back of the columns of the trend.
-    variance : ndarray, shape (pairs, 1)
-        Variance of forward minus back over that of a reading.
-    """
-
-    cells: Cells
-    back: Places
-    angle: Array
-    of_trend: Array
-    variance: Array
+    cells: Cells  # readings of one place and one direction
+    back: Places  # cells of the strokes back at these places; the next is forward
+    angle: Array  # where they are [deg], shape (pairs,)
+    of_trend: Array  # forward minus back of the columns of the trend, shape (D, pairs, q)
+    variance: Array  # of forward minus back over that of a reading, shape (pairs, 1)
 
     @classmethod
     def of(cls, angle: Array, cells: Cells, plan: TablePlan) -> _Pairs:
@@ -268,10 +248,7 @@ def _backlash_like(difference: Array, angle: Array) -> tuple[Array, Array]:
 def outlier(stack: TableStack, level: float) -> GateStack:
     """Test the reading that its replicates contradict most.
 
-    Returns
-    -------
-    GateStack
-        A warning where its deviation from the other strokes is significant.
+    It warns where its deviation from the other strokes is significant.
 
     Notes
     -----

@@ -26,12 +26,9 @@ _FINE = 0.2  # chance that two agree: coarser ones leave readings of less noise 
 def resolution(stack: TableStack) -> GateStack:
     """Look for a step that the noise is too small to average out, copies, and ends of a range.
 
-    Returns
-    -------
-    GateStack
-        A warning where such a step is visible and not declared, where a stroke has the readings of
-        another one to the last digit of a fine step, several readings the largest output or the
-        least, or the readings have digits that the declared step would have rounded away.
+    It warns where such a step is visible and not declared, where a stroke has the readings of
+    another one to the last digit of a fine step, several readings the largest output or the least,
+    or the readings have digits that the declared step would have rounded away.
 
     Notes
     -----

@@ -14,17 +14,7 @@ _HALF_OF_THE_BITS = 2.0**27 + 1.0
 
 
 def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """Sum and its rounding error, exactly (Knuth).
-
-    Parameters
-    ----------
-    a, b : ndarray
-        Summands, in shapes that broadcast.
-
-    Returns
-    -------
-    total, error : ndarray
-        The rounded sum, and what is missing of the sum.
+    """Sum and its rounding error, exactly (Knuth); the shapes broadcast.
 
     Examples
     --------
@@ -40,15 +30,7 @@ def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
 def two_product(a: Array, b: Array) -> tuple[Array, Array]:
     """Product and its rounding error, exactly (Dekker's product with Veltkamp's splitting).
 
-    Parameters
-    ----------
-    a, b : ndarray
-        Factors of less than 1e299 in size, in shapes that broadcast.
-
-    Returns
-    -------
-    product, error : ndarray
-        The rounded product, and what is missing of the product.
+    The factors are of less than 1e299 in size, in shapes that broadcast.
 
     Examples
     --------

@@ -104,17 +104,7 @@ class Grouped(NamedTuple):
 
 
 def grouped(values: NDArray[Any]) -> Grouped:
-    """Bring equal values together.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Values without NaN.
-
-    Returns
-    -------
-    Grouped
-        The cells of equal values.
+    """Bring equal values together, which are not NaN, shape (n,).
 
     Examples
     --------
@@ -161,19 +151,9 @@ def places_of_equals(keys: Iterable[Hashable]) -> list[list[int]]:
 
 
 def few_at_a_time(places: Places, numbers: int) -> Iterator[slice]:
-    """Divide groups of equally many values into parts that a cache holds.
+    """Divide groups of equally many values, shape (c, k), into parts that a cache holds.
 
-    Parameters
-    ----------
-    places : ndarray of int, shape (c, k)
-        Values of each group.
-    numbers : int
-        How many numbers are needed for each value.
-
-    Yields
-    ------
-    slice
-        Some of the groups, at least one.
+    So many numbers are needed for each value. A part is one group at least.
 
     Examples
     --------

@@ -108,19 +108,7 @@ _NORMAL = 1e15
 
 
 def student_survival(t: float, dof: float) -> float:
-    """Probability that Student's t exceeds a value.
-
-    Parameters
-    ----------
-    t : float
-        The value.
-    dof : float
-        Degrees of freedom, above 0; infinity gives the normal distribution.
-
-    Returns
-    -------
-    float
-        P(T > t).
+    """Probability that Student's t exceeds a value; that of the normal one with infinite dof.
 
     Examples
     --------
@@ -137,19 +125,9 @@ def student_survival(t: float, dof: float) -> float:
 
 @lru_cache(maxsize=1024)
 def student_quantile(level: float, dof: float) -> float:
-    """Two-sided coverage factor of Student's t.
+    """Two-sided coverage factor of Student's t: t with P(|T| <= t) = `level`.
 
-    Parameters
-    ----------
-    level : float
-        Probability of the interval, between 0 and 1.
-    dof : float
-        Degrees of freedom, above 0; infinity gives the normal distribution.
-
-    Returns
-    -------
-    float
-        t with P(|T| <= t) = `level`.
+    Infinite degrees of freedom give the normal distribution.
 
     Raises
     ------
@@ -189,19 +167,7 @@ def _cornish_fisher(z: float, dof: float) -> float:
 
 
 def student_density(t: float, dof: float) -> float:
-    """Density of Student's t.
-
-    Parameters
-    ----------
-    t : float
-        The value.
-    dof : float
-        Degrees of freedom, above 0; infinity gives the normal distribution.
-
-    Returns
-    -------
-    float
-        The density.
+    """Density of Student's t; with infinite dof it is that of the normal distribution.
 
     Examples
     --------
@@ -218,17 +184,7 @@ def student_density(t: float, dof: float) -> float:
 def dof_of_student_quantile(level: float, factor: float) -> float:
     """Degrees of freedom whose two-sided coverage factor has a given value.
 
-    Parameters
-    ----------
-    level : float
-        Probability of the interval.
-    factor : float
-        Coverage factor.
-
-    Returns
-    -------
-    float
-        Degrees of freedom; infinity where `factor` is not above the normal one.
+    Infinite where it is not above the normal one.
 
     Examples
     --------
@@ -264,21 +220,10 @@ def f_survival(ratio: float, dof1: float, dof2: float) -> float: ...
 @overload
 def f_survival(ratio: Array, dof1: ArrayLike, dof2: ArrayLike) -> Array: ...
 def f_survival(ratio: Number, dof1: Number, dof2: Number) -> Number:
-    """Probability that Fisher's F exceeds a value.
+    """Probability that Fisher's F, the ratio of two mean squares, exceeds a value, or values.
 
-    Parameters
-    ----------
-    ratio : float or ndarray
-        The ratio of two mean squares.
-    dof1, dof2 : float or array_like
-        Degrees of freedom of numerator and denominator, above 0; `dof2` may be infinite, where the
-        variance is known.
-
-    Returns
-    -------
-    float or ndarray
-        P(F > ratio), in the shape of `ratio` and the degrees of freedom together; NaN where the
-        ratio of an array is.
+    The degrees of freedom of the denominator may be infinite, where the variance is known. Arrays
+    broadcast; it is NaN where the ratio of an array is.
 
     Notes
     -----
@@ -325,19 +270,7 @@ def _number(values: Array) -> Number:
 
 @lru_cache(maxsize=1024)
 def f_quantile(level: float, dof1: float, dof2: float) -> float:
-    """Value that Fisher's F exceeds with a given probability.
-
-    Parameters
-    ----------
-    level : float
-        The probability, between 0 and 1.
-    dof1, dof2 : float
-        Degrees of freedom of numerator and denominator, see `f_survival`.
-
-    Returns
-    -------
-    float
-        x with P(F > x) = `level`.
+    """Value that Fisher's F exceeds with a given probability, between 0 and 1, see `f_survival`.
 
     Examples
     --------
@@ -353,19 +286,7 @@ def f_quantile(level: float, dof1: float, dof2: float) -> float:
 def f_exceeds(level: ArrayLike, ratio: Array, dof1: ArrayLike, dof2: ArrayLike) -> Array:
     """Tell where Fisher's F exceeds a value with less than a given probability.
 
-    Parameters
-    ----------
-    level : float or array_like
-        The probability.
-    ratio : ndarray
-        The ratios of two mean squares.
-    dof1, dof2 : float or array_like
-        Degrees of freedom of numerator and denominator, see `f_survival`.
-
-    Returns
-    -------
-    ndarray of bool
-        Where ``f_survival(ratio, dof1, dof2) < level``, in the shape of all together.
+    That is where ``f_survival(ratio, dof1, dof2) < level``, in the shape of all together.
 
     Notes
     -----
