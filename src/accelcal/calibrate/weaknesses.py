@@ -71,18 +71,10 @@ _OF_METHOD = {
 
 
 class Warned(NamedTuple):
-    """Sentences about R records and about their tables, without a full stop.
+    """Sentences about R records and about their tables, without a full stop."""
 
-    Attributes
-    ----------
-    of_record : Told
-        Those about each record.
-    of_tables : sequence of Told
-        For each table, those of each record.
-    """
-
-    of_record: Told
-    of_tables: Sequence[Told]
+    of_record: Told  # those about each record
+    of_tables: Sequence[Told]  # for each table, those of each record
 
 
 def warnings_of(stack: CalibrationStack) -> Warned:

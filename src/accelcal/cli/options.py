@@ -58,27 +58,11 @@ def output_option(
 def valued_option(
     kind: Any, flag: str, metavar: str, told: str, *, name: str | None = None, **attributes: Any
 ) -> Callable[[Function], Function]:
-    """Make an option that has a value.
+    """Make an option that has a value, of a `kind` that makes it of the text; it is a decorator.
 
-    Parameters
-    ----------
-    kind : callable or click.ParamType
-        What makes the value of the text.
-    flag : str
-        Such as ``"--g"``.
-    metavar : str
-        Its unit, symbol or kind of file, as the help shows it.
-    told : str
-        Its help.
-    name : str, optional
-        Parameter of the command, where it is not that of the flag.
-    **attributes : Any
-        Others of `click.option`.
-
-    Returns
-    -------
-    callable
-        A decorator of commands.
+    `metavar` is its unit, symbol or kind of file, as the help shows it, `told` its help, and `name`
+    the parameter of the command, where it is not that of the flag; others are those of
+    `click.option`.
     """
     names = [flag] if name is None else [flag, name]
     return click.option(*names, type=kind, metavar=metavar, help=told, **attributes)

@@ -20,21 +20,11 @@ _ALONG = 0.01
 
 
 class Noise(NamedTuple):
-    """Noise of a channel in one visit.
+    """Noise of a channel in one visit [output unit^2]."""
 
-    Attributes
-    ----------
-    variance : float
-        Variance of the output [output unit^2].
-    rounding : float
-        That of rounding, which all visits to an attitude may have in common [output unit^2].
-    dof : float
-        Degrees of freedom; 0 where nothing tells it.
-    """
-
-    variance: float
-    rounding: float
-    dof: float
+    variance: float  # of the output
+    rounding: float  # that of rounding, which all visits to an attitude may have in common
+    dof: float  # degrees of freedom; 0 where nothing tells it
 
 
 class Visits(NamedTuple):
@@ -83,13 +73,7 @@ class Visits(NamedTuple):
         return cls(output, up, np.asarray(squares / whole**2), decimal_steps(record.output.T))
 
     def noise(self, sensitivity: Array) -> list[Noise]:
-        """Noise of the channels by the visits in which each points up or down.
-
-        Parameters
-        ----------
-        sensitivity : ndarray, shape (3, 3)
-            S of y = b + S a [output unit per g].
-        """
+        """Noise of the channels, with S of y = b + S a, by visits in which each is up or down."""
         felt = self.up @ sensitivity.T
         along = np.abs(felt) >= np.sqrt(1.0 - _ALONG) * np.linalg.norm(sensitivity, axis=1)
         left = self.output - felt
