@@ -51,11 +51,6 @@ def declared_fixture_angle(record: TumbleRecord) -> str:
     return record.metadata.get("delta0", "0")
 
 
-def has_reference_temperature(record: TumbleRecord, given: float | None) -> bool:
-    """Tell whether T0 is given, or declared by the record."""
-    return given is not None or record.reference_temperature is not None
-
-
 def reference_temperature_of(record: TumbleRecord, given: float | None) -> float | None:
     """Take T0 as given, else as the record declares it, else the level nearest to 20 degC.
 

@@ -12,6 +12,10 @@ from accelcal.arrays import Array, Places
 # than this share of its action on the contrast that shows it best: they tell of the noise only.
 LEAST_STRENGTH = 0.05
 
+# Some contrasts between tables rest on small differences of their coefficients, such as noise and
+# rounding make. Those in which the head shows less than this share of its action are left out.
+LEAST_SHOWN = 1e-4
+
 
 class LackOfFit(NamedTuple):
     """What the means of the positions say against the model, in units of the reading noise.

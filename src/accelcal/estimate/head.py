@@ -14,16 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Places
-from accelcal.estimate.contrasts import LackOfFit
+from accelcal.estimate.contrasts import LEAST_SHOWN, LackOfFit
 from accelcal.estimate.grid import Grid
 from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable, positions_of
 from accelcal.numerics.grouping import Grouped
-
-# Some contrasts between tables rest on small differences of their coefficients, such as noise and
-# rounding make. Those in which the head shows less than this share of its action are left out.
-_LEAST_SHOWN = 1e-4
 
 # With more positions J than this, sums over the contrasts are formed without the contrasts, which
 # would take a time that grows as J^3 and matrices of J by J (see `many_positions`).
@@ -122,8 +118,8 @@ def _contrasts(positions: Array, seen: Array, readings: Array, whole: Array) -> 
     if rows == 0 or np.isnan(whole).any():  # the noise is unknown in all records, or in none
         nothing = np.zeros((records, 0))
         return LackOfFit(positions, nothing, nothing, np.zeros((records, columns, 0)))
-    left, strengths, right = _singular(seen, _LEAST_SHOWN * whole)
-    shown = strengths > _LEAST_SHOWN * whole[:, None]
+    left, strengths, right = _singular(seen, LEAST_SHOWN * whole)
+    shown = strengths > LEAST_SHOWN * whole[:, None]
     some = shown.any(axis=0)  # the strongest come first
     contrasts = (readings[:, None, :] @ left[:, :, some])[:, 0]
     return LackOfFit(
@@ -138,7 +134,7 @@ def _singular(matrix: Array, least: Array) -> tuple[Array, Array, Array]:
     """Singular values of each matrix, the largest first, with the vectors as columns.
 
     They come from the squares of the smaller side, in half the time: rounding leaves eight digits
-    of one of `_LEAST_SHOWN`, and none is wanted below it, as `least`, shape (R,), tells of each.
+    of one of `LEAST_SHOWN`, and none is wanted below it, as `least`, shape (R,), tells of each.
     """
     if matrix.shape[1] > matrix.shape[2]:
         return _singular(matrix.mT, least)[::-1]

@@ -101,8 +101,8 @@ class TriadRecord(EqualByContents):
         check_text(unit=self.unit, serial=self.serial)
         check_written(source=self.source)
         check_texts(notes=self.notes)
-        self._check_names("attitude")
-        self._check_names("shaft")
+        told = (("attitude", self.attitude), ("shaft", self.shaft))
+        check_texts(**{name: own for name, own in told if own is not None})
         given = {name: getattr(self, name) for name in ("output", "up", "temperature")}
         refuse_other_order(given)
         for name in ("output", "up"):
@@ -119,10 +119,6 @@ class TriadRecord(EqualByContents):
                 )
         if self.up is not None:
             _check_directions(self.up, len(self.output))
-
-    def _check_names(self, field: str) -> None:
-        if getattr(self, field) is not None:
-            check_texts(**{field: getattr(self, field)})
 
     def __repr__(self) -> str:
         known = "not known" if self.up is None else "known"
