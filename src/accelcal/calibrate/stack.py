@@ -167,7 +167,9 @@ class CalibrationStack:
     @cached_property
     def stated(self) -> JointEstimate:
         """The estimate with what errors of the temperature do to the coefficients."""
-        return self.estimate.with_error("temperature", self.laws.of_tables)
+        heat, components = self.laws.of_tables, self.estimate.components
+        own = {} if heat is None else {"temperature": heat}
+        return self.estimate._replace(components={**components, **own})
 
     @cached_property
     def quantities(self) -> TableQuantities:
