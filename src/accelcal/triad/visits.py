@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Labels
 from accelcal.numerics.decimal_steps import decimal_steps
-from accelcal.triad.record import TriadRecord, attitude_numbers, names_of, places_of
+from accelcal.triad.record import TriadRecord, names_of, places_of
 
 _ALONG = 0.01
 """Share of an error of the attitude, in its square, that a channel feels at most: 6 deg."""
@@ -49,12 +49,7 @@ class Visits(NamedTuple):
 
     @classmethod
     def of(cls, record: TriadRecord) -> Visits:
-        """Find the visits of a record whose attitudes are known.
-
-        Returns
-        -------
-        Visits
-            A row for each visit.
+        """Find the visits of a record whose attitudes are known, a row each.
 
         Examples
         --------
@@ -65,7 +60,7 @@ class Visits(NamedTuple):
         """
         if record.up is None:
             raise ValueError("visits of attitudes that are not known")
-        number = np.array(attitude_numbers(names_of(record)))
+        number = Labels.of(names_of(record)).code
         start = np.flatnonzero(np.diff(number, prepend=-1))
         rows = np.diff(start, append=len(number))
         output, up = (np.add.reduceat(a, start) / rows[:, None] for a in (record.output, record.up))
