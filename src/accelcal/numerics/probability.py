@@ -25,7 +25,7 @@ LEVEL = 0.95
 
 _TINY = 1e-300  # in place of zero in a denominator
 _SETTLED = 1e-15  # relative change that ends a continued fraction
-_AS_GOOD_AS_INFINITE = 1e15  # degrees of freedom
+_AS_GOOD_AS_INFINITE = 1e15  # degrees of freedom: to the last digits
 _WORTH_ARRAYS = 24  # fewer numbers are faster one by one
 
 
@@ -103,10 +103,6 @@ def _beyond_stirling(z: Number) -> Number:
     return (1 / 12 - w * (1 / 360 - w * (1 / 1260 - w * (1 / 1680 - w / 1188)))) / z  # DLMF 5.11.1
 
 
-_NORMAL = 1e15
-"""Degrees of freedom beyond which Student's distribution is the normal one to the last digits."""
-
-
 def student_survival(t: float, dof: float) -> float:
     """Probability that Student's t exceeds a value; that of the normal one with infinite dof.
 
@@ -115,7 +111,7 @@ def student_survival(t: float, dof: float) -> float:
     >>> round(student_survival(4.302653, 2), 6)
     0.025
     """
-    if dof > _NORMAL:
+    if dof > _AS_GOOD_AS_INFINITE:
         return 0.5 * math.erfc(t / math.sqrt(2.0))
     ratio = t * t / dof
     parts = 1.0 / (1.0 + ratio), ratio / (1.0 + ratio)
