@@ -322,7 +322,7 @@ class TumbleRecord(EqualByContents):
 
     def tables(self) -> tuple[TumbleRecord, ...]:
         """Tables of the record: one for each run and mounting, in order."""
-        return tuple(map(self.select, self.table_masks()))
+        return tuple(map(self.taken, self.table_masks()))
 
     def table_masks(self) -> Iterator[Mask]:
         """Iterate over the readings of each table, in the order of `tables`."""

@@ -23,6 +23,7 @@ from accelcal.head_angles import (
     nominal_angles,
     start_of_turn,
 )
+from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 
@@ -66,7 +67,7 @@ def at_positions(record: TumbleRecord, delta0: float | None = None) -> TumbleRec
 def _by_strokes(record: TumbleRecord, angle: Array) -> Array:
     """Count the angles of each stroke on over the turn."""
     for mask in record.table_masks():
-        numbers = np.unique(record.stroke[mask])
+        numbers = distinct(record.stroke[mask])
         strokes = [np.flatnonzero(mask & (record.stroke == number)) for number in numbers]
         starts = [start for own in strokes if (start := start_of_turn(angle[own]))]
         within = np.abs(angle[mask] - 180.0).max() < 180.0 + SAME_POSITION

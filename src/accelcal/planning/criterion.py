@@ -100,15 +100,9 @@ def seen_from(
 
 def _nominal(accelerometer: Accelerometer) -> Array:
     """Coefficients over K1, in the order of `COEFFICIENTS`."""
-    values = {
-        "K0": accelerometer.bias.at_T0,
-        "K1": 1.0,
-        "K2": accelerometer.k2,
-        "K3": accelerometer.k3,
-        "M": accelerometer.misalignment.at_T0,
-        "M_ip": accelerometer.cross_coupling,
-    }
-    return np.array([values[name] for name in COEFFICIENTS])
+    bias, misalignment = accelerometer.bias.at_T0, accelerometer.misalignment.at_T0
+    others = accelerometer.k2, accelerometer.k3, misalignment, accelerometer.cross_coupling
+    return np.array([bias, 1.0, *others])
 
 
 def covariances(angles: Angles, counts: Array) -> Array:
