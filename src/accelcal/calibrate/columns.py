@@ -19,7 +19,7 @@ def mountings_of(stack: CalibrationStack) -> list[str]:
 
 
 def numbers_of(stack: CalibrationStack) -> dict[str, Column]:
-    """Put what was found of t tables in R records of one plan, none of them alone, into columns.
+    """Put what was found of a stack, t tables in each of R records of one plan, into columns.
 
     They are of shape (R * t,): ``temperature_degC``, ``readings``, ``dof``, ``residual_rms``; each
     coefficient and error term with its ``_standard_uncertainty``, ``_expanded_uncertainty`` and
@@ -30,7 +30,7 @@ def numbers_of(stack: CalibrationStack) -> dict[str, Column]:
 
 
 def verdict_codes(stack: CalibrationStack) -> dict[str, Places]:
-    """Put the verdicts of the gates of such records into columns, by the names of the gates.
+    """Put the verdicts of the gates of such a stack into columns, by the names of the gates.
 
     A column has places in `accelcal.gates.verdict.VERDICTS`, shape (R * t,); those of the record,
     which all its tables share, come last.
@@ -44,7 +44,7 @@ def verdict_codes(stack: CalibrationStack) -> dict[str, Places]:
 
 
 def gate_warnings(stack: CalibrationStack) -> dict[int, list[str]]:
-    """Say what the gates of such records found that warn.
+    """Say what the gates of such a stack found that warn.
 
     By the row of a table, of R * t, these are the sentences of its gates that warn, then of those
     of its record; rows without any are left out.

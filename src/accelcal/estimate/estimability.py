@@ -25,7 +25,7 @@ class Estimability(NamedTuple):
     """What a design determines."""
 
     kept: tuple[str, ...]  # coefficients that are estimated, in the order of `COEFFICIENTS`
-    shares: Mapping[str, Mapping[str, float]]  # lost one -> what each absorbs of it
+    shares: Mapping[str, Mapping[str, float]]  # lost one -> share that a kept one absorbs
 
     @property
     def stands_for(self) -> Mapping[str, str]:
