@@ -1278,7 +1278,7 @@ def test_readings_that_stand_there_several_times_are_told(times):
     """Each counted as a replicate, and noise as a disagreement."""
     record = accelcal.simulate(seed=2)
     again = np.repeat(np.arange(len(record)), times)
-    copied = replace(record, **{name: own[again] for name, own in record._arrays().items()})
+    copied = record.taken(again)
     many = 162 * (times - 1)
     stand = accelcal.read_stand("examples/paper-stand.toml")
     for work in (
@@ -1297,7 +1297,7 @@ def test_readings_at_other_temperatures_that_agree_are_no_copies():
     """As of an accelerometer without noise and temperature laws, in one run."""
     record = accelcal.simulate(seed=2).select(run="1")
     again = np.repeat(np.arange(len(record)), 2)
-    twice = replace(record, **{name: own[again] for name, own in record._arrays().items()})
+    twice = record.taken(again)
     warmer = replace(twice, temperature=twice.temperature + np.arange(len(twice)) % 2)
     assert accelcal.fit(warmer).tables
     with pytest.raises(accelcal.InputError, match="readings repeat one"):
@@ -1308,7 +1308,7 @@ def test_readings_of_a_coarse_step_with_one_stroke_each_way_are_no_copies():
     """Two at each position that agree to the last digit, as those of the other stroke do."""
     record = accelcal.simulate(seed=2, plan=accelcal.TumblePlan(temperatures=20.0, strokes=2))
     again = np.repeat(np.arange(len(record)), 2)
-    twice = replace(record, **{name: own[again] for name, own in record._arrays().items()})
+    twice = record.taken(again)
     assert accelcal.fit(replace(twice, output=np.round(twice.output, 4))).tables
     with pytest.raises(accelcal.InputError, match="readings repeat one"):
         accelcal.fit(twice)
@@ -1319,7 +1319,7 @@ def test_readings_of_a_coarse_step_that_agree_are_no_copies(step):
     """Two at each position that agree to the last digit, as those of other strokes do."""
     record = accelcal.simulate(seed=2)
     again = np.repeat(np.arange(len(record)), 2)
-    twice = replace(record, **{name: own[again] for name, own in record._arrays().items()})
+    twice = record.taken(again)
     coarse = replace(twice.apparatus, resolution=step)
     rounded = replace(twice, output=np.round(twice.output / step) * step, apparatus=coarse)
     assert not accelcal.discover(rounded).effects

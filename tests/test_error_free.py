@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from accelcal.numerics.error_free import two_product, two_sum
+from accelcal.estimate.residuals import two_product, two_sum
 
 
 @pytest.mark.parametrize(

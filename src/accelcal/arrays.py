@@ -25,13 +25,6 @@ T = TypeVar("T")
 class Labels(Generic[T]):
     """Cells that are no numbers, most of which come again.
 
-    Parameters
-    ----------
-    code : ndarray of int
-        Place of each cell among the values.
-    values : list
-        What the cells hold.
-
     Examples
     --------
     >>> labels = Labels(np.array([0, 0, 1]), ["o+", None])
@@ -39,8 +32,8 @@ class Labels(Generic[T]):
     (3, 'o+', ['o+', 'o+', None])
     """
 
-    code: Places
-    values: list[T]
+    code: Places  # place of each cell among the values
+    values: list[T]  # what the cells hold
 
     @classmethod
     def of(cls, cells: Sequence[T]) -> Self:

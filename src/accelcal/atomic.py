@@ -50,18 +50,8 @@ def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
 def write_text(path: str | os.PathLike[str], text: str) -> None:
     r"""Write a text as UTF-8, as `write_atomically` does.
 
-    Parameters
-    ----------
-    path : str or path-like
-        File to write.
-    text : str
-        The text; a line feed is added at its end where there is none. A foreign byte of a file
-        name becomes its escape.
-
-    Raises
-    ------
-    InputError
-        As by `write_atomically`.
+    A line feed is added at its end where there is none. A foreign byte of a file name becomes its
+    escape.
 
     Examples
     --------
@@ -78,16 +68,8 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
 def open_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     """Open a file so that it gets its content at the end of the block, or not at all.
 
-    Yields
-    ------
-    file object
-        Where to write. When the block ends, its content takes the name `path`; when the block
-        raises, it vanishes.
-
-    Raises
-    ------
-    InputError
-        As by `write_atomically`. An OSError of the block is taken for one of writing.
+    When the block raises, what was written vanishes. An OSError of the block is taken for one of
+    writing.
 
     Examples
     --------
@@ -116,17 +98,8 @@ def open_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
 def replacing(target: Path, *, to_disk: bool = True) -> Iterator[IO[bytes]]:
     """Open a file as `open_atomically` does, and leave the words for what fails to the caller.
 
-    Parameters
-    ----------
-    target : Path
-        File to write, itself no link.
-    to_disk : bool, default True
-        Wait until the disk has it. Without, a power cut may spoil it; a kill never does.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
+    The target is itself no link. It may wait until the disk has it: without, a power cut may spoil
+    it; a kill never does.
     """
     if target.exists() and not os.access(target, os.W_OK):
         raise PermissionError

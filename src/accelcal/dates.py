@@ -32,19 +32,11 @@ _NUMBER_OF_MONTH = {name: str(n) for n, names in enumerate(_MONTHS, 1) for name 
 
 
 def date_of(text: str) -> datetime | None:
-    """Understand a date, with a clock time or without.
+    """Understand a date, with a clock time or without, and with its zone where the text tells it.
 
-    Parameters
-    ----------
-    text : str
-        Such as ``2024-05-31``, ``2024-05-31T14:30:00+02:00``, ``31.05.2024 14:30``,
-        ``2024/05/31 14:30``, ``31-May-2024`` or ``31. Mai 2024``.
-
-    Returns
-    -------
-    datetime or None
-        The date, with its zone where the text tells it; None where it is no date, or where the day
-        and the month might be taken for each other, as in ``11/10/2026``.
+    Such as ``2024-05-31``, ``2024-05-31T14:30:00+02:00``, ``31.05.2024 14:30``, ``2024/05/31
+    14:30``, ``31-May-2024`` or ``31. Mai 2024``. None where it is no date, or where the day and the
+    month might be taken for each other, as in ``11/10/2026``.
 
     Examples
     --------

@@ -29,17 +29,7 @@ _HALF_TURN = 180.0 - _SAME_READING  # deg: from here on a step may go either way
 
 
 def checked_positions(positions: int) -> int:
-    """Check the number of positions in a full turn.
-
-    Parameters
-    ----------
-    positions : int
-        The number.
-
-    Returns
-    -------
-    int
-        The same.
+    """Check the number of positions in a full turn, a whole number of 1 or more, and return it.
 
     Raises
     ------
@@ -194,17 +184,10 @@ def nominal_angles(angle: Array) -> Array:
 def counted_on(angle: Array) -> Array:
     """Tell start and return of a stroke apart where the encoder begins anew after a turn.
 
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        Nominal head angles of the stroke in the order of its readings [deg].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The same, but 0 for 360 deg and the reverse where the way of the stroke has it so: an
-        encoder may tell 359.9994 deg at the start and 0.0003 at the return [deg]. The very same
-        array where the readings do not go round the turn in one sense.
+    The nominal head angles of the stroke, shape (n,) [deg], are in the order of its readings. They
+    stay but for 0 in place of 360 deg and the reverse, where the way of the stroke has it so: an
+    encoder may tell 359.9994 deg at the start and 0.0003 at the return. It is the very same array
+    where the readings do not go round the turn in one sense.
 
     Examples
     --------
@@ -226,17 +209,10 @@ def counted_on(angle: Array) -> Array:
 
 
 def start_of_turn(angle: Array) -> float:
-    """Tell where a stroke goes once round the turn, within which the encoder begins anew.
+    """Tell where a stroke goes once round the turn, within which the encoder begins anew [deg].
 
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        Nominal head angles of the stroke in the order of its readings [deg].
-
-    Returns
-    -------
-    float
-        Where it starts and ends [deg]; 0 where it goes no turn round, or none within 0 to 360 deg.
+    It is where the stroke starts and ends, by its nominal head angles in the order of its readings,
+    shape (n,) [deg]; 0 where it goes no turn round, or none within 0 to 360 deg.
 
     Examples
     --------
@@ -256,17 +232,8 @@ def start_of_turn(angle: Array) -> float:
 def from_start(angle: Array, start: float) -> Array:
     """Count angles on from the start of a turn: those below it follow behind 360 deg.
 
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        Nominal head angles from 0 to 360 deg [deg].
-    start : float
-        Where the turn starts [deg].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The angles less the start, from 0 to 360 deg [deg].
+    They are nominal ones from 0 to 360 deg, shape (n,); what is counted is the angles less the
+    start, from 0 to 360 deg.
 
     Examples
     --------

@@ -11,14 +11,7 @@ import sys
 
 
 def tell(message: str, *values: object) -> None:
-    """Log at level INFO.
-
-    Parameters
-    ----------
-    message : str
-        The message, with the ``%`` marks of `logging`.
-    *values : object
-        What stands in their places.
+    """Log at level INFO, with the ``%`` marks of `logging` in the message.
 
     Examples
     --------

@@ -20,18 +20,10 @@ _LONGEST = 31.0
 
 
 def too_quick(time: Array) -> str:
-    """Say that times are in another unit than s, such as the days of a spreadsheet.
+    """Say that times, shape (n,), are in another unit than s, such as days of a spreadsheet.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times of the readings of a record [s].
-
-    Returns
-    -------
-    str
-        The times, and that no head is so quick; empty where the readings follow each other by
-        `QUICKEST` or more on the mean, or all have one time.
+    It tells the times, and that no head is so quick; it is empty where the readings follow each
+    other by `QUICKEST` or more on the mean, or all have one time.
 
     Examples
     --------
@@ -46,17 +38,9 @@ def too_quick(time: Array) -> str:
 
 
 def is_in_days(time: Array) -> bool:
-    """Tell whether the times of a launch are dates as a spreadsheet counts them.
+    """Tell whether the times of one or more samples are dates as a spreadsheet counts them.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times of one or more samples.
-
-    Returns
-    -------
-    bool
-        True where they lie in our days, and would be of less than a minute in seconds.
+    They are so where they lie in our days, and would be of less than a minute in seconds.
 
     Examples
     --------

@@ -67,12 +67,7 @@ def degrees_of_freedom(number: float) -> str:
 
 
 def listed(names: Iterable[str], most: int = 8) -> str:
-    """Name some things in a sentence.
-
-    Returns
-    -------
-    str
-        The names, and the number of the rest; empty without names.
+    """Name some things in a sentence, with the number of the rest; empty without names.
 
     Examples
     --------

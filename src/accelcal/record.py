@@ -19,7 +19,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import as_given
 from accelcal.arguments.options import check_choice, check_text, check_texts, check_written
 from accelcal.arguments.temperatures import check_temperature, outside_tests
-from accelcal.arrays import Array, Ints, Mask, kept
+from accelcal.arrays import Array, Ints, Mask, Places, kept
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.frozen_mapping import kept_mapping
@@ -162,7 +162,7 @@ class TumbleRecord(EqualByContents):
             object.__setattr__(self, name, kept(array))
         object.__setattr__(self, "metadata", kept_mapping(self.metadata))
 
-    def _arrays(self) -> dict[str, NDArray[Any]]:
+    def _arrays(self) -> dict[str, Any]:
         return {name: own for name in _DTYPES if (own := getattr(self, name)) is not None}
 
     def _check_kinds(self) -> None:
@@ -190,17 +190,14 @@ class TumbleRecord(EqualByContents):
     def _check_values(self) -> None:
         if self.positions < 2:
             raise InputError(f"positions of a record is {self.positions}; it is 2 or more")
+        known = ~outside_tests(self.temperature)
         rules = [
             ("output", np.isfinite(self.output), "a finite number"),
             ("angle", np.isfinite(self.angle), "a finite number of degrees"),
             ("stroke", self.stroke >= 1, "1 or more"),
             ("run", (self.run >= 0) & (self.run < len(self.run_labels)), "an index of run_labels"),
             ("mounting", is_mounting(self.mounting), f"one of {', '.join(MOUNTINGS)}"),
-            (
-                "temperature",
-                ~outside_tests(self.temperature),
-                "from -273.15 to 250 degC, or unknown",
-            ),
+            ("temperature", known, "from -273.15 to 250 degC, or unknown"),
         ]
         for name, good, rule in rules:
             if not good.all():
@@ -299,20 +296,33 @@ class TumbleRecord(EqualByContents):
         >>> accelcal.simulate(seed=1).select(run="2")
         <TumbleRecord serial 'AL-15': 54 readings, 1 run, 8 positions>
         """
-        if mask is None and run is not None:
-            mask = np.ones(len(self), dtype=bool)
+        mask = np.ones(len(self), dtype=bool) if mask is None and run is not None else mask
         if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (len(self),):
             rule = f"an array of {len(self)} truth values, one for each reading"
             raise InputError(f"mask is {as_given(mask)}; it is {rule}")
         if run is not None:
             check_choice(self.run_labels, run=run)
             mask = mask & (self.run == self.run_labels.index(run))
-        kept: dict[str, Any] = {name: array[mask] for name, array in self._arrays().items()}
-        return replace(self, **kept)
+        return self.taken(mask)
+
+    def taken(self, readings: Mask | Places) -> TumbleRecord:
+        """Take readings in an order of their own, and all run labels.
+
+        Parameters
+        ----------
+        readings : ndarray of bool or int
+            A truth value for each reading, or the places of some.
+
+        Returns
+        -------
+        TumbleRecord
+            A new record.
+        """
+        return replace(self, **{name: own[readings] for name, own in self._arrays().items()})
 
     def tables(self) -> tuple[TumbleRecord, ...]:
         """Tables of the record: one for each run and mounting, in order."""
-        return tuple(map(self.select, self.table_masks()))
+        return tuple(map(self.taken, self.table_masks()))
 
     def table_masks(self) -> Iterator[Mask]:
         """Iterate over the readings of each table, in the order of `tables`."""

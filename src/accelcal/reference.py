@@ -41,28 +41,14 @@ def fixture_angle(record: TumbleRecord, given: float | None = None) -> float:
 
 
 def declared_fixture_angle(record: TumbleRecord) -> str:
-    """Return the fixture angle as it is written in the record, which may be no number.
-
-    Returns
-    -------
-    str
-        What stands there; ``"0"`` where there is nothing.
-    """
+    """Return the fixture angle as it is written in the record, or ``"0"``; it may be no number."""
     return record.metadata.get("delta0", "0")
-
-
-def has_reference_temperature(record: TumbleRecord, given: float | None) -> bool:
-    """Tell whether T0 is given, or declared by the record."""
-    return given is not None or record.reference_temperature is not None
 
 
 def reference_temperature_of(record: TumbleRecord, given: float | None) -> float | None:
     """Take T0 as given, else as the record declares it, else the level nearest to 20 degC.
 
-    Returns
-    -------
-    float or None
-        T0; None where no temperature is known [degC].
+    None where no temperature is known [degC].
     """
     if given is not None:
         check_temperature(reference_temperature=given)
@@ -76,17 +62,10 @@ def reference_temperature_of(record: TumbleRecord, given: float | None) -> float
 
 
 def usual_reference(levels: Array) -> Array:
-    """Take the level nearest to 20 degC.
+    """Take the level nearest to 20 degC, the first of the nearest, shape (...).
 
-    Parameters
-    ----------
-    levels : ndarray, shape (..., m)
-        Levels of m runs, NaN where unknown [degC].
-
-    Returns
-    -------
-    ndarray, shape (...)
-        The first of the nearest; NaN where none is known [degC].
+    The levels are of m runs, shape (..., m), NaN where unknown; so is it where none is known
+    [degC].
 
     Examples
     --------
@@ -100,17 +79,9 @@ def usual_reference(levels: Array) -> Array:
 
 
 def level_of(temperatures: Array) -> Array:
-    """Mean of the temperatures of readings, as far as they are known.
+    """Mean of the temperatures, shape (R, n), as far as they are known, shape (R,) [degC].
 
-    Parameters
-    ----------
-    temperatures : ndarray, shape (R, n)
-        Temperatures of n readings in each of R records, NaN where unknown [degC].
-
-    Returns
-    -------
-    ndarray, shape (R,)
-        The level; NaN where nothing is known [degC].
+    NaN where nothing is known.
     """
     known = np.isfinite(temperatures)
     if known.all():
@@ -121,17 +92,9 @@ def level_of(temperatures: Array) -> Array:
 
 
 def measured_sides(rise: Array) -> tuple[str, ...]:
-    """Find the sides of T0 on which a slope can be had.
+    """Find the sides of T0 on which a slope can be had, by T - T0 of the levels [degC].
 
-    Parameters
-    ----------
-    rise : ndarray
-        T - T0 of the levels [degC].
-
-    Returns
-    -------
-    tuple of str
-        ``"above"`` and ``"below"``, as far as measured.
+    They are ``"above"`` and ``"below"``, as far as measured.
 
     Examples
     --------
@@ -147,24 +110,12 @@ def measured_sides(rise: Array) -> tuple[str, ...]:
 
 
 def bilinear_design(rise: Array, sides: Sequence[str], axis: int = -1) -> Array:
-    """Columns of one law: value at T0, then the slopes that were measured.
+    """Columns of one law: value at T0, then the slopes that were measured, on `measured_sides`.
 
     With one slope the line goes straight on through T0: levels and readings less than `LEAST_RISE`
     on its other side, such as those of a run at T0 whose temperature scatters, change by it too.
-
-    Parameters
-    ----------
-    rise : ndarray, shape (..., n)
-        T - T0 [degC].
-    sides : sequence of str
-        See `measured_sides`.
-    axis : int, default -1
-        Where the columns go; -2 puts them one below another.
-
-    Returns
-    -------
-    ndarray, shape (..., n, 1 + len(sides))
-        Design matrix.
+    The rise T - T0, shape (..., n) [degC], makes a matrix of shape (..., n, 1 + len(sides)); the
+    axis -2 puts the columns one below another.
 
     Examples
     --------

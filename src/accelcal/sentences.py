@@ -19,16 +19,9 @@ Told = Labels[tuple[str, ...]]
 
 
 class Sentence(NamedTuple):
-    """A sentence, and which of R records need it.
+    """A sentence, and which of R records need it; a bool counts for all.
 
-    Attributes
-    ----------
-    where : ndarray of bool, shape (R,), or bool
-        Whether a record needs it; a bool counts for all.
-    text : str or callable
-        The sentence, without a full stop; a function of its numbers where it has some.
-    numbers : sequence of ndarray, shape (R,)
-        The numbers of each record.
+    It has no full stop, and is a function of its numbers where it has some, shape (R,) each.
     """
 
     where: Mask | bool

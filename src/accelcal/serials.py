@@ -12,11 +12,6 @@ _HYPHENS = dict.fromkeys(map(ord, "\u2010\u2011\u2012\u2013\u2014\u2212"), "-")
 def serials_alike(names: Iterable[str]) -> list[tuple[str, ...]]:
     """Find serial numbers that differ in nothing but case, blanks and the kind of their hyphens.
 
-    Returns
-    -------
-    list of tuple of str
-        Those that are alike, in their order; none where all differ by more.
-
     Examples
     --------
     >>> serials_alike(["AL-15", "AL-16", "al-15"])

@@ -86,18 +86,10 @@ _SIGNS = (("degC", "°C"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 
 
 class Scale(NamedTuple):
-    """What a number is multiplied by to be read easily.
+    """What a number is multiplied by to be read easily."""
 
-    Attributes
-    ----------
-    factor : float
-        Number shown over number in the unit of the result.
-    unit : str
-        Unit shown.
-    """
-
-    factor: float
-    unit: str
+    factor: float  # number shown over number in the unit of the result
+    unit: str  # shown
 
 
 def readable(unit: str, *values: Any) -> Scale:

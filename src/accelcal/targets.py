@@ -20,22 +20,10 @@ _WRITTEN = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(([^/]*?)\s*(?:/\s*(\
 def target_size(name: str, text: str, unit: str, nominal: float | None = None) -> float:
     """Read an uncertainty with its unit; whether it is a standard one, the caller says.
 
-    Parameters
-    ----------
-    name : str
-        Of what.
-    text : str
-        As ``"5ppm"``, ``"2ug"``, ``"2e-6"``, ``"0.1ug/degC"``; the denominator may be left out.
-    unit : str
-        Unit of the coefficient, such as ``"g/degC"``, ``"rad"``, ``"1"`` or ``"mA/g"``.
-    nominal : float, optional
-        Value of a coefficient in units of the output, of which ppm are a part [unit]; without it,
-        the target of such a coefficient is in its own unit only.
-
-    Returns
-    -------
-    float
-        The uncertainty [unit].
+    The text is as ``"5ppm"``, ``"2ug"``, ``"2e-6"``, ``"0.1ug/degC"``; the denominator may be left
+    out. The unit is that of the coefficient, such as ``"g/degC"``, ``"rad"``, ``"1"`` or
+    ``"mA/g"``; of a coefficient in units of the output, ppm are a part of its nominal value, and
+    without that the target is in its own unit only.
 
     Raises
     ------

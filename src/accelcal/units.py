@@ -249,12 +249,7 @@ def is_output_unit(text: str) -> bool:
 
 
 def conversion_factor(given: str, wanted: str) -> float | None:
-    """Factor from one output unit to another of the same quantity.
-
-    Returns
-    -------
-    float or None
-        What a value in `given` is multiplied by; None where the units are of other quantities.
+    """Factor from one output unit to another; None where the units are of other quantities.
 
     Examples
     --------
@@ -271,17 +266,7 @@ def conversion_factor(given: str, wanted: str) -> float | None:
 
 
 def spellings(kind: str) -> Mapping[str, str]:
-    """Ways of writing the units of a kind of quantity.
-
-    Parameters
-    ----------
-    kind : str
-        One of `UNITS`.
-
-    Returns
-    -------
-    mapping of str to str
-        Spelling -> name of the unit.
+    """Ways of writing the units of a kind of quantity, of `UNITS`, each with the name of the unit.
 
     Examples
     --------
@@ -292,19 +277,9 @@ def spellings(kind: str) -> Mapping[str, str]:
 
 
 def size_of(unit: str, *kinds: str) -> float | None:
-    """Size of a unit in the first one of its kind.
+    """Size of a unit in the first one of its kind, of some of `UNITS`; None where it is of none.
 
-    Parameters
-    ----------
-    unit : str
-        The unit as written, in any case; but a capital M or N is not the prefix milli or nano.
-    *kinds : str
-        What it may be a unit of, of `UNITS`.
-
-    Returns
-    -------
-    float or None
-        Its size; None where it is none of these.
+    It is as written, in any case; but a capital M or N is not the prefix milli or nano.
 
     Examples
     --------
@@ -322,10 +297,7 @@ def size_of(unit: str, *kinds: str) -> float | None:
 def scaled(number: str, size: float) -> float:
     """Multiply a number as it is written by the size of its unit, and round once.
 
-    Returns
-    -------
-    float
-        The float next to the product of what both have written.
+    It is the float next to the product of what both have written.
 
     Raises
     ------

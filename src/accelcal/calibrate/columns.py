@@ -19,37 +19,21 @@ def mountings_of(stack: CalibrationStack) -> list[str]:
 
 
 def numbers_of(stack: CalibrationStack) -> dict[str, Column]:
-    """Put what was found of the tables of a stack into columns.
+    """Put what was found of a stack, t tables in each of R records of one plan, into columns.
 
-    Parameters
-    ----------
-    stack : CalibrationStack
-        R records of one plan of t tables, none of them alone.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (R * t,)
-        ``temperature_degC``, ``readings``, ``dof``, ``residual_rms``; each coefficient and error
-        term with its ``_standard_uncertainty``, ``_expanded_uncertainty`` and ``_dof``. NaN where
-        unknown, and degrees of freedom where infinite.
+    They are of shape (R * t,): ``temperature_degC``, ``readings``, ``dof``, ``residual_rms``; each
+    coefficient and error term with its ``_standard_uncertainty``, ``_expanded_uncertainty`` and
+    ``_dof``. NaN where unknown, and degrees of freedom where infinite.
     """
     quantities = (of_all.columns().items() for of_all in stack.quantities)
     return {**_of_tables(stack), **{name: part for own in quantities for name, part in own}}
 
 
 def verdict_codes(stack: CalibrationStack) -> dict[str, Places]:
-    """Put the verdicts of the gates of a stack into columns.
+    """Put the verdicts of the gates of such a stack into columns, by the names of the gates.
 
-    Parameters
-    ----------
-    stack : CalibrationStack
-        R records of one plan of t tables, none of them alone.
-
-    Returns
-    -------
-    dict of str to ndarray of int, shape (R * t,)
-        By the name of the gate, the place of the verdict in `accelcal.gates.verdict.VERDICTS`;
-        those of the record, which all its tables share, come last.
+    A column has places in `accelcal.gates.verdict.VERDICTS`, shape (R * t,); those of the record,
+    which all its tables share, come last.
     """
     found = {}
     for gates in zip(*stack.gates, strict=True):
@@ -60,18 +44,10 @@ def verdict_codes(stack: CalibrationStack) -> dict[str, Places]:
 
 
 def gate_warnings(stack: CalibrationStack) -> dict[int, list[str]]:
-    """Say what the gates of a stack found that warn.
+    """Say what the gates of such a stack found that warn.
 
-    Parameters
-    ----------
-    stack : CalibrationStack
-        R records of one plan of t tables, none of them alone.
-
-    Returns
-    -------
-    dict of int to list of str
-        By the row of a table, of R * t, the sentences of its gates that warn, then of those of its
-        record; rows without any are left out.
+    By the row of a table, of R * t, these are the sentences of its gates that warn, then of those
+    of its record; rows without any are left out.
     """
     tables = len(stack.tables)
     found: dict[int, list[str]] = {}

@@ -124,28 +124,17 @@ def fit(
 
 
 class Many(NamedTuple):
-    """Calibrations of many records.
+    """Calibrations of many records."""
 
-    Attributes
-    ----------
-    stacks : tuple of tuple
-        Places of the records of each plan among those given, and their calibrations.
-    failures : mapping of int to InputError
-        Place of each record that could not be calibrated, and why.
-    """
-
-    stacks: tuple[tuple[Places, CalibrationStack], ...]
-    failures: Mapping[int, InputError]
+    stacks: tuple[tuple[Places, CalibrationStack], ...]  # places of those of a plan
+    failures: Mapping[int, InputError]  # place of each that could not be calibrated -> why
 
 
 def calibrate_many(records: Sequence[TumbleRecord], options: Options | None = None) -> Many:
     """Calibrate many records, those of one plan together.
 
-    Returns
-    -------
-    Many
-        Their calibrations: `CalibrationStack.one` gives what `accelcal.fit` gives, and
-        `accelcal.calibrate.columns` the columns of all.
+    `CalibrationStack.one` gives what `accelcal.fit` gives, and `accelcal.calibrate.columns` the
+    columns of all.
 
     Raises
     ------

@@ -33,10 +33,7 @@ _NOTABLE = 0.02
 def corrections(plan: OnePlan, options: Options, delta0: float) -> tuple[Correction, ...]:
     """Take the effects that are known out of the readings, whose sizes are those of each record.
 
-    Returns
-    -------
-    tuple of Correction
-        One a record, with the gaps where it is alone; none without a model.
+    There is one correction a record, with the gaps where it is alone; none without a model.
     """
     if options.model is None:
         return ()
@@ -53,20 +50,11 @@ def corrections(plan: OnePlan, options: Options, delta0: float) -> tuple[Correct
 def effects_components(
     known: Sequence[Correction], passed: Callable[[Array], Array]
 ) -> dict[str, Component]:
-    """Find the components of error that taking effects out gives to what is estimated.
+    """Find the components of error that taking effects out of R records gives to estimates.
 
-    Parameters
-    ----------
-    known : sequence of Correction
-        Of each of R records.
-    passed : callable
-        Passes changes of the readings, shape (R, n, k), on to what is estimated, shape (R, P, k).
-
-    Returns
-    -------
-    dict of str to Component
-        With a leading axis of length R: by the sizes of the effects and, where others may be in
-        their place, by what they would be beside these.
+    Changes of the readings, shape (R, n, k), are `passed` on to what is estimated, shape (R, P, k).
+    The components are by the sizes of the effects and, where others may be in their place, by what
+    they would be beside these.
     """
     through = passed(_side_by_side([item.acting for item in known]))
     dof, readings = np.array([float(item.dof) for item in known]), len(known[0].record)
@@ -86,21 +74,8 @@ def to_coefficients(
 ) -> Callable[[Array], Array]:
     """Pass changes of the readings of records on to the coefficients, table after table.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of the records.
-    masks : sequence of ndarray of bool
-        Which readings are theirs.
-    method : str
-        One of `accelcal.estimate.linear.METHODS`.
-    delta0 : float
-        Fixture angle [rad].
-
-    Returns
-    -------
-    callable
-        As for `effects_components`.
+    The tables are of any of the records, and the masks tell which readings are theirs; the method
+    is one of `METHODS`, with a fixture angle [rad].
     """
     estimators = [linear_estimator(table, method, delta0) for table in tables]
 
@@ -139,10 +114,7 @@ def said_of_effects(
 ) -> list[tuple[str, ...]]:
     """Say whose effects were taken out, and which of them not with a size in these readings.
 
-    Returns
-    -------
-    list of tuple of str
-        Sentences about each record, without a full stop.
+    There are sentences about each record, without a full stop.
     """
     each = zip(plan.records, known, strict=True)
     return [

@@ -42,14 +42,7 @@ class FitOptions(TypedDict, total=False):
 
 
 class Options(NamedTuple):
-    """Arguments of `accelcal.fit`.
-
-    Attributes
-    ----------
-    method, robust, delta0, reference_temperature, coefficients, strict, temperature_laws, model,
-    head
-        See there.
-    """
+    """Arguments of `accelcal.fit`, see there."""
 
     method: Method = METHODS[0]
     robust: bool = False
@@ -72,13 +65,7 @@ class Options(NamedTuple):
         return np.array([self.head_for(record) is not self.head for record in records])
 
     def check(self) -> None:
-        """Refuse what no fit takes.
-
-        Raises
-        ------
-        InputError
-            If a temperature is none of a test, a flag is none, or a method or the laws are unknown.
-        """
+        """Refuse what no fit takes, by an `InputError`."""
         check_choice(METHODS, method=self.method)
         check_choice(TEMPERATURE_LAWS, temperature_laws=self.temperature_laws)
         check_flag(robust=self.robust, strict=self.strict)
@@ -96,15 +83,7 @@ class Options(NamedTuple):
     def warn(self, stacklevel: int) -> None:
         """Warn of the misprinted method, once and not for every file.
 
-        Parameters
-        ----------
-        stacklevel : int
-            As of `warnings.warn`; 1 is the line that calls this.
-
-        Warns
-        -----
-        AccelcalWarning
-            With the misprinted method.
+        The level is that of `warnings.warn`; 1 is the line that calls this.
         """
         if self.method == "printed":
             warnings.warn(

@@ -142,11 +142,8 @@ class OnePlan(NamedTuple):
     ) -> OnePlan:
         """Take the known errors of the head out of the readings.
 
-        Returns
-        -------
-        OnePlan
-            The records with Y(th) in place of Y(th + e), e the error of the position, and with the
-            uncertainty that is left of the head as the declared one.
+        The records have Y(th) in place of Y(th + e), e the error of the position, and the
+        uncertainty that is left of the head as the declared one.
 
         Raises
         ------
@@ -188,21 +185,11 @@ def _without_gaps(temperature: Array, level: Array) -> Array:
 
 
 def plans_of(records: Sequence[TumbleRecord], delta0: float | None) -> list[tuple[Places, OnePlan]]:
-    """Group records that can be calibrated together.
+    """Group records that can be calibrated together, with the fixture angle of all [rad].
 
-    Parameters
-    ----------
-    records : sequence of TumbleRecord
-        Records.
-    delta0 : float or None
-        Fixture angle of all; None where each record declares its own [rad].
-
-    Returns
-    -------
-    list of tuple
-        Places of the records of each plan, and their readings; those of many records in parts of
-        two thousand. A record is alone where its readings are none of an accelerometer, so that it
-        harms no other, or have a say in their weights.
+    None is the one that each record declares. A plan comes with the places of its records; those of
+    many records come in parts of two thousand. A record is alone where its readings are none of an
+    accelerometer, so that it harms no other, or have a say in their weights.
 
     Notes
     -----

@@ -65,18 +65,10 @@ class QuantityStack(NamedTuple):
 
 
 class TableQuantities(NamedTuple):
-    """What is known of the tables of R records.
+    """What is known of the tables of R records."""
 
-    Attributes
-    ----------
-    coefficients : QuantityStack
-        K0, K1, K2, K3, M, M_ip.
-    error_model : QuantityStack
-        k0, k2, k3, delta, delta_ip: quotients by K1, last line of (6).
-    """
-
-    coefficients: QuantityStack
-    error_model: QuantityStack
+    coefficients: QuantityStack  # K0, K1, K2, K3, M, M_ip
+    error_model: QuantityStack  # k0, k2, k3, delta, delta_ip: quotients by K1, last line of (6)
 
     def unbounded(self, records: Mask, names: Collection[str]) -> TableQuantities:
         """Take the uncertainties of coefficients from some records where nothing bounds an error.
@@ -96,23 +88,12 @@ def table_quantities(
     components: Mapping[str, Component],
     unit: str | None,
 ) -> TableQuantities:
-    """Coefficients and error models of all tables in all records.
+    """Coefficients and error models of all tables in all records, with their uncertainties.
 
-    Parameters
-    ----------
-    names : sequence of tuple of str
-        The coefficients that are estimated in each of t tables, P in all.
-    values : sequence of ndarray, shape (R, 6)
-        All coefficients of each table, zero where not estimated [output unit / g^n].
-    components : mapping of str to Component
-        Components of the errors of those estimated, table after table, shape (R, P, P).
-    unit : str or None
-        Output unit.
-
-    Returns
-    -------
-    TableQuantities
-        With the uncertainties of the quotients by the law of propagation.
+    Those estimated are named for each of t tables, P in all; the values of each table, shape (R,
+    6), are zero where not estimated [output unit / g^n]; components of the errors of those
+    estimated are of shape (R, P, P), table after table. Those of the quotients are by the law of
+    propagation.
     """
     whole = [(table, name) for table, own in enumerate(names) for name in own]
     k = np.stack(values, axis=1)[:, *_columns(whole, COEFFICIENTS)]

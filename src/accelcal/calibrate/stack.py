@@ -100,11 +100,8 @@ class CalibrationStack:
     def laws_of(self, record: int) -> tuple[TemperatureModel | None, TemperatureModel | None]:
         """Return the laws of one record, of its main and of its second axis.
 
-        Returns
-        -------
-        tuple of TemperatureModel or None
-            The laws from its tables, those of the main axis from its readings where these are asked
-            for; None where there is one level only.
+        They are from its tables, those of the main axis from its readings where these are asked
+        for; None where there is one level only.
         """
         main, second = (
             laws.model(record) if laws is not None else None
@@ -170,7 +167,9 @@ class CalibrationStack:
     @cached_property
     def stated(self) -> JointEstimate:
         """The estimate with what errors of the temperature do to the coefficients."""
-        return self.estimate.with_error("temperature", self.laws.of_tables)
+        heat, components = self.laws.of_tables, self.estimate.components
+        own = {} if heat is None else {"temperature": heat}
+        return self.estimate._replace(components={**components, **own})
 
     @cached_property
     def quantities(self) -> TableQuantities:
@@ -238,12 +237,7 @@ class CalibrationStack:
 def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
     """Calibrate records of one plan.
 
-    Parameters
-    ----------
-    plan : OnePlan
-        The records; one that told of a known head is alone, as its head is that of the others.
-    options : Options
-        What is asked.
+    One that told of a known head is alone, as its head is that of the others.
 
     Raises
     ------

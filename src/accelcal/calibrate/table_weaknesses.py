@@ -90,13 +90,7 @@ _LOST = 5e-6
 def of_large_turn(
     tables: Sequence[PreparedTable], estimate: JointEstimate, delta0: float
 ) -> Sentence:
-    """Say what a large fixture angle takes off K1.
-
-    Returns
-    -------
-    Sentence
-        Due where the scale factor lost more than some ppm.
-    """
+    """Say what a large fixture angle takes off K1, where that is more than some ppm."""
     beyond = fixture_angle_stack(tables, estimate)
     return _of_one_side(tables, estimate, delta0) if beyond is None else _told(beyond, delta0)
 

@@ -17,7 +17,6 @@ from accelcal.estimate.linear import linear_estimator
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import ERROR_TERMS
 from accelcal.plural import degrees_of_freedom, listed
-from accelcal.reference import has_reference_temperature
 from accelcal.results.beyond_uncertainty import (
     FEWER,
     LEFT_OUT,
@@ -71,18 +70,10 @@ _OF_METHOD = {
 
 
 class Warned(NamedTuple):
-    """Sentences about R records and about their tables, without a full stop.
+    """Sentences about R records and about their tables, without a full stop."""
 
-    Attributes
-    ----------
-    of_record : Told
-        Those about each record.
-    of_tables : sequence of Told
-        For each table, those of each record.
-    """
-
-    of_record: Told
-    of_tables: Sequence[Told]
+    of_record: Told  # those about each record
+    of_tables: Sequence[Told]  # for each table, those of each record
 
 
 def warnings_of(stack: CalibrationStack) -> Warned:
@@ -295,14 +286,14 @@ def _of_launch(estimate: JointEstimate) -> Iterator[Sentence]:
 def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
     """Say what the temperature laws rest on, or why there are none."""
     has_laws, tables, records = slopes.has_laws, stack.tables, stack.plan.records
-    given = stack.options.reference_temperature
+    given = stack.options.reference_temperature is not None
     yield Sentence(
         ~has_laws,
         "no temperature laws: they need the temperature of each run, and k0, K1 and delta at two"
         " temperatures more than 5 degC apart, one of them more than 5 degC from T0",
     )
     yield Sentence(
-        has_laws & [not has_reference_temperature(record, given) for record in records],
+        has_laws & [not given and record.reference_temperature is None for record in records],
         "T0 was not given: it is the level nearest to 20 degC",
     )
     if unknown := _unknown_shifts(stack.estimate):

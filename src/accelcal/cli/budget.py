@@ -28,6 +28,7 @@ from accelcal.cli.options import (
 )
 from accelcal.cli.stand_budget import asked_for_stand, budget_of_stand, stand_options
 from accelcal.cli.values import durations
+from accelcal.errors import DocumentError, InputError
 from accelcal.units import HOUR
 
 if TYPE_CHECKING:
@@ -136,7 +137,6 @@ def _calibration(path: str, serial: str | None, mounting: str | None) -> Calibra
 
 def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:
     from accelcal.error_budget.random_part import random_part
-    from accelcal.errors import DocumentError
 
     per_hour = options["drift_rate"]
     names = "factor launch fluctuation hysteresis threshold scale_factor_instability"
@@ -168,7 +168,6 @@ def _budget(calibration: Calibration, random: RandomPart, options: dict[str, Any
     import numpy as np
 
     from accelcal.error_budget.budget import budget as budget_of
-    from accelcal.errors import InputError
 
     lists: Sequence[Sequence[float | None]] = (
         options["time"],

@@ -23,17 +23,10 @@ _COLOURS = {"PASS": "green", "FAIL": "red", "JUMP": "red"}
 
 
 def deliver(text: str, path: str | None = None, *, words: bool = False) -> None:
-    """Write a result.
+    """Write a result, as UTF-8 to a file, or to standard output, which ``"-"`` is too.
 
-    Parameters
-    ----------
-    text : str
-        The result; a line feed is added at its end where there is none.
-    path : str, optional
-        File to write, as UTF-8; None or ``"-"`` is standard output.
-    words : bool, default False
-        Whether it is for people: it names options, and verdicts and warnings have colours on a
-        terminal.
+    A line feed is added at its end where there is none. In `words` for people, options are named,
+    and verdicts and warnings have colours on a terminal.
 
     Raises
     ------

@@ -43,12 +43,8 @@ class FileToRead(_FileName):
 class FileToWrite(_FileName):
     """Type of an option: a file that the command writes.
 
-    Parameters
-    ----------
-    form : str, optional
-        What is in the file, whatever its name, such as ``"JSON"``; where the name decides, None.
-    *ends : str
-        Ends of names that promise this form. Those that promise another one are refused.
+    The form is what is in the file, whatever its name, such as ``"JSON"``; None where the name
+    decides. Names end so as to promise this form; those that promise another one are refused.
     """
 
     def __init__(self, form: str | None = None, *ends: str) -> None:
@@ -67,10 +63,7 @@ class FileToWrite(_FileName):
 class FileOfManyForms(FileToWrite):
     """Type of an option: a file whose name decides the form.
 
-    Parameters
-    ----------
-    room : str
-        Module that writes it. Its `form_of` refuses other names.
+    The room is the module that writes it; its `form_of` refuses other names.
     """
 
     def __init__(self, room: str) -> None:

@@ -14,21 +14,11 @@ _PLAIN = ("method", "robust", "delta0", "strict", "temperature_laws")
 
 
 class FitArguments(NamedTuple):
-    """What is asked of a calibration.
+    """What is asked of a calibration."""
 
-    Attributes
-    ----------
-    of_all : dict
-        Arguments of `accelcal.fit` that are the same for all records.
-    specification : Specification or None
-        The data sheet to judge against.
-    models : ResultFile or None
-        Discoveries whose effects are to be taken out, each of its unit.
-    """
-
-    of_all: dict[str, Any]
-    specification: Specification | None
-    models: ResultFile | None
+    of_all: dict[str, Any]  # arguments of `accelcal.fit` for all records
+    specification: Specification | None  # the data sheet to judge against
+    models: ResultFile | None  # discoveries whose effects are to be taken out, each of its unit
 
 
 def fit_arguments(options: dict[str, Any]) -> FitArguments:

@@ -33,17 +33,9 @@ BUG_NOTICE = (
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line.
+    """Run the command line, by default with the arguments of the process, and return the exit code.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Arguments behind the name of the program; those of the process by default.
-
-    Returns
-    -------
-    int
-        Exit code: 0 done; 1 done, but a verdict failed; 2 unusable input or options.
+    It is 0 if done; 1 if done, but a verdict failed; 2 with unusable input or options.
     """
     _start_quickly()
     _prepare_streams()

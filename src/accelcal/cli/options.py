@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial, wraps
+from functools import partial, reduce, wraps
 from typing import Any, TypeVar, cast
 
 import click
@@ -56,29 +56,19 @@ def output_option(
 
 
 def valued_option(
-    kind: Any, flag: str, metavar: str, told: str, *, name: str | None = None, **attributes: Any
+    kind: Any,
+    flag: str,
+    metavar: str | None,
+    told: str,
+    *,
+    name: str | None = None,
+    **attributes: Any,
 ) -> Callable[[Function], Function]:
-    """Make an option that has a value.
+    """Make an option that has a value, of a `kind` that makes it of the text; it is a decorator.
 
-    Parameters
-    ----------
-    kind : callable or click.ParamType
-        What makes the value of the text.
-    flag : str
-        Such as ``"--g"``.
-    metavar : str
-        Its unit, symbol or kind of file, as the help shows it.
-    told : str
-        Its help.
-    name : str, optional
-        Parameter of the command, where it is not that of the flag.
-    **attributes : Any
-        Others of `click.option`.
-
-    Returns
-    -------
-    callable
-        A decorator of commands.
+    `metavar` is its unit, symbol or kind of file, as the help shows it, `told` its help, and `name`
+    the parameter of the command, where it is not that of the flag; others are those of
+    `click.option`.
     """
     names = [flag] if name is None else [flag, name]
     return click.option(*names, type=kind, metavar=metavar, help=told, **attributes)
@@ -86,29 +76,20 @@ def valued_option(
 
 def flag_option(flag: str, told: str, *, name: str | None = None) -> Callable[[Function], Function]:
     """Make an option without a value; `told` is its help, `name` its parameter if another one."""
-    names = [flag] if name is None else [flag, name]
-    return click.option(*names, is_flag=True, help=told)
+    return valued_option(None, flag, None, told, name=name, is_flag=True)
 
 
 def choice_option(
     flag: str, choices: Sequence[str], told: str, *, name: str | None = None
 ) -> Callable[[Function], Function]:
     """Make an option that is one of some words; the first of them is the default."""
-    names = [flag] if name is None else [flag, name]
-    return click.option(
-        *names, type=click.Choice(choices), default=choices[0], show_default=True, help=told
-    )
+    kind = click.Choice(choices)
+    return valued_option(kind, flag, None, told, name=name, default=choices[0], show_default=True)
 
 
 text_option = partial(valued_option, label)
-"""An option that is a text."""
-
 number_option = partial(valued_option, number)
-"""An option that is a number."""
-
 acceleration_option = partial(valued_option, quantity("g", "acceleration"))
-"""An option that is an acceleration [g]."""
-
 angle_option = partial(valued_option, size(quantity("rad", "angle", "acceleration")))
 """An option that is the size of an angle of the head [rad], or acceleration [g] that it makes."""
 
@@ -121,43 +102,18 @@ declared_angle_option = partial(
 """The size of an angle of the head [rad], or acceleration [g], that is declared of a table."""
 
 ratio_option = partial(valued_option, size(quantity("1", "ratio")))
-"""An option that is the size of a part of one."""
-
 temperature_option = partial(valued_option, temperature_of_test)
-"""An option that is a temperature of a test [degC]."""
-
 degrees_option = partial(valued_option, size(quantity("degC", "temperature difference")))
-"""An option that is the size of a difference of temperatures [degC]."""
-
 seconds_option = partial(valued_option, quantity("s", "time"))
-"""An option that is a time [s]."""
-
 hours_option = partial(valued_option, quantity("h", "time"))
-"""An option that is a time [h]."""
-
 gravity_option = partial(valued_option, quantity("m/s^2", "gravity"), "--g", "M_S2")
-"""Option ``--g``, by its help."""
-
 file_option = partial(valued_option, FileToRead())
-"""An option that names a file to be read."""
-
 accelerations_option = partial(valued_option, quantities("g", "acceleration"))
-"""An option that lists accelerations [g]."""
-
 angles_option = partial(valued_option, quantities("deg", "angle"))
-"""An option that lists angles of the head [deg]."""
-
 temperatures_option = partial(valued_option, quantities("degC", "temperature"))
-"""An option that lists temperatures [degC]."""
-
 count_option = partial(valued_option, click.IntRange(1))
-"""An option that counts something."""
-
 seed_option = partial(valued_option, click.IntRange(0), "--seed", "N")
-"""Option ``--seed``, by its help."""
-
 delta0_option = partial(valued_option, fixture_angle, "--delta0", "RAD")
-"""Option ``--delta0``, by its help."""
 
 
 def picture_option(what: str) -> Callable[[Function], Function]:
@@ -167,13 +123,7 @@ def picture_option(what: str) -> Callable[[Function], Function]:
 
 def together(*options: Callable[[Function], Function]) -> Callable[[Function], Function]:
     """Several options as one decorator, in the order of the help."""
-
-    def decorated(function: Function) -> Function:
-        for option in reversed(options):
-            function = option(function)
-        return function
-
-    return decorated
+    return lambda function: reduce(lambda made, option: option(made), reversed(options), function)
 
 
 def effects_option(function: Function) -> Function:

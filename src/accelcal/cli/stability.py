@@ -22,6 +22,7 @@ from accelcal.cli.options import (
     valued_option,
 )
 from accelcal.cli.values import duration, durations, number
+from accelcal.errors import InputError
 
 if TYPE_CHECKING:
     from accelcal.results.stability import Stability
@@ -120,7 +121,6 @@ def stability(
 
 
 def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> ScaleFactor:
-    from accelcal.errors import InputError
     from accelcal.io.documents.results import read_results
     from accelcal.results.calibration import Calibration
     from accelcal.results.usable import refuse_misprinted

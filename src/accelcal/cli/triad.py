@@ -15,6 +15,7 @@ from accelcal.cli.options import (
     picture_option,
     text_option,
 )
+from accelcal.errors import InputError
 
 
 @click.command(cls=Command)
@@ -58,8 +59,6 @@ def triad(
 
     given = {"unit": unit, "serial": serial, "local_gravity": local_gravity}
     record = read_triad(data, overrides=given)
-    from accelcal.errors import InputError
-
     try:
         found = calibrate_triad(record, frame=frame)
     except InputError as error:

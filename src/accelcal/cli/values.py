@@ -60,6 +60,12 @@ def duration(text: str) -> float:
     return quantity("s", "time")(text)
 
 
+def _number_and_unit(text: str) -> tuple[str, str]:
+    """Split a number and its unit, as they are written; without a unit it is the whole text."""
+    match = _WITH_UNIT.fullmatch(text.strip())
+    return (match[1], match[2]) if match and match[2] else (text.strip(), "")
+
+
 def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
     """Make the type of an option that is a number, perhaps with a unit as in ``2 arcsec``.
 
@@ -68,20 +74,20 @@ def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
     """
 
     def converted(text: str) -> float:
-        match = _WITH_UNIT.fullmatch(text.strip())
-        if not match or not match[2]:
-            return number(text.strip())
-        size, whole = size_of(match[2], *kinds), size_of(unit, *kinds)
+        value, own = _number_and_unit(text)
+        if not own:
+            return number(value)
+        size, whole = size_of(own, *kinds), size_of(unit, *kinds)
         if size is None or whole is None:
-            if "acceleration" in kinds and size_of(match[2], "gravity"):
+            if "acceleration" in kinds and size_of(own, "gravity"):
                 raise click.BadParameter(
                     f"{text!r} is no multiple of the local gravity, which is not known here; give"
                     " it in g."
                 )
             known = ", ".join(name for kind in kinds for name in UNITS[kind])
             raise click.BadParameter(f"{text!r} has another unit; it is one of {known}.")
-        number(match[1])
-        return number(repr(scaled(match[1], size / whole)))
+        number(value)
+        return number(repr(scaled(value, size / whole)))
 
     return converted
 
@@ -96,7 +102,7 @@ def quantities(unit: str, *kinds: str) -> Callable[[str], tuple[float, ...]]:
     def converted(text: str) -> tuple[float, ...]:
         items = [item.strip() for item in text.split(",")]
         found = tuple(map(one, items))
-        if len({bool(_WITH_UNIT.fullmatch(item)[2]) for item in items}) > 1:  # type: ignore[index]
+        if len({bool(_number_and_unit(item)[1]) for item in items}) > 1:
             raise click.BadParameter(f"{text!r} has a unit here and none there; write it at each.")
         return found
 
@@ -111,9 +117,9 @@ def quantity_of_table(unit: str, *kinds: str) -> Callable[[str], float | str]:
     in_unit = quantity(unit, *kinds)
 
     def converted(text: str) -> float | str:
-        match = _WITH_UNIT.fullmatch(text.strip())
-        if match and match[2] and "acceleration" in kinds and size_of(match[2], "gravity"):
-            number(match[1])
+        value, own = _number_and_unit(text)
+        if own and "acceleration" in kinds and size_of(own, "gravity"):
+            number(value)
             return text.strip()
         return in_unit(text)
 
@@ -135,13 +141,13 @@ def size(kind: Callable[[str], Value]) -> Callable[[str], Value]:
 @size
 def step_of_output(text: str) -> float | str:
     """Type of an option: a step of the outputs; with a unit a text, as each table tells its own."""
-    match = _WITH_UNIT.fullmatch(text.strip())
-    if not match or not match[2]:
-        return number(text.strip())
-    if not is_output_unit(match[2]):
+    value, own = _number_and_unit(text)
+    if not own:
+        return number(value)
+    if not is_output_unit(own):
         known = ", ".join(OUTPUT_UNITS)
         raise click.BadParameter(f"{text!r} is in no output unit; it is one of {known}.")
-    number(match[1])
+    number(value)
     return text.strip()
 
 

@@ -23,6 +23,7 @@ from accelcal.head_angles import (
     nominal_angles,
     start_of_turn,
 )
+from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.reference import fixture_angle
 
@@ -33,19 +34,9 @@ _ROUNDS = 3  # each leaves the square of the angles of what the one before left:
 def at_positions(record: TumbleRecord, delta0: float | None = None) -> TumbleRecord:
     """Bring the readings of each position to its nominal angle.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        Readings at angles as read.
-    delta0 : float, optional
-        Fixture angle; by default that of the record [rad].
-
-    Returns
-    -------
-    TumbleRecord
-        The same readings at `accelcal.head_angles.nominal_angles`, each changed by what the model
-        (1) of its table makes of the difference; a note tells of it. The very same record where
-        each position has one angle.
+    Each reading is changed by what the model (1) of its table makes of the difference, with the
+    fixture angle [rad], by default that of the record; a note tells of it. It is the very same
+    record where each position has one angle.
 
     Raises
     ------
@@ -76,7 +67,7 @@ def at_positions(record: TumbleRecord, delta0: float | None = None) -> TumbleRec
 def _by_strokes(record: TumbleRecord, angle: Array) -> Array:
     """Count the angles of each stroke on over the turn."""
     for mask in record.table_masks():
-        numbers = np.unique(record.stroke[mask])
+        numbers = distinct(record.stroke[mask])
         strokes = [np.flatnonzero(mask & (record.stroke == number)) for number in numbers]
         starts = [start for own in strokes if (start := start_of_turn(angle[own]))]
         within = np.abs(angle[mask] - 180.0).max() < 180.0 + SAME_POSITION

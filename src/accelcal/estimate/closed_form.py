@@ -19,21 +19,10 @@ from accelcal.printed import documented_bias, estimator_matrix
 
 
 def closed_form_map(table: PreparedTable, method: str, delta0: float) -> Array:
-    """Matrix of a closed form on the readings of a table.
+    """Matrix of a closed form, one of `accelcal.printed.CLOSED_FORMS`, on n readings, shape (6, n).
 
-    Parameters
-    ----------
-    table : PreparedTable
-        A table of the 8-position test in the mounting o+ or p+.
-    method : str
-        One of `accelcal.printed.CLOSED_FORMS`.
-    delta0 : float
-        Fixture angle [rad]; only the printed form has a place for it.
-
-    Returns
-    -------
-    ndarray, shape (6, n)
-        The estimator; a row of NaN for a coefficient that the form does not estimate.
+    A row is NaN for a coefficient that the form does not estimate. The printed form alone has a
+    place for the fixture angle [rad].
 
     Raises
     ------

@@ -12,6 +12,10 @@ from accelcal.arrays import Array, Places
 # than this share of its action on the contrast that shows it best: they tell of the noise only.
 LEAST_STRENGTH = 0.05
 
+# Some contrasts between tables rest on small differences of their coefficients, such as noise and
+# rounding make. Those in which the head shows less than this share of its action are left out.
+LEAST_SHOWN = 1e-4
+
 
 class LackOfFit(NamedTuple):
     """What the means of the positions say against the model, in units of the reading noise.
@@ -104,21 +108,11 @@ class LackOfFit(NamedTuple):
 
 
 class SeenErrors(NamedTuple):
-    """Errors of the head as far as the lack of fit shows them, in R records.
+    """Errors of the head as far as the lack of fit shows them, in R records."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (..., J)
-        Error of each position [rad].
-    unseen : ndarray, shape (..., J, J)
-        Matrix that leaves of the true errors what is missed.
-    from_noise : ndarray, shape (..., J, q)
-        Matrix that brings the reading noise, as unit contrasts, into the errors seen [rad].
-    """
-
-    values: Array
-    unseen: Array
-    from_noise: Array
+    values: Array  # error of each position [rad], shape (..., J)
+    unseen: Array  # leaves of the true errors what is missed, shape (..., J, J)
+    from_noise: Array  # from unit contrasts of the noise to errors [rad], shape (..., J, q)
 
     def noise(self, influence: Array) -> Array:
         """Covariance by the noise in what is seen, of quantities on which it acts, (..., k, J)."""

@@ -46,18 +46,10 @@ _ROUNDING = 1e-9
 
 
 class Correlation(NamedTuple):
-    """Correlation of each reading with the next one in time, in R records.
+    """Correlation of each reading with the next one in time, in R records."""
 
-    Attributes
-    ----------
-    rho : ndarray, shape (R,)
-        The correlation, 0 where it is not significant at 1 %.
-    uncertainty : ndarray, shape (R,)
-        Its standard uncertainty.
-    """
-
-    rho: Array
-    uncertainty: Array
+    rho: Array  # 0 where it is not significant at 1 %, shape (R,)
+    uncertainty: Array  # its standard uncertainty, shape (R,)
 
     @property
     def counts(self) -> Mask:
@@ -122,22 +114,11 @@ class Correlation(NamedTuple):
 def correlation(
     tables: Sequence[PreparedTable], outputs: Sequence[Array], steps: Sequence[Array]
 ) -> Correlation:
-    """Estimate how each reading is correlated with the next one.
+    """Estimate how each reading is correlated with the next one, alike in all tables of a record.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of R records of one plan.
-    outputs : sequence of ndarray, shape (R, n)
-        Their readings [output unit].
-    steps : sequence of ndarray, shape (R,)
-        Steps of the readings of each [output unit].
-
-    Returns
-    -------
-    Correlation
-        One for all tables of each record. It is not looked for where all residuals together have
-        fewer than eight degrees of freedom, or a table has readings at very many angles.
+    The readings are of shape (R, n) in each table, with steps of shape (R,) [output unit]. It is
+    not looked for where all residuals together have fewer than eight degrees of freedom, or a table
+    has readings at very many angles.
 
     Notes
     -----

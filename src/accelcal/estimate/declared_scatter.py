@@ -49,35 +49,15 @@ _SURE = 3.0
 
 
 class DeclaredScatter(NamedTuple):
-    """What a table of n readings declares of their scatter.
+    """What a table of n readings declares of their scatter."""
 
-    Attributes
-    ----------
-    size : ndarray, shape (n,)
-        Standard uncertainty of each reading, ones where not all are declared [output unit].
-    dof : float or None
-        Degrees of freedom of all together; None where not declared.
-    doubt : ndarray, shape (n,)
-        Variance of the logarithm of the square of each, beside what all share.
-    """
-
-    size: Array
-    dof: float | None
-    doubt: Array
+    size: Array  # standard uncertainties, ones where not all are declared [output unit], shape (n,)
+    dof: float | None  # of all together; None where not declared
+    doubt: Array  # variance of the logarithm of its square, beside what all share, shape (n,)
 
 
 def declared_scatter(record: TumbleRecord) -> DeclaredScatter:
-    """Standard uncertainty of each averaged reading, where the table declares them all.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        Readings of one run in one mounting.
-
-    Returns
-    -------
-    DeclaredScatter
-        Standard uncertainties, and how well they are known.
+    """Standard uncertainty of each averaged reading of a table, where it declares them all.
 
     Notes
     -----
@@ -100,21 +80,10 @@ def is_weighted(record: TumbleRecord) -> bool:
 
 
 def moderated(squares: Array, dof: Array) -> tuple[Array, Array]:
-    """Moderate variances, each by what the others tell of it.
+    """Moderate n variances with their degrees of freedom, each by what the others tell of it.
 
-    Parameters
-    ----------
-    squares : ndarray, shape (n,)
-        Estimates of variances.
-    dof : ndarray, shape (n,)
-        Their degrees of freedom.
-
-    Returns
-    -------
-    variances : ndarray, shape (n,)
-        The same, drawn to each other; one for all where they scatter by no more than chance.
-    doubt : ndarray, shape (n,)
-        Variances of their logarithms, beside what all share.
+    They are drawn to each other, and one for all where they scatter by no more than chance; with
+    them come the variances of their logarithms, beside what all share.
 
     Notes
     -----
@@ -248,26 +217,11 @@ class _Replicates(NamedTuple):
 
 
 def with_even_scatter(size: Array, dof: float, output: Array, head: Array, stroke: Ints) -> Array:
-    """Draw declared scatters together as far as the strokes scatter alike.
+    """Draw the declared scatters of n readings together as far as the strokes scatter alike.
 
-    Parameters
-    ----------
-    size : ndarray, shape (n,)
-        Declared standard uncertainty of each reading of a table [output unit].
-    dof : float
-        Their degrees of freedom.
-    output : ndarray, shape (n,)
-        The readings [output unit].
-    head : ndarray, shape (n,)
-        Head position of each [deg].
-    stroke : ndarray of int, shape (n,)
-        Its stroke.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Scatters with the mean square of those declared. The same array where replicates do not
-        contradict these, at 1 %, or are too few.
+    Scatters and readings are in output units; the former have degrees of freedom together, the head
+    positions [deg] and strokes are those of the readings. The mean square stays. It is the same
+    array where replicates do not contradict the declared ones, at 1 %, or are too few.
 
     Notes
     -----

@@ -60,21 +60,11 @@ class ErrorsOfReadings(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """How the errors of the readings come through the estimators to P coefficients of all tables.
+    """How errors of the readings come through the estimators to P coefficients of all tables."""
 
-    Attributes
-    ----------
-    estimators : sequence of LinearEstimator
-        One a table; all records have them alike.
-    judged : ErrorsOfReadings
-        The errors of the readings.
-    influence : ndarray, shape (R, P, J)
-        What independent errors of the J head positions do to the coefficients [output unit / rad].
-    """
-
-    estimators: Sequence[LinearEstimator]
+    estimators: Sequence[LinearEstimator]  # one a table; all records have them alike
     judged: ErrorsOfReadings
-    influence: Array
+    influence: Array  # of independent errors of J positions [output unit / rad], shape (R, P, J)
 
     @classmethod
     def of(cls, estimators: Sequence[LinearEstimator], judged: ErrorsOfReadings) -> Errors:

@@ -22,18 +22,10 @@ _LEAST_REMAINDER = 0.01
 
 
 class Estimability(NamedTuple):
-    """What a design determines.
+    """What a design determines."""
 
-    Attributes
-    ----------
-    kept : tuple of str
-        Coefficients that are estimated, in the order of `accelcal.model.COEFFICIENTS`.
-    shares : mapping of str to mapping of str to float
-        Each lost coefficient, and the share of it that each kept one absorbs.
-    """
-
-    kept: tuple[str, ...]
-    shares: Mapping[str, Mapping[str, float]]
+    kept: tuple[str, ...]  # coefficients that are estimated, in the order of `COEFFICIENTS`
+    shares: Mapping[str, Mapping[str, float]]  # lost one -> share that a kept one absorbs
 
     @property
     def stands_for(self) -> Mapping[str, str]:
@@ -72,21 +64,10 @@ class Estimability(NamedTuple):
 def estimability(
     design: Array, asked: Sequence[str] = COEFFICIENTS, *, strict: bool = False
 ) -> Estimability:
-    """Find the coefficients that a design determines.
+    """Find the coefficients that a design matrix, shape (n, 6), determines of those asked for.
 
-    Parameters
-    ----------
-    design : ndarray, shape (n, 6)
-        Design matrix of `accelcal.model.design_matrix`.
-    asked : sequence of str, default all six
-        Coefficients to estimate; the others are taken as zero.
-    strict : bool, default False
-        Refuse a design that does not determine all that is asked.
-
-    Returns
-    -------
-    Estimability
-        What is kept and what is lost.
+    The others are taken as zero; `strict` refuses a design that does not determine all that is
+    asked.
 
     Raises
     ------
@@ -121,18 +102,7 @@ def estimability(
 
 
 def check_names(asked: Sequence[str]) -> None:
-    """Refuse what is no coefficient, and a fit without K1.
-
-    Parameters
-    ----------
-    asked : sequence of str
-        The coefficients asked for.
-
-    Raises
-    ------
-    DesignError
-        If one is unknown, or K1 is not among them.
-    """
+    """Refuse what is no coefficient, and a fit without K1, by a `DesignError`."""
     for name in asked:
         if not isinstance(name, str) or name not in COEFFICIENTS:
             raise DesignError(

@@ -18,19 +18,10 @@ _FEWEST = 8
 def refuse_copies(record: TumbleRecord) -> None:
     """Refuse a record whose readings stand there several times, as each would count as a replicate.
 
-    Those of a coarse step are no copies: of one position they agree from stroke to stroke too, with
-    the next one in the same direction or, with one stroke each way, the one back.
-
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-
-    Raises
-    ------
-    InputError
-        If all that share position, stroke, run and temperature agree to the last digit, and those
-        of other strokes do not, or there are none.
+    All that share position, stroke, run and temperature then agree to the last digit, and those of
+    other strokes do not, or there are none. Those of a coarse step are no copies: of one position
+    they agree from stroke to stroke too, with the next one in the same direction or, with one
+    stroke each way, the one back.
     """
     position, every = (record.run, record.mounting, np.round(record.angle, 6)), record.output
     first = _first_of_each(cells(*position, record.stroke, np.nan_to_num(record.temperature)))
@@ -57,18 +48,7 @@ def _first_of_each(cell: Places) -> Places:
 
 
 def refuse_twice(records: Iterable[TumbleRecord]) -> None:
-    """Refuse the same readings twice, such as a file and its copy, where each adds to what is told.
-
-    Parameters
-    ----------
-    records : iterable of TumbleRecord
-        The records.
-
-    Raises
-    ------
-    InputError
-        If two are equal.
-    """
+    """Refuse the same readings twice, as a file and its copy, where each adds to what is told."""
     seen: dict[tuple[str | None, bytes], TumbleRecord] = {}
     for record in records:
         key = record.serial, record.output.tobytes()

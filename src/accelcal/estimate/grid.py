@@ -16,19 +16,11 @@ _STRIDES = (64, 8, 1)
 
 
 class Grid(NamedTuple):
-    """Points exp(start + i * step), i from 0 to points - 1, for each of many functions.
+    """Points exp(start + i * step), i from 0 to points - 1, for each of many functions."""
 
-    Attributes
-    ----------
-    start, step : array_like, shape (..., 1)
-        Logarithms of the first point and of the ratio of the points.
-    points : array_like, shape (..., 1)
-        Numbers of points.
-    """
-
-    start: ArrayLike
-    step: ArrayLike
-    points: ArrayLike
+    start: ArrayLike  # logarithm of the first point, shape (..., 1)
+    step: ArrayLike  # of the ratio of the points, shape (..., 1)
+    points: ArrayLike  # how many, shape (..., 1)
 
     def at(self, place: Places) -> Array:
         """Return the points at some places, shape (..., m); the last one beyond the end."""
@@ -36,18 +28,11 @@ class Grid(NamedTuple):
         return np.asarray(np.exp(self.start + inside * np.asarray(self.step)))
 
     def least(self, function: Callable[[Array], Array]) -> tuple[Array, Array]:
-        """Find where each function is least.
+        """Find the lowest point of each function and its value there, both of shape (..., 1).
 
-        Parameters
-        ----------
-        function : callable
-            Takes points, shape (..., m), and gives its values there. Its valleys are wider than 64
-            points: each 64th is looked at, then each eighth about the lowest of them, then each.
-
-        Returns
-        -------
-        points, values : ndarray, shape (..., 1)
-            The lowest points and the functions there.
+        The function takes points, shape (..., m), and gives its values there. Its valleys are wider
+        than 64 points: each 64th is looked at, then each eighth about the lowest of them, then
+        each.
 
         Examples
         --------

@@ -14,16 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Places
-from accelcal.estimate.contrasts import LackOfFit
+from accelcal.estimate.contrasts import LEAST_SHOWN, LackOfFit
 from accelcal.estimate.grid import Grid
 from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable, positions_of
 from accelcal.numerics.grouping import Grouped
-
-# Some contrasts between tables rest on small differences of their coefficients, such as noise and
-# rounding make. Those in which the head shows less than this share of its action are left out.
-_LEAST_SHOWN = 1e-4
 
 # With more positions J than this, sums over the contrasts are formed without the contrasts, which
 # would take a time that grows as J^3 and matrices of J by J (see `many_positions`).
@@ -81,24 +77,10 @@ def lack_of_fit(
 ) -> LackOfFit | ManyPositions:
     """Contrasts of the position means that no coefficient can absorb.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any record of a stack.
-    outputs : sequence of ndarray, shape (R, n)
-        Their readings in all records [output unit].
-    noises : sequence of ReadingNoise
-        Their noise.
-    coefficients : sequence of ndarray, shape (R, 6)
-        Least-squares coefficients of each table.
-    root : ndarray, shape (J, J), optional
-        What makes the errors of the positions of independent ones; the strengths and directions are
-        those of the independent ones then.
-
-    Returns
-    -------
-    LackOfFit or ManyPositions
-        Contrasts, none where the noise is unknown or the angles leave no residual.
+    The tables are of any of R records; their readings are of shape (R, n) [output unit], their
+    least-squares coefficients of shape (R, 6). A root, shape (J, J), makes the errors of the
+    positions of independent ones; strengths and directions are those of the independent ones then.
+    There are no contrasts where the noise is unknown or the angles leave no residual.
 
     Notes
     -----
@@ -136,8 +118,8 @@ def _contrasts(positions: Array, seen: Array, readings: Array, whole: Array) -> 
     if rows == 0 or np.isnan(whole).any():  # the noise is unknown in all records, or in none
         nothing = np.zeros((records, 0))
         return LackOfFit(positions, nothing, nothing, np.zeros((records, columns, 0)))
-    left, strengths, right = _singular(seen, _LEAST_SHOWN * whole)
-    shown = strengths > _LEAST_SHOWN * whole[:, None]
+    left, strengths, right = _singular(seen, LEAST_SHOWN * whole)
+    shown = strengths > LEAST_SHOWN * whole[:, None]
     some = shown.any(axis=0)  # the strongest come first
     contrasts = (readings[:, None, :] @ left[:, :, some])[:, 0]
     return LackOfFit(
@@ -152,7 +134,7 @@ def _singular(matrix: Array, least: Array) -> tuple[Array, Array, Array]:
     """Singular values of each matrix, the largest first, with the vectors as columns.
 
     They come from the squares of the smaller side, in half the time: rounding leaves eight digits
-    of one of `_LEAST_SHOWN`, and none is wanted below it, as `least`, shape (R,), tells of each.
+    of one of `LEAST_SHOWN`, and none is wanted below it, as `least`, shape (R,), tells of each.
     """
     if matrix.shape[1] > matrix.shape[2]:
         return _singular(matrix.mT, least)[::-1]
@@ -204,24 +186,10 @@ def head_error(
     separable: bool = True,
     told_apart: Array | None = None,
 ) -> HeadError:
-    """Size of the head error, declared or estimated.
+    """Size of the head error, as declared [rad], or estimated from contrasts.
 
-    Parameters
-    ----------
-    found : LackOfFit or ManyPositions
-        Contrasts of the position means, of one record or of a stack.
-    declared : float or None
-        Declared standard uncertainty of a head position [rad]; None to estimate it.
-    separable : bool, default True
-        Whether the reading noise is known apart from the lack of fit; otherwise the head error is
-        not estimated, as it is in the noise already.
-    told_apart : ndarray, optional
-        Estimate that came together with that of the noise [rad].
-
-    Returns
-    -------
-    HeadError
-        Uncertainty, degrees of freedom and source.
+    It is not estimated unless it is `separable` from the reading noise, which holds it otherwise.
+    One that came together with that of the noise is `told_apart` [rad].
 
     Notes
     -----

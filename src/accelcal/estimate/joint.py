@@ -114,24 +114,10 @@ class JointEstimate(NamedTuple):
         squares = np.einsum("...n,...n->...", residual, residual)
         return np.asarray(np.sqrt(squares / (dof if dof > 0 else np.inf)))
 
-    def with_error(self, source: str, part: Component | None) -> JointEstimate:
-        """Return the estimate with one more component of its errors; None adds nothing."""
-        if part is None:
-            return self
-        return self._replace(components={**self.components, source: part})
-
     def of_records(self, records: int | slice) -> JointEstimate:
-        """Return that of some records of a stack, or of one alone.
+        """Return that of some records of a stack, or of one alone, whose place takes the axis away.
 
-        Parameters
-        ----------
-        records : int or slice
-            Their places, which keep the axis of the records; or one place, which takes it away.
-
-        Returns
-        -------
-        JointEstimate
-            Of these records: views, as copies of the covariances of many tables take long.
+        They are views, as copies of the covariances of many tables take long.
 
         Examples
         --------

@@ -72,19 +72,11 @@ class RunShift(NamedTuple):
 
 
 def reached_by(levels: Sequence[float]) -> Array | None:
-    """Tell how the level of each run was reached: by heating or by cooling.
+    """Tell how the level of each run, in the order in which they were made [degC], was reached.
 
-    Parameters
-    ----------
-    levels : sequence of float
-        Temperature of each run in the order in which they were made [degC]; NaN where unknown.
-
-    Returns
-    -------
-    ndarray or None
-        1 after heating, -1 after cooling; 0 at the lowest and the highest level, where both
-        branches of a loop meet; NaN at the first level elsewhere, as nobody knows how it was
-        reached. None where no level was reached both ways.
+    1 after heating, -1 after cooling; 0 at the lowest and the highest level, where both branches of
+    a loop meet; NaN at the first level elsewhere, as nobody knows how it was reached, and where a
+    level is unknown. None where no level was reached both ways.
 
     Examples
     --------

@@ -20,27 +20,13 @@ METHODS: tuple[Method, ...] = get_args(Method)
 
 
 class LinearEstimator(NamedTuple):
-    """Coefficients of one table as a linear map of its readings.
+    """Coefficients of one table as a linear map of its readings."""
 
-    Attributes
-    ----------
-    table : PreparedTable
-        The table of n readings.
-    names : tuple of str
-        The p coefficients that are estimated.
-    map : ndarray, shape (p, n)
-        The estimator.
-    solve : callable
-        The same as a function of readings, shape (..., n), with less rounding error.
-    stands_for : mapping of str to str
-        What an estimate really tells, where it is not the coefficient alone.
-    """
-
-    table: PreparedTable
-    names: tuple[str, ...]
-    map: Array
-    solve: Callable[[Array], Array]
-    stands_for: Mapping[str, str]
+    table: PreparedTable  # of n readings
+    names: tuple[str, ...]  # the p coefficients that are estimated
+    map: Array  # the estimator, shape (p, n)
+    solve: Callable[[Array], Array]  # the same, of readings (..., n), with less rounding error
+    stands_for: Mapping[str, str]  # what an estimate tells, where it is not the coefficient alone
 
     def coefficients(self, output: Array) -> Array:
         """Coefficients, shape (..., 6), of readings, shape (..., n); zero where not estimated."""
@@ -56,21 +42,7 @@ class LinearEstimator(NamedTuple):
 def linear_estimator(
     table: PreparedTable, method: str = METHODS[0], delta0: float = 0.0
 ) -> LinearEstimator:
-    """Make the estimator of a table.
-
-    Parameters
-    ----------
-    table : PreparedTable
-        The table.
-    method : str, default "least-squares"
-        One of `METHODS`.
-    delta0 : float, default 0
-        Fixture angle, for the printed closed form [rad].
-
-    Returns
-    -------
-    LinearEstimator
-        The estimator.
+    """Make the estimator of a table by one of `METHODS`; the printed one has a fixture angle [rad].
 
     Raises
     ------

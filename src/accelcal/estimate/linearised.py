@@ -20,13 +20,6 @@ from accelcal.model import COEFFICIENTS
 class Linearised:
     """Functions of all P coefficients of a record, or of each of a stack.
 
-    Attributes
-    ----------
-    value : ndarray, shape (...)
-        Their values; where they are of the t tables, that is the last axis.
-    by_all : ndarray, shape (..., P)
-        Their derivatives by the coefficients.
-
     Examples
     --------
     >>> import numpy as np
@@ -37,8 +30,8 @@ class Linearised:
     (0.0003, [0.5, -0.00015])
     """
 
-    value: Array
-    by_all: Array
+    value: Array  # shape (...); of functions of the t tables, these are the last axis
+    by_all: Array  # derivatives by the coefficients, shape (..., P)
 
     @classmethod
     def of(cls, estimate: JointEstimate, table: int, name: str) -> Linearised:

@@ -23,13 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Mask, Places
-from accelcal.estimate.contrasts import LEAST_STRENGTH
+from accelcal.estimate.contrasts import LEAST_SHOWN, LEAST_STRENGTH
 
-# As in `head`, contrasts in which the head shows less than this share of the most rest on small
-# differences of coefficients, such as noise and rounding make. Here no contrast is worked out, so
-# none can be left out. Instead the noise is taken to be at least as large as the head error shows
-# in them, and `against` takes off what they hold.
-_LEAST_SHOWN = 1e-4
+# Here no contrast is worked out, so none of those below `LEAST_SHOWN` can be left out. Instead the
+# noise is taken to be at least as large as the head error shows in them, and `against` takes off
+# what they hold.
 
 
 class ManyPositions(NamedTuple):
@@ -147,7 +145,7 @@ class ManyPositions(NamedTuple):
 
     def _ratio(self, noise: Array, head: Array) -> tuple[Array, Array]:
         """Variance of the head over that of the noise, and the latter [rad^2]."""
-        noise = np.maximum(noise, head * (_LEAST_SHOWN * self.strongest) ** 2)
+        noise = np.maximum(noise, head * (LEAST_SHOWN * self.strongest) ** 2)
         return head / noise, noise
 
     def _whole(self, ratio: Array) -> tuple[Array, Array]:
@@ -180,7 +178,7 @@ class ManyPositions(NamedTuple):
         """Number of contrasts that show the head, and their squares over their variances, (...)."""
         one = np.ones_like(head)
         # a head variance so large that all contrasts but the hidden ones are nothing beside it
-        far = (_LEAST_SHOWN * self.strongest) ** -2.0
+        far = (LEAST_SHOWN * self.strongest) ** -2.0
         squares, hidden = (self._deviance(one, variance)[1] for variance in (head**2, far))
         return np.round(far * self._slope(far)[0]), np.maximum(squares - hidden, 0.0)
 

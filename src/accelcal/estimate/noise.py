@@ -115,18 +115,8 @@ def is_noise(size: Array, step: Array, output: Array) -> Mask:
 def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) -> list[ReadingNoise]:
     """Estimate the reading noise of each table from what its replicates allow.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of one record, or of any of a stack.
-    outputs : sequence of ndarray, shape (R, n)
-        Readings of each table in all records (pseudo-values where the fit is robust)
-        [output unit].
-
-    Returns
-    -------
-    list of ReadingNoise
-        One a table.
+    The tables are of any of R records, their readings of shape (R, n), pseudo-values where the fit
+    is robust [output unit].
 
     Notes
     -----
@@ -212,18 +202,10 @@ _NOISES = np.linspace(0.0, 1.5, 301)  # in steps; beyond, replicates share no ro
 
 
 class Rounding(NamedTuple):
-    """Standard deviations of the rounding error that the reading noise does not hold.
+    """Standard deviations of rounding errors that the reading noise does not hold [output unit]."""
 
-    Attributes
-    ----------
-    common : ndarray
-        Part that is the same in all readings at one position [output unit].
-    own : ndarray
-        Part that is new in each reading [output unit].
-    """
-
-    common: Array
-    own: Array
+    common: Array  # part that is the same in all readings at one position
+    own: Array  # part that is new in each reading
 
 
 def rounding(noise: ArrayLike, step: ArrayLike, *, seen: ArrayLike) -> Rounding:

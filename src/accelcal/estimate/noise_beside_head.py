@@ -63,25 +63,11 @@ class Evidence(NamedTuple):
 def noise_beside_head(
     units: Sequence[Evidence], unknown: Sequence[bool], sizes: Sequence[float], declared: float
 ) -> tuple[Array, Array]:
-    """Estimate the noise of units that are read on one head.
+    """Estimate the noise of n units that are read on one head, where it is unknown, and its dof.
 
-    Parameters
-    ----------
-    units : sequence of Evidence
-        All units, in units of their noise, or of their residuals where it is unknown.
-    unknown : sequence of bool
-        Whose noise is to be estimated.
-    sizes : sequence of float
-        That unit of each [g].
-    declared : float
-        Standard uncertainty of a head position [rad].
-
-    Returns
-    -------
-    noise : ndarray, shape (n,)
-        Noise in these units, 1 where it is known.
-    dof : ndarray, shape (n,)
-        Its degrees of freedom, `Evidence.left` where nothing tells the noise from the head.
+    All are in units of their noise, or of their residuals where it is unknown, which have sizes
+    [g]; the uncertainty of a head position is declared [rad]. The noise is in these units, 1 where
+    it is known; its degrees of freedom are `Evidence.left` where nothing tells it from the head.
 
     Notes
     -----

@@ -35,21 +35,9 @@ class Scatter(NamedTuple):
 
 
 def pure_error(output: Array, size: Array, positions: Grouped) -> Scatter:
-    """Scatter of replicates about their weighted means.
+    """Scatter of replicates about their weighted means, in R records, shape (R, n) [output unit].
 
-    Parameters
-    ----------
-    output : ndarray, shape (R, n)
-        Readings of a table in R records [output unit].
-    size : ndarray, shape (n,)
-        Declared standard uncertainty of each, or ones.
-    positions : Grouped
-        The n readings by position.
-
-    Returns
-    -------
-    Scatter
-        Squares over those of `size`.
+    It counts in units of the declared standard uncertainties, shape (n,), which may be ones.
 
     Examples
     --------

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Places
+from accelcal.arrays import Array, Labels, Places
 from accelcal.estimate.memory import Memory
 
 _MEMORY = Memory()
@@ -131,11 +131,10 @@ class Replicates(NamedTuple):
         >>> found.size, found.first.tolist(), found.group.tolist(), found.place.tolist()
         (2, [0, 1, 4], [0, 1, 1, 0, 2, 2], [0, 1, 4, 3, 2, 5])
         """
-        numbers: dict[bytes, int] = {}
         ordered = np.add(rows, 0.0, order="C")  # without -0.0
         whole = ordered.view(f"V{8 * rows.shape[1]}")[:, 0].tolist()
-        equal = [numbers.setdefault(row, len(numbers)) for row in whole]
-        order = np.argsort(np.array(equal), kind="stable")
+        equal = Labels.of(whole).code
+        order = np.argsort(equal, kind="stable")
         size = int(np.gcd.reduce(np.bincount(equal)))
         group, place = np.empty((2, order.size), dtype=np.intp)
         group[order], stroke = np.divmod(np.arange(order.size), size)

@@ -4,6 +4,9 @@ References
 ----------
 K. Ozaki, T. Ogita, S. Oishi, S. M. Rump, "Error-free transformations of matrix multiplication by
 using fast routines of matrix multiplication", Numerical Algorithms 59 (2012) 95-118.
+
+T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26 (2005)
+1955-1988.
 """
 
 from __future__ import annotations
@@ -14,7 +17,6 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.estimate.memory import Memory
-from accelcal.numerics.error_free import two_product, two_sum
 
 _MEMORY = Memory()
 
@@ -22,6 +24,8 @@ _MEMORY = Memory()
 # up to 49 bits, so that it is exact in the 53 bits of a number, in whatever order it is summed.
 _CUT_SOLUTION = 2.0**30
 _CUT_DESIGN = 2.0**24
+
+_HALF_OF_THE_BITS = 2.0**27 + 1.0
 
 
 class CutDesign(NamedTuple):
@@ -62,21 +66,9 @@ class CutDesign(NamedTuple):
 
 
 def twice_precise_residual(y: Array, r: Array, matrix: Array, x: Array) -> Array:
-    """Return y - r - matrix @ x as if summed in twice the working precision.
+    """Return y - r - matrix @ x, shape (..., n), as if summed in twice the working precision.
 
-    Parameters
-    ----------
-    y, r : ndarray, shape (..., n)
-        Summands.
-    matrix : ndarray, shape (n, p)
-        Matrix.
-    x : ndarray, shape (..., p)
-        Factors.
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-        The difference, rounded once.
+    The matrix is of shape (n, p).
 
     Examples
     --------
@@ -91,3 +83,42 @@ def twice_precise_residual(y: Array, r: Array, matrix: Array, x: Array) -> Array
         total, lost = two_sum(total, -product)
         rest = rest + (lost - error)
     return np.asarray(total + rest)
+
+
+# -- sums and products together with their rounding errors ---------------------------------------
+
+
+def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
+    """Sum and its rounding error, exactly (Knuth); the shapes broadcast.
+
+    Examples
+    --------
+    >>> [part.tolist() for part in two_sum(np.array([1.0]), np.array([2.0**-60]))]
+    [[1.0], [8.673617379884035e-19]]
+    """
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+def two_product(a: Array, b: Array) -> tuple[Array, Array]:
+    """Product and its rounding error, exactly (Dekker's product with Veltkamp's splitting).
+
+    The factors are of less than 1e299 in size, in shapes that broadcast.
+
+    Examples
+    --------
+    >>> [part.tolist() for part in two_product(np.array([0.1]), np.array([10.0]))]
+    [[1.0], [5.551115123125783e-17]]
+    """
+    product = a * b
+    (a_high, a_low), (b_high, b_low) = _split(a), _split(b)
+    error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    return product, error
+
+
+def _split(a: Array) -> tuple[Array, Array]:
+    """Sum of two numbers of half the bits."""
+    scaled = _HALF_OF_THE_BITS * a
+    high = scaled - (scaled - a)
+    return high, a - high

@@ -35,19 +35,9 @@ _AGREES = 2.5  # standard deviations from the centre within which a reading bear
 def pseudo_values(output: Array, cell: Array, scatter: ArrayLike = 1.0) -> Array:
     """Replace readings by Huber's pseudo-values about the centre of their replicates.
 
-    Parameters
-    ----------
-    output : ndarray, shape (n,) or (T, n)
-        Readings of one table, or of each of a stack; NaN where there is none [output unit].
-    cell : ndarray, shape (n,)
-        Label of the replicates that each reading belongs to.
-    scatter : array_like, shape (n,) or (T, n), default 1
-        Standard uncertainty of each reading, or anything proportional to it.
-
-    Returns
-    -------
-    ndarray, shape of `output`
-        Pseudo-values; on clean readings close to the readings [output unit].
+    The readings are of shape (n,) or (T, n), NaN where there is none, the cells of replicates of
+    shape (n,), and the scatter, the standard uncertainty of each reading or anything proportional
+    to it, of either. Pseudo-values of clean readings are close to these [output unit].
 
     Raises
     ------

@@ -101,23 +101,10 @@ def prepare(
     asked: Sequence[str] = COEFFICIENTS,
     strict: bool = False,
 ) -> PreparedTable:
-    """Work out what follows from the angles of one table.
+    """Work out what follows from the angles of one table, with a fixture angle [rad].
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        Readings of one run in one mounting.
-    delta0 : float, default 0
-        Fixture angle [rad].
-    asked : sequence of str
-        Coefficients to estimate.
-    strict : bool, default False
-        Refuse a design without the rank for all that is asked.
-
-    Returns
-    -------
-    PreparedTable
-        Design, head positions and estimability.
+    It is for the coefficients asked for; `strict` refuses a design without the rank for all of
+    them.
 
     Raises
     ------
@@ -189,17 +176,9 @@ def _at_angles(angles: bytes, mounting: str, delta0: float) -> tuple[Array, Arra
 
 
 def is_usable(output: Array) -> Mask:
-    """Tell readings that can be those of an accelerometer.
+    """Tell readings, shape (..., n), that can be those of an accelerometer, shape (...).
 
-    Parameters
-    ----------
-    output : ndarray, shape (..., n)
-        Readings of a table [output unit].
-
-    Returns
-    -------
-    ndarray of bool, shape (...)
-        False where all are alike, or of a size whose squares cannot be calculated with.
+    False where all are alike, or of a size whose squares cannot be calculated with.
     """
     largest = np.abs(output).max(axis=-1)
     return np.asarray((np.ptp(output, axis=-1) > 0.0) & (largest > 1e-20) & (largest < 1e20))
@@ -218,21 +197,9 @@ def _unusable(output: Array) -> str:
 
 
 def angular_derivative(angle: Array, delta0: float, mounting: str) -> Array:
-    """Derivative of the design matrix by the head angle, exact by a complex step.
+    """Derivative of the design matrix by the head angle [1/rad], shape (n, 6), by a complex step.
 
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        Head angle [deg].
-    delta0 : float
-        Fixture angle [rad].
-    mounting : str
-        One of `accelcal.geometry.MOUNTINGS`.
-
-    Returns
-    -------
-    ndarray, shape (n, 6)
-        Change of the terms of (1) [1/rad].
+    The angles are in deg, the fixture angle in rad.
     """
     step = 1e-30
     here = accelerations(angle, delta0, mounting)

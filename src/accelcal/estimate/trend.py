@@ -15,40 +15,20 @@ _HIGHEST_POWER = 3  # of a drift, however many strokes there are
 
 
 def directed(angle: Array, stroke: Ints) -> Ints:
-    """Sort readings by angle and direction.
+    """Sort readings by angle [deg] and direction: odd strokes go forward.
 
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        Angle of each reading [deg].
-    stroke : ndarray of int, shape (n,)
-        Its stroke; those of odd numbers go forward.
-
-    Returns
-    -------
-    ndarray of int, shape (n,)
-        The same number for readings of one angle in strokes of one direction: even back, and one
-        more forward.
+    The same number is that of readings of one angle in strokes of one direction: even back, and one
+    more forward.
     """
     return np.asarray(2 * grouped(np.round(angle, 6)).cell + stroke % 2)
 
 
 class Trend(NamedTuple):
-    """Columns of a smooth drift over a run, shape (D, n, q), by what drifts.
+    """Columns of a smooth drift over a run, shape (D, n, q), by what drifts."""
 
-    Attributes
-    ----------
-    bias : ndarray, shape (D, n, b)
-        Powers of the time.
-    scale_factor : ndarray, shape (D, n, s)
-        Time by the cosine of the head angle; no column where the readings are too few.
-    angle : ndarray, shape (D, n, s)
-        Time by the sine of the head angle, as a turn of the unit in the head makes.
-    """
-
-    bias: Array
-    scale_factor: Array
-    angle: Array
+    bias: Array  # powers of the time
+    scale_factor: Array  # time by the cosine of the head angle; none where readings are too few
+    angle: Array  # time by its sine, as a turn of the unit in the head makes
 
     @property
     def columns(self) -> Array:
@@ -59,22 +39,9 @@ class Trend(NamedTuple):
 def trend_of(angle: Array, stroke: Ints, moment: Array, directions: int) -> Trend:
     """Columns of a smooth drift over a run: of the bias, one for each two strokes, and of the rest.
 
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        Angle of each reading [deg].
-    stroke : ndarray of int, shape (n,)
-        Its stroke.
-    moment : ndarray, shape (D, n)
-        When each reading was taken, in any unit.
-    directions : int
-        At how many angles, in one direction each, they were taken.
-
-    Returns
-    -------
-    Trend
-        Powers of the time from -1 to 1, and that time by cosine and sine; no column where the
-        readings are too few.
+    The readings have angles [deg], strokes and moments, shape (D, n), in any unit; they were taken
+    at so many angles, in one direction each. The powers are those of the time from -1 to 1; there
+    is no column where the readings are too few.
 
     Notes
     -----
@@ -101,22 +68,10 @@ def _run_time(moment: Array) -> Array:
 
 
 def moments(angle: Array, stroke: Ints, time: Array | None) -> Array:
-    """When each reading was taken.
+    """When each reading was taken, shape (D, n), D being one where all tables have the same.
 
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        Angle of each reading [deg].
-    stroke : ndarray of int, shape (n,)
-        Its stroke.
-    time : ndarray, shape (T, n), or None
-        Times of the readings of each table [s].
-
-    Returns
-    -------
-    ndarray, shape (D, n)
-        Times [s], or where there are none the places in the order of measuring [strokes]; one row
-        where all tables have the same.
+    By the times of T tables, shape (T, n) [s], or where there are none by the places in the order
+    of measuring, from angles [deg] and strokes [strokes].
     """
     angles, row, _ = grouped(np.round(angle, 6))
     place = np.where(stroke % 2 == 1, row, angles.size - 1 - row)

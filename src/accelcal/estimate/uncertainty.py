@@ -116,20 +116,9 @@ def quantities(
 
 
 def propagate(components: Mapping[str, Component], jacobian: Array) -> dict[str, Component]:
-    """Carry components over to quantities derived from the estimates.
+    """Carry components of p estimates over to m quantities by their derivatives, (..., m, p).
 
-    Parameters
-    ----------
-    components : mapping of str to Component
-        Components of p estimates.
-    jacobian : ndarray, shape (..., m, p)
-        Derivatives of the m derived quantities.
-
-    Returns
-    -------
-    dict of str to Component
-        Components of the derived quantities; each takes the fewest degrees of freedom of the
-        estimates that it depends on.
+    Each takes the fewest degrees of freedom of the estimates that it depends on.
     """
     depends = _of_all(jacobian != 0.0, 2)
     found = {}
@@ -148,20 +137,9 @@ def _of_all(values: NDArray[Any], axes: int) -> NDArray[Any]:
 
 
 def covariance_fields(names: Sequence[str], components: Mapping[str, Component]) -> dict[str, Any]:
-    """Fields by which a result keeps the covariance of its quantities.
+    """Fields of `CorrelatedBySource`, by which a result keeps the covariance of named quantities.
 
-    Parameters
-    ----------
-    names : sequence of str
-        What the p estimates are.
-    components : mapping of str to Component
-        Components of their errors.
-
-    Returns
-    -------
-    dict
-        The fields of `accelcal.results.covariance.CorrelatedBySource`, empty where an error is
-        unknown.
+    They are empty where an error is unknown.
     """
     parts = components.values()
     covariance = _even(np.sum([part.covariance for part in parts], axis=0))
@@ -182,17 +160,7 @@ def _even(matrix: Array) -> Array:
 
 
 def interval_stack(components: Mapping[str, Component]) -> Intervals:
-    """Combine components to the uncertainties of the estimates of many records.
-
-    Parameters
-    ----------
-    components : mapping of str to Component
-        Components of p estimates.
-
-    Returns
-    -------
-    Intervals
-        Uncertainties, shape (..., p).
+    """Combine components of p estimates to the uncertainties of many records, shape (..., p).
 
     Examples
     --------
@@ -206,19 +174,7 @@ def interval_stack(components: Mapping[str, Component]) -> Intervals:
 
 
 def combined(variances: Sequence[Array], freedom: Sequence[Array]) -> Intervals:
-    """Combine the variances of components to the uncertainties of the estimates of many records.
-
-    Parameters
-    ----------
-    variances : sequence of ndarray, shape (..., p)
-        Variance that each component gives to p estimates.
-    freedom : sequence of ndarray, shape (..., p)
-        Degrees of freedom of each.
-
-    Returns
-    -------
-    Intervals
-        Uncertainties, shape (..., p).
+    """Combine variances by several components, shape (..., p), with their degrees of freedom.
 
     Examples
     --------

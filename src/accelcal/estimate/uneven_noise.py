@@ -66,19 +66,10 @@ class UnevenNoise(NamedTuple):
         return self._replace(**{name: getattr(self, name)[records] for name in by_record})
 
     def noise(self, influence: Array) -> tuple[Array, Array]:
-        """What the noise of the records that differ does to p coefficients, with its dof.
+        """What the noise of D records that differ does to coefficients, (D, p, p), and its dof.
 
-        Parameters
-        ----------
-        influence : ndarray, shape (J, p, p)
-            Covariance that noise of variance 1 at one position gives.
-
-        Returns
-        -------
-        covariance : ndarray, shape (D, p, p)
-            Covariance.
-        dof : ndarray, shape (D, p)
-            Degrees of freedom after Welch and Satterthwaite.
+        The influence is the covariance that noise of variance 1 at one position gives, shape (J, p,
+        p). The degrees of freedom, shape (D, p), are after Welch and Satterthwaite.
         """
         own = self.variance[self.differs]
         parts = own[:, :, None] * np.diagonal(influence, axis1=1, axis2=2)
@@ -153,23 +144,10 @@ def uneven_noises(
 ) -> list[UnevenNoise]:
     """Tell of each table whether the readings scatter alike at all positions.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of R records of one plan.
-    outputs : sequence of ndarray, shape (R, n)
-        Their readings [output unit].
-    noises : sequence of ReadingNoise
-        The noise that the readings of each have in common.
-    steps : sequence of ndarray, shape (R,)
-        Steps of the readings of each [output unit].
-
-    Returns
-    -------
-    list of UnevenNoise
-        One a table. It never differs with declared scatter. A table with fewer than four readings
-        at any position takes the scatter of all tables of its mounting and positions together.
-        Where no position differs, those with the same size of a_i are taken together.
+    The readings are of shape (R, n), with steps of shape (R,) [output unit], and have a noise in
+    common in each table. It never differs with declared scatter. A table with fewer than four
+    readings at any position takes the scatter of all tables of its mounting and positions together.
+    Where no position differs, those with the same size of a_i are taken together.
     """
     own = list(map(_Scatter.of, tables, outputs, noises, steps))
     told = own if all(scatter.tells for scatter in own) else _with_others(own)
@@ -225,21 +203,10 @@ def _mirrors(table: PreparedTable) -> Array:
 
 
 def differ(variance: Array, dof: ArrayLike, level: ArrayLike) -> Mask:
-    """Tell where variances differ by more than chance.
+    """Tell where k variances, shape (k, R), differ by more than chance, by Bartlett's test [1]_.
 
-    Parameters
-    ----------
-    variance : ndarray, shape (k, R)
-        Variances.
-    dof : array_like, shape (k,) or (k, R)
-        Their degrees of freedom.
-    level : float or array_like, shape (L, 1)
-        Probability that equal ones pass for different.
-
-    Returns
-    -------
-    ndarray of bool, shape (R,) or (L, R)
-        Whether they differ, by Bartlett's test [1]_.
+    The degrees of freedom are of shape (k,) or (k, R); with levels of shape (L, 1), probabilities
+    that equal ones pass for different, the answer is of shape (L, R).
 
     References
     ----------

@@ -28,39 +28,17 @@ _POINTS = 2000
 
 
 class ToldApart(NamedTuple):
-    """What of the residuals is noise and what is the head, in each record of a stack.
+    """What of the residuals is noise and what is the head, in each record of a stack."""
 
-    Attributes
-    ----------
-    noise : ndarray, shape (R,)
-        Standard deviation of the noise over that of the residuals.
-    noise_dof : ndarray, shape (R,)
-        Its degrees of freedom.
-    head : ndarray, shape (R,)
-        Standard uncertainty of a head position [rad].
-    """
-
-    noise: Array
-    noise_dof: Array
-    head: Array
+    noise: Array  # standard deviation over that of the residuals, shape (R,)
+    noise_dof: Array  # its degrees of freedom, shape (R,)
+    head: Array  # standard uncertainty of a head position [rad], shape (R,)
 
 
 def told_apart(found: LackOfFit | ManyPositions, dof: float, declared: float | None) -> ToldApart:
-    """Tell noise from head error.
+    """Tell noise from head error, by contrasts in units of the residuals, which have some dof.
 
-    Parameters
-    ----------
-    found : LackOfFit or ManyPositions
-        Contrasts in units of the residuals, of a stack of records.
-    dof : float
-        Degrees of freedom of the residuals.
-    declared : float or None
-        Declared standard uncertainty of a head position [rad]; None to estimate it.
-
-    Returns
-    -------
-    ToldApart
-        Noise and head error.
+    The uncertainty of a head position is declared [rad], or None to be estimated.
 
     Notes
     -----

@@ -18,17 +18,8 @@ _IRRATIONAL = 2.0**0.5  # so many times a decimal number is none that another on
 def are_copies(output: Array, noise: float) -> bool:
     """Tell whether others that agree with some readings in all digits are a copy of them.
 
-    Parameters
-    ----------
-    output : ndarray, shape (n,)
-        The readings [output unit].
-    noise : float
-        Standard deviation of one of them [output unit]; NaN where nothing tells it.
-
-    Returns
-    -------
-    bool
-        True where the chance of it is below 1e-6; False where the noise is not known.
+    That is where the chance of it is below 1e-6, by the noise of a reading; not where that is NaN,
+    as nothing tells it [output unit].
 
     Notes
     -----
@@ -52,19 +43,9 @@ def are_copies(output: Array, noise: float) -> bool:
 def chance_of_agreement(step: float, noise: float, smallest: float) -> float:
     """Chance that two readings of the same agree to the last digit.
 
-    Parameters
-    ----------
-    step : float
-        Step of the readings [output unit].
-    noise : float
-        Standard deviation of one of them [output unit]; NaN where nothing tells it.
-    smallest : float
-        Distance of neighbouring floating point numbers of their size [output unit].
-
-    Returns
-    -------
-    float
-        The density of their difference at zero, 1 / (2 sqrt(pi) noise), over a step.
+    It is the density of their difference at zero, 1 / (2 sqrt(pi) noise), over a step of the
+    readings. The noise is NaN where nothing tells it; the smallest is the distance of neighbouring
+    floating point numbers of their size [output unit].
 
     Examples
     --------
@@ -76,12 +57,9 @@ def chance_of_agreement(step: float, noise: float, smallest: float) -> float:
 
 
 def copied_strokes(stack: TableStack) -> dict[int, tuple[int, int]]:
-    """Find strokes that are the copy of another one at the same angles.
+    """Find the tables with strokes that are the copy of another one at the same angles.
 
-    Returns
-    -------
-    dict of int to tuple of int
-        Tables with such strokes, each with the first two of them.
+    Each is told with the first two of them.
     """
     noise, found = stack.noise * stack.scatter, {}
     for strokes in _strokes_alike(stack.plan):

@@ -29,21 +29,14 @@ _WORDS = {  # what drifts -> its name, its mean over the run
 class _Parts(NamedTuple):
     """What the readings tell of the parts of a trend: bias, scale factor and angle.
 
-    Attributes
-    ----------
-    of_trend : ndarray, shape (D, q, 3 q)
-        From the trend to what each part adds to the others, along orthonormal columns; those of the
-        bias first.
-    told : ndarray of bool, shape (3, D)
-        Whether the readings tell it.
-    dof1, dof2 : ndarray, shape (3, D)
-        Degrees of freedom of the part and of what it is held against.
+    `of_trend`, shape (D, q, 3 q), goes from the trend to what each part adds to the others, along
+    orthonormal columns, those of the bias first. All else is of shape (3, D).
     """
 
     of_trend: Array
-    told: Mask
-    dof1: Array
-    dof2: Array
+    told: Mask  # whether the readings tell it
+    dof1: Array  # degrees of freedom of the part
+    dof2: Array  # and of what it is held against
 
     def level(self, level: float) -> Array:
         """Level of each part, shape (D,), where that of all together is given."""
@@ -96,11 +89,8 @@ def _size(name: str, value: float) -> str:
 def drift(stack: TableStack, level: float) -> GateStack:
     """Test the trends of the readings at one angle and in one direction over the run.
 
-    Returns
-    -------
-    GateStack
-        A warning where a trend of the bias, the scale factor or the angle is significant by
-        Fisher's test against the pure error.
+    It warns where a trend of the bias, the scale factor or the angle is significant by Fisher's
+    test against the pure error.
 
     Notes
     -----

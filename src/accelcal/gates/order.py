@@ -35,30 +35,14 @@ class _Order(NamedTuple):
 
 
 class OtherOrder(NamedTuple):
-    """Another order of positions in some strokes, under which the fit would be better.
+    """Another order of positions in some strokes, under which the fit would be better."""
 
-    Attributes
-    ----------
-    said : str
-        Which strokes, and what of them.
-    squares : float
-        Squared residuals that it would leave, infinite where no other order is better.
-    chosen : ndarray of bool, shape (n,)
-        Readings of these strokes.
-    angle : ndarray, shape (n,)
-        Head angles of all readings in this order [deg].
-    sign : float
-        Sign of the output of these strokes.
-    better : float
-        The squared residuals over those.
-    """
-
-    said: str
-    squares: float
-    chosen: Mask
-    angle: Array
-    sign: float
-    better: float
+    said: str  # which strokes, and what of them
+    squares: float  # squared residuals that it would leave
+    chosen: Mask  # readings of these strokes, shape (n,)
+    angle: Array  # head angles of all readings in this order [deg], shape (n,)
+    sign: float  # of the output of these strokes
+    better: float  # the squared residuals over those
 
 
 class _OrderPlan(NamedTuple):
@@ -97,11 +81,8 @@ class _Found(NamedTuple):
 def order_of_positions(stack: TableStack) -> GateStack:
     """Look for another order of positions under which the fit would be far better.
 
-    Returns
-    -------
-    GateStack
-        A warning where mirroring, shifting or negating strokes, or swapping two readings of one,
-        would leave a third of the residuals or less.
+    It warns where mirroring, shifting or negating strokes, or swapping two readings of one, would
+    leave a third of the residuals or less.
 
     Notes
     -----
@@ -164,10 +145,7 @@ def _least(output: Array) -> Array:
 def order_of_strokes(table: PreparedTable, delta0: float) -> OtherOrder | None:
     """Find the other order of one or more strokes under which the fit would be far better.
 
-    Returns
-    -------
-    OtherOrder or None
-        None where none leaves a third of the residuals or less.
+    None where none leaves a third of the residuals or less.
     """
     if len(table.record) <= len(table.estimability.kept):
         return None

@@ -21,18 +21,10 @@ Found = TypeVar("Found")
 
 
 class Spread(NamedTuple):
-    """Standard deviations of the readings of a table against each other.
+    """Standard deviations of the readings of a table against each other, shape (n,)."""
 
-    Attributes
-    ----------
-    size : ndarray, shape (n,)
-        Standard deviation of each over the median of all.
-    doubt : ndarray, shape (n,)
-        Variance of the logarithm of its square.
-    """
-
-    size: Array
-    doubt: Array
+    size: Array  # standard deviation of each over the median of all
+    doubt: Array  # variance of the logarithm of its square
 
 
 def spread_of(table: PreparedTable) -> Spread | None:
@@ -131,15 +123,7 @@ def once_a_plan(function: Callable[[TablePlan], Found]) -> Callable[[TablePlan],
 
 
 def plan_of(table: PreparedTable, time: Array | None) -> TablePlan:
-    """Plan of a table, the same one whenever such a table comes again.
-
-    Parameters
-    ----------
-    table : PreparedTable
-        Any table of the plan.
-    time : ndarray, shape (T, n), or None
-        Times of the readings of T tables [s].
-    """
+    """Plan of a table and times (T, n) [s], the same whenever such a table comes again."""
     record = table.record
     arrays = record.angle, table.head, record.stroke, table.kept_design
     spread = spread_of(table)

@@ -139,10 +139,8 @@ def _tilt_noise(estimate: JointEstimate) -> Array:
 def gates_of_records(stack: RecordStack) -> tuple[GateStack, ...]:
     """Check what several tables say together, for each of R records.
 
-    Returns
-    -------
-    tuple of GateStack
-        Lack of fit of the positions, and agreement of the tables where there are several.
+    These are the lack of fit of the positions, and the agreement of the tables where there are
+    several.
     """
     if stack.coefficients.shape[1] < 2:
         return (_lack_of_fit(stack),)
@@ -224,15 +222,7 @@ def _copies(stack: RecordStack) -> dict[int, tuple[int, int]]:
 def is_turn(change: ArrayLike, uncertainty: ArrayLike) -> Any:
     """Tell whether a change of the misalignment at one temperature is that of a new mounting.
 
-    Parameters
-    ----------
-    change, uncertainty : array_like
-        Size of the change, and standard uncertainty of a misalignment by the noise [rad].
-
-    Returns
-    -------
-    bool or ndarray of bool
-        True beyond 20 arcsec and the noise.
+    It is so beyond 20 arcsec and the noise, a standard uncertainty of a misalignment [rad].
 
     Examples
     --------

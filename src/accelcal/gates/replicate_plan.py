@@ -71,19 +71,9 @@ _LEAST_EIGENVALUE = 1e-9  # over the largest: smaller ones are rounding errors
 
 
 def contracted(matrix: Array, values: Array) -> Array:
-    """Sum each table's values times its columns.
+    """Sum each table's values, shape (n, T), times its columns, shape (D, n, k): shape (k, T).
 
-    Parameters
-    ----------
-    matrix : ndarray, shape (D, n, k)
-        Columns.
-    values : ndarray, shape (n, T)
-        Values; D is 1 or T.
-
-    Returns
-    -------
-    ndarray, shape (k, T)
-        The sums over n.
+    D is 1 or T.
     """
     if len(matrix) == 1:
         return np.asarray(matrix[0].T @ values)
@@ -91,20 +81,7 @@ def contracted(matrix: Array, values: Array) -> Array:
 
 
 def rank_and_inverse(normal: Array) -> tuple[Array, Array]:
-    """Rank of the normal matrices of some columns, and their pseudo-inverses.
-
-    Parameters
-    ----------
-    normal : ndarray, shape (..., q, q)
-        Normal matrices.
-
-    Returns
-    -------
-    rank : ndarray, shape (...)
-        Number of independent columns.
-    inverse : ndarray, shape (..., q, q)
-        Pseudo-inverses.
-    """
+    """Rank of the normal matrices of some columns, shape (..., q, q), and their pseudo-inverses."""
     values, vectors = np.linalg.eigh(normal)
     told = values > _LEAST_EIGENVALUE * values[..., -1:]
     over = np.where(told, values, np.inf)
@@ -112,49 +89,23 @@ def rank_and_inverse(normal: Array) -> tuple[Array, Array]:
 
 
 class ReplicateFit(NamedTuple):
-    """Least squares through readings that are alike but for a trend.
+    """Least squares through readings that are alike but for a trend [output unit]."""
 
-    Attributes
-    ----------
-    means : ndarray, shape (m, T)
-        Mean of the readings of each cell, the trend not taken off [output unit].
-    trend : ndarray, shape (q, T)
-        Coefficients of the trend [output unit].
-    residual : ndarray, shape (n, T)
-        What is left of the readings [output unit].
-    squares : ndarray, shape (T,)
-        Sum of the squared residuals.
-    """
-
-    means: Array
-    trend: Array
-    residual: Array
-    squares: Array
+    means: Array  # of the readings of each cell, the trend not taken off, shape (m, T)
+    trend: Array  # its coefficients, shape (q, T)
+    residual: Array  # what is left of the readings, shape (n, T)
+    squares: Array  # sum of the squared residuals, shape (T,)
 
 
 class ReplicatePlan(NamedTuple):
-    """What such least squares needs beside the readings: a mean for each cell, and the trend.
-
-    Attributes
-    ----------
-    cells : Cells
-        The cells.
-    within : ndarray, shape (D, n, q)
-        The trend's columns less their means in the cells.
-    normal : ndarray, shape (D, q, q)
-        Their normal matrix.
-    inverse : ndarray, shape (D, q, q)
-        Covariance of the trend's coefficients over the variance of a reading.
-    rank, dof : ndarray, shape (D,)
-        Number of independent columns of the trend, and degrees of freedom of the residuals.
-    """
+    """What such least squares needs beside the readings: a mean for each cell, and the trend."""
 
     cells: Cells
-    within: Array
-    normal: Array
-    inverse: Array
-    rank: Array
-    dof: Array
+    within: Array  # the trend's columns less their means in the cells, shape (D, n, q)
+    normal: Array  # their normal matrix, shape (D, q, q)
+    inverse: Array  # covariance of the trend's coefficients over the variance of a reading
+    rank: Array  # number of independent columns of the trend, shape (D,)
+    dof: Array  # degrees of freedom of the residuals, shape (D,)
 
     @classmethod
     def of(cls, cells: Cells, columns: Array) -> ReplicatePlan:

@@ -14,6 +14,7 @@ from accelcal.estimate.trend import directed
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.replicate_plan import Cells, contracted, rank_and_inverse
 from accelcal.gates.stack import TableStack
+from accelcal.gates.stroke_groups import Basis
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
 from accelcal.numerics.probability import f_exceeds
 from accelcal.numerics.sorting import distinct
@@ -25,10 +26,7 @@ _LEAST_FREE = 1e-6
 def closure(stack: TableStack, level: float) -> GateStack:
     """Test Y9 - Y1 of the strokes, and the same as end minus start in the order of time.
 
-    Returns
-    -------
-    GateStack
-        A warning where either mean is significant.
+    It warns where either mean is significant.
 
     Notes
     -----
@@ -106,23 +104,19 @@ def _clean_scatter(stack: TableStack) -> tuple[Array, Array]:
 def _beside_the_return(stack: TableStack) -> tuple[Array, float]:
     """Squared residuals of a fit in which the return has a mean of its own, and their dof."""
     basis = _basis_with_return(stack.plan)
-    residual = stack.alike - basis @ (basis.T @ stack.alike)
-    return (residual**2).sum(axis=0), float(len(basis) - basis.shape[1])
+    return basis.fit(stack.alike).squares, float(np.subtract(*basis.columns.shape))
 
 
 @once_a_plan
-def _basis_with_return(plan: TablePlan) -> Array:
+def _basis_with_return(plan: TablePlan) -> Basis:
     returned = plan.angle > plan.angle.min() + 360.0 - 1e-6
-    return np.linalg.qr(plan.alike(np.column_stack([plan.design, returned]))).Q
+    return Basis.of(plan.alike(np.column_stack([plan.design, returned])))
 
 
 def forward_against_back(stack: TableStack, level: float) -> GateStack:
     """Compare the two directions at each position.
 
-    Returns
-    -------
-    GateStack
-        A warning where the differences are significant by Fisher's test.
+    It warns where the differences are significant by Fisher's test.
 
     Notes
     -----
@@ -151,27 +145,13 @@ def forward_against_back(stack: TableStack, level: float) -> GateStack:
 
 
 class _Pairs(NamedTuple):
-    """Places that are read in both directions.
+    """Places that are read in both directions."""
 
-    Attributes
-    ----------
-    cells : Cells
-        Readings of one place and one direction.
-    back : ndarray of int, shape (pairs,)
-        Cells of the strokes back at these places; the next is forward.
-    angle : ndarray, shape (pairs,)
-        Where they are [deg].
-    of_trend : ndarray, shape (D, pairs, q)
-        Forward minus back of the columns of the trend.
-    variance : ndarray, shape (pairs, 1)
-        Variance of forward minus back over that of a reading.
-    """
-
-    cells: Cells
-    back: Places
-    angle: Array
-    of_trend: Array
-    variance: Array
+    cells: Cells  # readings of one place and one direction
+    back: Places  # cells of the strokes back at these places; the next is forward
+    angle: Array  # where they are [deg], shape (pairs,)
+    of_trend: Array  # forward minus back of the columns of the trend, shape (D, pairs, q)
+    variance: Array  # of forward minus back over that of a reading, shape (pairs, 1)
 
     @classmethod
     def of(cls, angle: Array, cells: Cells, plan: TablePlan) -> _Pairs:
@@ -261,21 +241,14 @@ def _directions(plan: TablePlan) -> _Directions:
 def _backlash_like(difference: Array, angle: Array) -> tuple[Array, Array]:
     """Squares of the part of the differences that follows 1, cos and sin, and of the rest."""
     th = np.radians(angle)
-    pattern = np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])
-    basis, singular, _ = np.linalg.svd(pattern, full_matrices=False)
-    least = max(pattern.shape) * np.finfo(float).eps * singular[0]
-    basis = basis[:, singular > least]
-    fitted = basis @ (basis.T @ difference)
-    return (fitted**2).sum(axis=0), ((difference - fitted) ** 2).sum(axis=0)
+    fit = Basis.of(np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])).fit(difference)
+    return (fit.values**2).sum(axis=0), fit.squares
 
 
 def outlier(stack: TableStack, level: float) -> GateStack:
     """Test the reading that its replicates contradict most.
 
-    Returns
-    -------
-    GateStack
-        A warning where its deviation from the other strokes is significant.
+    It warns where its deviation from the other strokes is significant.
 
     Notes
     -----

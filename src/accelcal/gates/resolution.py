@@ -26,12 +26,9 @@ _FINE = 0.2  # chance that two agree: coarser ones leave readings of less noise 
 def resolution(stack: TableStack) -> GateStack:
     """Look for a step that the noise is too small to average out, copies, and ends of a range.
 
-    Returns
-    -------
-    GateStack
-        A warning where such a step is visible and not declared, where a stroke has the readings of
-        another one to the last digit of a fine step, several readings the largest output or the
-        least, or the readings have digits that the declared step would have rounded away.
+    It warns where such a step is visible and not declared, where a stroke has the readings of
+    another one to the last digit of a fine step, several readings the largest output or the least,
+    or the readings have digits that the declared step would have rounded away.
 
     Notes
     -----
@@ -52,8 +49,7 @@ def resolution(stack: TableStack) -> GateStack:
         if harmless[index]:
             return "no step of the readings that matters"
         own, scale, scatter = (float(a[index]) for a in (step, stack.scale, noise))
-        unit = stack.table.record.unit or "output units"
-        size = f"{own:.6g} {unit} ({acceleration(own / scale)})"
+        size = _size_of_step(stack, index, own)
         if covered[index]:
             return f"the declared step covers that of {size}"
         if untold[index]:
@@ -93,11 +89,17 @@ def _finer(stack: TableStack, noise: Array) -> Mask:
 
 
 def _finer_said(stack: TableStack, index: int) -> str:
-    step, digit = float(stack.step[index]), float(stack.digit[index])
-    unit = stack.table.record.unit or "output units"
-    size = f"{step:.6g} {unit} ({acceleration(step / float(stack.scale[index]))})"
-    counted = f"U counts the rounding of the declared step of {size}"
+    size = _size_of_step(stack, index, float(stack.step[index]))
+    counted, digit = f"U counts the rounding of the declared step of {size}", stack.digit[index]
     return f"{counted}, but the readings have steps of {digit:.6g}: check it and its unit"
+
+
+def _size_of_step(stack: TableStack, index: int, step: float) -> str:
+    return f"{step:.6g} {_unit(stack)} ({acceleration(step / float(stack.scale[index]))})"
+
+
+def _unit(stack: TableStack) -> str:
+    return stack.table.record.unit or "output units"
 
 
 def _range_ends(stack: TableStack, step: Array) -> dict[int, str]:
@@ -105,8 +107,7 @@ def _range_ends(stack: TableStack, step: Array) -> dict[int, str]:
 
     The steps of their readings, shape (T,), are 0 where there is none.
     """
-    unit = stack.table.record.unit or "output units"
-    high, low = stack.output.max(axis=0), stack.output.min(axis=0)
+    unit, high, low = _unit(stack), stack.output.max(axis=0), stack.output.min(axis=0)
     found: dict[int, str] = {}
     for word, end, other in (("largest", high, low), ("least", low, high)):
         equal = stack.output == end

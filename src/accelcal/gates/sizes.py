@@ -30,11 +30,8 @@ _SMALLEST = 1e-300
 def proportions(stack: TableStack) -> GateStack:
     """Compare the error coefficients and residuals with what any accelerometer has.
 
-    Returns
-    -------
-    GateStack
-        A warning where the scale factor is not positive, or another coefficient or the rms
-        residual is too large a part of it.
+    It warns where the scale factor is not positive, or another coefficient or the rms residual is
+    too large a part of it.
     """
     scale_factor = stack.coefficients[:, SCALE_FACTOR]
     turned = scale_factor <= 0.0
@@ -112,11 +109,8 @@ def wrong_sign(scale_factor: float, unit: str | None) -> str:
 def units(stack: TableStack) -> GateStack:
     """Look for strokes and readings that another unit or range has made larger or smaller.
 
-    Returns
-    -------
-    GateStack
-        A warning where some readings of a stroke differ by a power of ten from those at the same
-        and the opposite head position, or where whole strokes are of another size.
+    It warns where some readings of a stroke differ by a power of ten from those at the same and the
+    opposite head position, or where whole strokes are of another size.
 
     Notes
     -----
@@ -147,27 +141,13 @@ def units(stack: TableStack) -> GateStack:
 
 
 class _Groups(NamedTuple):
-    """Readings whose sizes are held against each other.
+    """Readings whose sizes are held against each other."""
 
-    Attributes
-    ----------
-    axes : list of ndarray of int
-        Readings on each axis of the head.
-    strokes : Grouped
-        Readings of each stroke.
-    wave : ndarray, shape (n, 3)
-        One, cosine and sine of the angle of each reading.
-    inverse : ndarray, shape (S, 3, 2)
-        From their products with the readings of a stroke to its cosine and sine.
-    known : ndarray of bool, shape (S,)
-        Strokes of which enough angles are read.
-    """
-
-    axes: list[Places]
+    axes: list[Places]  # readings on each axis of the head
     strokes: Grouped
-    wave: Array
-    inverse: Array
-    known: Mask
+    wave: Array  # one, cosine and sine of the angle of each reading, shape (n, 3)
+    inverse: Array  # from their products with a stroke to its cosine and sine, shape (S, 3, 2)
+    known: Mask  # strokes of which enough angles are read, shape (S,)
 
     def amplitudes(self, output: Array) -> Array:
         """Amplitudes of a sine through the readings of each known stroke, (known, T)."""

@@ -165,13 +165,10 @@ def stacked_times(records: Sequence[TumbleRecord]) -> Array | None:
 
 
 def of_one_plan(tables: Sequence[PreparedTable]) -> list[list[int]]:
-    """Group tables that can be stacked.
+    """Group tables that can be stacked, by their places.
 
-    Returns
-    -------
-    list of list of int
-        Places of the tables of each plan: same angles, strokes, mounting, coefficients and ratios
-        of the declared scatter.
+    Those of a plan have the same angles, strokes, mounting, coefficients and ratios of the declared
+    scatter.
     """
     return places_of_equals(map(_plan_key, tables))
 

@@ -17,18 +17,10 @@ _SHARE_ROUNDING = 1e-14  # of a share, which decides where the residuals are but
 
 
 class Swaps(NamedTuple):
-    """The best swap of each table.
+    """The best swap of each table."""
 
-    Attributes
-    ----------
-    squares : ndarray, shape (T,)
-        Squared residuals that it would leave; infinite where none can be so much better.
-    pair : ndarray of int, shape (T, 2)
-        The two readings.
-    """
-
-    squares: Array
-    pair: Places
+    squares: Array  # squared residuals that it would leave; infinite where none is so good, (T,)
+    pair: Places  # the two readings, shape (T, 2)
 
 
 class SwapBlock(NamedTuple):
@@ -56,19 +48,9 @@ class _Hope(NamedTuple):
 
 
 def swap_blocks(basis: Array, strokes: Grouped) -> list[SwapBlock]:
-    """Make ready for `best_swap` what depends on the plan alone.
+    """Make ready for `best_swap` what depends on the plan alone: pairs of readings of one stroke.
 
-    Parameters
-    ----------
-    basis : ndarray, shape (n, p)
-        Orthonormal basis of the design.
-    strokes : Grouped
-        Readings of each stroke.
-
-    Returns
-    -------
-    list of SwapBlock
-        Blocks of pairs of readings of one stroke.
+    The basis of the design is orthonormal, shape (n, p).
     """
     found = []
     for stroke, other in strokes.alike:
@@ -93,16 +75,9 @@ def best_swap(
 ) -> Swaps:
     """Find the best swap of two readings of one stroke in each table.
 
-    Parameters
-    ----------
-    output, residual : ndarray, shape (n, T)
-        Readings, and what the fit leaves of them [output unit].
-    basis : ndarray, shape (n, p)
-        Orthonormal basis of the design.
-    blocks : sequence of SwapBlock
-        Pairs of readings, see `swap_blocks`.
-    better : float
-        Swaps that do not make the squared residuals so many times smaller are of no interest.
+    The readings, and what the fit leaves of them, are of shape (n, T) [output unit], the
+    orthonormal basis of the design of shape (n, p). Swaps that do not make the squared residuals so
+    many times `better` are of no interest.
 
     Notes
     -----

@@ -12,14 +12,9 @@ from accelcal.gates.verdict import SIGNIFICANT, GateStack
 
 
 def gates_of_stack(stack: TableStack, tables: int = 1) -> tuple[GateStack, ...]:
-    """Check tables of one plan.
+    """Check T tables of one plan.
 
-    Parameters
-    ----------
-    stack : TableStack
-        The T tables.
-    tables : int, default 1
-        Tables of the record of each, which share the false alarms of each gate.
+    The tables of the record of each share the false alarms of each gate.
     """
     level = SIGNIFICANT / tables
     return (

@@ -25,19 +25,8 @@ _WHOLE = 1e-6  # by which the number of a position may miss a whole one
 def other_positions(table: PreparedTable, output: Array, delta0: float) -> tuple[str, str] | None:
     """Find other positions with which readings are in proportion, and hardly leave a residual.
 
-    Parameters
-    ----------
-    table : PreparedTable
-        The table, by its own positions.
-    output : ndarray, shape (n,)
-        Readings at its angles [output unit].
-    delta0 : float
-        Fixture angle [rad].
-
-    Returns
-    -------
-    name, finding : str
-        What is wrong, and which positions fit; None in place of both where none do.
+    The readings, shape (n,) [output unit], are those at the angles of the table, with a fixture
+    angle [rad]. What is wrong is told, and which positions fit; None where none do.
     """
     positions = _fitting_turn(table, output, delta0)
     if positions is not None:

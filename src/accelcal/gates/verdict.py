@@ -23,21 +23,11 @@ _WARN, _NOT_ASSESSED = VERDICTS.index("warn"), VERDICTS.index("not assessed")
 
 
 class GateStack(NamedTuple):
-    """Verdict of one gate on each of T tables or records.
+    """Verdict of one gate on each of T tables or records."""
 
-    Attributes
-    ----------
-    name : str
-        What was checked.
-    verdict : ndarray of int, shape (T,)
-        Places in `VERDICTS`.
-    finding : callable
-        Gives the sentence of one table.
-    """
-
-    name: str
-    verdict: Places
-    finding: Callable[[int], str]
+    name: str  # what was checked
+    verdict: Places  # places in `VERDICTS`, shape (T,)
+    finding: Callable[[int], str]  # gives the sentence of one table
 
     def gate(self, index: int) -> Gate:
         """Return the outcome for one table, with its sentence."""
@@ -60,19 +50,10 @@ class GateStack(NamedTuple):
 def gate_stack(
     name: str, bad: Mask, said: Callable[[int], str], missing: Sequence[tuple[ArrayLike, str]] = ()
 ) -> GateStack:
-    """Warn or pass, or say why a gate could not look.
+    """Warn where it is bad, shape (T,), or pass, or say why a gate could not look.
 
-    Parameters
-    ----------
-    name : str
-        What was checked.
-    bad : ndarray of bool, shape (T,)
-        Whether to warn.
-    said : callable
-        What was found in a table, by its place.
-    missing : sequence of tuple
-        For which tables the gate could not look (a mask, or a bool for all), and why; the first
-        reason counts, and an empty one is told by `said`.
+    What was found in a table is `said` by its place. For some tables the gate could not look (a
+    mask, or a bool for all), and why: the first reason counts, and an empty one is told by `said`.
 
     Examples
     --------

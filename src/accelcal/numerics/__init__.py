@@ -1,1 +1,1 @@
-"""Numerical methods that know nothing of accelerometers: probability, exact sums, groups."""
+"""Numerical methods that know nothing of accelerometers: probability, sums, groups."""

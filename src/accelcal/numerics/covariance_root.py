@@ -8,19 +8,10 @@ from accelcal.arrays import Array
 
 
 def covariance_root(covariance: Array, sizes: Array | None = None) -> Array:
-    """Find a matrix R with R R' = covariance.
+    """Find a matrix R with R R' = covariance, symmetric, shape (n, n).
 
-    Parameters
-    ----------
-    covariance : ndarray, shape (n, n)
-        A symmetric matrix.
-    sizes : ndarray, shape (n,), optional
-        Size of each quantity, above 0: where units differ, nothing small is lost beside the others.
-
-    Returns
-    -------
-    ndarray, shape (n, n)
-        R; eigenvalues below zero, in units of the sizes, are taken as zero.
+    Eigenvalues below zero are taken as zero, in units of the sizes of the quantities, above 0,
+    where these are given: where units differ, nothing small is lost beside the others.
 
     Examples
     --------

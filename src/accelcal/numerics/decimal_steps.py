@@ -22,16 +22,8 @@ _POWERS = np.array([float(f"1e{k}") for k in range(_LEAST, -_LEAST)])  # exact a
 def decimal_step(values: Array) -> float:
     """Find the power of ten of which all values are multiples, as a voltmeter shows them.
 
-    Parameters
-    ----------
-    values : ndarray
-        Values.
-
-    Returns
-    -------
-    float
-        The largest such step of which the largest value has a hundred, and not 1e12; 0 where there
-        is none.
+    It is the largest such step of which the largest value has a hundred, and not 1e12; 0 where
+    there is none.
 
     Examples
     --------
@@ -43,18 +35,7 @@ def decimal_step(values: Array) -> float:
 
 
 def decimal_steps(values: Array) -> Array:
-    """Find the power of ten of which all values of a row are multiples, for each row.
-
-    Parameters
-    ----------
-    values : ndarray, shape (T, n)
-        Values.
-
-    Returns
-    -------
-    ndarray, shape (T,)
-        The largest such step of which the largest value has a hundred, and not 1e12; 0 where there
-        is none.
+    """Find the step of `decimal_step` for each row of values, shape (T, n), shape (T,).
 
     Examples
     --------
@@ -83,19 +64,10 @@ def decimal_steps(values: Array) -> Array:
 
 
 def common_steps(values: Array, digit: Array) -> Array:
-    """Find the largest step of which all values are multiples but for a constant.
+    """Find the largest step of which all values, shape (n, T), are multiples but for a constant.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n, T)
-        Values.
-    digit : ndarray, shape (T,)
-        Their decimal steps, see `decimal_steps`.
-
-    Returns
-    -------
-    ndarray, shape (T,)
-        The steps; 0 where there is none.
+    The decimal steps of the values, see `decimal_steps`, are of shape (T,), as the steps are; 0
+    where there is none.
 
     Examples
     --------

@@ -24,21 +24,6 @@ _SMALL = 2**17
 """Groups times values up to which sums are a product with a matrix, which the cache holds."""
 
 
-class Alike(NamedTuple):
-    """Groups of equally many values.
-
-    Attributes
-    ----------
-    group : ndarray of int, shape (c,)
-        Which groups they are.
-    places : ndarray of int, shape (c, k)
-        Places of their values.
-    """
-
-    group: Places
-    places: Places
-
-
 class Grouped(NamedTuple):
     """Values brought together in cells of equal ones.
 
@@ -84,13 +69,16 @@ class Grouped(NamedTuple):
         return np.split(self.order, self.starts[1:])
 
     @property
-    def alike(self) -> list[Alike]:
-        """Cells of equally many values together, so that they can be stacked; the small first."""
+    def alike(self) -> list[tuple[Places, Places]]:
+        """Cells of equally many values together, so that they can be stacked; the small first.
+
+        Of each k, which cells they are, shape (c,), and the places of their values, shape (c, k).
+        """
         order, starts = self.order, self.starts
         found = []
         for count in distinct(self.members).tolist():
             group = np.flatnonzero(self.members == count)
-            found.append(Alike(group, order[starts[group, None] + np.arange(count)]))
+            found.append((group, order[starts[group, None] + np.arange(count)]))
         return found
 
     def sums(self, values: Array, weight: Array | float = 1.0) -> Array:
@@ -116,17 +104,7 @@ class Grouped(NamedTuple):
 
 
 def grouped(values: NDArray[Any]) -> Grouped:
-    """Bring equal values together.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Values without NaN.
-
-    Returns
-    -------
-    Grouped
-        The cells of equal values.
+    """Bring equal values together, which are not NaN, shape (n,).
 
     Examples
     --------
@@ -173,19 +151,9 @@ def places_of_equals(keys: Iterable[Hashable]) -> list[list[int]]:
 
 
 def few_at_a_time(places: Places, numbers: int) -> Iterator[slice]:
-    """Divide groups of equally many values into parts that a cache holds.
+    """Divide groups of equally many values, shape (c, k), into parts that a cache holds.
 
-    Parameters
-    ----------
-    places : ndarray of int, shape (c, k)
-        Values of each group.
-    numbers : int
-        How many numbers are needed for each value.
-
-    Yields
-    ------
-    slice
-        Some of the groups, at least one.
+    So many numbers are needed for each value. A part is one group at least.
 
     Examples
     --------

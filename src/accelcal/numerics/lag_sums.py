@@ -15,17 +15,10 @@ from accelcal.numerics.sorting import distinct
 
 
 def sums_by_lag(first: Array, second: Array) -> Array:
-    """Sum ``first @ second.T`` along its diagonals, without the matrix.
+    """Sum ``first @ second.T`` along its diagonals, without the matrix, of columns of shape (n, k).
 
-    Parameters
-    ----------
-    first, second : ndarray, shape (n, k)
-        Columns.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Sum of the diagonal, then those at each distance from it on both sides together.
+    These are the sum of the diagonal, then those at each distance from it on both sides together,
+    shape (n,).
 
     Examples
     --------
@@ -90,17 +83,9 @@ def neighbours(basis: Array, run: Ints, lags: int) -> Neighbours:
 
 
 def products_by_lag(columns: Array) -> Array:
-    """Sum the products of each two columns at each distance.
+    """Sum the products of each two columns at each distance, from shape (n, p) to shape (n, p, p).
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n, p)
-        Columns C.
-
-    Returns
-    -------
-    ndarray, shape (n, p, p)
-        Coefficients of C' P C as a polynomial of rho.
+    They are the coefficients of C' P C as a polynomial of rho.
 
     Examples
     --------
@@ -115,19 +100,7 @@ def products_by_lag(columns: Array) -> Array:
 
 
 def polynomial(by_lag: Array, rho: Array) -> Array:
-    """Evaluate such polynomials.
-
-    Parameters
-    ----------
-    by_lag : ndarray, shape (n, ...)
-        Their coefficients.
-    rho : ndarray, shape (C,)
-        Correlations.
-
-    Returns
-    -------
-    ndarray, shape (C, ...)
-        Their values.
+    """Evaluate such polynomials, of coefficients of shape (n, ...), at correlations of shape (C,).
 
     Examples
     --------

@@ -13,23 +13,11 @@ from accelcal.arrays import Array
 
 
 def ratios_by_the_others(residual: Array, freedom: Array, dof: float, least: float) -> Array:
-    """Size of each residual over its standard uncertainty by the others: Student's t.
+    """Size of n residuals, or of their lengths, over their standard uncertainty by the others.
 
-    Parameters
-    ----------
-    residual : ndarray, shape (n,)
-        Residuals, or their lengths.
-    freedom : ndarray, shape (n,)
-        Degrees of freedom of each, one less its leverage, above zero.
-    dof : float
-        Degrees of freedom of all; those of the ratios are one less.
-    least : float
-        Sum of squares of the others below which it counts as this.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The ratios.
+    It is Student's t with one degree of freedom less than all have. Each residual has degrees of
+    freedom, one less its leverage, above zero; the sum of squares of the others counts as the least
+    where it is below that.
 
     Examples
     --------

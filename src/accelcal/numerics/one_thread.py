@@ -17,21 +17,9 @@ _ALONE = 2**18
 
 
 def multiply(matrix: Array, values: Array, out: Array | None = None) -> Array:
-    """Multiply a small matrix by one of many columns, in one thread.
+    """Multiply a small matrix, (j, k), by one of many columns, (..., k, n), in one thread.
 
-    Parameters
-    ----------
-    matrix : ndarray, shape (j, k)
-        The small one.
-    values : ndarray, shape (..., k, n)
-        The other, or a stack of them.
-    out : ndarray, shape (..., j, n), optional
-        Where the product goes.
-
-    Returns
-    -------
-    ndarray, shape (..., j, n)
-        The product.
+    The product, shape (..., j, n), goes to `out` where it is given.
 
     Examples
     --------

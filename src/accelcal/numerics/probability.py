@@ -25,7 +25,7 @@ LEVEL = 0.95
 
 _TINY = 1e-300  # in place of zero in a denominator
 _SETTLED = 1e-15  # relative change that ends a continued fraction
-_AS_GOOD_AS_INFINITE = 1e15  # degrees of freedom
+_AS_GOOD_AS_INFINITE = 1e15  # degrees of freedom: to the last digits
 _WORTH_ARRAYS = 24  # fewer numbers are faster one by one
 
 
@@ -103,31 +103,15 @@ def _beyond_stirling(z: Number) -> Number:
     return (1 / 12 - w * (1 / 360 - w * (1 / 1260 - w * (1 / 1680 - w / 1188)))) / z  # DLMF 5.11.1
 
 
-_NORMAL = 1e15
-"""Degrees of freedom beyond which Student's distribution is the normal one to the last digits."""
-
-
 def student_survival(t: float, dof: float) -> float:
-    """Probability that Student's t exceeds a value.
-
-    Parameters
-    ----------
-    t : float
-        The value.
-    dof : float
-        Degrees of freedom, above 0; infinity gives the normal distribution.
-
-    Returns
-    -------
-    float
-        P(T > t).
+    """Probability that Student's t exceeds a value; that of the normal one with infinite dof.
 
     Examples
     --------
     >>> round(student_survival(4.302653, 2), 6)
     0.025
     """
-    if dof > _NORMAL:
+    if dof > _AS_GOOD_AS_INFINITE:
         return 0.5 * math.erfc(t / math.sqrt(2.0))
     ratio = t * t / dof
     parts = 1.0 / (1.0 + ratio), ratio / (1.0 + ratio)
@@ -137,19 +121,9 @@ def student_survival(t: float, dof: float) -> float:
 
 @lru_cache(maxsize=1024)
 def student_quantile(level: float, dof: float) -> float:
-    """Two-sided coverage factor of Student's t.
+    """Two-sided coverage factor of Student's t: t with P(|T| <= t) = `level`.
 
-    Parameters
-    ----------
-    level : float
-        Probability of the interval, between 0 and 1.
-    dof : float
-        Degrees of freedom, above 0; infinity gives the normal distribution.
-
-    Returns
-    -------
-    float
-        t with P(|T| <= t) = `level`.
+    Infinite degrees of freedom give the normal distribution.
 
     Raises
     ------
@@ -189,19 +163,7 @@ def _cornish_fisher(z: float, dof: float) -> float:
 
 
 def student_density(t: float, dof: float) -> float:
-    """Density of Student's t.
-
-    Parameters
-    ----------
-    t : float
-        The value.
-    dof : float
-        Degrees of freedom, above 0; infinity gives the normal distribution.
-
-    Returns
-    -------
-    float
-        The density.
+    """Density of Student's t; with infinite dof it is that of the normal distribution.
 
     Examples
     --------
@@ -218,17 +180,7 @@ def student_density(t: float, dof: float) -> float:
 def dof_of_student_quantile(level: float, factor: float) -> float:
     """Degrees of freedom whose two-sided coverage factor has a given value.
 
-    Parameters
-    ----------
-    level : float
-        Probability of the interval.
-    factor : float
-        Coverage factor.
-
-    Returns
-    -------
-    float
-        Degrees of freedom; infinity where `factor` is not above the normal one.
+    Infinite where it is not above the normal one.
 
     Examples
     --------
@@ -264,21 +216,10 @@ def f_survival(ratio: float, dof1: float, dof2: float) -> float: ...
 @overload
 def f_survival(ratio: Array, dof1: ArrayLike, dof2: ArrayLike) -> Array: ...
 def f_survival(ratio: Number, dof1: Number, dof2: Number) -> Number:
-    """Probability that Fisher's F exceeds a value.
+    """Probability that Fisher's F, the ratio of two mean squares, exceeds a value, or values.
 
-    Parameters
-    ----------
-    ratio : float or ndarray
-        The ratio of two mean squares.
-    dof1, dof2 : float or array_like
-        Degrees of freedom of numerator and denominator, above 0; `dof2` may be infinite, where the
-        variance is known.
-
-    Returns
-    -------
-    float or ndarray
-        P(F > ratio), in the shape of `ratio` and the degrees of freedom together; NaN where the
-        ratio of an array is.
+    The degrees of freedom of the denominator may be infinite, where the variance is known. Arrays
+    broadcast; it is NaN where the ratio of an array is.
 
     Notes
     -----
@@ -325,19 +266,7 @@ def _number(values: Array) -> Number:
 
 @lru_cache(maxsize=1024)
 def f_quantile(level: float, dof1: float, dof2: float) -> float:
-    """Value that Fisher's F exceeds with a given probability.
-
-    Parameters
-    ----------
-    level : float
-        The probability, between 0 and 1.
-    dof1, dof2 : float
-        Degrees of freedom of numerator and denominator, see `f_survival`.
-
-    Returns
-    -------
-    float
-        x with P(F > x) = `level`.
+    """Value that Fisher's F exceeds with a given probability, between 0 and 1, see `f_survival`.
 
     Examples
     --------
@@ -353,19 +282,7 @@ def f_quantile(level: float, dof1: float, dof2: float) -> float:
 def f_exceeds(level: ArrayLike, ratio: Array, dof1: ArrayLike, dof2: ArrayLike) -> Array:
     """Tell where Fisher's F exceeds a value with less than a given probability.
 
-    Parameters
-    ----------
-    level : float or array_like
-        The probability.
-    ratio : ndarray
-        The ratios of two mean squares.
-    dof1, dof2 : float or array_like
-        Degrees of freedom of numerator and denominator, see `f_survival`.
-
-    Returns
-    -------
-    ndarray of bool
-        Where ``f_survival(ratio, dof1, dof2) < level``, in the shape of all together.
+    That is where ``f_survival(ratio, dof1, dof2) < level``, in the shape of all together.
 
     Notes
     -----

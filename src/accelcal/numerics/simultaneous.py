@@ -21,17 +21,10 @@ from accelcal.numerics.probability import student_density, student_quantile, stu
 
 
 def path_length(covariance: Array) -> float:
-    """Length of the path of n neighbouring points on the unit sphere of their errors.
+    """Length [rad] of the path of n neighbouring points on the unit sphere of their errors.
 
-    Parameters
-    ----------
-    covariance : ndarray, shape (n, n)
-        Their covariance; a point without any error has no place on the path.
-
-    Returns
-    -------
-    float
-        The sum of the angles between neighbours [rad].
+    It is the sum of the angles between neighbours, from their covariance; a point without any error
+    has no place on the path.
 
     Examples
     --------
@@ -47,21 +40,10 @@ def path_length(covariance: Array) -> float:
 
 @lru_cache(maxsize=1024)
 def simultaneous_quantile(level: float, dof: float, length: float) -> float:
-    """Two-sided coverage factor of Student's t at all points of a path at once.
+    """Two-sided coverage factor of Student's t at all points of a path, of `path_length`, at once.
 
-    Parameters
-    ----------
-    level : float
-        Probability of the band, between 0 and 1.
-    dof : float
-        Degrees of freedom, above 0; infinity gives the normal distribution.
-    length : float
-        Of `path_length` [rad].
-
-    Returns
-    -------
-    float
-        c with P(max |T| <= c) >= `level`; Student's factor where the path has no length.
+    c with P(max |T| <= c) >= `level`; Student's factor where the path has no length. Infinite
+    degrees of freedom give the normal distribution.
 
     Raises
     ------

@@ -13,17 +13,7 @@ from numpy.typing import NDArray
 
 
 def distinct(values: NDArray[Any]) -> NDArray[Any]:
-    """Sort the values and keep one of each.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Values without NaN.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        The different values, sorted.
+    """Sort the values, none of them NaN, and keep one of each.
 
     Examples
     --------
@@ -37,17 +27,7 @@ def distinct(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def median(values: NDArray[Any]) -> float:
-    """Median of some values.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Values without NaN; n is at least 1.
-
-    Returns
-    -------
-    float
-        The middle value, or the mean of the two middle ones.
+    """Median of one value or more, none of them NaN.
 
     Examples
     --------

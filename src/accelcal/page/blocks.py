@@ -22,75 +22,37 @@ class _Part:
 
 @dataclass(frozen=True, slots=True)
 class Paragraph(_Part):
-    """Some sentences.
-
-    Attributes
-    ----------
-    text : str
-        The sentences.
-    """
+    """Some sentences."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Bullets(_Part):
-    """A list.
-
-    Attributes
-    ----------
-    items : sequence of str
-        An item each.
-    """
+    """A list."""
 
     items: Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)
 class Note(_Part):
-    """Something that must not be overlooked.
+    """Something that must not be overlooked."""
 
-    Attributes
-    ----------
-    tone : {"plain", "good", "warn", "bad"}
-        How serious it is.
-    title : str
-        What it is about.
-    items : sequence of str
-        What is said.
-    """
-
-    tone: Tone
+    tone: Tone  # how serious it is
     title: str
     items: Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)
 class Table(_Part):
-    """A table.
-
-    Attributes
-    ----------
-    caption : str
-        What it shows.
-    headings : sequence of str
-        Headings of the columns.
-    rows : sequence of sequence of str
-        Cells; the first of each row is its heading.
-    numeric : collection of int
-        Columns of numbers, which stand at the right.
-    tones : mapping of str to Tone
-        Cells with such a text are marked.
-    folded : bool
-        Whether it is folded away on a screen until asked for.
-    """
+    """A table; the first cell of each row is its heading."""
 
     caption: str
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
-    numeric: Collection[int] = ()
-    tones: dict[str, Tone] = field(default_factory=dict)
-    folded: bool = False
+    numeric: Collection[int] = ()  # columns of numbers, which stand at the right
+    tones: dict[str, Tone] = field(default_factory=dict)  # marks of cells with such a text
+    folded: bool = False  # away on a screen until asked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,26 +80,14 @@ class Figure(_Part):
 
 @dataclass(frozen=True, slots=True)
 class Gallery(_Part):
-    """Pictures, and the tables that belong to them, side by side where there is room.
-
-    Attributes
-    ----------
-    parts : sequence of Figure or Table
-        The pictures and tables.
-    """
+    """Pictures, and the tables that belong to them, side by side where there is room."""
 
     parts: Sequence[Figure | Table]
 
 
 @dataclass(frozen=True, slots=True)
 class Facts(_Part):
-    """Names and what they are.
-
-    Attributes
-    ----------
-    items : sequence of tuple of str
-        Name and fact.
-    """
+    """Names and what they are."""
 
     items: Sequence[tuple[str, str]]
 
@@ -147,30 +97,16 @@ Block = Paragraph | Bullets | Note | Table | Figure | Gallery | Facts
 
 @dataclass(frozen=True, slots=True)
 class Highlight:
-    """A number that a reader looks for first.
-
-    Attributes
-    ----------
-    name, value, detail : str
-        What it is, the number with its unit, and its uncertainty.
-    """
+    """A number that a reader looks for first."""
 
     name: str
-    value: str
-    detail: str
+    value: str  # with its unit
+    detail: str  # its uncertainty
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A part under a heading.
-
-    Attributes
-    ----------
-    title : str
-        The heading.
-    blocks : sequence of Block
-        What stands under it.
-    """
+    """A part under a heading."""
 
     title: str
     blocks: Sequence[Block]
@@ -178,51 +114,21 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """The report of one result.
+    """The report of one result."""
 
-    Attributes
-    ----------
-    sort : str
-        What it is, such as ``"Calibration"``.
-    title : str
-        Whose.
-    subtitle : str
-        When, from what.
-    tone : Tone
-        How it came out.
-    outcome : str
-        The same in a word or two.
-    lede : str
-        The result in a sentence.
-    highlights : sequence of Highlight
-        The numbers that matter most.
-    sections : sequence of Section
-        All the rest.
-    """
-
-    sort: str
-    title: str
-    subtitle: str
-    tone: Tone
-    outcome: str
-    lede: str
-    highlights: Sequence[Highlight]
+    sort: str  # what it is, such as "Calibration"
+    title: str  # whose
+    subtitle: str  # when, from what
+    tone: Tone  # how it came out
+    outcome: str  # the same in a word or two
+    lede: str  # the result in a sentence
+    highlights: Sequence[Highlight]  # the numbers that matter most
     sections: Sequence[Section]
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page of one report or of several.
-
-    Attributes
-    ----------
-    title : str
-        Its title.
-    chapters : sequence of Chapter
-        A report each.
-    software : str
-        What wrote it.
-    """
+    """A page of one report or of several."""
 
     title: str
     chapters: Sequence[Chapter]

@@ -44,25 +44,11 @@ def pictures(
 ) -> list[Figure]:
     """Prepare pictures, each drawn for light or for dark paper when a page asks for it.
 
-    Parameters
-    ----------
-    name : str
-        Name that no other picture of the page has.
-    draw : callable
-        Draws into the axes that it is given: those of the picture, or a list of them for several.
-    told : sequence of tuple of str
-        Caption and alternative text of each picture.
-    size : tuple of float
-        Width and height [inch]. The letters have 8 to 10 pt, so 4 is narrow enough for a phone.
-    polar : bool, default False
-        Whether the axes go round.
-    rows : int, default 1
-        Axes in each picture, one above another. `draw` gets the upper ones of all first.
-
-    Returns
-    -------
-    list of Figure
-        A picture each; drawing it raises an `InputError` where matplotlib is not installed.
+    The name is one that no other picture of the page has; each picture is `told` by its caption and
+    alternative text. The size is width and height [inch]: the letters have 8 to 10 pt, so 4 is
+    narrow enough for a phone. `draw` draws into the axes that it is given: those of the picture, or
+    a list of them for several, of which each picture has some rows, the upper ones of all first.
+    Drawing raises an `InputError` where matplotlib is not installed.
     """
 
     @cache

@@ -24,19 +24,9 @@ _BLANK_LINES = re.compile(r"\n{3,}")
 
 
 def html(page: Page, *, on_paper: bool = False) -> str:
-    """Write a page as HTML, whole in itself.
+    """Write a page as HTML, whole in itself: without scripts, it needs no other file.
 
-    Parameters
-    ----------
-    page : Page
-        The page.
-    on_paper : bool, default False
-        Whether it is to be printed at once: without dark pictures, and nothing folded away.
-
-    Returns
-    -------
-    str
-        A document without scripts that needs no other file.
+    On paper it has no dark pictures, and nothing is folded away.
 
     Raises
     ------
@@ -52,12 +42,7 @@ def html(page: Page, *, on_paper: bool = False) -> str:
 
 
 def markdown(page: Page) -> str:
-    """Write a page as Markdown, with the tables behind the pictures in place of them.
-
-    Returns
-    -------
-    str
-        The same content in the Markdown of GitHub.
+    """Write a page as the Markdown of GitHub, with the tables behind the pictures in place of them.
 
     Raises
     ------

@@ -34,45 +34,21 @@ _ENDLESS = 1e60
 
 
 class Angles(NamedTuple):
-    """Angles of a head with what a reading at each of them is worth.
+    """Angles of a head with what a reading at each of them is worth."""
 
-    Attributes
-    ----------
-    degrees : ndarray, shape (a,)
-        Head angles [deg].
-    rows : ndarray, shape (a, 6)
-        Rows of the design matrix.
-    head : ndarray, shape (a,)
-        Variance of the head error in a reading [g^2].
-    noise : float
-        Variance of the noise of a reading, over the strokes [g^2].
-    tables : int
-        Tables that share the head.
-    shifts : ndarray, shape (6,)
-        Variances that come whatever the angles are: launch and temperature.
-    """
-
-    degrees: Array
-    rows: Array
-    head: Array
-    noise: float
-    tables: int
-    shifts: Array
+    degrees: Array  # head angles [deg], shape (a,)
+    rows: Array  # of the design matrix, shape (a, 6)
+    head: Array  # variance of the head error in a reading [g^2], shape (a,)
+    noise: float  # variance of the noise of a reading, over the strokes [g^2]
+    tables: int  # that share the head
+    shifts: Array  # variances that come whatever the angles are: launch and temperature, shape (6,)
 
 
 class Criterion(NamedTuple):
-    """What is to be small.
+    """What is to be small."""
 
-    Attributes
-    ----------
-    name : str
-        One of `CRITERIA`.
-    weights : ndarray, shape (6,)
-        Weights of the variances, for A and a single coefficient.
-    """
-
-    name: str
-    weights: Array
+    name: str  # one of `CRITERIA`
+    weights: Array  # of the variances, for A and a single coefficient, shape (6,)
 
 
 def criterion_of(name: str, scales: Mapping[str, float]) -> Criterion:
@@ -105,29 +81,10 @@ def seen_from(
     mounting: str = "o+",
     resolution: float = 0.0,
 ) -> Angles:
-    """Work out what a reading at each angle is worth.
+    """Work out what a reading at each angle [deg], in so many strokes and tables, is worth.
 
-    Parameters
-    ----------
-    degrees : ndarray, shape (a,)
-        Head angles [deg].
-    noise : NoiseComponents
-        Errors of readings and head.
-    accelerometer : Accelerometer
-        What is tested.
-    strokes, tables : int
-        Strokes in a run, and tables that share the head.
-    shifts : ndarray, shape (6,)
-        Variances of the coefficients by launch and temperature.
-    mounting : str
-        One of `accelcal.geometry.MOUNTINGS`.
-    resolution : float, default 0
-        Step of the readings, counted as noise [g].
-
-    Returns
-    -------
-    Angles
-        The angles.
+    Launch and temperature shift the coefficients by variances of shape (6,). The step of the
+    readings counts as noise [g].
     """
     slope = angular_derivative(degrees, 0.0, mounting) @ _nominal(accelerometer)
     variance = max(noise.reading, 1e-12) ** 2 + resolution**2 / 12.0
@@ -143,15 +100,9 @@ def seen_from(
 
 def _nominal(accelerometer: Accelerometer) -> Array:
     """Coefficients over K1, in the order of `COEFFICIENTS`."""
-    values = {
-        "K0": accelerometer.bias.at_T0,
-        "K1": 1.0,
-        "K2": accelerometer.k2,
-        "K3": accelerometer.k3,
-        "M": accelerometer.misalignment.at_T0,
-        "M_ip": accelerometer.cross_coupling,
-    }
-    return np.array([values[name] for name in COEFFICIENTS])
+    bias, misalignment = accelerometer.bias.at_T0, accelerometer.misalignment.at_T0
+    others = accelerometer.k2, accelerometer.k3, misalignment, accelerometer.cross_coupling
+    return np.array([bias, 1.0, *others])
 
 
 def covariances(angles: Angles, counts: Array) -> Array:

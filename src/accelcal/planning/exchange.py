@@ -27,22 +27,12 @@ _STEPS = (4.0, 2.0, 1.0, 0.5)
 
 
 class Budget(NamedTuple):
-    """What a stroke may cost.
+    """What a stroke may cost."""
 
-    Attributes
-    ----------
-    reading, turn : float
-        Time of a reading, and of a turn to another angle [s].
-    stroke : float
-        Time of a stroke, with a turn to each of its angles [s].
-    spacing : float
-        Least distance of two angles [deg].
-    """
-
-    reading: float
-    turn: float
-    stroke: float
-    spacing: float
+    reading: float  # time of one [s]
+    turn: float  # time of a turn to another angle [s]
+    stroke: float  # time of a stroke, with a turn to each of its angles [s]
+    spacing: float  # least distance of two angles [deg]
 
     def left(self, counts: Ints) -> float:
         """Time that is left of a stroke [s]."""

@@ -40,22 +40,12 @@ _QUIET = 0.1  # noise that a hundred times the strokes leave, over the noise
 
 
 class Figure(NamedTuple):
-    """One figure that a calibration tells.
+    """One figure that a calibration tells."""
 
-    Attributes
-    ----------
-    value, variance : float
-        The figure and the square of its standard uncertainty.
-    unit : str
-        Unit of the figure.
-    stands_for : str or None
-        What it really is, where it absorbs something.
-    """
-
-    value: float
-    variance: float
+    value: float  # in its unit
+    variance: float  # square of its standard uncertainty
     unit: str
-    stands_for: str | None = None
+    stands_for: str | None = None  # what it really is, where it absorbs something
 
 
 Key = tuple[str, str]  # name and mounting
@@ -92,24 +82,11 @@ class _Test(NamedTuple):
 def forecasts(
     plan: TumblePlan, noise: NoiseComponents, accelerometer: Accelerometer, *, declared: bool = True
 ) -> tuple[Forecast, ...]:
-    """Foresee the uncertainty of everything that a test tells.
+    """Foresee the uncertainty of all that a test tells, with such errors of readings and stand.
 
-    Parameters
-    ----------
-    plan : TumblePlan
-        The test.
-    noise : NoiseComponents
-        Errors of readings and stand.
-    accelerometer : Accelerometer
-        What is tested; its coefficients hardly matter.
-    declared : bool, default True
-        Whether the errors of the stand will be declared to the fit. The reading noise it takes from
-        the replicates either way.
-
-    Returns
-    -------
-    tuple of Forecast
-        Coefficients (over K1), terms of the error model, temperature slopes and fixture angles.
+    These are coefficients (over K1), terms of the error model, temperature slopes and fixture
+    angles; the coefficients of the accelerometer hardly matter. The errors of the stand will be
+    `declared` to the fit or not; the reading noise it takes from the replicates either way.
 
     Raises
     ------
@@ -217,13 +194,10 @@ def _effective(parts: Mapping[str, float], dof: Mapping[str, float | None]) -> f
 
 
 def figures(calibration: Calibration) -> dict[Key, Figure]:
-    """Everything that a calibration tells, over the scale factor.
+    """Everything that a calibration tells, over the scale factor, by name and mounting.
 
-    Returns
-    -------
-    dict
-        Name and mounting -> figure. Coefficients and terms of the error model are those of the
-        first table nearest to T0 in each mounting, the one of most tables first.
+    Coefficients and terms of the error model are those of the first table nearest to T0 in each
+    mounting, the one of most tables first.
 
     Examples
     --------
@@ -289,11 +263,6 @@ def _degrees_of_freedom(test: _Test, *, declared: bool) -> dict[str, float | Non
 def lost_coefficients(plan: TumblePlan) -> tuple[str, ...]:
     """Say which coefficients a test cannot tell apart, and what the others stand for.
 
-    Returns
-    -------
-    tuple of str
-        A sentence for each lost coefficient.
-
     Examples
     --------
     >>> lost_coefficients(TumblePlan(positions=4))[0]
@@ -309,21 +278,8 @@ def visibility(
 ) -> tuple[Visibility, ...]:
     """Tell for each effect of the catalogue whether a test would show it, and from what size.
 
-    Parameters
-    ----------
-    plan : TumblePlan
-        The test.
-    noise : NoiseComponents
-        Errors of readings and stand.
-    accelerometer : Accelerometer
-        What is tested.
-    declared : bool, default True
-        Whether the errors of the stand will be declared.
-
-    Returns
-    -------
-    tuple of Visibility
-        First the effects that coefficients absorb, then those that can be seen.
+    First come the effects that coefficients absorb, then those that can be seen. The errors of the
+    stand will be `declared` or not.
 
     Raises
     ------

@@ -17,19 +17,9 @@ NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *AT_T0, *SLOPES, "delta0")
 
 
 def target_value(name: str, text: str) -> float:
-    """Read an uncertainty with its unit.
+    """Read an uncertainty of one of `NAMES` with its unit, such as ``"5ppm"`` or ``"0.1ug/degC"``.
 
-    Parameters
-    ----------
-    name : str
-        Of what, one of `NAMES`.
-    text : str
-        As ``"5ppm"``, ``"2ug"``, ``"2e-6"``, ``"0.1ug/degC"``.
-
-    Returns
-    -------
-    float
-        The uncertainty in g, rad or parts of one, per power of g or per degree.
+    It is in g, rad or parts of one, per power of g or per degree.
 
     Raises
     ------

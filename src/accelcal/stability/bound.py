@@ -11,14 +11,9 @@ FACTOR = 3.0
 
 
 def coverage_factor(probability: float | None, dof: float | None) -> float:
-    """Factor t_P of (3).
+    """Factor t_P of (3), for a two-sided probability; None takes the fixed factor 3.
 
-    Parameters
-    ----------
-    probability : float or None
-        Two-sided probability; None takes the fixed factor 3.
-    dof : float or None
-        Degrees of freedom of the standard deviation; None for very many.
+    The degrees of freedom are those of the standard deviation; None for very many.
 
     Examples
     --------
@@ -31,12 +26,7 @@ def coverage_factor(probability: float | None, dof: float | None) -> float:
 
 
 def random_bias(time: float, launch: Estimate, drift: Estimate, fluctuation: Estimate) -> BiasBound:
-    """Bound (3) at one time after the start of a launch.
-
-    Returns
-    -------
-    BiasBound
-        k0D(t) and k0(t).
+    """Bound (3) at one time after the start of a launch: k0D(t) and k0(t).
 
     Notes
     -----

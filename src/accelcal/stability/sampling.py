@@ -24,21 +24,11 @@ _GAP = LONGEST_FILLED + 1.5
 
 
 class EvenSeries(NamedTuple):
-    """Pieces of evenly spaced samples.
+    """Pieces of evenly spaced samples."""
 
-    Attributes
-    ----------
-    interval : float
-        Time between samples [s].
-    pieces : tuple of ndarray
-        The pieces, in their order.
-    notes : tuple of str
-        What was done to get them.
-    """
-
-    interval: float
-    pieces: tuple[Array, ...]
-    notes: tuple[str, ...]
+    interval: float  # time between samples [s]
+    pieces: tuple[Array, ...]  # in their order
+    notes: tuple[str, ...]  # what was done to get them
 
 
 class _Piece(NamedTuple):
@@ -49,12 +39,7 @@ class _Piece(NamedTuple):
 
 
 def even_series(launches: Sequence[Launch]) -> EvenSeries:
-    """Cut launches into pieces of evenly spaced samples.
-
-    Returns
-    -------
-    EvenSeries
-        One piece a launch where nothing is missing.
+    """Cut launches into pieces of evenly spaced samples, one a launch where nothing is missing.
 
     Notes
     -----
@@ -141,10 +126,7 @@ def _evened(launch: Launch, interval: float, longest: float) -> list[_Piece]:
 def was_off(launch: Launch) -> str | None:
     """Say that a launch may be several, with the power off between them.
 
-    Returns
-    -------
-    str or None
-        Its longest pause, where it pauses longer than it was recorded.
+    By its longest pause, where it pauses longer than it was recorded; else None.
 
     Examples
     --------

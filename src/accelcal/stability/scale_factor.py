@@ -22,35 +22,17 @@ _REMEDY = "calibrate at its temperature, or give scale_factor=..."
 
 
 class ScaleFactor(NamedTuple):
-    """A scale factor for a record.
+    """A scale factor for a record."""
 
-    Attributes
-    ----------
-    value : float
-        K1 [output unit of the record / g].
-    notes : tuple of str
-        That it is of another temperature than the record, where it is so.
-    """
-
-    value: float
-    notes: tuple[str, ...] = ()
+    value: float  # K1 [output unit of the record / g]
+    notes: tuple[str, ...] = ()  # that it is of another temperature than the record, where it is so
 
 
 def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> ScaleFactor:
-    """Scale factor that a calibration gives for a record.
+    """Scale factor that a calibration of the same accelerometer gives for a record.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        Calibration of the same accelerometer.
-    record : StabilityRecord
-        The record; the scale factor is that at the mean of its known temperatures, at T0 where none
-        is known.
-
-    Returns
-    -------
-    ScaleFactor
-        K1 by its temperature law; without one that of the nearest table of the main mounting.
+    It is K1 by its temperature law at the mean of the known temperatures of the record, at T0 where
+    none is known; without a law that of the nearest table of the main mounting.
 
     Raises
     ------

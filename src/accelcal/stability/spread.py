@@ -20,23 +20,10 @@ _SHUFFLES = 5000
 
 
 def deviation(sum_of_squares: float, dof: float, unit: str, effective_dof: float) -> Estimate:
-    """Standard deviation from a sum of squares.
+    """Standard deviation from a sum of squares [unit^2], with its chi-squared interval.
 
-    Parameters
-    ----------
-    sum_of_squares : float
-        Of the residuals [unit^2].
-    dof : float
-        Number of residuals less that of the fitted parameters.
-    unit : str
-        Unit of the deviation.
-    effective_dof : float
-        Degrees of freedom of the interval; below `dof` where the residuals are correlated.
-
-    Returns
-    -------
-    Estimate
-        The deviation with its interval from the chi-squared distribution.
+    The residuals are so many less the fitted parameters; the degrees of freedom of the interval are
+    below that where they are correlated.
 
     Examples
     --------
@@ -55,32 +42,16 @@ def deviation(sum_of_squares: float, dof: float, unit: str, effective_dof: float
 
 
 class LagCorrelation(NamedTuple):
-    """Correlation of neighbours in a sequence.
+    """Correlation of neighbours in a sequence."""
 
-    Attributes
-    ----------
-    value : float
-        Lag-1 correlation.
-    p_value : float
-        Probability of one as far from that of a shuffled sequence.
-    """
-
-    value: float
-    p_value: float
+    value: float  # lag-1 correlation
+    p_value: float  # probability of one as far from that of a shuffled sequence
 
 
 def lag1_correlation(means: ArrayLike) -> LagCorrelation | None:
-    """Correlation of each launch mean with the next one.
+    """Correlation of each launch mean, in the order of the launches, with the next one.
 
-    Parameters
-    ----------
-    means : array_like, shape (n,)
-        Means in the order of the launches.
-
-    Returns
-    -------
-    LagCorrelation or None
-        None for fewer than 5 launches, or means that are all equal.
+    None for fewer than 5 launches, or means that are all equal.
 
     Notes
     -----

@@ -40,20 +40,10 @@ class _Dwell(NamedTuple):
 
 
 def threshold(launches: Sequence[Launch], unit: str) -> Estimate:
-    """Smallest step of acceleration that the output follows by at least half.
+    """Smallest step of acceleration that the output, in g, follows by at least half.
 
-    Parameters
-    ----------
-    launches : sequence of Launch
-        Launches with steps of the applied acceleration, outputs in g.
-    unit : str
-        Unit of the outputs.
-
-    Returns
-    -------
-    Estimate
-        The smallest step from which on all are followed. Its limits are the largest step that is
-        not followed, 0 where there is none, and this step.
+    It is the smallest step from which on all are followed. Its limits are the largest step that is
+    not followed, 0 where there is none, and this step.
 
     Examples
     --------
@@ -80,20 +70,10 @@ def threshold(launches: Sequence[Launch], unit: str) -> Estimate:
 
 
 def hysteresis(launches: Sequence[Launch], unit: str) -> Estimate:
-    """Largest difference of outputs at one acceleration, reached from below and from above.
+    """Largest difference of outputs [g] at one acceleration, reached from below and from above.
 
-    Parameters
-    ----------
-    launches : sequence of Launch
-        Launches with steps of the applied acceleration, outputs in g.
-    unit : str
-        Unit of the outputs.
-
-    Returns
-    -------
-    Estimate
-        The difference with its 95 % interval from the noise; without limits where nothing tells it,
-        as each dwell has a single sample.
+    Its 95 % interval is from the noise; it has no limits where nothing tells that, as each dwell
+    has a single sample.
 
     Notes
     -----
@@ -140,26 +120,14 @@ def _noise(dwells: list[list[_Dwell]], sweeps: list[_Sweep]) -> tuple[float, int
 class _Sweep(NamedTuple):
     """Differences at the accelerations of a launch that were reached from both sides.
 
-    Attributes
-    ----------
-    sizes : ndarray
-        Size of each [g].
-    shares : ndarray
-        Its standard uncertainty over the noise of a sample.
-    tells_drift : bool
-        Whether a drift was taken out, which takes an acceleration that was reached twice from one
-        side.
-    squares : float
-        Squares of what is left of the means of the dwells, in units of a sample [g^2].
-    dof : int
-        Their degrees of freedom.
+    A drift was taken out where an acceleration that was reached twice from one side `tells_drift`.
     """
 
-    sizes: Array
-    shares: Array
+    sizes: Array  # of each [g]
+    shares: Array  # their standard uncertainty over the noise of a sample
     tells_drift: bool
-    squares: float
-    dof: int
+    squares: float  # of what is left of the means of the dwells, in units of a sample [g^2]
+    dof: int  # their degrees of freedom
 
     @classmethod
     def of(cls, dwells: list[_Dwell]) -> _Sweep:

@@ -65,23 +65,10 @@ def seats_of(
 ) -> Seats:
     """Find how far the block is turned on its shafts, of which nothing tells what all have alike.
 
-    Parameters
-    ----------
-    residual : ndarray, shape (n, 3)
-        Residuals of the channels [g].
-    axes : ndarray, shape (3, 3)
-        Sensitive axes, of length 1.
-    up : ndarray, shape (n, 3)
-        Acceleration along the axes of the block [g].
-    shaft : tuple of str or None
-        Shaft of each attitude, where known.
-    design : Design
-        How the attitudes tell bias and sensitivity.
-
-    Returns
-    -------
-    Seats
-        The turns; of size 0 where there is one shaft, or too little is left to tell them.
+    Residuals of the channels, shape (n, 3) [g], sensitive axes of length 1, shape (3, 3), and the
+    acceleration along the axes of the block, shape (n, 3) [g], belong to attitudes on shafts, where
+    these are known, that tell bias and sensitivity by their design. The turns are of size 0 where
+    there is one shaft, or too little is left to tell them.
 
     Notes
     -----

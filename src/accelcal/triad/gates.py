@@ -44,11 +44,8 @@ _SURE = 1e-4
 def gates_of(record: TriadRecord, found: Solution, frame: str) -> tuple[Gate, ...]:
     """Judge a calibration by its own data.
 
-    Returns
-    -------
-    tuple of Gate
-        Number of attitudes, their spread, the largest residual, the sensitive axes: where they
-        point, or whether their misalignments show; and the temperatures, where they are known.
+    By the number of attitudes, their spread, the largest residual, the sensitive axes: where they
+    point, or whether their misalignments show; and the temperatures, where they are known.
     """
     gates = [_number(record, found), _spread(found), _outlier(record, found)]
     axes = _misalignment(record, found, frame) if record.up is None else [_axes(record, found)]

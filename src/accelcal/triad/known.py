@@ -32,18 +32,10 @@ _FEW = 2.0
 def from_known_attitudes(
     output: Array, up: Array, visits: Visits, shaft: tuple[str, ...] | None
 ) -> Solution:
-    """Calibrate a triad whose attitudes are known.
+    """Calibrate a triad by its outputs, shape (n, 3) [output unit], in attitudes that are known.
 
-    Parameters
-    ----------
-    output : ndarray, shape (n, 3)
-        Outputs [output unit].
-    up : ndarray, shape (n, 3)
-        Acceleration along the axes of the block [g].
-    visits : Visits
-        The visits to these attitudes.
-    shaft : tuple of str or None
-        Shaft of each attitude, on which the block was clamped anew.
+    There the acceleration along the axes of the block is `up`, shape (n, 3) [g]; the block was
+    clamped anew on each shaft.
 
     Raises
     ------
@@ -190,14 +182,8 @@ class _Channel(NamedTuple):
     def uncertainty(self, noise: Noise, share: Array, tilt: float) -> tuple[Array, Array]:
         """Growth of the uncertainties over those of alike errors, and degrees of freedom.
 
-        Parameters
-        ----------
-        noise : Noise
-            Noise of this channel.
-        share : ndarray, shape (n,)
-            What the variance of a visit is worth in the mean of each attitude.
-        tilt : float
-            Variance of errors of attitudes, as the mean of all channels tells it [rad^2].
+        The variance of a visit is worth a share in the mean of each attitude, shape (n,); that of
+        errors of attitudes, the tilt, is as the mean of all channels tells it [rad^2].
 
         Notes
         -----

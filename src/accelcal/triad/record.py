@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from itertools import chain, product
@@ -21,6 +21,7 @@ from accelcal.arrays import Array, Ints
 from accelcal.equality import EqualByContents
 from accelcal.errors import InputError
 from accelcal.head_angles import SAME_POSITION
+from accelcal.numerics.grouping import places_of_equals
 from accelcal.results.mapping import freeze
 from accelcal.units import headed_by_units
 
@@ -101,8 +102,8 @@ class TriadRecord(EqualByContents):
         check_text(unit=self.unit, serial=self.serial)
         check_written(source=self.source)
         check_texts(notes=self.notes)
-        self._check_names("attitude")
-        self._check_names("shaft")
+        told = (("attitude", self.attitude), ("shaft", self.shaft))
+        check_texts(**{name: own for name, own in told if own is not None})
         given = {name: getattr(self, name) for name in ("output", "up", "temperature")}
         refuse_other_order(given)
         for name in ("output", "up"):
@@ -119,10 +120,6 @@ class TriadRecord(EqualByContents):
                 )
         if self.up is not None:
             _check_directions(self.up, len(self.output))
-
-    def _check_names(self, field: str) -> None:
-        if getattr(self, field) is not None:
-            check_texts(**{field: getattr(self, field)})
 
     def __repr__(self) -> str:
         known = "not known" if self.up is None else "known"
@@ -192,27 +189,24 @@ def one_an_attitude(record: TriadRecord) -> TriadRecord:
     """
     if record.up is None:
         return record
-    number = attitude_numbers(names_of(record))
-    rows: dict[int, list[int]] = {}
-    for row, own in enumerate(number):
-        rows.setdefault(own, []).append(row)
+    rows = places_of_equals(names_of(record))
     if len(rows) == len(record.up):
         return record
-    first = [members[0] for members in rows.values()]
+    first = [members[0] for members in rows]
     note = f"{len(record.up)} rows of {len(rows)} attitudes: those of one attitude are averaged"
     return replace(
         record,
-        output=np.array([record.output[members].mean(axis=0) for members in rows.values()]),
-        up=np.array([_direction(record.up[members]) for members in rows.values()]),
+        output=np.array([record.output[members].mean(axis=0) for members in rows]),
+        up=np.array([_direction(record.up[members]) for members in rows]),
         line=None if record.line is None else record.line[first],
         attitude=None,
         shaft=None if record.shaft is None else tuple(record.shaft[row] for row in first),
-        temperature=_averaged(record.temperature, rows.values()),
+        temperature=_averaged(record.temperature, rows),
         notes=(*record.notes, note),
     )
 
 
-def names_of(record: TriadRecord) -> Sequence[object]:
+def names_of(record: TriadRecord) -> Sequence[Hashable]:
     """Name the attitude of each row: as given, or by where up is, on each shaft alone."""
     if record.attitude is not None or record.up is None:
         return record.attitude or ()
@@ -220,30 +214,10 @@ def names_of(record: TriadRecord) -> Sequence[object]:
     return places if record.shaft is None else list(zip(places, record.shaft, strict=True))
 
 
-def attitude_numbers(names: Iterable[object]) -> list[int]:
-    """Number the attitudes in the order in which they were first taken.
-
-    Examples
-    --------
-    >>> attitude_numbers(["z 0", "z 90", "z 0"])
-    [0, 1, 0]
-    """
-    found: dict[object, int] = {}
-    return [found.setdefault(name, len(found)) for name in names]
-
-
 def places_of(up: Array) -> list[int]:
-    """Number the directions of rows, each by the first one which is so near.
+    """Number the directions of rows, shape (n, 3), each by the first one which is so near.
 
-    Parameters
-    ----------
-    up : ndarray, shape (n, 3)
-        Directions [g].
-
-    Returns
-    -------
-    list of int
-        A number for each row; those within `accelcal.head_angles.SAME_POSITION` share one.
+    Those within `accelcal.head_angles.SAME_POSITION` share a number.
 
     Examples
     --------

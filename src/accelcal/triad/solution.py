@@ -21,24 +21,12 @@ _PART = 0.3
 
 
 class Design(NamedTuple):
-    """How attitudes tell parameters.
+    """How n attitudes tell k parameters."""
 
-    Attributes
-    ----------
-    basis : ndarray, shape (n, k)
-        Orthonormal columns that span the design.
-    inverse : ndarray, shape (k, n)
-        What 1 g in an attitude does to each parameter [g].
-    weakness : tuple of str
-        Names of the combination that the attitudes tell worst.
-    condition : float
-        Largest over smallest singular value.
-    """
-
-    basis: Array
-    inverse: Array
-    weakness: tuple[str, ...]
-    condition: float
+    basis: Array  # orthonormal columns that span the design, shape (n, k)
+    inverse: Array  # what 1 g in an attitude does to each parameter [g], shape (k, n)
+    weakness: tuple[str, ...]  # names of the combination that the attitudes tell worst
+    condition: float  # largest over smallest singular value
 
 
 class Solution(NamedTuple):
@@ -110,19 +98,8 @@ class Solution(NamedTuple):
 def design_of(matrix: Array, names: tuple[str, ...], remedy: str) -> Design:
     """Refuse attitudes that leave a combination of parameters open; else tell the worst one.
 
-    Parameters
-    ----------
-    matrix : ndarray, shape (n, k)
-        Derivatives of the outputs [g] by the parameters, in g.
-    names : tuple of str
-        Names of the parameters.
-    remedy : str
-        What would tell them.
-
-    Returns
-    -------
-    Design
-        Its basis and inverse, and the worst combination.
+    The matrix, shape (n, k), has the derivatives of the outputs [g] by the named parameters, in g;
+    the remedy is what would tell them.
 
     Raises
     ------

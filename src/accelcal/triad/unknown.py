@@ -48,21 +48,10 @@ class _Distance(NamedTuple):
 
 
 def from_unknown_attitudes(output: Array, frame: str, *, aligned: bool = False) -> Solution:
-    """Calibrate a triad whose attitudes are not known.
+    """Calibrate a triad whose attitudes are not known, by outputs of shape (n, 3) [output unit].
 
-    Parameters
-    ----------
-    output : ndarray, shape (n, 3)
-        Outputs [output unit].
-    frame : {"x", "z"}
-        Frame in which the sensitivity is told.
-    aligned : bool, default False
-        Take the sensitive axes as perpendicular: three scale factors are left of S.
-
-    Returns
-    -------
-    Solution
-        Nine parameters, or six.
+    The frame is that in which the sensitivity is told. Nine parameters are found, or six with the
+    sensitive axes `aligned`, taken as perpendicular: three scale factors are left of S.
 
     Raises
     ------

@@ -11,30 +11,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Labels
 from accelcal.numerics.decimal_steps import decimal_steps
-from accelcal.triad.record import TriadRecord, attitude_numbers, names_of, places_of
+from accelcal.triad.record import TriadRecord, names_of, places_of
 
 _ALONG = 0.01
 """Share of an error of the attitude, in its square, that a channel feels at most: 6 deg."""
 
 
 class Noise(NamedTuple):
-    """Noise of a channel in one visit.
+    """Noise of a channel in one visit [output unit^2]."""
 
-    Attributes
-    ----------
-    variance : float
-        Variance of the output [output unit^2].
-    rounding : float
-        That of rounding, which all visits to an attitude may have in common [output unit^2].
-    dof : float
-        Degrees of freedom; 0 where nothing tells it.
-    """
-
-    variance: float
-    rounding: float
-    dof: float
+    variance: float  # of the output
+    rounding: float  # that of rounding, which all visits to an attitude may have in common
+    dof: float  # degrees of freedom; 0 where nothing tells it
 
 
 class Visits(NamedTuple):
@@ -59,12 +49,7 @@ class Visits(NamedTuple):
 
     @classmethod
     def of(cls, record: TriadRecord) -> Visits:
-        """Find the visits of a record whose attitudes are known.
-
-        Returns
-        -------
-        Visits
-            A row for each visit.
+        """Find the visits of a record whose attitudes are known, a row each.
 
         Examples
         --------
@@ -75,7 +60,7 @@ class Visits(NamedTuple):
         """
         if record.up is None:
             raise ValueError("visits of attitudes that are not known")
-        number = np.array(attitude_numbers(names_of(record)))
+        number = Labels.of(names_of(record)).code
         start = np.flatnonzero(np.diff(number, prepend=-1))
         rows = np.diff(start, append=len(number))
         output, up = (np.add.reduceat(a, start) / rows[:, None] for a in (record.output, record.up))
@@ -83,13 +68,7 @@ class Visits(NamedTuple):
         return cls(output, up, np.asarray(squares / whole**2), decimal_steps(record.output.T))
 
     def noise(self, sensitivity: Array) -> list[Noise]:
-        """Noise of the channels by the visits in which each points up or down.
-
-        Parameters
-        ----------
-        sensitivity : ndarray, shape (3, 3)
-            S of y = b + S a [output unit per g].
-        """
+        """Noise of the channels, with S of y = b + S a, by visits in which each is up or down."""
         felt = self.up @ sensitivity.T
         along = np.abs(felt) >= np.sqrt(1.0 - _ALONG) * np.linalg.norm(sensitivity, axis=1)
         left = self.output - felt
