@@ -228,7 +228,7 @@ def _changes(found: Discovery, name: str) -> Section | None:
     headings = ("coefficient", *CHANGE_HEADINGS, "unit")
     table = Table("Coefficients over K₁", headings, rows, (1, 2, 3, 4, 5))
     drawn = picture(f"{name}changes", found.plot.changes, words, (3.8, 3.4))
-    return Section("What it changes in the coefficients", [Gallery([drawn, table])])
+    return Section("What it changes in the coefficients", [Gallery([drawn]), table])
 
 
 def _open(found: Discovery) -> Section:
