@@ -13,6 +13,7 @@ from accelcal.archive import fitting
 from accelcal.archive.stacked_rows import stacked_tables, verdicts_of
 from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.options import Options
+from accelcal.cli.main import main
 from accelcal.io.toml.specification import read_specification
 from accelcal.specification import PLACES, QUANTITIES, RULES, Limit, Specification
 from accelcal.verdict.judge import judge
@@ -155,3 +156,11 @@ def test_a_limit_in_another_unit_costs_no_calibration(archive):
     assert len(found.errors) == 0
     assert found.tables["source"].nunique() == 3
     assert set(found.tables["verdict"]) == {"not tested"}
+
+
+def test_how_many_fail_is_told_of_one_as_of_several(tmp_path, capsys):
+    """Of one the sentence was "1 fail the data sheet"."""
+    examples = Path(__file__).parents[1] / "examples"
+    read = ["batch", str(examples / "al15.csv"), "--spec", str(examples / "al15.toml")]
+    assert main([*read, "-o", str(tmp_path / "r.csv")]) == 1
+    assert capsys.readouterr().err == "1 calibration from 1 file; 1 beyond the data sheet\n"

@@ -248,6 +248,13 @@ def test_the_quickest_test_that_meets_the_targets_comes_first():
         and d.forecast("M").standard_uncertainty <= 3e-6
     )
     assert f"Book {first.label}" in str(found)
+    assert "the quickest of these with u(K1) <= 9.00 ppm, u(M) <= 3.00 urad" in str(found)
+
+
+@pytest.mark.parametrize("strokes", [2, 4])
+def test_a_test_to_book_of_one_cycle_is_said_to_be_too_short_to_discover_effects(strokes):
+    found = compared(positions=[24], strokes=[strokes], targets={"K1": 9e-6})
+    assert ("ppm; discover needs two cycles" in str(found)) is (strokes == 2)
 
 
 @pytest.mark.parametrize(
@@ -255,9 +262,13 @@ def test_the_quickest_test_that_meets_the_targets_comes_first():
     [
         (
             {"targets": {"K0": 4e-6}},
-            "launch makes 6.7e-06; repeat runs, or make this error smaller",
+            "launch makes 6.7; repeat runs, or make this error smaller",
         ),
         ({"targets": {"K2": 1e-6}}, "head makes"),
+        (
+            {"targets": {"K1": 1e-6}},
+            "target K1=1ppm cannot be reached with this stand: 8.37 ppm is",
+        ),
         ({"targets": {"K7": 1e-6}}, "coefficient 'K7' is unknown; choose from K0"),
         ({"targets": {"K1": 0.0}}, "an uncertainty is a number above zero"),
         ({"targets": {"delta0": 1e-6}}, "delta0 cannot be told by any of these tests"),

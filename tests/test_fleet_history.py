@@ -327,6 +327,15 @@ def test_the_picture_names_units_without_doubt_first():
     assert any(doubtful)
 
 
+def test_a_picture_of_few_units_names_each_along_the_axis():
+    pytest.importorskip("matplotlib")
+    rng = np.random.default_rng(1)
+    rates = {"UP": 300.0, "STILL": 0.0, "DOWN": -300.0}
+    frame = pd.concat([unit(name, rng, 6, drift=rate) for name, rate in rates.items()])
+    bias, _ = accelcal.fleet_history(frame.reset_index(drop=True)).plot.drifts()
+    assert [tick.get_text() for tick in bias.get_xticklabels()] == ["DOWN", "STILL", "UP"]
+
+
 def test_tests_without_a_date_are_counted(frame):
     odd = unit("UNDATED", np.random.default_rng(3), 3).assign(date=[None, None, "2020-01-31"])
     found = accelcal.fleet_history(pd.concat([frame, odd]))

@@ -19,7 +19,7 @@ from accelcal.escapes import visible
 from accelcal.io.stability_record import read_stability
 from accelcal.io.toml.specification import read_specification
 from accelcal.results.discovery import Discovery
-from accelcal.results.findings import Fault, FoundEffect, Gap, Unexplained
+from accelcal.results.findings import Change, Fault, FoundEffect, Gap, Unexplained
 from accelcal.results.quantity import ErrorSource, Gate, Quantity
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
 from accelcal.stability.analysis import analyse
@@ -243,6 +243,18 @@ def test_an_effect_that_is_not_sure_says_so_beside_its_name(discovery):
     assert "<td>backlash of the head</td>" in discovery._repr_html_()
     unsure = replace(discovery, doubtful=("backlash",))._repr_html_()
     assert "<td>backlash of the head (not sure)</td>" in unsure
+
+
+def test_a_notebook_tells_what_was_discovered_as_the_text_does(discovery):
+    """Beside a table without effects it did not tell whether model and readings agree."""
+    before, after = Quantity(2.7e-4, 3.8e-6, "g/g^2", 7.5e-6), Quantity(8e-5, 3e-4, "g/g^2", 6.1e-4)
+    found = replace(discovery, p_value=1e-7, coefficients=(Change("K2", before, after),))
+    html = found._repr_html_()
+    assert "<p>Model and readings disagree (chance of noise 1e-07). What is missing: bac" in html
+    assert "<td>270.0</td><td>7.5</td><td>80</td><td>610</td><td>-190</td>" in html
+    clean = replace(found, effects=(), unexplained=None, faults=(), p_value=0.5)._repr_html_()
+    assert "<p>Model and readings agree (chance of noise 0.50)" in clean
+    assert "K2" not in clean
 
 
 PLAIN = str.maketrans({"µ": "u", "·": "*", "°": None})

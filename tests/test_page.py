@@ -194,6 +194,13 @@ def test_what_the_scale_factor_stands_for_is_told_first():
     assert "mA/g (which is K₁ + K₃) and bias" in top
 
 
+@pytest.mark.parametrize("temperatures", [(20.0, 80.0, -40.0), (20.0, 80.0, 20.0, -40.0, 20.0)])
+def test_arrows_are_spoken_of_where_the_picture_has_some(temperatures):
+    plan = accelcal.TumblePlan(temperatures=temperatures, strokes=2)
+    text = markdown(report_page([accelcal.fit(accelcal.simulate(plan=plan, seed=1))]))
+    assert ("Arrows lead from run to run" in text) is (len(temperatures) == 5)
+
+
 def test_a_declared_error_of_temperatures_is_among_the_sources():
     record = accelcal.simulate(seed=1).with_apparatus(temperature_uncertainty=0.1)
     found = accelcal.fit(record)

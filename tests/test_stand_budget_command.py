@@ -541,6 +541,8 @@ def test_a_stand_without_a_load_is_named_with_its_file(capsys, tmp_path):
     ("arguments", "told"),
     [
         ([], "neither CAL.json nor --stand"),
+        (["--stand", str(PAPER), "--mounting", "p-"], "--mounting chooses from CAL.json, and none"),
+        (["--stand", str(PAPER), "--serial", "A"], "--serial chooses from CAL.json, and none"),
         (["cal.json", "--seed", "1"], "add --stand STAND.toml"),
         (["--stand", str(PAPER), "--seed", "1"], "add --monte-carlo N"),
         (["--stand", str(PAPER), "--target", "K1=5ppm", "--target", "K1=6ppm"], "two targets"),

@@ -475,7 +475,7 @@ def test_a_wrong_attitude_is_told():
     output[11] *= 1.01
     found = gate(accelcal.calibrate_triad(output), "largest residual")
     assert found.verdict == "warn"
-    assert found.finding.startswith("attitude 12:")
+    assert found.finding.startswith("attitude 12 fits worst:")
 
 
 def test_errors_of_the_head_alone_are_no_wrong_attitude():

@@ -95,7 +95,7 @@ def _tell(counts: BatchCounts, path: str) -> None:
     if counts.errors:
         said += f"; {counted(len(counts.errors), 'error')}, see {where}"
     if counts.failed:
-        said += f"; {counts.failed} fail the data sheet"
+        said += f"; {counts.failed} beyond the data sheet"
     remark(said)
     for note in counts.notes:
         remark(f"note: {note}")

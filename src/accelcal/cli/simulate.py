@@ -54,12 +54,12 @@ def settings(text: str) -> Settings:
 @flag_option("--list-effects", "List the effects with their units, and stop.")
 @seed_option("Seed of the random errors.")
 @plan_options()
-@valued_option(
-    words,
+@click.option(
+    "--mountings",
     "--mounting",
-    "SIDE,...",
-    "Mountings o+, o-, p+ or p-, each at all temperatures [default: o+].",
-    name="mountings",
+    type=words,
+    metavar="SIDE,...",
+    help="Mountings o+, o-, p+ or p-, each at all temperatures [default: o+].",
     multiple=True,
 )
 @delta0_option("Fixture angle [default: 0 rad].")

@@ -86,8 +86,8 @@ def asked_for_stand(context: click.Context) -> bool:
     Raises
     ------
     InputError
-        If options of the two budgets are mixed, neither a calibration nor a stand is given, or a
-        seed without trials.
+        If options of the two budgets are mixed, neither a calibration nor a stand is given, a seed
+        without trials, or a unit or mounting without a calibration to choose it from.
     """
     given = {
         name
@@ -103,6 +103,11 @@ def asked_for_stand(context: click.Context) -> bool:
             f"{flag} tells of the error of an acceleration; leave it out with --stand"
             if asked
             else f"{flag} tells of a stand; add --stand STAND.toml"
+        )
+    if asked and "calibration" not in given and (chosen := given & {"serial", "mounting"}):
+        raise InputError(
+            f"--{min(chosen)} chooses from CAL.json, and none is given; the test is described by"
+            " --mountings and the other options of its plan"
         )
     if "seed" in given and context.params["monte_carlo"] == 0:
         raise InputError("--seed is that of Monte Carlo trials; add --monte-carlo N")

@@ -376,7 +376,7 @@ def _left_over(found: Sequence[_OneUnit], declared: float) -> Gate:
     square = max(float(squares - of_head - pure), 0.0) / dof
     chance = f_survival(square, dof, pure or math.inf)
     times = math.sqrt(square)
-    told = f"residuals are {times:.2f} times as noise and head explain (p = {chance:.2g})"
+    told = f"residuals are {times:.2f} times what noise and head explain (p = {chance:.2g})"
     if chance < _FALSE_ALARM:
         told += "; something else disturbs them, which accelcal discover names, or the head is"
         return Gate("what is left", "warn", f"{told} worse than declared")

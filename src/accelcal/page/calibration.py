@@ -24,6 +24,7 @@ from accelcal.page.blocks import (
 from accelcal.page.evidence import place
 from accelcal.page.pictures import pictures
 from accelcal.page.typeset import typeset
+from accelcal.plot.temperature import returns_to_a_level
 from accelcal.plural import counted, degrees_of_freedom, listed
 from accelcal.report.calibration import (
     as_found_of,
@@ -348,11 +349,12 @@ def _sided(rows: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:
 
 def _temperature_pictures(calibration: Calibration, name: str) -> Any:
     what = ("bias", "scale factor", "misalignment")
+    again = returns_to_a_level(calibration)
+    loop = " Arrows lead from run to run, as a level is met again: the loop of hysteresis." * again
     told = [
         (
             f"Above, the law of the {quantity} with its 95 % band, and the runs with their 95 %"
-            " intervals; below, the runs less the law. Where a level is met again, arrows lead from"
-            " run to run: the loop of hysteresis.",
+            f" intervals; below, the runs less the law.{loop}",
             f"The {quantity} against temperature: points of the runs, the bilinear law and its"
             " band; the table below has its numbers.",
         )

@@ -25,6 +25,7 @@ from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
 from accelcal.report.discovery import (
+    CHANGE_HEADINGS,
     NOT_REGISTERED,
     alias_names,
     change_row,
@@ -219,14 +220,15 @@ def _changes(found: Discovery, name: str) -> Section | None:
     if not (found.effects and found.coefficients):
         return None
     words = (
-        "Coefficients without and with what was found, in 95 % half widths of the fit without it.",
+        "Coefficients without and with what was found, in 95 % half widths of the fit without it."
+        " The interval with it counts what else the effects may be.",
         "Changes of the coefficients; the table below has the numbers.",
     )
     rows = [tuple(map(typeset, change_row(item))) for item in found.coefficients]
-    headings = ("coefficient", "before", "after", "change", "unit")
-    table = Table("Coefficients over K₁", headings, rows, (1, 2, 3))
+    headings = ("coefficient", *CHANGE_HEADINGS, "unit")
+    table = Table("Coefficients over K₁", headings, rows, (1, 2, 3, 4, 5))
     drawn = picture(f"{name}changes", found.plot.changes, words, (3.8, 3.4))
-    return Section("What it changes in the coefficients", [Gallery([drawn, table])])
+    return Section("What it changes in the coefficients", [Gallery([drawn]), table])
 
 
 def _open(found: Discovery) -> Section:

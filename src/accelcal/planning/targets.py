@@ -10,6 +10,7 @@ from accelcal.errors import InputError
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, SLOPES, law_units
 from accelcal.planning.prediction import AT_T0
 from accelcal.results.designs import Forecast, TestDesign
+from accelcal.shown_units import in_small_unit
 from accelcal.targets import target_size
 
 NAMES = (*COEFFICIENTS, *ERROR_TERMS.values(), *AT_T0, *SLOPES, "delta0")
@@ -96,12 +97,12 @@ def _impossible(name: str, limit: float, best: Forecast) -> str:
     parts = {s: size**2 for s, size in best.budget.items() if s not in ("reading", "resolution")}
     parts["reading"] = best.floor**2 - sum(parts.values())
     source = max(parts, key=parts.__getitem__)
-    unit = "" if best.unit == "1" else f" {best.unit}"
+    factor, unit = in_small_unit(best.unit)
     remedy = _REMEDIES.get(source, "repeat runs, or make this error smaller")
     return (
-        f"target {name}={limit:.3g} cannot be reached with this stand: {best.floor:.3g}{unit} is"
-        f" its floor, with a hundred times the strokes, of which {source} makes"
-        f" {parts[source] ** 0.5:.3g}; {remedy}"
+        f"target {name}={factor * limit:.3g}{unit} cannot be reached with this stand:"
+        f" {factor * best.floor:.3g} {unit} is its floor, with a hundred times the strokes, of"
+        f" which {source} makes {factor * parts[source] ** 0.5:.3g}; {remedy}"
     )
 
 

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["FleetHistoryPlot"]
 
+_FEW = 10
+"""Units that have their serial numbers along the axis."""
+
 _NAMED = 5
 """Units that are named of each kind."""
 
@@ -85,6 +88,8 @@ def _draw(ax: Axes, units: list[UnitOfFleet], place: int, name: str) -> None:
     largest = _ROOM * (size.max() + np.median(wide))
     ax.set_ylim(-largest, largest)
     ax.set_ylabel(f"drift [{written(unit)}/year]")
+    if len(units) <= _FEW:
+        ax.set_xticks(range(1, len(units) + 1), [visible(own.serial) for own in units])
     entitled(ax, name.capitalize(), columns=1)
 
 

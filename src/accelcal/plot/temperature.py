@@ -135,12 +135,12 @@ def _draw_difference(ax: Axes, kind: _Panel, points: _Points, calibration: Calib
     apart = points._replace(value=points.value - own[0])
     factor, unit = readable(kind.unit, apart.value, points.half_width, law[1])
     _draw_law(ax, at, 0.0 * law[0], factor * law[1], None)
-    if _meets_a_level_twice(points.temperature):
+    if returns_to_a_level(calibration):
         _arrows(ax, apart, factor)
     _draw_runs(ax, apart, factor, None)
     if (np.abs(apart.value) < _NO_DIFFERENCE * points.half_width).all():
-        told: Any = {"size": SMALL, "weight": "normal", "color": palette().muted}
-        ax.set_title("as many unknowns as levels: always 0", **told)
+        told: Any = {"size": SMALL, "color": palette().muted, "transform": ax.transAxes}
+        ax.text(0.0, 1.02, "as many unknowns as levels: always 0", **told)
     ax.set_ylabel(f"run − law [{unit}]")
 
 
@@ -164,9 +164,10 @@ def _temperatures(calibration: Calibration, points: _Points) -> Array:
     return np.unique(np.concatenate([np.linspace(low, high, 61), broken]))
 
 
-def _meets_a_level_twice(temperature: Array) -> bool:
-    """Whether the runs come back to a level, so that the way there can be told apart."""
-    return bool((np.diff(np.sort(temperature)) < LEVEL_CHANGE).any())
+def returns_to_a_level(calibration: Calibration) -> bool:
+    """Tell whether the runs come back to a level, so that the way there can be told apart."""
+    levels = np.array([table.temperature_degC for table in _tables(calibration)], dtype=float)
+    return bool((np.diff(np.sort(levels)) < LEVEL_CHANGE).any())
 
 
 def _span(points: _Points) -> tuple[float, float]:

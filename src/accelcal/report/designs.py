@@ -147,13 +147,15 @@ def _booking(found: DesignComparison) -> Iterator[str]:
     if not found.targets:
         return
     units = found.units()
-    wanted = ", ".join(f"{n} {scaled(limit, units[n])}" for n, limit in found.targets.items())
+    limits = (f"u({n}) <= {scaled(limit, units[n])}" for n, limit in found.targets.items())
+    wanted = ", ".join(limits)
     good = found.meeting()
     if good:
         best = found.designs[good[0]]
-        yield f"Book {_described(best)}: the quickest of these that meets {wanted}"
+        more = "; discover needs two cycles" * (best.strokes < 4)
+        yield from wrapped(f"Book {_described(best)}: the quickest of these with {wanted}{more}")
     else:
-        yield f"None of these meets {wanted}; more strokes would, as no floor is above it"
+        yield from wrapped(f"None of these has {wanted}; more strokes would: no floor is above it")
 
 
 def _what_time_buys(found: DesignComparison) -> Iterator[str]:

@@ -16,9 +16,12 @@ from accelcal.shown_units import in_small_unit, plain, readable
 
 if TYPE_CHECKING:
     from accelcal.effects.effect import Effect
+    from accelcal.results.quantity import Quantity
 
 
 NOT_SURE = "not sure"
+
+CHANGE_HEADINGS = ("before", "U (95 %)", "after", "U (95 %)", "change")
 
 _ROUNDING = 1e-10
 """Change of a coefficient over K1 that the arithmetic of a fit may make [g/g^n, or per degC]."""
@@ -159,33 +162,35 @@ def _changes(found: Discovery) -> Iterator[str]:
     if not found.effects:
         return
     yield "What it changes in the coefficients (over K1)"
-    rows = [("", "before", "after", "change", "")]
-    rows += [change_row(item) for item in found.coefficients]
-    yield from aligned(rows, right={1, 2, 3}, indent="  ")
+    rows = [("", *CHANGE_HEADINGS, ""), *map(change_row, found.coefficients)]
+    yield from aligned(rows, right={1, 2, 3, 4, 5}, indent="  ")
 
 
-def change_row(item: Change) -> tuple[str, str, str, str, str]:
-    """Tell a coefficient: symbol, before, after, change, unit."""
+def change_row(item: Change) -> tuple[str, ...]:
+    """Tell a coefficient: its symbol, what `CHANGE_HEADINGS` say, and the unit."""
     scale, unit = in_small_unit(item.after.unit)
-    before, after = (q.value or 0.0 for q in (item.before, item.after))
-    change = after - before
+    change = (item.after.value or 0.0) - (item.before.value or 0.0)
     change = change if abs(change) > _ROUNDING else 0.0
-    shown = [_digits(value * scale, item, scale) for value in (before, after, change)]
+    ends = (text for side in (item.before, item.after) for text in _side(item, side, scale))
+    return (item.coefficient, *ends, _digits(change, item, item.after, scale), unit)
+
+
+def _side(item: Change, side: Quantity, scale: float) -> tuple[str, str]:
+    half = matching_digits(0.0, side.expanded_uncertainty, scale)[1]
     if item.coefficient == "K1":  # relative to the fit that the search started from
-        shown[:2] = ["", ""]
-    return (item.coefficient, shown[0], shown[1], shown[2], unit)
+        return "", half
+    return _digits(side.value or 0.0, item, side, scale), half
 
 
-def _digits(value: float, item: Change, scale: float) -> str:
-    """Write a number with the digits of its uncertainty, else with four of the coefficient."""
-    uncertainty = item.after.standard_uncertainty
-    if uncertainty is None and (item.coefficient == "K1" or not value):  # of K1 the change alone
-        return significant(value, 4) if value else "0"
-    if uncertainty is None:
-        largest = max(abs(q.value or 0.0) for q in (item.before, item.after)) * scale
-        decimals = significant(largest, 4).partition(".")[2]
-        return f"{round(value, len(decimals)) + 0.0:.{len(decimals)}f}"
-    return matching_digits(value, uncertainty * scale)[0]
+def _digits(value: float, item: Change, side: Quantity, scale: float) -> str:
+    """Write a number with the digits of its U, else with four of the coefficient, two of K1."""
+    if side.expanded_uncertainty is not None:
+        return matching_digits(value, side.expanded_uncertainty, scale)[0]
+    if item.coefficient == "K1":  # the change alone
+        return significant(value * scale, 2) if value else "0"
+    largest = max(abs(q.value or 0.0) for q in (item.before, item.after)) * scale
+    decimals = len(significant(largest, 4).partition(".")[2])
+    return f"{round(value * scale, decimals) + 0.0:.{decimals}f}"
 
 
 def _open(found: Discovery) -> Iterator[str]:

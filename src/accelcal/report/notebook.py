@@ -20,8 +20,15 @@ from accelcal.report.calibration_rows import (
     without_uncertainty,
 )
 from accelcal.report.disagreement import run_rows
-from accelcal.report.discovery import NOT_SURE, gap_rows, other_values
-from accelcal.report.findings import factor_rows, p_value
+from accelcal.report.discovery import (
+    CHANGE_HEADINGS,
+    NOT_SURE,
+    change_row,
+    gap_rows,
+    other_values,
+    outcome,
+)
+from accelcal.report.findings import chance, factor_rows, p_value
 from accelcal.report.html import items, long_table, preformatted, result, safe, table
 from accelcal.report.mean_of_runs import rows_of_mean
 from accelcal.report.numbers import is_number_of, matching_digits, significant
@@ -93,17 +100,21 @@ _INTERVAL = ("value", "U (95 %)", "unit")
 
 @in_notebook.register
 def discovery_html(discovery: Discovery) -> str:
-    """Write effects with their parameters, the gap, where it is, and what is open."""
+    """Write the verdict, effects with their parameters, the gap, where it is, and what is open."""
     effects = [
         row
         for effect in discovery.effects
         for row in _effect_rows(effect, sure=effect.id not in discovery.doubtful)
     ]
     headings = ("effect", "parameter", *_INTERVAL, "p", "looks alike")
-    parts = [table("effects", headings, effects) or "<p>no effect is named</p>"]
+    parts = [f"<p>{safe(outcome(discovery, chance(discovery.p_value)))}</p>"]
+    parts.append(table("effects", headings, effects))
     parts.append(table("gap", *_headed(gap_rows(discovery))))
     if discovery.effects or discovery.unexplained:
         parts.append(_where(discovery.where))
+    if discovery.effects:
+        changes = [change_row(item) for item in discovery.coefficients]
+        parts.append(table("coefficients over K1", ("", *CHANGE_HEADINGS, "unit"), changes))
     if discovery.unexplained:
         parts.append(f"<p><b>unexplained</b> {safe(discovery.unexplained.structure)}</p>")
     faults = [fault.finding for fault in discovery.faults]

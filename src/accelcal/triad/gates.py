@@ -128,8 +128,10 @@ def _outlier(record: TriadRecord, found: Solution) -> Gate:
     row = int(np.argmax(t))
     place = "" if record.line is None else f" (line {record.line[row]})"
     size = 1e3 * residual[row]
-    told = f"attitude {row + 1}{place}: {size:.3g} mg, t = {t.max():.1f}, limit {limit:.1f}"
-    return Gate("largest residual", "warn" if t.max() > limit else "pass", told)
+    told = (
+        f"attitude {row + 1}{place} fits worst: {size:.3g} mg, t = {t[row]:.1f}, limit {limit:.1f}"
+    )
+    return Gate("largest residual", "warn" if t[row] > limit else "pass", told)
 
 
 def _axes(record: TriadRecord, found: Solution) -> Gate:
