@@ -307,3 +307,53 @@ def test_minutes_behind_a_lone_angle_are_not_set_aside():
 def test_a_date_that_is_none_is_told_as_it_is_written():
     with pytest.raises(TableError, match="'00/31/2024' is not a number"):
         read(long_table("T,J,k,Y,time", form="{},{},{},{},00/31/2024"))
+
+
+@pytest.mark.parametrize(
+    "headings",
+    [
+        "Supply [V],Current",
+        "Versorgung [V],Strom",
+        "Heater [mA],Current",
+        "Supply current [mA],I [A]",
+    ],
+)
+def test_a_supply_with_a_unit_is_no_output_beside_a_current(headings):
+    """The supply was taken for the output, by its unit, and the current was set aside."""
+    assert readings(read(long_table(f"T,J,k,{headings}", form="{},{},{},28,{}"))) == set(LONG)
+
+
+@pytest.mark.parametrize("headings", ["Supply [V],AL15", "Vcc [V],Iout", "Box [V],Current"])
+def test_what_may_be_a_supply_is_not_taken_for_the_output(headings):
+    with pytest.raises(TableError, match="no column for output"):
+        read(long_table(f"T,J,k,{headings}", form="{},{},{},28,{}"))
+
+
+def counted(heading, output):
+    rows = (f"20,{j % 8 + 1},{j // 8 + 1},{output(j)},{j + 1}\n" for j in range(16))
+    return f"T,J,k,Y,{heading}\n" + "".join(rows)
+
+
+def test_row_numbers_are_no_outputs_nor_numbers_of_samples():
+    """They were read as the outputs, or as the n of a mean."""
+    with pytest.raises(TableError, match=r":2: Reading '1' and those below count the rows; call"):
+        read(counted("Reading", lambda j: f"{j}.5").replace("Y", "Y [mA] old"))
+    record = read(counted("n", lambda j: f"{j}.5"))
+    assert record.count is None
+    assert record.notes == ("column 'n' counts the rows and was set aside",)
+
+
+@pytest.mark.parametrize("cell", ["-9.9e36", "1354758"])
+def test_an_output_far_from_all_others_is_told(cell):
+    """It went into the fit without a word; it is told, as readings of any size may be written."""
+    record = read(f"T,J,k,Y\n20,1,1,1.3547\n20,5,1,-1.33\n20,3,1,{cell}\n")
+    told = f"output {float(cell):g} (line 4) is more than 10,000 times all others: is it a reading?"
+    assert record.notes == (told,)
+
+
+@pytest.mark.parametrize("label", ["60 °C", "T = 60 °C", "warm"])
+def test_a_text_alone_in_a_row_is_no_missing_reading(label):
+    """The rows below it were read as those of the temperature above."""
+    text = f"# temperature: 20\nJ,Y1,Y2\n{block(WIDE[20])}{label}\n3,0.01,0.01\n7,0.02,0.02\n"
+    with pytest.raises(TableError, match=rf":5: J '{label}' is not a number, and its row has"):
+        read(text)

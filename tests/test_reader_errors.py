@@ -525,6 +525,15 @@ ERRORS = {
         "temperature,position,Y1,Y2\n20,1,1.3,1.3\n20,5,-1.3,-999.99\n",
         "3: Y2 '-999.99' looks like a marker of a missing reading; leave the cell empty",
     ),
+    "row numbers": (
+        H + "".join(f"20,{j},1,{j}\n" for j in range(1, 7)),
+        "2: output '1' and those below count the rows; call another column output",
+    ),
+    "text alone": (
+        "# temperature: 20\nposition,Y1,Y2\n1,1.3,1.3\n5,-1.3,-1.3\n60 °C\n3,0.01,0.01\n",
+        "5: position '60 °C' is not a number, and its row has no output; repeat the headings below"
+        " what is of another temperature or run",
+    ),
     # the header lines
     "gravity below zero": (
         "# g: -9\n" + OK,

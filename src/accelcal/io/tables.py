@@ -56,6 +56,7 @@ from accelcal.io.sheets import (
     with_name_of_sheet,
 )
 from accelcal.io.strokes import with_cycles
+from accelcal.io.values.markers import notes_of_far
 from accelcal.io.values.places import notes_of_minutes
 from accelcal.io.values.thousands import notes_of_thousands
 from accelcal.logs import tell
@@ -332,6 +333,7 @@ def _read_by(
         *(*text.notes, *layout.notes, *table.notes),
         *notes_of_turn(readings, declared.record["positions"]),
         *notes_of_minutes(readings.angle),
+        *notes_of_far(readings.output, readings.line),
         *notes_of_midnight(readings),
         *readings.stroke_notes,
         *notes_of_thousands([own.cells for own in table.outputs], unit),

@@ -19,9 +19,10 @@ from accelcal.io.declarations import (
 )
 from accelcal.io.files.text import Source, read_text
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
-from accelcal.io.readings import refuse_markers, temperatures_of
+from accelcal.io.readings import temperatures_of
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.values.cells import Column, complete_numbers
+from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.places import refuse_radians
 from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import Heading, has_unit, is_unit_of, name_and_unit, read_heading

@@ -31,6 +31,9 @@ _REMEDIES = {
 
 _NUMBER_AND_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
 
+_FEWEST_ROWS = 5
+"""Rows from which on numbers that count them are told from others."""
+
 _WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
 
 
@@ -148,6 +151,18 @@ def numbers(column: Column) -> Array:
         values = np.array(_floats(column), dtype=np.float64)
     column.check(~np.isinf(values), "{} is infinite or too large", "write a finite number")
     return values
+
+
+def counts_rows(values: Array) -> bool:
+    """Tell whether numbers are 1, 2, 3, ... or 0, 1, 2, ... from row to row, of five rows or more.
+
+    Examples
+    --------
+    >>> counts_rows(np.arange(5.0)), counts_rows(np.array([1.0, 2.0, 3.0, 4.0, 4.0]))
+    (True, False)
+    """
+    rows = np.arange(values.size) + values[0]
+    return bool(values.size >= _FEWEST_ROWS and values[0] in (0, 1) and (values == rows).all())
 
 
 def complete_numbers(column: Column) -> Array:
