@@ -357,3 +357,29 @@ def test_a_text_alone_in_a_row_is_no_missing_reading(label):
     text = f"# temperature: 20\nJ,Y1,Y2\n{block(WIDE[20])}{label}\n3,0.01,0.01\n7,0.02,0.02\n"
     with pytest.raises(TableError, match=rf":5: J '{label}' is not a number, and its row has"):
         read(text)
+
+
+PI = "3.14159265"
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        f"T,angle [rad],k,Y\n20,0,1,1.35\n20,{PI},1,-1.33\n20,{PI},2,-1.34\n20,0,2,1.36\n",
+        f"T,theta,k,Y\ndegC,rad,,\n20,0,1,1.35\n20,{PI},1,-1.33\n20,{PI},2,-1.34\n20,0,2,1.36\n",
+        f"T,angle,Y1,Y2\n20,0 rad,1.35,1.36\n20,{PI} rad,-1.33,-1.34\n",
+        f"T,k,0 rad,{PI} radians\n20,1,1.35,-1.33\n20,2,1.36,-1.34\n",
+    ],
+)
+def test_angles_in_radians_are_read_where_their_unit_is_told(table):
+    """They were refused."""
+    record = read(table)
+    angles = record.angle.round(6).tolist()
+    told = {*zip(angles, record.stroke.tolist(), record.output.tolist(), strict=True)}
+    assert told == {((j - 1) * 45.0, k, y) for _, j, k, y in LONG}
+
+
+@pytest.mark.parametrize("angle", ["45 deg", "45°"])
+def test_degrees_under_a_heading_in_radians_are_refused(angle):
+    with pytest.raises(TableError, match="under a heading in rad; use one unit in a column"):
+        read(f"T,angle [rad],k,Y\n20,{angle},1,1.35\n20,90 deg,1,0.1\n")

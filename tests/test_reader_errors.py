@@ -149,7 +149,7 @@ ERRORS = {
         "temp [K],J,k,Y\n293,1,1,1\n",
         "1: column 'temp [K]' is in K; give it in degC",
     ),
-    "radians": ("T,angle_rad,k,Y\n20,1,1,1\n", "1: column 'angle_rad' is in rad; give it in deg"),
+    "mrad": ("T,angle_mrad,k,Y\n20,1,1,1\n", "1: column 'angle_mrad' is in mrad; give it in deg"),
     "minutes of arc": (
         "T,angle [arcmin],k,Y\n20,1,1,1\n",
         "1: column 'angle [arcmin]' is in arcmin; give it in deg",
@@ -158,9 +158,9 @@ ERRORS = {
         "T,J,k,Y\nNA,2,1,1\n233 K,1,1,1\n",
         "3: T '233 K' is in K; give it in degC",
     ),
-    "radians in cells": (
-        "T,angle,k,Y\n20,0 rad,1,1\n20,3 rad,1,2\n",
-        "2: angle '0 rad' is in rad; give it in deg",
+    "gon in cells": (
+        "T,angle,k,Y\n20,0 gon,1,1\n20,3 gon,1,2\n",
+        "2: angle '0 gon' is in gon; give it in deg",
     ),
     "fahrenheit in a header line": (
         "# temperature [F]: 68\nJ,k,Y\n1,1,1\n",
@@ -308,7 +308,8 @@ ERRORS = {
     ),
     "angles in radians": (
         "T,angle,k,Y\n20,0,1,1\n20,1.5708,1,0\n20,3.1416,1,-1\n",
-        "3: angles of at most 3.1416 look like radians; write head angles in degrees",
+        "3: angles of at most 3.1416 look like radians; write head angles in degrees, or the unit in"
+        " their heading, as angle [rad]",
     ),
     "a calibration": (
         '{\n "schema": "accelcal/calibration/1",\n "method": "least-squares"}',

@@ -27,6 +27,7 @@ from accelcal.io.words.wording import all_outputs, lines_named
 from accelcal.numerics.grouping import Grouped
 from accelcal.numerics.sorting import distinct
 from accelcal.pace import too_quick
+from accelcal.units import degrees_in
 
 FEWEST_IN_TURN = 5
 """Positions from 1 to the return, where a turn is to be told from a few."""
@@ -363,7 +364,7 @@ def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:
 def _clamping(column: Column | None) -> Array | None:
     if column is None:
         return None
-    values = numbers(column)
+    values = numbers(column) * degrees_in(column.unit or "")
     column.check(~np.isnan(values), "{} is missing", "write the clamping in every row [deg]")
     column.check(np.abs(values) <= MAXIMUM_ANGLE, "{} is no angle of a head", "write degrees")
     return values

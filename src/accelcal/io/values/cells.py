@@ -17,7 +17,7 @@ from accelcal.errors import TableError
 from accelcal.io.values.thousands import first_in_groups, without_blanks
 from accelcal.io.words.signs import MISSING, is_missing, with_hyphen
 from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of
-from accelcal.units import canonical_unit
+from accelcal.units import is_same_unit
 
 _REMEDIES = {
     "position": "write its number J; head angles have the heading 'angle'",
@@ -90,8 +90,7 @@ class Column(NamedTuple):
         if allowed and not has_unit(self.role, unit):
             problem, remedy = f"{{}} is in {unit}", f"give it in {allowed[0]}"
             raise self.refuse(list(self.cells).index(first), problem, remedy)
-        alike = allowed and self.role != "time"  # one unit, in whatever way it is written
-        if self.unit and not (alike or canonical_unit(self.unit) == canonical_unit(unit)):
+        if self.unit and not is_same_unit(self.unit, unit):
             problem, remedy = f"{{}} under a heading in {self.unit}", "use one unit in a column"
             raise self.refuse(list(self.cells).index(first), problem, remedy)
         cells = [self._bare(i, unit) for i in range(len(self.cells))]
