@@ -268,7 +268,7 @@ def test_a_block_of_another_temperature_has_the_positions_of_the_file():
     assert read("# positions: 12\n" + rows).angle.max() == 360.0
 
 
-@pytest.mark.parametrize("row", ["Head uncertainty (gon);2", "T0 (Fahrenheit);68"])
+@pytest.mark.parametrize("row", ["Head uncertainty (gon);2", "T0 (Fahrenheit);68", "T0;68;°F"])
 def test_a_number_in_a_foreign_unit_is_refused_in_rows_of_a_form(row):
     """It was set aside as text."""
     with pytest.raises(TableError, match="is given in"):
@@ -305,7 +305,7 @@ def test_minutes_behind_a_lone_angle_are_not_set_aside():
 
 
 def test_a_date_that_is_none_is_told_as_it_is_written():
-    with pytest.raises(TableError, match="'00/31/2024' is not a number"):
+    with pytest.raises(TableError, match="'00/31/2024' is no date that can be read"):
         read(long_table("T,J,k,Y,time", form="{},{},{},{},00/31/2024"))
 
 
@@ -383,3 +383,48 @@ def test_angles_in_radians_are_read_where_their_unit_is_told(table):
 def test_degrees_under_a_heading_in_radians_are_refused(angle):
     with pytest.raises(TableError, match="under a heading in rad; use one unit in a column"):
         read(f"T,angle [rad],k,Y\n20,{angle},1,1.35\n20,90 deg,1,0.1\n")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# Auflösung: 24 Bit",
+        "# Resolution: 6.5 digits",
+        "Resolution;24;bit",
+        "Auflösung: 6½ Stellen",
+    ],
+)
+def test_a_resolution_of_a_voltmeter_is_passed_over(line):
+    """It was refused, or in three cells taken for a step of 24 mA."""
+    record = read(f"{line}\nT;J;k;Y [mA]\n20;1;1;1.3\n20;5;1;-1.3\n")
+    assert record.apparatus.resolution is None
+    assert "is no step of the output and was set aside" in record.notes[0]
+
+
+@pytest.mark.parametrize("cell", ["#N/D", "#Н/Д", "-nan(ind)", "1.#QNAN", "—", r"\N"])
+def test_other_marks_of_a_missing_reading(cell):
+    assert len(read(f"T,J,k,Y\n20,1,1,1.3\n20,5,1,-1.3\n20,3,1,{cell}\n")) == 2
+
+
+@pytest.mark.parametrize("time", ["05/06/2024 02:30:00 PM", "06-05-2024 14:30", "06.05.24 14:30"])
+def test_a_date_that_may_be_two_is_told_as_such(time):
+    """It was told to be no number."""
+    told = (
+        "is no date that can be read; write it as 2024-05-31T14:30:00, where nobody takes the day"
+    )
+    with pytest.raises(TableError, match=f":2: t '{time}' {told}"):
+        read(f"T,J,k,Y,t\n20,1,1,1.3,{time}\n20,5,1,-1.3,{time}\n")
+
+
+@pytest.mark.parametrize("word", ["MW", "Ø", "Uncertainty", "Ecart-type", "平均值"])
+def test_a_summary_of_any_name_below_the_readings(word):
+    """Only those of a list were known."""
+    record = read(long_table("T,J,k,Y") + f"{word},,,0.01\n")
+    assert readings(record) == set(LONG)
+    assert record.notes == ("1 summary was set aside (line 6)",)
+
+
+@pytest.mark.parametrize("row", ["MW,1,3,0.01", "MW", "NA,,,0.01", "warm,,1,0.02"])
+def test_what_may_be_a_reading_is_no_summary(row):
+    with pytest.raises(TableError, match=":6: "):
+        read(long_table("T,J,k,Y") + f"{row}\n")

@@ -308,8 +308,8 @@ ERRORS = {
     ),
     "angles in radians": (
         "T,angle,k,Y\n20,0,1,1\n20,1.5708,1,0\n20,3.1416,1,-1\n",
-        "3: angles of at most 3.1416 look like radians; write head angles in degrees, or the unit in"
-        " their heading, as angle [rad]",
+        "3: angles of at most 3.1416 look like radians; write head angles in degrees, or the unit"
+        " in their heading, as angle [rad]",
     ),
     "a calibration": (
         '{\n "schema": "accelcal/calibration/1",\n "method": "least-squares"}',
@@ -404,7 +404,7 @@ ERRORS = {
     "twice": (
         OK + "20,1,1,1.4\n",
         "5: position 1, stroke 1 at 20 degC has output 1.4, but 1.3 in line 2;"
-        " delete one, or tell the runs apart by a column run",
+        " delete one, number the strokes, or tell the runs apart by a column run",
     ),
     "return as the start": (  # a head that counts from 0 to 359 deg
         "T,angle,k,Y\n20,0,1,1.5\n20,90,1,0\n20,180,1,-1.5\n20,270,1,0.1\n20,0,1,1.25\n",
@@ -414,12 +414,12 @@ ERRORS = {
     "too near for a return": (
         "T,angle,k,Y\n20,0,1,1.5\n20,90,1,0\n20,180,1,-1.5\n20,0,1,1.25\n",
         "5: angle 0, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
-        " delete one, or tell the runs apart by a column run",
+        " delete one, number the strokes, or tell the runs apart by a column run",
     ),
     "again below another stroke": (
         "T,angle,k,Y\n20,0,1,1.5\n20,90,1,0\n20,0,2,1.5\n20,90,2,0\n20,180,2,-1\n20,0,1,1.25\n",
         "7: angle 0, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
-        " delete one, or tell the runs apart by a column run",
+        " delete one, number the strokes, or tell the runs apart by a column run",
     ),
     "a label in two ways": (
         "T,J,k,Y,run\n20,1,1,1.5,1\n20,5,1,-1.5,1.0\n",
@@ -525,6 +525,11 @@ ERRORS = {
     "marker in a wide table": (
         "temperature,position,Y1,Y2\n20,1,1.3,1.3\n20,5,-1.3,-999.99\n",
         "3: Y2 '-999.99' looks like a marker of a missing reading; leave the cell empty",
+    ),
+    "date of two ways": (
+        "T,J,k,Y,time\n20,1,1,1.3,05/06/2024 14:30\n20,5,1,-1.3,05/06/2024 14:31\n",
+        "2: time '05/06/2024 14:30' is no date that can be read; write it as 2024-05-31T14:30:00,"
+        " where nobody takes the day for the month",
     ),
     "row numbers": (
         H + "".join(f"20,{j},1,{j}\n" for j in range(1, 7)),

@@ -31,6 +31,9 @@ _REMEDIES = {
 
 _NUMBER_AND_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
 
+_PARTED = re.compile(r"[0-9]{1,4}([./-])[0-9]{1,2}\1[0-9]{2,4}(?![0-9])")
+"""A date whose numbers may be its day, month and year in any order."""
+
 _FEWEST_ROWS = 5
 """Rows from which on numbers that count them are told from others."""
 
@@ -272,6 +275,9 @@ def _not_a_number(column: Column, index: int) -> TableError:
     if cell.casefold() == column.heading.casefold():
         remedy = "keep one table in a file, or tell several apart by a column serial or run"
         return column.refuse(index, "the column headings stand here again", remedy)
+    if column.role == "time" and _PARTED.match(cell):
+        remedy = "write it as 2024-05-31T14:30:00, where nobody takes the day for the month"
+        return column.refuse(index, "{} is no date that can be read", remedy)
     if re.fullmatch(r"[+-]?[0-9]*[.,][0-9.,]*", cell):
         problem = f"{{}} does not fit the decimal mark {column.decimal!r}"
         remedy = "write numbers without thousands marks and with one decimal mark"
