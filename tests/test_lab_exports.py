@@ -5,6 +5,7 @@ import io
 import pytest
 
 import accelcal
+from accelcal.dates import date_of
 from accelcal.errors import TableError
 
 LONG = [(20, 1, 1, 1.35), (20, 5, 1, -1.33), (20, 5, 2, -1.34), (20, 1, 2, 1.36)]
@@ -428,3 +429,43 @@ def test_a_summary_of_any_name_below_the_readings(word):
 def test_what_may_be_a_reading_is_no_summary(row):
     with pytest.raises(TableError, match=":6: "):
         read(long_table("T,J,k,Y") + f"{row}\n")
+
+
+IN_G = {1: "+1g", 5: "-1 g"}
+
+
+@pytest.mark.parametrize("name", [IN_G.get, {1: "up", 5: "down"}.get])
+def test_names_of_positions_beside_angles_are_set_aside(name):
+    """They were refused, as numbers were expected."""
+    rows = "".join(f"20,{name(j)},{45 * (j - 1)},{k},{y}\n" for _, j, k, y in LONG)
+    record = read("T,position,angle,k,Y\n" + rows)
+    assert record.angle.tolist() == [0.0, 180.0, 180.0, 0.0]
+    assert record.notes == (
+        "column 'position' names positions beside their angles and was set aside",
+    )
+    told = "position '.1 ?g' is no number of a position; write a column angle: .1 g is 0 deg, -1 g"
+    with pytest.raises(TableError, match=told if name == IN_G.get else "position 'up' is not a"):
+        read("T,position,k,Y\n" + "".join(f"20,{name(j)},{k},{y}\n" for _, j, k, y in LONG))
+
+
+@pytest.mark.parametrize(
+    "form", ["{},Pos. {},k{},{}", "{},P{},Hub {},{}", "{},J{},stroke no. {},{}"]
+)
+def test_numbers_of_positions_and_strokes_behind_their_words(form):
+    """They were refused."""
+    assert readings(read(long_table("T,J,k,Y", form=form))) == set(LONG)
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        *("May 31, 2024 14:30:00", "31.05.2024, 14:30:00", "2024年05月31日 14:30:00"),
+        *("31.05.2024 14:30:00:000", "2024-05-31 14:30:00 UTC", "Mai 31 2024 14:30"),
+    ],
+)
+def test_dates_of_other_programs(written):
+    """They were refused."""
+    assert str(date_of(written).replace(tzinfo=None)) == "2024-05-31 14:30:00"
+    later = written.replace("14:30", "15:30")
+    record = read(f"T;J;k;Y;t\n20;1;1;1.3;{written}\n20;5;1;-1.3;{later}\n")
+    assert record.time.tolist() == [0.0, 3600.0]

@@ -531,6 +531,11 @@ ERRORS = {
         "2: time '05/06/2024 14:30' is no date that can be read; write it as 2024-05-31T14:30:00,"
         " where nobody takes the day for the month",
     ),
+    "positions in g": (
+        "T,position,k,Y\n20,+1g,1,1.3\n20,-1g,1,-1.3\n",
+        "2: position '+1g' is no number of a position; write a column angle: +1 g is 0 deg, -1 g is"
+        " 180, and 0 g is 90 or 270",
+    ),
     "row numbers": (
         H + "".join(f"20,{j},1,{j}\n" for j in range(1, 7)),
         "2: output '1' and those below count the rows; call another column output",

@@ -11,7 +11,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns, Engine
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout
-from accelcal.io.values.cells import Column, counts_rows, numbers
+from accelcal.io.values.cells import Column, are_words, counts_rows, numbers
 from accelcal.io.values.sexagesimal import with_parts
 from accelcal.io.values.times import (
     has_clock_times,
@@ -93,6 +93,8 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
         named["angle"] = with_parts(named["angle"], parts)
     date = _take_date(named, timed="time" not in own)
     aside = _aside(layout, columns) | _dates_aside(named, date)
+    if {"angle", "position"} <= named.keys() and are_words(named["position"]):
+        aside[shown(named.pop("position").heading)] = "names positions beside their angles"
     if "count" in named and counts_rows(numbers(named["count"])):
         aside[shown(named.pop("count").heading)] = "counts the rows"
     decimal = columns[measured[0]].decimal

@@ -17,7 +17,7 @@ import numpy as np
 from accelcal.errors import TableError
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.values.cells import Column
+from accelcal.io.values.cells import Column, numbered
 from accelcal.io.values.sexagesimal import in_degrees
 from accelcal.io.words.signs import MISSING
 from accelcal.io.words.vocabulary import ACROSS
@@ -254,7 +254,8 @@ def _column(layout: Layout, index: int, cells: Any, lines: Any, decimal: str) ->
     )
     if isinstance(cells, np.ndarray) or not _is_numeric(layout, index):
         return column
-    return (in_degrees(column) if heading.role in _ANGLES else column).without_unit()
+    column = in_degrees(column) if heading.role in _ANGLES else numbered(column)
+    return column.without_unit()
 
 
 def exact_numbers() -> dict[str, str]:

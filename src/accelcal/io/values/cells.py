@@ -16,7 +16,7 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.io.values.thousands import first_in_groups, without_blanks
 from accelcal.io.words.signs import MISSING, is_missing, with_hyphen
-from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of
+from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of, read_heading
 from accelcal.units import is_same_unit
 
 _REMEDIES = {
@@ -33,6 +33,10 @@ _NUMBER_AND_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
 
 _PARTED = re.compile(r"[0-9]{1,4}([./-])[0-9]{1,2}\1[0-9]{2,4}(?![0-9])")
 """A date whose numbers may be its day, month and year in any order."""
+
+_DIGIT = re.compile("[0-9]")
+_IN_G = re.compile(r"[-+\u2212\u2013]?[01](?:[.,]0)? ?g")
+"""A position told by the acceleration there."""
 
 _FEWEST_ROWS = 5
 """Rows from which on numbers that count them are told from others."""
@@ -121,6 +125,29 @@ class Column(NamedTuple):
         """Refuse the first cell where `good` is false."""
         if not good.all():
             raise self.refuse(int(np.argmin(good)), problem, remedy)
+
+
+def numbered(column: Column) -> Column:
+    """Take the words off positions or strokes such as ``Pos. 1`` or ``k2``, where all have them.
+
+    Examples
+    --------
+    >>> numbered(Column("stroke", "k", None, ["Hub 1", ""], np.arange(2), "a.csv")).cells
+    ['1', '']
+    """
+    if column.role not in ("position", "stroke") or str(column.cells[0])[:1].isdecimal():
+        return column
+    told = [read_heading(str(cell)) for cell in column.cells]
+    if any(own.role != f"{column.role}s" and not is_missing(own.text) for own in told):
+        return column
+    return column._replace(cells=["" if own.of is None else f"{own.of:g}" for own in told])
+
+
+def are_words(column: Column) -> bool:
+    """Tell whether no cell of a column is a number, and one is a word or an acceleration."""
+    cells = [] if isinstance(column.cells, np.ndarray) else [*map(str, column.cells)]
+    told = [cell for cell in cells if not is_missing(cell)]
+    return bool(told) and all(_IN_G.fullmatch(cell) or not _DIGIT.search(cell) for cell in told)
 
 
 def number_and_unit(text: str, decimal: str) -> tuple[str, str]:
@@ -282,5 +309,8 @@ def _not_a_number(column: Column, index: int) -> TableError:
         problem = f"{{}} does not fit the decimal mark {column.decimal!r}"
         remedy = "write numbers without thousands marks and with one decimal mark"
         return column.refuse(index, problem, remedy)
+    if column.role == "position" and _IN_G.fullmatch(cell):
+        remedy = "write a column angle: +1 g is 0 deg, -1 g is 180, and 0 g is 90 or 270"
+        return column.refuse(index, "{} is no number of a position", remedy)
     usual = "write a number, or nothing where it is missing"
     return column.refuse(index, "{} is not a number", _REMEDIES.get(column.role, usual))
