@@ -469,3 +469,35 @@ def test_dates_of_other_programs(written):
     later = written.replace("14:30", "15:30")
     record = read(f"T;J;k;Y;t\n20;1;1;1.3;{written}\n20;5;1;-1.3;{later}\n")
     assert record.time.tolist() == [0.0, 3600.0]
+
+
+LARGE = [(T, j, k, 1000 * y + 4) for T, j, k, y in LONG]
+
+
+@pytest.mark.parametrize(
+    ("form", "of"),
+    [
+        ("{};{};{};{:,.3f}", {",": ".", ".": ","}),
+        ('"{}","{}","{}","{:,.3f}"', {}),
+        ("{}\t{}\t{}\t{:,.3f}", {}),
+    ],
+)
+def test_thousands_marks_that_numbers_prove_are_read(form, of):
+    """They were refused, though 1.304,998 can be read in one way alone."""
+    head = "T,J,k,Y".replace(",", "\t" if "\t" in form else ";" if ";" in form else ",")
+    rows = "\n".join(form.format(*row).translate(str.maketrans(of)) for row in LARGE)
+    assert readings(read(f"{head}\n{rows}\n20{head[1]}3{head[1]}1{head[1]}4\n")) == {
+        *LARGE,
+        (20, 3, 1, 4),
+    }
+
+
+def test_whole_numbers_of_millions_prove_their_thousands_marks():
+    """Of 4.700 below them the point was taken for that of decimals, or all were refused."""
+    record = read("T;J;k;Y\n20;1;1;1.304.998\n20;5;1;-1.295.059\n20;3;1;4.700\n")
+    assert record.output.tolist() == [1304998, -1295059, 4700]
+
+
+def test_one_number_alone_proves_no_thousands_mark():
+    with pytest.raises(TableError, match=r"Y '1\.304,998' does not fit the decimal mark"):
+        read("T;J;k;Y\n20;1;1;1.304,998\n20;5;1;-995.059\n20;3;1;4.700\n")

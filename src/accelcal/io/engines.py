@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -19,6 +20,7 @@ from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.values.cells import Column, numbered
 from accelcal.io.values.sexagesimal import in_degrees
+from accelcal.io.values.thousands import thousands_mark, without_mark
 from accelcal.io.words.signs import MISSING
 from accelcal.io.words.vocabulary import ACROSS
 from accelcal.plural import counted
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 
 _NO_THOUSANDS = re.compile(r",(?!\d{3}(?!\d))")
 """Comma that other than three digits follow."""
+
+_TWICE = re.compile(r"\.\d{3}\.")
 
 NUMERIC = frozenset(
     {"temperature", "position", "angle", "clamping", "stroke", "output", "std", "count"}
@@ -76,8 +80,15 @@ def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Column
         If a row has too many or too few fields.
     """
     by_heading = list(zip(*split_rows(layout, needed), strict=True))
-    numeric = [by_heading[i] for i in used if _is_numeric(layout, i)]
-    decimal = decimal_mark([cell for cells in numeric for cell in cells], layout.separator)
+    numeric = [i for i in used if _is_numeric(layout, i)]
+    text = " ".join(chain.from_iterable(by_heading[i] for i in numeric))
+    decimal, mark = decimal_mark(text, layout.separator), ""
+    if "," in text or _TWICE.search(text):
+        mark = thousands_mark(text)
+    if mark:
+        decimal = "," if mark == "." else "."
+        for i in numeric:
+            by_heading[i] = tuple(without_mark(cell, mark) for cell in by_heading[i])
     lines = np.array(layout.lines, dtype=np.int64)
     return {i: _column(layout, i, by_heading[i], lines, decimal) for i in used}
 
@@ -100,18 +111,17 @@ def split_rows(layout: Layout, needed: int) -> list[list[str]]:
     return table
 
 
-def decimal_mark(cells: Sequence[str], separator: str | None) -> str:
-    """Tell the decimal mark of numbers.
+def decimal_mark(text: str, separator: str | None) -> str:
+    """Tell the decimal mark of numbers with blanks between.
 
     Between commas a comma inside quotes is a decimal one where it cannot be a thousands mark:
     somewhere there are not three digits behind it.
 
     Examples
     --------
-    >>> decimal_mark(["20,0", "1,354"], ","), decimal_mark(["20", "1,354"], ",")
+    >>> decimal_mark("20,0 1,354", ","), decimal_mark("20 1,354", ",")
     (',', '.')
     """
-    text = " ".join(cells)
     if text.count(",") <= text.count("."):
         return "."
     return "," if separator != "," or _NO_THOUSANDS.search(text) else "."

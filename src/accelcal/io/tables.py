@@ -336,7 +336,9 @@ def _read_by(
         *notes_of_far(readings.output, readings.line),
         *notes_of_midnight(readings),
         *readings.stroke_notes,
-        *notes_of_thousands([own.cells for own in table.outputs], unit),
+        *notes_of_thousands(
+            [own.cells for own in table.outputs], unit, (c.cells for c in table.columns.values())
+        ),
         *of_unit,
     )
     common = {**declared.record, "source": layout.source, "notes": notes}
