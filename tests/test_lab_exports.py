@@ -7,6 +7,8 @@ import pytest
 import accelcal
 from accelcal.dates import date_of
 from accelcal.errors import TableError
+from accelcal.io import engines
+from accelcal.io.ordinary.reader import Content, read_ordinary
 
 LONG = [(20, 1, 1, 1.35), (20, 5, 1, -1.33), (20, 5, 2, -1.34), (20, 1, 2, 1.36)]
 WIDE = {20: [(1, 1.35, 1.36), (5, -1.33, -1.34)], 60: [(1, 1.45, 1.46), (5, -1.43, -1.44)]}
@@ -501,3 +503,30 @@ def test_whole_numbers_of_millions_prove_their_thousands_marks():
 def test_one_number_alone_proves_no_thousands_mark():
     with pytest.raises(TableError, match=r"Y '1\.304,998' does not fit the decimal mark"):
         read("T;J;k;Y\n20;1;1;1.304,998\n20;5;1;-995.059\n20;3;1;4.700\n")
+
+
+SPLIT = "20,1,1,1,304998\n20,5,1,-1,295059\n20,3,1,0,004700\n"
+
+
+@pytest.mark.parametrize("heading", ["std", "n", "remark"])
+def test_decimals_below_a_heading_of_their_own_are_refused(heading, monkeypatch):
+    """The outputs were read as 1, -1 and 0."""
+    table = f"T,J,k,Y,{heading}\n{SPLIT}"
+    told = (
+        ":1: '1,304998' below two headings looks like a number with a decimal comma; separate the"
+    )
+    for least in (engines.BULK_CHARACTERS, 0):
+        monkeypatch.setattr(engines, "BULK_CHARACTERS", least)
+        with pytest.raises(TableError, match=told):
+            read(table)
+    assert read_ordinary([Content("a.csv", table.encode())], {}, "pandas") == [None]
+    whole = read(table.replace("304998", "100").replace("295059", "100").replace("004700", "100"))
+    assert whole.output.tolist() == [1, -1, 0]
+
+
+def test_rows_that_all_end_early_are_refused():
+    """Below a heading too many the outputs were read one column to the left."""
+    told = ":1: no row has more than 4 fields, but 5 have headings; leave an empty field"
+    with pytest.raises(TableError, match=told):
+        read("T,k,,0 deg,180 deg\n20,1,1.35,-1.33\n20,2,1.36,-1.34\n")
+    assert len(read("T,k,0 deg,180 deg\n20,1,1.35,\n20,2,1.36\n")) == 2

@@ -536,6 +536,16 @@ ERRORS = {
         "2: position '+1g' is no number of a position; write a column angle: +1 g is 0 deg, -1 g is"
         " 180, and 0 g is 90 or 270",
     ),
+    "split numbers": (
+        "T,J,k,Y,std\n20,1,1,1,304998\n20,5,1,-1,295059\n",
+        "1: '1,304998' below two headings looks like a number with a decimal comma; separate the"
+        " columns by semicolons",
+    ),
+    "rows that end early": (
+        "T,J,,Y1,Y2\n20,1,1.3,1.3\n20,5,-1.3,-1.3\n",
+        "1: no row has more than 4 fields, but 5 have headings; leave an empty field where one is"
+        " missing, and out the heading Y2",
+    ),
     "row numbers": (
         H + "".join(f"20,{j},1,{j}\n" for j in range(1, 7)),
         "2: output '1' and those below count the rows; call another column output",

@@ -7,7 +7,7 @@ unusual, quotes, missing fields or a cell that is no number; the light one then 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from itertools import chain
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout, split_line
@@ -30,6 +31,12 @@ if TYPE_CHECKING:
 
 _NO_THOUSANDS = re.compile(r",(?!\d{3}(?!\d))")
 """Comma that other than three digits follow."""
+
+MAY_BE_DECIMALS = (None, "std", "count", "run", "lot", "unit")
+"""Roles of a column behind the outputs into which their decimals may have come."""
+
+_SPLIT = re.compile(r"[-+\u2212\u2013]?[0-9]{1,3},[0-9]{3,}(?:\.[0-9]*)?")
+"""A number of which a comma may have split the decimals."""
 
 _TWICE = re.compile(r"\.\d{3}\.")
 
@@ -105,10 +112,38 @@ def split_rows(layout: Layout, needed: int) -> list[list[str]]:
     """
     width = len(layout.headings)
     table = [split_line(row, layout.separator) for row in layout.rows]
+    _refuse_short(layout, max(map(len, table)))
+    _refuse_split_numbers(layout, table)
     for index, cells in enumerate(table):
         if len(cells) != width:
             table[index] = _fitted(cells, width, needed, layout, index)
     return table
+
+
+def _refuse_short(layout: Layout, longest: int) -> None:
+    """Refuse rows that all end before the last columns of outputs, which then may be shifted."""
+    missing = layout.headings[longest:]
+    if any(heading.role in ACROSS for heading in missing):
+        problem = f"no row has more than {longest} fields, but {len(layout.headings)} have headings"
+        remedy = (
+            f"leave an empty field where one is missing, and out the heading {missing[-1].text}"
+        )
+        raise layout.refuse(problem, remedy)
+
+
+def _refuse_split_numbers(layout: Layout, table: Iterable[Sequence[str]]) -> None:
+    """Refuse decimals below a heading of their own, as those of ``20,1,1,1,30401``."""
+    roles = [heading.role for heading in layout.headings]
+    place = roles.index("output") if layout.separator == "," and "output" in roles else len(roles)
+    if {*roles[place + 1 : place + 2]}.isdisjoint(MAY_BE_DECIMALS):
+        return
+    pairs = (cells[place : place + 2] for cells in table)
+    numbers = (",".join(pair) for pair in pairs if pair[1:] and pair[1])
+    first = next(numbers, "")
+    found = [first, *numbers] if _SPLIT.fullmatch(first) else []
+    if all(map(_SPLIT.fullmatch, found)) and len({own.partition(",")[2] for own in found}) > 1:
+        problem = f"{shown(first)} below two headings looks like a number with a decimal comma"
+        raise layout.refuse(problem, "separate the columns by semicolons")
 
 
 def decimal_mark(text: str, separator: str | None) -> str:
@@ -138,6 +173,7 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
         If the light engine must look.
     """
     rows = _even_rows(layout, needed)
+    _refuse_split_numbers(layout, (split_line(row, layout.separator) for row in layout.rows))
     comma = layout.separator != "," and any("," in row for row in rows)
     numeric = [i for i in used if _is_numeric(layout, i)]
     decimal = "," if comma else "."
@@ -204,6 +240,8 @@ def _even_rows(layout: Layout, needed: int) -> list[str]:
         raise BulkEngineGivesUp
     if all(row.count(separator) == last and '"' not in row for row in rows):
         return rows
+    if max(row.count(separator) for row in rows) < last:
+        raise BulkEngineGivesUp
     return [_even_row(row, separator, last, needed) for row in rows]
 
 

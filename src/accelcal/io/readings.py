@@ -183,7 +183,7 @@ def _refuse_texts(columns: Mapping[str, Column], missing: Mask) -> None:
                 raise TableError(
                     f"{error.problem}, and its row has no output",
                     remedy,
-                    source=error.source,
+                    source=column.source,
                     line=error.line,
                 ) from None
 

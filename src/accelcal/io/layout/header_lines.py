@@ -217,8 +217,8 @@ def notes_of_keys(declared: Mapping[str, Declared]) -> Iterator[str]:
     ["header line 'head_uncertainity' declares nothing: the key may be meant as head_uncertainty"]
     """
     if _IN_BITS in declared:
-        written = declared[_IN_BITS].value
-        yield f"a resolution of {written} is no step of the output and was set aside"
+        in_bits = declared[_IN_BITS].value
+        yield f"a resolution of {in_bits} is no step of the output and was set aside"
     for key, written in declared.items():
         if key in KEYS or not _NUMBER.match(written.value):
             continue

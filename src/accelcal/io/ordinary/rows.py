@@ -16,6 +16,7 @@ import numpy as np
 
 from accelcal.arrays import Ints, Mask
 from accelcal.geometry import MOUNTINGS
+from accelcal.io.engines import MAY_BE_DECIMALS
 from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.plans import PLANNED, Plans, read_plans, without_gaps
 from accelcal.io.ordinary.stretches import Leading, Parts, Stretches, leading_of, parts_of
@@ -129,6 +130,7 @@ def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
     odd = parts.rows.any(odd_row) | parts.again | _is_constant(output, parts.rows)
     odd |= _has_far(output, parts.rows) | _may_count(output, parts.rows)
     odd |= False if count is None else _may_count(count, parts.rows)
+    odd |= _may_be_split(output[parts.rows.start], group.rules.roles)
     if time is not None:
         odd |= parts.rows.any(_goes_back(time, parts.rows))
         odd |= ~(parts.rows.highest(np.abs(time)) <= LATEST)
@@ -151,6 +153,12 @@ def _has_far(output: Any, rows: Stretches) -> Mask:
     highest = rows.highest(size)
     is_far = highest > FARTHEST * rows.lowest(size)
     return np.asarray(is_far & (2.0 * highest > np.add.reduceat(size, rows.start)))
+
+
+def _may_be_split(first: Any, roles: Sequence[str]) -> Any:
+    """Tell which may have decimals in the next column, by their first outputs."""
+    behind = roles[roles.index("output") + 1 :][:1]
+    return (np.abs(first) < 1000.0) & (first % 1.0 == 0.0) & bool({*behind} & {*MAY_BE_DECIMALS})
 
 
 def _may_count(values: Any, rows: Stretches) -> Mask:

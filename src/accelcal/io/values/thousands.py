@@ -95,9 +95,8 @@ def notes_of_thousands(
 ) -> tuple[str, ...]:
     """Say where all outputs have three decimals, and their mark may be one of thousands.
 
-    That is where they are in a unit of whole numbers; where one is 100 or more and there is no
-    unit; or where it is a comma, and nothing in the other columns shows that decimals have one.
-    What the engine has read already does not count.
+    That is where they are in a unit of whole numbers; or where one is 100 or more, and there is no
+    unit, or the mark is a comma and nothing in the other columns shows that decimals have one. What the engine has read already does not count.
     """
     written = [column for column in columns if not isinstance(column, np.ndarray)]
     grouped = _grouped(chain.from_iterable(written))
@@ -106,10 +105,12 @@ def notes_of_thousands(
     cells = [*chain.from_iterable(written)]
     if unit in _OF_WHOLE_NUMBERS:
         why = f"though {unit} are whole numbers"
+    elif max(len(cell.strip("+-\u2212\u2013")) for cell in cells) < _LONG:
+        return ()
+    elif not unit:
+        why = "and no unit is told"
     elif "," in cells[min(grouped)] and not any("," in str(c) for c in chain.from_iterable(others)):
         why = "and no other column has a decimal comma"
-    elif not unit and max(len(cell.strip("+-\u2212\u2013")) for cell in cells) >= _LONG:
-        why = "and no unit is told"
     else:
         return ()
     return (
