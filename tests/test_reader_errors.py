@@ -546,6 +546,10 @@ ERRORS = {
         "1: no row has more than 4 fields, but 5 have headings; leave an empty field where one is"
         " missing, and out the heading Y2",
     ),
+    "readings above the headings": (
+        f"20,1,1,1.3\n{H}20,5,1,-1.3\n",
+        "1: a row of numbers above the column headings; write it below them",
+    ),
     "row numbers": (
         H + "".join(f"20,{j},1,{j}\n" for j in range(1, 7)),
         "2: output '1' and those below count the rows; call another column output",

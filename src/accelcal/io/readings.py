@@ -139,7 +139,8 @@ def read_readings(table: Table, positions: int) -> Readings:
     missing_row, missing_output = np.nonzero(~present)
     missing_serial = _at(serial, missing_row)
     kept: Mask = np.any(present, axis=1)
-    _refuse_texts(table.columns, ~kept)
+    if not kept.all():
+        _refuse_texts(table.columns, ~kept)
     columns = {name: column.take(kept) for name, column in table.columns.items()}
     by_row, run_labels = _by_row(columns, int(kept.sum()))
     by_row |= _where(columns, positions)
@@ -174,7 +175,7 @@ def read_readings(table: Table, positions: int) -> Readings:
 def _refuse_texts(columns: Mapping[str, Column], missing: Mask) -> None:
     """Refuse a text in a row without outputs: it is of the rows below, and no missing reading."""
     for name in ("temperature", "position", "angle", "stroke"):
-        if name in columns and missing.any():
+        if name in columns:
             column = columns[name].take(missing)
             try:
                 numbers(column)

@@ -162,8 +162,9 @@ def key_and_unit(text: str, key_of: KeyOf = table_key) -> tuple[str, str]:
 
 def is_any_unit(text: str) -> bool:
     """Tell whether a text is a unit of outputs or of what can be declared, right or wrong."""
-    is_wrong = text.casefold() in ("bit", "bits") or any(is_unit_of(own, text) for own in UNITS_OF)
-    return is_wrong or is_output_unit(text) or size_of(text, *UNITS) is not None
+    if is_output_unit(text) or size_of(text, *UNITS) is not None:
+        return True
+    return text.casefold() in ("bit", "bits") or any(is_unit_of(own, text) for own in UNITS_OF)
 
 
 def declarations_in(text: str, key_of: KeyOf = table_key) -> list[str]:

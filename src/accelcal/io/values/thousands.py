@@ -96,13 +96,16 @@ def notes_of_thousands(
     """Say where all outputs have three decimals, and their mark may be one of thousands.
 
     That is where they are in a unit of whole numbers; or where one is 100 or more, and there is no
-    unit, or the mark is a comma and nothing in the other columns shows that decimals have one. What the engine has read already does not count.
+    unit, or the mark is a comma and nothing in the other columns shows that decimals have one. What
+    the engine has read already does not count.
     """
     written = [column for column in columns if not isinstance(column, np.ndarray)]
-    grouped = _grouped(chain.from_iterable(written))
+    cells = [*chain.from_iterable(written)]
+    if unit and unit not in _OF_WHOLE_NUMBERS and not any("," in cell for cell in cells[:1]):
+        return ()
+    grouped = _grouped(cells)
     if not grouped or not all(grouped.values()):
         return ()
-    cells = [*chain.from_iterable(written)]
     if unit in _OF_WHOLE_NUMBERS:
         why = f"though {unit} are whole numbers"
     elif max(len(cell.strip("+-\u2212\u2013")) for cell in cells) < _LONG:
