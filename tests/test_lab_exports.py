@@ -530,3 +530,16 @@ def test_rows_that_all_end_early_are_refused():
     with pytest.raises(TableError, match=told):
         read("T,k,,0 deg,180 deg\n20,1,1.35,-1.33\n20,2,1.36,-1.34\n")
     assert len(read("T,k,0 deg,180 deg\n20,1,1.35,\n20,2,1.36\n")) == 2
+
+
+@pytest.mark.parametrize(
+    "above",
+    [",20 °C,,60 °C,\nJ,Y1,Y2,Y1,Y2\n", ",20 °C,,,60 °C,\nJ,Y1,Y2,J,Y1,Y2\n"],
+)
+def test_temperatures_over_blocks_that_share_their_positions(above):
+    """The columns of the blocks were told to mean the same."""
+    side = [[j, *own] for j, *own in WIDE[20]], [own for _, *own in WIDE[60]]
+    if above.count("J") == 2:
+        side = side[0], [[j, *own] for j, *own in WIDE[60]]
+    rows = "".join(",".join(map(str, one + other)) + "\n" for one, other in zip(*side, strict=True))
+    assert readings(read(above + rows)) == TWO

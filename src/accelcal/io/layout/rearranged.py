@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from accelcal.arguments.kinds import shown
 from accelcal.io.files.csv_text import in_quotes
-from accelcal.io.layout.heading_rows import block_width
+from accelcal.io.layout.heading_rows import blocks_of_columns
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
 from accelcal.io.words.signs import is_missing
@@ -148,22 +148,26 @@ def with_blocks_below(layout: Layout) -> Layout:
     >>> with_blocks_below(read_layout(SourceText("a.csv", text, "utf-8"))).rows
     ['"20","1","1.35","1.35"', '"60","1","1.36","1.36"']
     """
-    texts = [heading.text for heading in layout.headings]
-    width = block_width(texts)
+    lead, width = blocks_of_columns([heading.text for heading in layout.headings])
     labels = layout.labels
-    label = [Heading(own.text, ACROSS[own.role or ""]) for own in labels[:1]]
-    used = width - (texts[width - 1 : width] == [""])
-    headings = (*layout.headings[:used], *label)
-    if not _PLACES & {heading.role for heading in headings}:
+    if lead and not labels:
         return layout
-    count = -(-len(texts) // width)
-    table = [_cells(row, layout, count * width) for row in layout.rows]
-    gaps = range(width - 1, count * width, width) if used < width else ()
-    if any(any(row[count * width :]) or any(row[place] for place in gaps) for row in table):
+    columns = layout.headings[lead:]
+    label = [Heading(own.text, ACROSS[own.role or ""]) for own in labels[:1]]
+    used = width - (width > 0 and columns[width - 1].text == "")
+    headings = (*layout.headings[: lead + used], *label)
+    if not width or not _PLACES & {heading.role for heading in headings}:
+        return layout
+    count = -(-len(columns) // width)
+    end = lead + count * width
+    table = [_cells(row, layout, end) for row in layout.rows]
+    starts = range(lead, end, width)
+    gaps = [start + used for start in starts] if used < width else []
+    if any(any(row[end:]) or any(row[place] for place in gaps) for row in table):
         return layout
     blocks = [
-        ([*row[start : start + used], *_told(labels[start // width :][:1])], line)
-        for start in range(0, count * width, width)
+        ([*row[:lead], *row[start : start + used], *_told(labels[block : block + 1])], line)
+        for block, start in enumerate(starts)
         for row, line in zip(table, layout.lines, strict=True)
         if any(row[start : start + width])
     ]

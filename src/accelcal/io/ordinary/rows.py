@@ -130,7 +130,7 @@ def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
     odd = parts.rows.any(odd_row) | parts.again | _is_constant(output, parts.rows)
     odd |= _has_far(output, parts.rows) | _may_count(output, parts.rows)
     odd |= False if count is None else _may_count(count, parts.rows)
-    odd |= _may_be_split(output[parts.rows.start], group.rules.roles)
+    odd |= _may_be_split(numbers["output"][parts.rows.start], group.rules.roles)
     if time is not None:
         odd |= parts.rows.any(_goes_back(time, parts.rows))
         odd |= ~(parts.rows.highest(np.abs(time)) <= LATEST)
