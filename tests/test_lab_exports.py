@@ -543,3 +543,13 @@ def test_temperatures_over_blocks_that_share_their_positions(above):
         side = side[0], [[j, *own] for j, *own in WIDE[60]]
     rows = "".join(",".join(map(str, one + other)) + "\n" for one, other in zip(*side, strict=True))
     assert readings(read(above + rows)) == TWO
+
+
+@pytest.mark.parametrize("mark", [" ", "\t", ","])
+def test_row_names_of_r_have_no_heading(mark):
+    """The rows were told to have a field too many."""
+    rows = [(f'"{n}"', *row) for n, row in enumerate(LONG, 1)]
+    text = "\n".join(mark.join(map(str, row)) for row in [('"T"', '"J"', '"k"', '"Y"'), *rows])
+    assert readings(read(text + "\n")) == set(LONG)
+    with pytest.raises(TableError, match=r"5 fields"):
+        read(text.replace('"2"', "2") + "\n")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -130,11 +130,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     outputs = np.stack([numbers(column) for column in table.outputs], axis=1)
     first, across = table.outputs[0], table.across
     present = ~np.isnan(outputs)
-    refuse_thousands(table.outputs)
-    refuse_markers(table.outputs, outputs)
-    if len(table.outputs) == 1 and counts_rows(outputs[:, 0]):
-        raise first.refuse(0, "{} and those below count the rows", "call another column output")
-    _require_any(present, first)
+    _refuse_no_readings(table.outputs, outputs)
     serial, serials = _labels(table.columns, "serial")
     missing_row, missing_output = np.nonzero(~present)
     missing_serial = _at(serial, missing_row)
@@ -325,7 +321,14 @@ def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:
     return None if values is None else values[index]
 
 
-def _require_any(present: Mask, output: Column) -> None:
+def _refuse_no_readings(columns: Sequence[Column], outputs: Array) -> None:
+    """Refuse numbers with thousands marks, markers, row numbers, and none at all."""
+    refuse_thousands(columns)
+    refuse_markers(columns, outputs)
+    output = columns[0]
+    if len(columns) == 1 and counts_rows(outputs[:, 0]):
+        raise output.refuse(0, "{} and those below count the rows", "call another column output")
+    present = ~np.isnan(outputs)
     if not present.any():
         problem = f"{all_outputs(present.size)} missing"
         line = int(output.lines[0])

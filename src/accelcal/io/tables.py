@@ -36,6 +36,7 @@ from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.layout.rearranged import (
     with_blocks_below,
     with_merged_cells,
+    with_row_names,
     with_strokes_in_rows,
     with_units_below,
     without_repeated_headings,
@@ -302,7 +303,7 @@ def layout_of(text: SourceText) -> Layout:
     TableError
         If it has no headings or no rows.
     """
-    layout = without_repeated_headings(without_remarks(read_layout(text)))
+    layout = without_repeated_headings(without_remarks(with_row_names(read_layout(text))))
     layout = with_blocks_below(without_words_below(with_units_below(layout)))
     layout = with_cycles(with_merged_cells(with_strokes_in_rows(layout)))
     return with_name_of_sheet(layout, text.sheet)

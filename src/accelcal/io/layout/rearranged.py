@@ -62,6 +62,26 @@ def with_units_below(layout: Layout) -> Layout:
     )
 
 
+def with_row_names(layout: Layout) -> Layout:
+    r"""Give the names of rows, in quotes and without a heading as R writes them, an empty one.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = '"T" "J" "k" "Y"\n"1" 20 1 1 1.35\n"2" 20 5 1 -1.33\n'
+    >>> with_row_names(read_layout(SourceText("a.csv", text, "utf-8"))).headings[0].text
+    ''
+    """
+    size = len(layout.headings) + 1
+    named = (
+        row[:1] == '"' and len(split_line(row, layout.separator)) == size for row in layout.rows
+    )
+    if not all(named):
+        return layout
+    return layout._replace(headings=(Heading("", None), *layout.headings))
+
+
 def without_words_below(layout: Layout) -> Layout:
     r"""Set aside rows of words or dashes between the headings and the first row with a number.
 
