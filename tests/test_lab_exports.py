@@ -553,3 +553,13 @@ def test_row_names_of_r_have_no_heading(mark):
     assert readings(read(text + "\n")) == set(LONG)
     with pytest.raises(TableError, match=r"5 fields"):
         read(text.replace('"2"', "2") + "\n")
+    quoted = "\n".join(f'"{T}","{j}","{k}","{y}",' for T, j, k, y in LONG)  # no name, but no end
+    assert readings(read(f"T,J,k,Y,\n{quoted}\n")) == set(LONG)
+
+
+def test_rows_of_several_outputs_that_end_early_are_told():
+    """A row that had lost a cell within was read one output to the left without a word."""
+    record = read("T,J,Y1,Y2\n20,1,1.35,1.36\n20,5,-1.34\n")
+    told = "the last outputs count as missing in rows that end early (line 3)"
+    assert record.notes == (told, "1 missing reading was left out (line 3)")
+    assert len(read("T,J,Y1,Y2\n20,1,1.35,1.36\n20,5,-1.34,\n").notes) == 1

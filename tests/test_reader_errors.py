@@ -551,7 +551,7 @@ ERRORS = {
         "1: a row of numbers above the column headings; write it below them",
     ),
     "row numbers": (
-        H + "".join(f"20,{j},1,{j}\n" for j in range(1, 7)),
+        H + "".join(f"20,{j % 8 + 1},{j // 8 + 1},{j + 1}\n" for j in range(16)),
         "2: output '1' and those below count the rows; call another column output",
     ),
     "text alone": (

@@ -1426,7 +1426,10 @@ def test_missing_readings_of_a_wide_table():
     text = "temperature,position,Y1,Y2\n20,1,1.3,\n20,2\n20,5,-1.3,-1.2\n"
     record = read(text)
     assert record.output.tolist() == [1.3, -1.3, -1.2]
-    assert record.notes == ("3 missing readings were left out (lines 2, 3)",)
+    assert record.notes == (
+        "the last outputs count as missing in rows that end early (line 3)",
+        "3 missing readings were left out (lines 2, 3)",
+    )
 
 
 def test_a_repeated_reading_is_kept_once():

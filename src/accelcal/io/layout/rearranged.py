@@ -73,9 +73,10 @@ def with_row_names(layout: Layout) -> Layout:
     >>> with_row_names(read_layout(SourceText("a.csv", text, "utf-8"))).headings[0].text
     ''
     """
-    size = len(layout.headings) + 1
+    size, mark = len(layout.headings) + 1, layout.separator
     named = (
-        row[:1] == '"' and len(split_line(row, layout.separator)) == size for row in layout.rows
+        row[:1] == '"' and len(cells := split_line(row, mark)) == size and cells[-1] != ""
+        for row in layout.rows
     )
     if not all(named):
         return layout

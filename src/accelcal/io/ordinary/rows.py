@@ -151,8 +151,9 @@ def _has_far(output: Any, rows: Stretches) -> Mask:
     """Tell which may have an output far larger than all others, and so than their sum."""
     size = np.abs(output)
     highest = rows.highest(size)
-    is_far = highest > FARTHEST * rows.lowest(size)
-    return np.asarray(is_far & (2.0 * highest > np.add.reduceat(size, rows.start)))
+    with np.errstate(over="ignore"):
+        is_far = highest > FARTHEST * rows.lowest(size)
+        return np.asarray(is_far & (highest > np.add.reduceat(0.5 * size, rows.start)))
 
 
 def _may_be_split(first: Any, roles: Sequence[str]) -> Any:

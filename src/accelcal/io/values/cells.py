@@ -38,7 +38,7 @@ _DIGIT = re.compile("[0-9]")
 _IN_G = re.compile(r"[-+\u2212\u2013]?[01](?:[.,]0)? ?g")
 """A position told by the acceleration there."""
 
-_FEWEST_ROWS = 5
+_FEWEST_ROWS = 16
 """Rows from which on numbers that count them are told from others."""
 
 _WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
@@ -183,11 +183,11 @@ def numbers(column: Column) -> Array:
 
 
 def counts_rows(values: Array) -> bool:
-    """Tell whether numbers are 1, 2, 3, ... or 0, 1, 2, ... from row to row, of five rows or more.
+    """Tell whether numbers are 1, 2, 3, ... or 0, 1, 2, ... from row to row, of 16 rows or more.
 
     Examples
     --------
-    >>> counts_rows(np.arange(5.0)), counts_rows(np.array([1.0, 2.0, 3.0, 4.0, 4.0]))
+    >>> counts_rows(np.arange(20.0)), counts_rows(np.arange(5.0))
     (True, False)
     """
     rows = np.arange(values.size) + values[0]

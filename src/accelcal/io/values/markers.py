@@ -38,8 +38,9 @@ def refuse_markers(columns: Iterable[Column], outputs: Array) -> None:
 def notes_of_far(output: Array, line: Ints) -> list[str]:
     """Name an output that is far larger than all others, as one that has lost its decimal mark."""
     size = np.abs(output)
-    if 2.0 * size.max() < size.sum():  # as nearly always
-        return []
+    with np.errstate(over="ignore"):
+        if size.max() <= (0.5 * size).sum():  # as nearly always
+            return []
     at = int(np.argmax(size))
     others = np.delete(size, at).max(initial=0.0)
     if not size[at] / FARTHEST > others > 0.0:
