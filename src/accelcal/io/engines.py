@@ -86,7 +86,10 @@ def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Column
     TableError
         If a row has too many or too few fields.
     """
-    by_heading = list(zip(*split_rows(layout, needed), strict=True))
+    _refuse_short(layout)
+    table = split_rows(layout, needed)
+    _refuse_split_numbers(layout, table)
+    by_heading = list(zip(*table, strict=True))
     numeric = [i for i in used if _is_numeric(layout, i)]
     text = " ".join(chain.from_iterable(by_heading[i] for i in numeric))
     decimal, mark = decimal_mark(text, layout.separator), ""
@@ -112,22 +115,21 @@ def split_rows(layout: Layout, needed: int) -> list[list[str]]:
     """
     width = len(layout.headings)
     table = [split_line(row, layout.separator) for row in layout.rows]
-    _refuse_short(layout, max(map(len, table)))
-    _refuse_split_numbers(layout, table)
     for index, cells in enumerate(table):
         if len(cells) != width:
             table[index] = _fitted(cells, width, needed, layout, index)
     return table
 
 
-def _refuse_short(layout: Layout, longest: int) -> None:
-    """Refuse rows that all end before the last columns of outputs, which then may be shifted."""
-    missing = layout.headings[longest:]
-    if any(heading.role in ACROSS for heading in missing):
+def _refuse_short(layout: Layout) -> None:
+    """Refuse rows that all end before the last column of outputs, which then may be shifted."""
+    last = layout.headings[-1]
+    if layout.separator is None or last.role not in ACROSS:
+        return
+    longest = 1 + max(row.count(layout.separator) for row in layout.rows)
+    if longest < len(layout.headings):
         problem = f"no row has more than {longest} fields, but {len(layout.headings)} have headings"
-        remedy = (
-            f"leave an empty field where one is missing, and out the heading {missing[-1].text}"
-        )
+        remedy = f"leave an empty field where one is missing, and out the heading {last.text}"
         raise layout.refuse(problem, remedy)
 
 
