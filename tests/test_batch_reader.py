@@ -136,6 +136,15 @@ ODD = {
     "an unknown column": table(
         headings=HEADINGS.strip() + ",operator\n", cells=[(*r, "me") for r in rows()]
     ),
+    "row numbers for n": table(
+        headings="temperature,position,stroke,output,n\n",
+        cells=[(*row[:4], n) for n, row in enumerate(rows(), 1)],
+    ),
+    "an output far from all others": table().replace(",1.35", ",1.35e9", 1),
+    "radians": table(
+        headings="temperature,angle [rad],stroke,output,run\n",
+        cells=[(t, f"{(j - 1) * np.pi / 4:.6f}", *row) for t, j, *row in rows()],
+    ),
     "wide": "temperature,position,Y1,Y2\n20,1,1.3,1.31\n20,5,-1.29,-1.28\n",
     "a comment inside": table().replace("60.0,1,1,", "# now hot\n60.0,1,1,", 1),
     "a blank line inside": table().replace("60.0,1,1,", "\n60.0,1,1,", 1),

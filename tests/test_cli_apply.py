@@ -621,7 +621,9 @@ def test_the_lone_output_is_taken(run):
     code, rows, err = run("Current [mA],temperature,a_p,supply\n1.25,20,0,28\n")
     assert (code, values(rows)) == (0, values(plain))
     assert "note: column 'Current [mA]' is taken for the outputs, by its unit" in err
-    code, _, err = run("Current [mA],temperature,a_p,supply [V]\n1.25,20,0,28\n")
+    code, rows, _ = run("Current [mA],temperature,a_p,supply [V]\n1.25,20,0,28\n")
+    assert (code, values(rows)) == (0, values(plain))
+    code, _, err = run("Current [mA],temperature,a_p,box [V]\n1.25,20,0,28\n")
     assert code == 2
     assert "no column output among" in err
 

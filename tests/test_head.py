@@ -75,10 +75,12 @@ def test_wrong_clampings_are_told_in_a_line(column, message):
     assert str(caught.value).startswith("<table>")
 
 
-def test_a_clamping_in_radians_is_refused():
-    text = "temperature,position,stroke,output,clamping [rad]\n20,1,1,1.3,0\n20,5,1,-1.3,0\n"
-    with pytest.raises(accelcal.TableError, match="is in rad; give it in deg"):
-        accelcal.read_table(io.StringIO(text))
+def test_a_clamping_may_be_in_radians():
+    text = "temperature,position,stroke,output,clamping [{}]\n20,1,1,1.3,3\n20,5,1,-1.3,3\n"
+    with pytest.raises(accelcal.TableError, match="is in mrad; give it in deg"):
+        accelcal.read_table(io.StringIO(text.format("mrad")))
+    record = accelcal.read_table(io.StringIO(text.format("rad")))
+    assert record.clamping.tolist() == pytest.approx([np.degrees(3.0)] * 2)
 
 
 # -- self-calibration ------------------------------------------------------------------------------

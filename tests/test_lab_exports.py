@@ -5,7 +5,10 @@ import io
 import pytest
 
 import accelcal
+from accelcal.dates import date_of
 from accelcal.errors import TableError
+from accelcal.io import engines
+from accelcal.io.ordinary.reader import Content, read_ordinary
 
 LONG = [(20, 1, 1, 1.35), (20, 5, 1, -1.33), (20, 5, 2, -1.34), (20, 1, 2, 1.36)]
 WIDE = {20: [(1, 1.35, 1.36), (5, -1.33, -1.34)], 60: [(1, 1.45, 1.46), (5, -1.43, -1.44)]}
@@ -268,7 +271,7 @@ def test_a_block_of_another_temperature_has_the_positions_of_the_file():
     assert read("# positions: 12\n" + rows).angle.max() == 360.0
 
 
-@pytest.mark.parametrize("row", ["Head uncertainty (gon);2", "T0 (Fahrenheit);68"])
+@pytest.mark.parametrize("row", ["Head uncertainty (gon);2", "T0 (Fahrenheit);68", "T0;68;°F"])
 def test_a_number_in_a_foreign_unit_is_refused_in_rows_of_a_form(row):
     """It was set aside as text."""
     with pytest.raises(TableError, match="is given in"):
@@ -305,5 +308,258 @@ def test_minutes_behind_a_lone_angle_are_not_set_aside():
 
 
 def test_a_date_that_is_none_is_told_as_it_is_written():
-    with pytest.raises(TableError, match="'00/31/2024' is not a number"):
+    with pytest.raises(TableError, match="'00/31/2024' is no date that can be read"):
         read(long_table("T,J,k,Y,time", form="{},{},{},{},00/31/2024"))
+
+
+@pytest.mark.parametrize(
+    "headings",
+    [
+        "Supply [V],Current",
+        "Versorgung [V],Strom",
+        "Heater [mA],Current",
+        "Supply current [mA],I [A]",
+    ],
+)
+def test_a_supply_with_a_unit_is_no_output_beside_a_current(headings):
+    """The supply was taken for the output, by its unit, and the current was set aside."""
+    assert readings(read(long_table(f"T,J,k,{headings}", form="{},{},{},28,{}"))) == set(LONG)
+
+
+@pytest.mark.parametrize("headings", ["Supply [V],AL15", "Vcc [V],Iout", "Box [V],Current"])
+def test_what_may_be_a_supply_is_not_taken_for_the_output(headings):
+    with pytest.raises(TableError, match="no column for output"):
+        read(long_table(f"T,J,k,{headings}", form="{},{},{},28,{}"))
+
+
+def counted(heading, output):
+    rows = (f"20,{j % 8 + 1},{j // 8 + 1},{output(j)},{j + 1}\n" for j in range(16))
+    return f"T,J,k,Y,{heading}\n" + "".join(rows)
+
+
+def test_row_numbers_are_no_outputs_nor_numbers_of_samples():
+    """They were read as the outputs, or as the n of a mean."""
+    with pytest.raises(TableError, match=r":2: Reading '1' and those below count the rows; call"):
+        read(counted("Reading", lambda j: f"{j}.5").replace("Y", "Y [mA] old"))
+    record = read(counted("n", lambda j: f"{j}.5"))
+    assert record.count is None
+    assert record.notes == ("column 'n' counts the rows and was set aside",)
+
+
+@pytest.mark.parametrize("cell", ["-9.9e36", "1354758"])
+def test_an_output_far_from_all_others_is_told(cell):
+    """It went into the fit without a word; it is told, as readings of any size may be written."""
+    record = read(f"T,J,k,Y\n20,1,1,1.3547\n20,5,1,-1.33\n20,3,1,{cell}\n")
+    told = f"output {float(cell):g} (line 4) is more than 10,000 times all others: is it a reading?"
+    assert record.notes == (told,)
+
+
+@pytest.mark.parametrize("label", ["60 °C", "T = 60 °C", "warm"])
+def test_a_text_alone_in_a_row_is_no_missing_reading(label):
+    """The rows below it were read as those of the temperature above."""
+    text = f"# temperature: 20\nJ,Y1,Y2\n{block(WIDE[20])}{label}\n3,0.01,0.01\n7,0.02,0.02\n"
+    with pytest.raises(TableError, match=rf":5: J '{label}' is not a number, and its row has"):
+        read(text)
+
+
+PI = "3.14159265"
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        f"T,angle [rad],k,Y\n20,0,1,1.35\n20,{PI},1,-1.33\n20,{PI},2,-1.34\n20,0,2,1.36\n",
+        f"T,theta,k,Y\ndegC,rad,,\n20,0,1,1.35\n20,{PI},1,-1.33\n20,{PI},2,-1.34\n20,0,2,1.36\n",
+        f"T,angle,Y1,Y2\n20,0 rad,1.35,1.36\n20,{PI} rad,-1.33,-1.34\n",
+        f"T,k,0 rad,{PI} radians\n20,1,1.35,-1.33\n20,2,1.36,-1.34\n",
+    ],
+)
+def test_angles_in_radians_are_read_where_their_unit_is_told(table):
+    """They were refused."""
+    record = read(table)
+    angles = record.angle.round(6).tolist()
+    told = {*zip(angles, record.stroke.tolist(), record.output.tolist(), strict=True)}
+    assert told == {((j - 1) * 45.0, k, y) for _, j, k, y in LONG}
+
+
+@pytest.mark.parametrize("angle", ["45 deg", "45°"])
+def test_degrees_under_a_heading_in_radians_are_refused(angle):
+    with pytest.raises(TableError, match="under a heading in rad; use one unit in a column"):
+        read(f"T,angle [rad],k,Y\n20,{angle},1,1.35\n20,90 deg,1,0.1\n")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# Auflösung: 24 Bit",
+        "# Resolution: 6.5 digits",
+        "Resolution;24;bit",
+        "Auflösung: 6½ Stellen",
+    ],
+)
+def test_a_resolution_of_a_voltmeter_is_passed_over(line):
+    """It was refused, or in three cells taken for a step of 24 mA."""
+    record = read(f"{line}\nT;J;k;Y [mA]\n20;1;1;1.3\n20;5;1;-1.3\n")
+    assert record.apparatus.resolution is None
+    assert "is no step of the output and was set aside" in record.notes[0]
+
+
+@pytest.mark.parametrize("cell", ["#N/D", "#Н/Д", "-nan(ind)", "1.#QNAN", "—", r"\N"])
+def test_other_marks_of_a_missing_reading(cell):
+    assert len(read(f"T,J,k,Y\n20,1,1,1.3\n20,5,1,-1.3\n20,3,1,{cell}\n")) == 2
+
+
+@pytest.mark.parametrize("time", ["05/06/2024 02:30:00 PM", "06-05-2024 14:30", "06.05.24 14:30"])
+def test_a_date_that_may_be_two_is_told_as_such(time):
+    """It was told to be no number."""
+    told = (
+        "is no date that can be read; write it as 2024-05-31T14:30:00, where nobody takes the day"
+    )
+    with pytest.raises(TableError, match=f":2: t '{time}' {told}"):
+        read(f"T,J,k,Y,t\n20,1,1,1.3,{time}\n20,5,1,-1.3,{time}\n")
+
+
+@pytest.mark.parametrize("word", ["MW", "Ø", "Uncertainty", "Ecart-type", "平均值"])
+def test_a_summary_of_any_name_below_the_readings(word):
+    """Only those of a list were known."""
+    record = read(long_table("T,J,k,Y") + f"{word},,,0.01\n")
+    assert readings(record) == set(LONG)
+    assert record.notes == ("1 summary was set aside (line 6)",)
+
+
+@pytest.mark.parametrize("row", ["MW,1,3,0.01", "MW", "NA,,,0.01", "warm,,1,0.02"])
+def test_what_may_be_a_reading_is_no_summary(row):
+    with pytest.raises(TableError, match=":6: "):
+        read(long_table("T,J,k,Y") + f"{row}\n")
+
+
+IN_G = {1: "+1g", 5: "-1 g"}
+
+
+@pytest.mark.parametrize("name", [IN_G.get, {1: "up", 5: "down"}.get])
+def test_names_of_positions_beside_angles_are_set_aside(name):
+    """They were refused, as numbers were expected."""
+    rows = "".join(f"20,{name(j)},{45 * (j - 1)},{k},{y}\n" for _, j, k, y in LONG)
+    record = read("T,position,angle,k,Y\n" + rows)
+    assert record.angle.tolist() == [0.0, 180.0, 180.0, 0.0]
+    assert record.notes == (
+        "column 'position' names positions beside their angles and was set aside",
+    )
+    told = "position '.1 ?g' is no number of a position; write a column angle: .1 g is 0 deg, -1 g"
+    with pytest.raises(TableError, match=told if name == IN_G.get else "position 'up' is not a"):
+        read("T,position,k,Y\n" + "".join(f"20,{name(j)},{k},{y}\n" for _, j, k, y in LONG))
+
+
+@pytest.mark.parametrize(
+    "form", ["{},Pos. {},k{},{}", "{},P{},Hub {},{}", "{},J{},stroke no. {},{}"]
+)
+def test_numbers_of_positions_and_strokes_behind_their_words(form):
+    """They were refused."""
+    assert readings(read(long_table("T,J,k,Y", form=form))) == set(LONG)
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        *("May 31, 2024 14:30:00", "31.05.2024, 14:30:00", "2024年05月31日 14:30:00"),
+        *("31.05.2024 14:30:00:000", "2024-05-31 14:30:00 UTC", "Mai 31 2024 14:30"),
+    ],
+)
+def test_dates_of_other_programs(written):
+    """They were refused."""
+    assert str(date_of(written).replace(tzinfo=None)) == "2024-05-31 14:30:00"
+    later = written.replace("14:30", "15:30")
+    record = read(f"T;J;k;Y;t\n20;1;1;1.3;{written}\n20;5;1;-1.3;{later}\n")
+    assert record.time.tolist() == [0.0, 3600.0]
+
+
+LARGE = [(T, j, k, 1000 * y + 4) for T, j, k, y in LONG]
+
+
+@pytest.mark.parametrize(
+    ("form", "of"),
+    [
+        ("{};{};{};{:,.3f}", {",": ".", ".": ","}),
+        ('"{}","{}","{}","{:,.3f}"', {}),
+        ("{}\t{}\t{}\t{:,.3f}", {}),
+    ],
+)
+def test_thousands_marks_that_numbers_prove_are_read(form, of):
+    """They were refused, though 1.304,998 can be read in one way alone."""
+    head = "T,J,k,Y".replace(",", "\t" if "\t" in form else ";" if ";" in form else ",")
+    rows = "\n".join(form.format(*row).translate(str.maketrans(of)) for row in LARGE)
+    assert readings(read(f"{head}\n{rows}\n20{head[1]}3{head[1]}1{head[1]}4\n")) == {
+        *LARGE,
+        (20, 3, 1, 4),
+    }
+
+
+def test_whole_numbers_of_millions_prove_their_thousands_marks():
+    """Of 4.700 below them the point was taken for that of decimals, or all were refused."""
+    record = read("T;J;k;Y\n20;1;1;1.304.998\n20;5;1;-1.295.059\n20;3;1;4.700\n")
+    assert record.output.tolist() == [1304998, -1295059, 4700]
+
+
+def test_one_number_alone_proves_no_thousands_mark():
+    with pytest.raises(TableError, match=r"Y '1\.304,998' does not fit the decimal mark"):
+        read("T;J;k;Y\n20;1;1;1.304,998\n20;5;1;-995.059\n20;3;1;4.700\n")
+
+
+SPLIT = "20,1,1,1,304998\n20,5,1,-1,295059\n20,3,1,0,004700\n"
+
+
+@pytest.mark.parametrize("heading", ["std", "n", "remark"])
+def test_decimals_below_a_heading_of_their_own_are_refused(heading, monkeypatch):
+    """The outputs were read as 1, -1 and 0."""
+    table = f"T,J,k,Y,{heading}\n{SPLIT}"
+    told = (
+        ":1: '1,304998' below two headings looks like a number with a decimal comma; separate the"
+    )
+    for least in (engines.BULK_CHARACTERS, 0):
+        monkeypatch.setattr(engines, "BULK_CHARACTERS", least)
+        with pytest.raises(TableError, match=told):
+            read(table)
+    assert read_ordinary([Content("a.csv", table.encode())], {}, "pandas") == [None]
+    whole = read(table.replace("304998", "100").replace("295059", "100").replace("004700", "100"))
+    assert whole.output.tolist() == [1, -1, 0]
+
+
+def test_rows_that_all_end_early_are_refused():
+    """Below a heading too many the outputs were read one column to the left."""
+    told = ":1: no row has more than 4 fields, but 5 have headings; leave an empty field"
+    with pytest.raises(TableError, match=told):
+        read("T,k,,0 deg,180 deg\n20,1,1.35,-1.33\n20,2,1.36,-1.34\n")
+    assert len(read("T,k,0 deg,180 deg\n20,1,1.35,\n20,2,1.36\n")) == 2
+
+
+@pytest.mark.parametrize(
+    "above",
+    [",20 °C,,60 °C,\nJ,Y1,Y2,Y1,Y2\n", ",20 °C,,,60 °C,\nJ,Y1,Y2,J,Y1,Y2\n"],
+)
+def test_temperatures_over_blocks_that_share_their_positions(above):
+    """The columns of the blocks were told to mean the same."""
+    side = [[j, *own] for j, *own in WIDE[20]], [own for _, *own in WIDE[60]]
+    if above.count("J") == 2:
+        side = side[0], [[j, *own] for j, *own in WIDE[60]]
+    rows = "".join(",".join(map(str, one + other)) + "\n" for one, other in zip(*side, strict=True))
+    assert readings(read(above + rows)) == TWO
+
+
+@pytest.mark.parametrize("mark", [" ", "\t", ","])
+def test_row_names_of_r_have_no_heading(mark):
+    """The rows were told to have a field too many."""
+    rows = [(f'"{n}"', *row) for n, row in enumerate(LONG, 1)]
+    text = "\n".join(mark.join(map(str, row)) for row in [('"T"', '"J"', '"k"', '"Y"'), *rows])
+    assert readings(read(text + "\n")) == set(LONG)
+    with pytest.raises(TableError, match=r"5 fields"):
+        read(text.replace('"2"', "2") + "\n")
+    quoted = "\n".join(f'"{T}","{j}","{k}","{y}",' for T, j, k, y in LONG)  # no name, but no end
+    assert readings(read(f"T,J,k,Y,\n{quoted}\n")) == set(LONG)
+
+
+def test_rows_of_several_outputs_that_end_early_are_told():
+    """A row that had lost a cell within was read one output to the left without a word."""
+    record = read("T,J,Y1,Y2\n20,1,1.35,1.36\n20,5,-1.34\n")
+    told = "the last outputs count as missing in rows that end early (line 3)"
+    assert record.notes == (told, "1 missing reading was left out (line 3)")
+    assert len(read("T,J,Y1,Y2\n20,1,1.35,1.36\n20,5,-1.34,\n").notes) == 1

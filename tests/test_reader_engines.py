@@ -112,7 +112,7 @@ def test_a_large_table_is_read_by_pandas(monkeypatch):
         return columns_by_pandas(*arguments)
 
     monkeypatch.setattr(engines, "columns_by_pandas", engine)
-    wide = "\n".join(f"20,{i % 9 + 1},{i // 9 + 1},{i}.{'0' * 60}" for i in range(40000))
+    wide = "\n".join(f"20,{i % 9 + 1},{i // 9 + 1},{2 * i}.{'0' * 60}" for i in range(40000))
     (record,) = read_tables(io.StringIO("T,J,k,Y\n" + wide))
     assert len(record) == 40000
     assert len(used) == 1

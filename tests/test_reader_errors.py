@@ -149,7 +149,7 @@ ERRORS = {
         "temp [K],J,k,Y\n293,1,1,1\n",
         "1: column 'temp [K]' is in K; give it in degC",
     ),
-    "radians": ("T,angle_rad,k,Y\n20,1,1,1\n", "1: column 'angle_rad' is in rad; give it in deg"),
+    "mrad": ("T,angle_mrad,k,Y\n20,1,1,1\n", "1: column 'angle_mrad' is in mrad; give it in deg"),
     "minutes of arc": (
         "T,angle [arcmin],k,Y\n20,1,1,1\n",
         "1: column 'angle [arcmin]' is in arcmin; give it in deg",
@@ -158,9 +158,9 @@ ERRORS = {
         "T,J,k,Y\nNA,2,1,1\n233 K,1,1,1\n",
         "3: T '233 K' is in K; give it in degC",
     ),
-    "radians in cells": (
-        "T,angle,k,Y\n20,0 rad,1,1\n20,3 rad,1,2\n",
-        "2: angle '0 rad' is in rad; give it in deg",
+    "gon in cells": (
+        "T,angle,k,Y\n20,0 gon,1,1\n20,3 gon,1,2\n",
+        "2: angle '0 gon' is in gon; give it in deg",
     ),
     "fahrenheit in a header line": (
         "# temperature [F]: 68\nJ,k,Y\n1,1,1\n",
@@ -308,7 +308,8 @@ ERRORS = {
     ),
     "angles in radians": (
         "T,angle,k,Y\n20,0,1,1\n20,1.5708,1,0\n20,3.1416,1,-1\n",
-        "3: angles of at most 3.1416 look like radians; write head angles in degrees",
+        "3: angles of at most 3.1416 look like radians; write head angles in degrees, or the unit"
+        " in their heading, as angle [rad]",
     ),
     "a calibration": (
         '{\n "schema": "accelcal/calibration/1",\n "method": "least-squares"}',
@@ -403,7 +404,7 @@ ERRORS = {
     "twice": (
         OK + "20,1,1,1.4\n",
         "5: position 1, stroke 1 at 20 degC has output 1.4, but 1.3 in line 2;"
-        " delete one, or tell the runs apart by a column run",
+        " delete one, number the strokes, or tell the runs apart by a column run",
     ),
     "return as the start": (  # a head that counts from 0 to 359 deg
         "T,angle,k,Y\n20,0,1,1.5\n20,90,1,0\n20,180,1,-1.5\n20,270,1,0.1\n20,0,1,1.25\n",
@@ -413,12 +414,12 @@ ERRORS = {
     "too near for a return": (
         "T,angle,k,Y\n20,0,1,1.5\n20,90,1,0\n20,180,1,-1.5\n20,0,1,1.25\n",
         "5: angle 0, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
-        " delete one, or tell the runs apart by a column run",
+        " delete one, number the strokes, or tell the runs apart by a column run",
     ),
     "again below another stroke": (
         "T,angle,k,Y\n20,0,1,1.5\n20,90,1,0\n20,0,2,1.5\n20,90,2,0\n20,180,2,-1\n20,0,1,1.25\n",
         "7: angle 0, stroke 1 at 20 degC has output 1.25, but 1.5 in line 2;"
-        " delete one, or tell the runs apart by a column run",
+        " delete one, number the strokes, or tell the runs apart by a column run",
     ),
     "a label in two ways": (
         "T,J,k,Y,run\n20,1,1,1.5,1\n20,5,1,-1.5,1.0\n",
@@ -524,6 +525,39 @@ ERRORS = {
     "marker in a wide table": (
         "temperature,position,Y1,Y2\n20,1,1.3,1.3\n20,5,-1.3,-999.99\n",
         "3: Y2 '-999.99' looks like a marker of a missing reading; leave the cell empty",
+    ),
+    "date of two ways": (
+        "T,J,k,Y,time\n20,1,1,1.3,05/06/2024 14:30\n20,5,1,-1.3,05/06/2024 14:31\n",
+        "2: time '05/06/2024 14:30' is no date that can be read; write it as 2024-05-31T14:30:00,"
+        " where nobody takes the day for the month",
+    ),
+    "positions in g": (
+        "T,position,k,Y\n20,+1g,1,1.3\n20,-1g,1,-1.3\n",
+        "2: position '+1g' is no number of a position; write a column angle: +1 g is 0 deg, -1 g is"
+        " 180, and 0 g is 90 or 270",
+    ),
+    "split numbers": (
+        "T,J,k,Y,std\n20,1,1,1,304998\n20,5,1,-1,295059\n",
+        "1: '1,304998' below two headings looks like a number with a decimal comma; separate the"
+        " columns by semicolons",
+    ),
+    "rows that end early": (
+        "T,J,,Y1,Y2\n20,1,1.3,1.3\n20,5,-1.3,-1.3\n",
+        "1: no row has more than 4 fields, but 5 have headings; leave an empty field where one is"
+        " missing, and out the heading Y2",
+    ),
+    "readings above the headings": (
+        f"20,1,1,1.3\n{H}20,5,1,-1.3\n",
+        "1: a row of numbers above the column headings; write it below them",
+    ),
+    "row numbers": (
+        H + "".join(f"20,{j % 8 + 1},{j // 8 + 1},{j + 1}\n" for j in range(16)),
+        "2: output '1' and those below count the rows; call another column output",
+    ),
+    "text alone": (
+        "# temperature: 20\nposition,Y1,Y2\n1,1.3,1.3\n5,-1.3,-1.3\n60 °C\n3,0.01,0.01\n",
+        "5: position '60 °C' is not a number, and its row has no output; repeat the headings below"
+        " what is of another temperature or run",
     ),
     # the header lines
     "gravity below zero": (
@@ -721,7 +755,13 @@ def test_whole_numbers_with_three_decimals_throughout_are_told(mark):
     *others, note = read_table(io.StringIO(text)).notes
     assert note.startswith("all outputs have three decimals, though counts are whole numbers")
     assert f"335{mark}474" in note
-    assert list(read_table(io.StringIO(text.replace("counts", "kHz"))).notes) == others
+    told = list(read_table(io.StringIO(text.replace("counts", "kHz"))).notes)
+    other = note.replace(
+        "though counts are whole numbers", "and no other column has a decimal comma"
+    )
+    assert told == [*others, other] if mark == "," else others
+    shown = text.replace("counts", "kHz").replace("20;", "20,1;")
+    assert mark != "," or list(read_table(io.StringIO(shown)).notes) == others
 
 
 @pytest.mark.parametrize(

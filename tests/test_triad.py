@@ -675,7 +675,7 @@ def test_csv_of_the_command(capsys):
         ("g: 9.8106", "g: 19.8", "found nowhere on Earth"),
         ("# g", "# g: 9.81\n# g", "local_gravity is '9.8106', but '9.81' in line 2"),
         ("g: 9.8106", "g: here", ":2: local_gravity is 'here'; give it as a number"),
-        ("angle,", "angle [rad],", "give it in deg"),
+        ("angle,", "angle [mrad],", "give it in deg"),
     ],
 )
 def test_bad_files_are_told_in_a_line(tmp_path, capsys, old, new, message):
@@ -725,7 +725,7 @@ def test_columns_of_units_and_serials_are_read():
     assert (given.serial, len(given.notes)) == ("B3", 1)
 
 
-def test_angles_in_radians_are_refused(tmp_path, capsys):
+def test_angles_in_radians_are_refused_where_no_unit_says_so(tmp_path, capsys):
     head, *rows = [row for row in EXAMPLE.read_text("utf-8").splitlines() if row[0] != "#"]
     cells = [row.split(",") for row in rows]
     turned = [[shaft, f"{math.radians(float(angle)):.6f}", *out] for shaft, angle, *out in cells]
@@ -734,6 +734,10 @@ def test_angles_in_radians_are_refused(tmp_path, capsys):
     code, out, err = run(capsys, "triad", path)
     assert (code, out) == (2, "")
     assert "look like radians; write head angles in degrees" in err
+    told = "\n".join([head.replace("angle", "angle [rad]"), *map(",".join, turned)])
+    in_degrees = "\n".join([head, *rows])
+    found, expected = (read_triad(io.StringIO(text)) for text in (told, in_degrees))
+    np.testing.assert_allclose(found.up, expected.up, atol=1e-6)
 
 
 SCHEMAS = ["calibration", "triad"]

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from accelcal.apparatus import Apparatus
 from accelcal.errors import InputError
-from accelcal.io.readings import MARKERS
 from accelcal.io.tables import read_table, read_tables
+from accelcal.io.values.markers import MARKERS
 from accelcal.io.writer import write_table
 from accelcal.record import TumbleRecord
 

@@ -330,3 +330,26 @@ def headed_by_units(frame: pd.DataFrame) -> pd.DataFrame:
     """
     units = frame.attrs["units"].items()
     return frame.rename(columns={n: f"{n.removesuffix(f'_{unit}')} [{unit}]" for n, unit in units})
+
+
+def degrees_in(unit: str) -> float:
+    """Degrees in a unit in which the angles of a head may be given: degrees themselves, or radians.
+
+    Examples
+    --------
+    >>> degrees_in("deg"), degrees_in("radians")
+    (1.0, 57.29577951308232)
+    """
+    return 180.0 / math.pi if size_of(unit, "angle") == 1.0 else 1.0
+
+
+def is_same_unit(one: str, other: str) -> bool:
+    """Tell whether two texts are one unit of a column, in whatever way it is written.
+
+    Examples
+    --------
+    >>> is_same_unit("°", "deg"), is_same_unit("rad", "deg"), is_same_unit("Volts", "V")
+    (True, False, True)
+    """
+    sizes = [size_of(unit, "temperature", "angle", "time") for unit in (one, other)]
+    return sizes[0] == sizes[1] if any(sizes) else canonical_unit(one) == canonical_unit(other)

@@ -11,7 +11,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns, Engine
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout
-from accelcal.io.values.cells import Column
+from accelcal.io.values.cells import Column, are_words, counts_rows, numbers
 from accelcal.io.values.sexagesimal import with_parts
 from accelcal.io.values.times import (
     has_clock_times,
@@ -27,6 +27,7 @@ from accelcal.io.words.vocabulary import (
     is_unit_of,
     split_unit,
 )
+from accelcal.io.words.wording import lines_named
 
 CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "count")
 """Columns that a header line may stand for."""
@@ -93,6 +94,10 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
         named["angle"] = with_parts(named["angle"], parts)
     date = _take_date(named, timed="time" not in own)
     aside = _aside(layout, columns) | _dates_aside(named, date)
+    if {"angle", "position"} <= named.keys() and are_words(named["position"]):
+        aside[shown(named.pop("position").heading)] = "names positions beside their angles"
+    if "count" in named and counts_rows(numbers(named["count"])):
+        aside[shown(named.pop("count").heading)] = "counts the rows"
     decimal = columns[measured[0]].decimal
     by_columns = {*named, *filter(None, [across])}.difference(["date"])
     by_columns |= {"date"} if date else set()
@@ -104,7 +109,7 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
         date=date,
         decimal=decimal,
         aside=(*aside, *empty),
-        notes=tuple(_notes(layout, aside, empty, by_columns)),
+        notes=(*_notes(layout, aside, empty, by_columns), *_notes_of_short(layout, measured)),
     )
 
 
@@ -176,6 +181,15 @@ def _notes(
     for name in (*CONSTANTS, "date"):
         if name in layout.declared and name in by_columns:
             yield f"header line {name} was set aside: the table has such a column"
+
+
+def _notes_of_short(layout: Layout, outputs: Sequence[int]) -> Iterator[str]:
+    """Say where a row has fewer fields than outputs side by side: any of them may be missing."""
+    pairs = zip(layout.rows, layout.lines, strict=True)
+    mark, last = layout.separator or "", max(outputs)
+    short = [line for row, line in pairs if row.count(mark) < last] if len(outputs) > 1 else []
+    if short:
+        yield f"the last outputs count as missing in rows that end early ({lines_named(short)})"
 
 
 def _roles(layout: Layout) -> tuple[dict[str, int], str, dict[float | str, int]]:

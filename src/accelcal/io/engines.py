@@ -7,18 +7,21 @@ unusual, quotes, missing fields or a cell that is no number; the light one then 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.values.cells import Column
+from accelcal.io.values.cells import Column, numbered
 from accelcal.io.values.sexagesimal import in_degrees
+from accelcal.io.values.thousands import thousands_mark, without_mark
 from accelcal.io.words.signs import MISSING
 from accelcal.io.words.vocabulary import ACROSS
 from accelcal.plural import counted
@@ -28,6 +31,14 @@ if TYPE_CHECKING:
 
 _NO_THOUSANDS = re.compile(r",(?!\d{3}(?!\d))")
 """Comma that other than three digits follow."""
+
+MAY_BE_DECIMALS = (None, "std", "count", "run", "lot", "unit")
+"""Roles of a column behind the outputs into which their decimals may have come."""
+
+_SPLIT = re.compile(r"[-+\u2212\u2013]?[0-9]{1,3},[0-9]{3,}(?:\.[0-9]*)?")
+"""A number of which a comma may have split the decimals."""
+
+_TWICE = re.compile(r"\.\d{3}\.")
 
 NUMERIC = frozenset(
     {"temperature", "position", "angle", "clamping", "stroke", "output", "std", "count"}
@@ -75,9 +86,19 @@ def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Column
     TableError
         If a row has too many or too few fields.
     """
-    by_heading = list(zip(*split_rows(layout, needed), strict=True))
-    numeric = [by_heading[i] for i in used if _is_numeric(layout, i)]
-    decimal = decimal_mark([cell for cells in numeric for cell in cells], layout.separator)
+    _refuse_short(layout)
+    table = split_rows(layout, needed)
+    _refuse_split_numbers(layout, table)
+    by_heading = list(zip(*table, strict=True))
+    numeric = [i for i in used if _is_numeric(layout, i)]
+    text = " ".join(chain.from_iterable(by_heading[i] for i in numeric))
+    decimal, mark = decimal_mark(text, layout.separator), ""
+    if "," in text or _TWICE.search(text):
+        mark = thousands_mark(text)
+    if mark:
+        decimal = "," if mark == "." else "."
+        for i in numeric:
+            by_heading[i] = tuple(without_mark(cell, mark) for cell in by_heading[i])
     lines = np.array(layout.lines, dtype=np.int64)
     return {i: _column(layout, i, by_heading[i], lines, decimal) for i in used}
 
@@ -100,18 +121,44 @@ def split_rows(layout: Layout, needed: int) -> list[list[str]]:
     return table
 
 
-def decimal_mark(cells: Sequence[str], separator: str | None) -> str:
-    """Tell the decimal mark of numbers.
+def _refuse_short(layout: Layout) -> None:
+    """Refuse rows that all end before the last column of outputs, which then may be shifted."""
+    last = layout.headings[-1]
+    if layout.separator is None or last.role not in ACROSS:
+        return
+    longest = 1 + max(row.count(layout.separator) for row in layout.rows)
+    if longest < len(layout.headings):
+        problem = f"no row has more than {longest} fields, but {len(layout.headings)} have headings"
+        remedy = f"leave an empty field where one is missing, and out the heading {last.text}"
+        raise layout.refuse(problem, remedy)
+
+
+def _refuse_split_numbers(layout: Layout, table: Iterable[Sequence[str]]) -> None:
+    """Refuse decimals below a heading of their own, as those of ``20,1,1,1,30401``."""
+    roles = [heading.role for heading in layout.headings]
+    place = roles.index("output") if layout.separator == "," and "output" in roles else len(roles)
+    if {*roles[place + 1 : place + 2]}.isdisjoint(MAY_BE_DECIMALS):
+        return
+    pairs = (cells[place : place + 2] for cells in table)
+    numbers = (",".join(pair) for pair in pairs if pair[1:] and pair[1])
+    first = next(numbers, "")
+    found = [first, *numbers] if _SPLIT.fullmatch(first) else []
+    if all(map(_SPLIT.fullmatch, found)) and len({own.partition(",")[2] for own in found}) > 1:
+        problem = f"{shown(first)} below two headings looks like a number with a decimal comma"
+        raise layout.refuse(problem, "separate the columns by semicolons")
+
+
+def decimal_mark(text: str, separator: str | None) -> str:
+    """Tell the decimal mark of numbers with blanks between.
 
     Between commas a comma inside quotes is a decimal one where it cannot be a thousands mark:
     somewhere there are not three digits behind it.
 
     Examples
     --------
-    >>> decimal_mark(["20,0", "1,354"], ","), decimal_mark(["20", "1,354"], ",")
+    >>> decimal_mark("20,0 1,354", ","), decimal_mark("20 1,354", ",")
     (',', '.')
     """
-    text = " ".join(cells)
     if text.count(",") <= text.count("."):
         return "."
     return "," if separator != "," or _NO_THOUSANDS.search(text) else "."
@@ -128,6 +175,7 @@ def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Colum
         If the light engine must look.
     """
     rows = _even_rows(layout, needed)
+    _refuse_split_numbers(layout, (split_line(row, layout.separator) for row in layout.rows))
     comma = layout.separator != "," and any("," in row for row in rows)
     numeric = [i for i in used if _is_numeric(layout, i)]
     decimal = "," if comma else "."
@@ -194,6 +242,8 @@ def _even_rows(layout: Layout, needed: int) -> list[str]:
         raise BulkEngineGivesUp
     if all(row.count(separator) == last and '"' not in row for row in rows):
         return rows
+    if max(row.count(separator) for row in rows) < last:
+        raise BulkEngineGivesUp
     return [_even_row(row, separator, last, needed) for row in rows]
 
 
@@ -254,7 +304,8 @@ def _column(layout: Layout, index: int, cells: Any, lines: Any, decimal: str) ->
     )
     if isinstance(cells, np.ndarray) or not _is_numeric(layout, index):
         return column
-    return (in_degrees(column) if heading.role in _ANGLES else column).without_unit()
+    column = in_degrees(column) if heading.role in _ANGLES else numbered(column)
+    return column.without_unit()
 
 
 def exact_numbers() -> dict[str, str]:

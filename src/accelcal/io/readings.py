@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -17,8 +17,9 @@ from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.io.columns import Table
 from accelcal.io.layout.directions import are_cycles
 from accelcal.io.strokes import strokes_by_direction, strokes_of_rows
-from accelcal.io.values.cells import Column, labels, numbers, refuse_thousands
+from accelcal.io.values.cells import Column, counts_rows, labels, numbers, refuse_thousands
 from accelcal.io.values.lots import lots_of_rows
+from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.places import MAXIMUM_ANGLE, places_of_rows
 from accelcal.io.values.times import DAY, HOUR, days, in_seconds, times
 from accelcal.io.words.signs import mounting_written
@@ -26,22 +27,13 @@ from accelcal.io.words.wording import all_outputs, lines_named
 from accelcal.numerics.grouping import Grouped
 from accelcal.numerics.sorting import distinct
 from accelcal.pace import too_quick
-
-MARKERS = (
-    *(999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99),
-    *(9.9e37, 9.91e37, 1e38),
-)
-"""Sizes of what loggers write for a missing reading; those of voltmeters are by SCPI 1999, for an
-overload and for what is not a number, and that of the 3458A, which is older."""
+from accelcal.units import degrees_in
 
 FEWEST_IN_TURN = 5
 """Positions from 1 to the return, where a turn is to be told from a few."""
 
 _ALONG, _DOWN = 0.5, 0.25
 """Parts of the span of all outputs: more than the one along a row, less than the other down it."""
-
-_FAR = 10.0
-"""One of `MARKERS` is no reading where it is so many times the largest other output."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,13 +130,13 @@ def read_readings(table: Table, positions: int) -> Readings:
     outputs = np.stack([numbers(column) for column in table.outputs], axis=1)
     first, across = table.outputs[0], table.across
     present = ~np.isnan(outputs)
-    refuse_thousands(table.outputs)
-    refuse_markers(table.outputs, outputs)
-    _require_any(present, first)
+    _refuse_no_readings(table.outputs, outputs)
     serial, serials = _labels(table.columns, "serial")
     missing_row, missing_output = np.nonzero(~present)
     missing_serial = _at(serial, missing_row)
     kept: Mask = np.any(present, axis=1)
+    if not kept.all():
+        _refuse_texts(table.columns, ~kept)
     columns = {name: column.take(kept) for name, column in table.columns.items()}
     by_row, run_labels = _by_row(columns, int(kept.sum()))
     by_row |= _where(columns, positions)
@@ -174,6 +166,23 @@ def read_readings(table: Table, positions: int) -> Readings:
         missing_serial=missing_serial,
         stroke_notes=stroke_notes,
     )
+
+
+def _refuse_texts(columns: Mapping[str, Column], missing: Mask) -> None:
+    """Refuse a text in a row without outputs: it is of the rows below, and no missing reading."""
+    for name in ("temperature", "position", "angle", "stroke"):
+        if name in columns:
+            column = columns[name].take(missing)
+            try:
+                numbers(column)
+            except TableError as error:
+                remedy = "repeat the headings below what is of another temperature or run"
+                raise TableError(
+                    f"{error.problem}, and its row has no output",
+                    remedy,
+                    source=column.source,
+                    line=error.line,
+                ) from None
 
 
 def _by_direction(
@@ -312,19 +321,14 @@ def _at(values: NDArray[Any] | None, index: Ints) -> NDArray[Any] | None:
     return None if values is None else values[index]
 
 
-def refuse_markers(columns: Iterable[Column], outputs: Array) -> None:
-    """Refuse -9999 and the like, as loggers write for a missing reading, far outside the others."""
-    marker = np.isin(np.abs(outputs), MARKERS)
-    size = np.abs(outputs[~marker & ~np.isnan(outputs)]).max(initial=0.0)
-    if not marker.any() or size == 0.0:
-        return
-    far = marker & (np.abs(outputs) / _FAR > size)  # no product, which could overflow
-    for column, wrong in zip(columns, far.T, strict=True):
-        problem = "{} looks like a marker of a missing reading"
-        column.check(~wrong, problem, "leave the cell empty")
-
-
-def _require_any(present: Mask, output: Column) -> None:
+def _refuse_no_readings(columns: Sequence[Column], outputs: Array) -> None:
+    """Refuse numbers with thousands marks, markers, row numbers, and none at all."""
+    refuse_thousands(columns)
+    refuse_markers(columns, outputs)
+    output = columns[0]
+    if len(columns) == 1 and counts_rows(outputs[:, 0]):
+        raise output.refuse(0, "{} and those below count the rows", "call another column output")
+    present = ~np.isnan(outputs)
     if not present.any():
         problem = f"{all_outputs(present.size)} missing"
         line = int(output.lines[0])
@@ -364,7 +368,7 @@ def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:
 def _clamping(column: Column | None) -> Array | None:
     if column is None:
         return None
-    values = numbers(column)
+    values = numbers(column) * degrees_in(column.unit or "")
     column.check(~np.isnan(values), "{} is missing", "write the clamping in every row [deg]")
     column.check(np.abs(values) <= MAXIMUM_ANGLE, "{} is no angle of a head", "write degrees")
     return values

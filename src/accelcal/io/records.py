@@ -179,4 +179,4 @@ def _remedy(readings: Readings, first: int, second: int, further: str) -> str:
         return f"write the return to it as {further}"
     if readings.run is not None:
         return "delete one, or give each visit to a temperature its own label in the column run"
-    return "delete one, or tell the runs apart by a column run"
+    return "delete one, number the strokes, or tell the runs apart by a column run"

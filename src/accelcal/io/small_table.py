@@ -61,7 +61,7 @@ def small_table(
     places = places_of(layout, needed, remedy)
     split = columns_by_split(layout, sorted(places.values()), 1 + max(places.values(), default=0))
     cells = [str(cell) for column in split.values() for cell in column.cells]
-    decimal = decimal_mark(cells, layout.separator)
+    decimal = decimal_mark(" ".join(cells), layout.separator)
     return SmallTable(layout, {r: split[i]._replace(decimal=decimal) for r, i in places.items()})
 
 

@@ -21,8 +21,9 @@ from accelcal.io.layout.output_columns import with_lone_output
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.layout.rearranged import with_units_below
-from accelcal.io.readings import refuse_markers, refuse_other_temperatures
+from accelcal.io.readings import refuse_other_temperatures
 from accelcal.io.values.cells import Column, labels, numbers
+from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.times import in_seconds, times
 from accelcal.io.words.vocabulary import Heading, has_unit, name_and_unit
 from accelcal.io.words.wording import all_outputs, lines_named, were

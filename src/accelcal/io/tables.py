@@ -36,6 +36,7 @@ from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.layout.rearranged import (
     with_blocks_below,
     with_merged_cells,
+    with_row_names,
     with_strokes_in_rows,
     with_units_below,
     without_repeated_headings,
@@ -56,6 +57,7 @@ from accelcal.io.sheets import (
     with_name_of_sheet,
 )
 from accelcal.io.strokes import with_cycles
+from accelcal.io.values.markers import notes_of_far
 from accelcal.io.values.places import notes_of_minutes
 from accelcal.io.values.thousands import notes_of_thousands
 from accelcal.logs import tell
@@ -301,7 +303,7 @@ def layout_of(text: SourceText) -> Layout:
     TableError
         If it has no headings or no rows.
     """
-    layout = without_repeated_headings(without_remarks(read_layout(text)))
+    layout = without_repeated_headings(without_remarks(with_row_names(read_layout(text))))
     layout = with_blocks_below(without_words_below(with_units_below(layout)))
     layout = with_cycles(with_merged_cells(with_strokes_in_rows(layout)))
     return with_name_of_sheet(layout, text.sheet)
@@ -332,9 +334,12 @@ def _read_by(
         *(*text.notes, *layout.notes, *table.notes),
         *notes_of_turn(readings, declared.record["positions"]),
         *notes_of_minutes(readings.angle),
+        *notes_of_far(readings.output, readings.line),
         *notes_of_midnight(readings),
         *readings.stroke_notes,
-        *notes_of_thousands([own.cells for own in table.outputs], unit),
+        *notes_of_thousands(
+            [own.cells for own in table.outputs], unit, (c.cells for c in table.columns.values())
+        ),
         *of_unit,
     )
     common = {**declared.record, "source": layout.source, "notes": notes}

@@ -19,10 +19,11 @@ from accelcal.io.declarations import (
 )
 from accelcal.io.files.text import Source, read_text
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
-from accelcal.io.readings import refuse_markers, temperatures_of
+from accelcal.io.readings import temperatures_of
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.values.cells import Column, complete_numbers
-from accelcal.io.values.places import refuse_radians
+from accelcal.io.values.markers import refuse_markers
+from accelcal.io.values.places import in_degrees
 from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import Heading, has_unit, is_unit_of, name_and_unit, read_heading
 from accelcal.plural import listed
@@ -188,8 +189,7 @@ def _turned(shaft: Column, angle: Column) -> Array:
     if angle.unit and not has_unit("angle", angle.unit):
         problem = f"angle in {angle.unit}"
         raise TableError(problem, "give it in deg", source=angle.source, line=int(angle.lines[0]))
-    degrees, rows = complete_numbers(angle), []
-    refuse_radians(angle, degrees)
+    degrees, rows = in_degrees(angle, complete_numbers(angle)), []
     for index, value in enumerate(degrees):
         name, line = str(shaft.cells[index]), int(shaft.lines[index])
         rows.append(located(up_of_turn, name, [value], source=shaft.source, line=line)[0])

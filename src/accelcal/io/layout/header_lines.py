@@ -8,7 +8,15 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.words.vocabulary import KEYS, KINDS_OF, canonical_key, name_and_unit, split_unit
+from accelcal.io.words.vocabulary import (
+    KEYS,
+    KINDS_OF,
+    UNITS_OF,
+    canonical_key,
+    is_unit_of,
+    name_and_unit,
+    split_unit,
+)
 from accelcal.units import UNITS, is_output_unit, size_of
 
 KeyOf = Callable[[str], str | None]
@@ -23,6 +31,8 @@ _NUMBER = re.compile(r"[+-]?[.,]?[0-9]")
 _WITHOUT_UNIT = frozenset(KEYS).difference(KINDS_OF, ("resolution", "std", "clamping"))
 _SHORTEST = 6  # letters of a key below which one that is nearly alike means something else
 _ALIKE = 0.85  # least likeness of two keys, of difflib; one wrong letter of seven
+_OF_VOLTMETER = re.compile(r"\bbits?$|(?:½|[.,]5|1/2)\W*(?:digits?|stell\w*)$", re.IGNORECASE)
+_IN_BITS = "resolution_in_bits"
 _UNCERTAINTY = re.compile("uncertaint|unsicherheit|incertitude|неопредел|incertidumbre|incertezz?a")
 _UNCERTAINTIES = [key for key in KEYS if key.endswith("uncertainty")]
 _NAMES = [name for names in KEYS.values() for name in names if len(name) >= _SHORTEST]
@@ -69,7 +79,12 @@ class Declared(NamedTuple):
 
 
 def declare(declared: dict[str, Declared], key: str, new: Declared) -> None:
-    """Take up a header line; one that says something else than the one before is refused."""
+    """Take up a header line; one that says something else than the one before is refused.
+
+    A resolution in bits, or in halves of digits, is that of a voltmeter, and not a step of outputs.
+    """
+    if key == "resolution" and _OF_VOLTMETER.search(new.value):
+        key = _IN_BITS
     old = declared.setdefault(key, new)
     if old.value != new.value:
         problem = f"{key} is {shown(new.value)}, but {shown(old.value)} in line {old.line}"
@@ -146,8 +161,10 @@ def key_and_unit(text: str, key_of: KeyOf = table_key) -> tuple[str, str]:
 
 
 def is_any_unit(text: str) -> bool:
-    """Tell whether a text is a unit of outputs or of what can be declared."""
-    return is_output_unit(text) or size_of(text, *UNITS) is not None
+    """Tell whether a text is a unit of outputs or of what can be declared, right or wrong."""
+    if is_output_unit(text) or size_of(text, *UNITS) is not None:
+        return True
+    return text.casefold() in ("bit", "bits") or any(is_unit_of(own, text) for own in UNITS_OF)
 
 
 def declarations_in(text: str, key_of: KeyOf = table_key) -> list[str]:
@@ -200,6 +217,9 @@ def notes_of_keys(declared: Mapping[str, Declared]) -> Iterator[str]:
     >>> list(notes_of_keys({"head_uncertainity": Declared("2e-5", 3, "a.csv")}))
     ["header line 'head_uncertainity' declares nothing: the key may be meant as head_uncertainty"]
     """
+    if _IN_BITS in declared:
+        in_bits = declared[_IN_BITS].value
+        yield f"a resolution of {in_bits} is no step of the output and was set aside"
     for key, written in declared.items():
         if key in KEYS or not _NUMBER.match(written.value):
             continue

@@ -250,20 +250,28 @@ def _bare(cell: str) -> str:
     return bare if is_output_unit(bare) or not cell.endswith(("]", ")")) else cell
 
 
-def block_width(texts: Sequence[str]) -> int:
-    """Number of columns that repeat side by side, one that is empty included; 0 where none do.
+def blocks_of_columns(texts: Sequence[str]) -> tuple[int, int]:
+    """Number of columns before those that repeat side by side, and of these; 0 where none do.
+
+    An empty one between them is included.
 
     Examples
     --------
-    >>> block_width(["J", "Y1", "", "J", "Y1"]), block_width(["J", "Y1"])
-    (3, 0)
+    >>> blocks_of_columns(["J", "Y1", "", "J", "Y1"]), blocks_of_columns(["J", "Y1"])
+    ((0, 3), (0, 0))
+    >>> blocks_of_columns(["T", "J", "Y1", "Y2", "Y1", "Y2"])
+    (2, 2)
     """
-    for width in range(2, len(texts) // 2 + 2):
-        count = -(-len(texts) // width)
-        padded = [*texts, *[""] * (count * width - len(texts))]
-        if count > 1 and padded == padded[:width] * count:
-            return width
-    return 0
+    if len({*texts}) == len(texts):  # as of nearly all tables
+        return 0, 0
+    for lead in range(len(texts) - 3):
+        own = texts[lead:]
+        for width in range(2, len(own) // 2 + 2):
+            count = -(-len(own) // width)
+            padded = [*own, *[""] * (count * width - len(own))]
+            if count > 1 and padded == padded[:width] * count:
+                return lead, width
+    return 0, 0
 
 
 def labels_of_blocks(cells: Sequence[str], width: int) -> tuple[Heading, ...]:
@@ -277,7 +285,8 @@ def labels_of_blocks(cells: Sequence[str], width: int) -> tuple[Heading, ...]:
     told = [read_heading(cell) for cell in cells if cell]
     starts = [place for place, cell in enumerate(cells) if cell]
     roles = {own.role for own in told}
-    is_apart = starts == [*range(0, len(starts) * width, width)] and len(starts) > 1
+    is_apart = len(starts) > 1 and starts[0] < width
+    is_apart = is_apart and starts == [*range(starts[0], len(starts) * width, width)]
     return tuple(told) if is_apart and roles in ({"temperatures"}, {"serials"}) else ()
 
 

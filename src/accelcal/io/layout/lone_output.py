@@ -27,12 +27,21 @@ _CHANNEL = re.compile(
 """A channel of a data logger, which is no serial number."""
 
 
+_SUPPLIES = re.compile(
+    r"suppl(?:y|ies)|excit|heater|batter|\b[uv](?:cc|dd|bat)\b|versorg|speise|speisung|heiz"
+    r"|batterie|aliment|chauff|питани|нагрев|riscald|calent",
+    re.IGNORECASE,
+)
+"""What a column is called whose voltage or current is no output."""
+
+
 def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     """Find the column that can only be the outputs.
 
     That alone of the unknown ones has a unit of outputs behind its name, or else is called a
     current, a voltage, a frequency or a mean, or else is a unit, where none is a direction. There
-    is none where a heading says which it is, or several may be.
+    is none where a heading says which it is, or several may be, as one with a unit beside one that
+    is called a current. A supply is none of them.
 
     Examples
     --------
@@ -42,7 +51,8 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     """
     if any(heading.role in OUTPUTS for heading in headings):
         return None
-    unknown = [i for i, heading in enumerate(headings) if heading.role is None]
+    unknown = [i for i, own in enumerate(headings) if own.role is None]
+    unknown = [i for i in unknown if not _SUPPLIES.search(headings[i].text)]
     units = {i: unit for i in unknown if (unit := _unit_of(headings[i]))}
     channels = [i for i in unknown if _is_channel(headings[i])]
     by_name = [i for i in unknown if headings[i].text.strip().casefold() in _MEASURED]
@@ -53,6 +63,8 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     means = [i for i in behind_name if is_mean(headings[i])]
     if len(means) == 1 and len({units[i] for i in behind_name}) == 1:
         behind_name = means  # of samples, beside the least and the most of them
+    if behind_name and not units.keys() >= {*by_name}:
+        return None
     found = behind_name or by_name or by_unit  # counts beside a mean may be those of its samples
     if len(found) != 1 or (found is by_unit and any(way_of(headings[i].text) for i in unknown)):
         return None

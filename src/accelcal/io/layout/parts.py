@@ -16,7 +16,7 @@ from accelcal.io.layout.directions import tells_direction
 from accelcal.io.layout.header_lines import Declared, header_line, refuse_declaration, uncommented
 from accelcal.io.layout.heading_rows import (
     are_headings,
-    block_width,
+    blocks_of_columns,
     joined,
     labels_of_blocks,
     numbers_alone,
@@ -270,11 +270,11 @@ def _named_below(lines: list[str], own: _Headings) -> _Headings | None:
 
 def _with_row_above(lines: list[str], own: _Headings) -> _Headings:
     """Take the row above headings that has their units, or tells what blocks of them are of."""
-    width, first = block_width([cell.text for cell in own.cells]), own.lines[0]
+    (lead, width), first = blocks_of_columns([cell.text for cell in own.cells]), own.lines[0]
     row = _split_headings(lines[first - 2], own.separator) if first > 1 else []
-    labels = labels_of_blocks(row, width) if width else ()
+    labels = labels_of_blocks(row[lead:], width) if width and not any(row[:lead]) else ()
     cells = headings_with_units(own.cells, row)
-    if cells is None and (not labels or len(labels) != -(-len(own.cells) // width)):
+    if cells is None and (not labels or len(labels) != -(-(len(own.cells) - lead) // width)):
         return own
     notes = (UNITS_ABOVE.format(first - 1),) if cells else ()
     taken = own._replace(cells=cells or own.cells, labels=labels, notes=notes)

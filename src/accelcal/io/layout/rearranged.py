@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from accelcal.arguments.kinds import shown
 from accelcal.io.files.csv_text import in_quotes
-from accelcal.io.layout.heading_rows import block_width
+from accelcal.io.layout.heading_rows import blocks_of_columns
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
 from accelcal.io.words.signs import is_missing
@@ -60,6 +60,27 @@ def with_units_below(layout: Layout) -> Layout:
         lines=layout.lines[1:],
         notes=(*layout.notes, UNITS_BELOW.format(layout.lines[0])),
     )
+
+
+def with_row_names(layout: Layout) -> Layout:
+    r"""Give the names of rows, in quotes and without a heading as R writes them, an empty one.
+
+    Examples
+    --------
+    >>> from accelcal.io.layout.parts import read_layout
+    >>> from accelcal.io.files.text import SourceText
+    >>> text = '"T" "J" "k" "Y"\n"1" 20 1 1 1.35\n"2" 20 5 1 -1.33\n'
+    >>> with_row_names(read_layout(SourceText("a.csv", text, "utf-8"))).headings[0].text
+    ''
+    """
+    size, mark = len(layout.headings) + 1, layout.separator
+    named = (
+        row[:1] == '"' and len(cells := split_line(row, mark)) == size and cells[-1] != ""
+        for row in layout.rows
+    )
+    if not all(named):
+        return layout
+    return layout._replace(headings=(Heading("", None), *layout.headings))
 
 
 def without_words_below(layout: Layout) -> Layout:
@@ -148,22 +169,26 @@ def with_blocks_below(layout: Layout) -> Layout:
     >>> with_blocks_below(read_layout(SourceText("a.csv", text, "utf-8"))).rows
     ['"20","1","1.35","1.35"', '"60","1","1.36","1.36"']
     """
-    texts = [heading.text for heading in layout.headings]
-    width = block_width(texts)
+    lead, width = blocks_of_columns([heading.text for heading in layout.headings])
     labels = layout.labels
-    label = [Heading(own.text, ACROSS[own.role or ""]) for own in labels[:1]]
-    used = width - (texts[width - 1 : width] == [""])
-    headings = (*layout.headings[:used], *label)
-    if not _PLACES & {heading.role for heading in headings}:
+    if lead and not labels:
         return layout
-    count = -(-len(texts) // width)
-    table = [_cells(row, layout, count * width) for row in layout.rows]
-    gaps = range(width - 1, count * width, width) if used < width else ()
-    if any(any(row[count * width :]) or any(row[place] for place in gaps) for row in table):
+    columns = layout.headings[lead:]
+    label = [Heading(own.text, ACROSS[own.role or ""]) for own in labels[:1]]
+    used = width - (width > 0 and columns[width - 1].text == "")
+    headings = (*layout.headings[: lead + used], *label)
+    if not width or not _PLACES & {heading.role for heading in headings}:
+        return layout
+    count = -(-len(columns) // width)
+    end = lead + count * width
+    table = [_cells(row, layout, end) for row in layout.rows]
+    starts = range(lead, end, width)
+    gaps = [start + used for start in starts] if used < width else []
+    if any(any(row[end:]) or any(row[place] for place in gaps) for row in table):
         return layout
     blocks = [
-        ([*row[start : start + used], *_told(labels[start // width :][:1])], line)
-        for start in range(0, count * width, width)
+        ([*row[:lead], *row[start : start + used], *_told(labels[block : block + 1])], line)
+        for block, start in enumerate(starts)
         for row, line in zip(table, layout.lines, strict=True)
         if any(row[start : start + width])
     ]

@@ -42,11 +42,13 @@ def without_remarks(layout: Layout) -> Layout:
     ['1;1,35;1,35']
     """
     end = len(layout.rows)
-    while end > 1 and (_is_remark(layout, end - 1) or _is_summary(layout, end - 1)):
+    called = {place for place, row in enumerate(layout.rows) if is_called_summary(row)}
+    while end > 1 and (
+        _is_remark(layout, end - 1) or _is_summary(layout, end - 1, end - 1 in called)
+    ):
         end -= 1
     below = range(end, len(layout.rows))
-    called = [place for place, row in enumerate(layout.rows) if is_called_summary(row)]
-    summaries = [place for place in called if _is_summary(layout, place)]
+    summaries = [p for p in sorted(called.union(below)) if _is_summary(layout, p, p in called)]
     remarks = sorted(set(below).difference(summaries))
     if len(summaries) + len(remarks) in (0, len(layout.rows)):
         return layout
@@ -73,11 +75,13 @@ def _is_remark(layout: Layout, place: int) -> bool:
     return cells[0] not in split_line(above, layout.separator)  # or the row is cut short
 
 
-def _is_summary(layout: Layout, place: int) -> bool:
-    if not is_called_summary(layout.rows[place]):
-        return False
+def _is_summary(layout: Layout, place: int, is_called: bool) -> bool:
+    """Whether a row sums up others: by its name, or below all by a word in place of the key."""
     cells = split_line(layout.rows[place], layout.separator)
-    first = next(filter(None, cells))
+    first = next(filter(None, cells), "")
     told = [cell for own, cell in zip(layout.headings, cells, strict=False) if own.role in _KEY]
-    # a reading of a run that is called so has them all
-    return not told or any(is_missing(cell) or cell == first for cell in told)
+    if is_called:  # a reading of a run that is called so has the whole key
+        return not told or any(is_missing(cell) or cell == first for cell in told)
+    others = [cell for cell in told if not is_missing(cell)]
+    is_word = re.match(r"[^\W\d_]", first) is not None and not is_missing(first)
+    return is_word and len(told) > max(len(others), 1) and {*others} <= {first} and any(cells[1:])

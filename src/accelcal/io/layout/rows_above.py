@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
+from accelcal.errors import TableError
 from accelcal.io.layout.header_lines import (
     BEGINS_PAIR,
     PAIR,
@@ -41,6 +42,8 @@ _QUOTED = re.compile(r'"((?:[^"]|"")*)"')
 _COMMA = re.compile(r"[0-9],[0-9]|.,\s")
 """A comma of a number or of language, behind which no program would begin a cell."""
 _NUMBER = re.compile(r"[-+\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)?")
+_BEGINS_NUMBER = "0123456789+-\u2212\u2013"
+_DECIMALS = re.compile(r"[0-9][.,][0-9]")
 _LISTS = ("serials", "runs")
 _LABVIEW_CHANNELS = "***End_of_Header***"
 """Line of LabVIEW below which a second header tells of the channels, with words of its own."""
@@ -90,8 +93,9 @@ def declarations_above(
     Raises
     ------
     TableError
-        If a key is declared twice with different values.
+        If a key is declared twice with different values, or a reading stands above the headings.
     """
+    _refuse_readings(above, name, separator, len(headings))
     declared: dict[str, Declared] = {}
     unsure: list[tuple[Declared, Said]] = []
     aside: list[int] = []
@@ -117,6 +121,20 @@ def declarations_above(
     aside += [own.line for own, _ in unsure]
     notes = [f"text above the headings was set aside ({lines})"] if aside else []
     return declared, [*notes, *told, *notes_of_keys(declared)]
+
+
+def _refuse_readings(
+    above: Sequence[tuple[int, str]], name: str, separator: str | None, size: int
+) -> None:
+    """Refuse rows of as many numbers as there are headings below them, some with decimals."""
+    for number, line in above:
+        if line.lstrip(' "')[:1] not in _BEGINS_NUMBER:
+            continue
+        cells = line.split() if separator is None else _cells(line, separator)
+        is_row = len(cells) == size > 2 and any(map(_DECIMALS.search, cells))
+        if is_row and all(map(_NUMBER.fullmatch, cells)):
+            problem, remedy = "a row of numbers above the column headings", "write it below them"
+            raise TableError(problem, remedy, source=name, line=number)
 
 
 def _note_of_serial(unsure: Sequence[tuple[Declared, Said]]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from accelcal.io.words.signs import MISSING
 from accelcal.io.words.vocabulary import Heading, is_unit_of, read_heading
-from accelcal.units import canonical_unit, size_of
+from accelcal.units import is_same_unit
 
 _NO_UNIT = MISSING | {"1"}
 _WORDED = (None, "date", "time")  # columns whose units may be any words, such as hh:mm:ss
@@ -34,13 +34,8 @@ def headings_with_units(
 def _is_unit(heading: Heading, cell: str) -> bool:
     if cell.casefold() in _NO_UNIT or heading.role is None:
         return False
-    units = {_by_size(unit) for unit in (heading.unit, cell) if unit is not None}
-    return is_unit_of(heading.role, cell) and len(units) == 1
-
-
-def _by_size(unit: str) -> str | float:
-    """A unit in whatever way it is written."""
-    return size_of(unit, "temperature", "angle", "time") or canonical_unit(unit)
+    is_told = heading.unit is None or is_same_unit(heading.unit, cell)
+    return is_told and is_unit_of(heading.role, cell)
 
 
 def _may_be_unit(heading: Heading, cell: str) -> bool:

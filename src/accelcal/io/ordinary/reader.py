@@ -41,7 +41,7 @@ from accelcal.io.words.vocabulary import (
     has_unit,
 )
 from accelcal.record import TumbleRecord
-from accelcal.units import canonical_unit
+from accelcal.units import canonical_unit, degrees_in
 
 _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
@@ -308,6 +308,8 @@ def _has_its_unit(heading: Heading) -> bool:
     if heading.unit is None:
         return True
     role = heading.role or ""
+    if degrees_in(heading.unit) != 1.0:
+        return False
     return has_unit(role, heading.unit) if role in UNITS_OF else role in ("output", "std")
 
 

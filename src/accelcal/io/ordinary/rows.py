@@ -16,10 +16,12 @@ import numpy as np
 
 from accelcal.arrays import Ints, Mask
 from accelcal.geometry import MOUNTINGS
+from accelcal.io.engines import MAY_BE_DECIMALS
 from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.plans import PLANNED, Plans, read_plans, without_gaps
 from accelcal.io.ordinary.stretches import Leading, Parts, Stretches, leading_of, parts_of
-from accelcal.io.readings import FEWEST_IN_TURN, MARKERS
+from accelcal.io.readings import FEWEST_IN_TURN
+from accelcal.io.values.markers import FARTHEST, MARKERS
 from accelcal.io.values.places import notes_of_minutes
 from accelcal.pace import LATEST, QUICKEST
 from accelcal.record import TumbleRecord
@@ -126,6 +128,9 @@ def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
     if count is not None:
         odd_row |= count < 1.0
     odd = parts.rows.any(odd_row) | parts.again | _is_constant(output, parts.rows)
+    odd |= _has_far(output, parts.rows) | _may_count(output, parts.rows)
+    odd |= False if count is None else _may_count(count, parts.rows)
+    odd |= _may_be_split(numbers["output"][parts.rows.start], group.rules.roles)
     if time is not None:
         odd |= parts.rows.any(_goes_back(time, parts.rows))
         odd |= ~(parts.rows.highest(np.abs(time)) <= LATEST)
@@ -140,6 +145,27 @@ def _is_marker(output: Any) -> Any:
     """Tell which readings may be what loggers write for a missing one."""
     size = np.abs(output)
     return np.isin(size, MARKERS) if size.max() >= min(MARKERS) else False
+
+
+def _has_far(output: Any, rows: Stretches) -> Mask:
+    """Tell which may have an output far larger than all others, and so than their sum."""
+    size = np.abs(output)
+    highest = rows.highest(size)
+    with np.errstate(over="ignore"):
+        is_far = highest > FARTHEST * rows.lowest(size)
+        return np.asarray(is_far & (highest > np.add.reduceat(0.5 * size, rows.start)))
+
+
+def _may_be_split(first: Any, roles: Sequence[str]) -> Any:
+    """Tell which may have decimals in the next column, by their first outputs."""
+    behind = roles[roles.index("output") + 1 :][:1]
+    return (np.abs(first) < 1000.0) & (first % 1.0 == 0.0) & bool({*behind} & {*MAY_BE_DECIMALS})
+
+
+def _may_count(values: Any, rows: Stretches) -> Mask:
+    """Tell which may count their rows, by the first and last one."""
+    first, last = values[rows.start], values[rows.start + rows.size - 1]
+    return np.asarray(last - first == rows.size - 1)
 
 
 def _is_constant(output: Any, rows: Stretches) -> Mask:

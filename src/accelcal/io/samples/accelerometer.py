@@ -12,11 +12,11 @@ from accelcal.compensate.choice import compensation
 from accelcal.compensate.measured import MeasuredAcceleration
 from accelcal.compensate.ranges import MORE_THAN_TESTS, WIDEST, refuse_metres
 from accelcal.errors import InputError
-from accelcal.io.readings import MARKERS
 from accelcal.io.samples.headings import SampleHeadings, acceleration_unit
 from accelcal.io.samples.options import StreamOptions, acceleration_scale, output_factor
 from accelcal.io.samples.reader import SampleBlock
 from accelcal.io.samples.temperatures import OTHER_TEMPERATURES, SampleTemperatures
+from accelcal.io.values.markers import MARKERS
 from accelcal.results.calibration import Calibration
 
 __all__ = ["Accelerometer"]

@@ -194,7 +194,7 @@ class SampleReader:
         start = text[: text.rfind("\n", 0, 10_000)].split("\n")
         rows = [split_line(row, separator) for row in start if not _is_comment(row, separator)]
         cells = [row[i] for row in rows for i in numeric if i < len(row)]
-        return decimal_mark(cells, separator)
+        return decimal_mark(" ".join(cells), separator)
 
     # -- engines: pandas for bulk, and where it meets anything unusual the other one ---------------
 

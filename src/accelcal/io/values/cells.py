@@ -16,8 +16,8 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.io.values.thousands import first_in_groups, without_blanks
 from accelcal.io.words.signs import MISSING, is_missing, with_hyphen
-from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of
-from accelcal.units import canonical_unit
+from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of, read_heading
+from accelcal.units import is_same_unit
 
 _REMEDIES = {
     "position": "write its number J; head angles have the heading 'angle'",
@@ -30,6 +30,16 @@ _REMEDIES = {
 """Column -> what its cells should be, where one is no number."""
 
 _NUMBER_AND_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]+)?)\s*(.*)")
+
+_PARTED = re.compile(r"[0-9]{1,4}([./-])[0-9]{1,2}\1[0-9]{2,4}(?![0-9])")
+"""A date whose numbers may be its day, month and year in any order."""
+
+_DIGIT = re.compile("[0-9]")
+_IN_G = re.compile(r"[-+\u2212\u2013]?[01](?:[.,]0)? ?g")
+"""A position told by the acceleration there."""
+
+_FEWEST_ROWS = 16
+"""Rows from which on numbers that count them are told from others."""
 
 _WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
 
@@ -87,8 +97,7 @@ class Column(NamedTuple):
         if allowed and not has_unit(self.role, unit):
             problem, remedy = f"{{}} is in {unit}", f"give it in {allowed[0]}"
             raise self.refuse(list(self.cells).index(first), problem, remedy)
-        alike = allowed and self.role != "time"  # one unit, in whatever way it is written
-        if self.unit and not (alike or canonical_unit(self.unit) == canonical_unit(unit)):
+        if self.unit and not is_same_unit(self.unit, unit):
             problem, remedy = f"{{}} under a heading in {self.unit}", "use one unit in a column"
             raise self.refuse(list(self.cells).index(first), problem, remedy)
         cells = [self._bare(i, unit) for i in range(len(self.cells))]
@@ -116,6 +125,29 @@ class Column(NamedTuple):
         """Refuse the first cell where `good` is false."""
         if not good.all():
             raise self.refuse(int(np.argmin(good)), problem, remedy)
+
+
+def numbered(column: Column) -> Column:
+    """Take the words off positions or strokes such as ``Pos. 1`` or ``k2``, where all have them.
+
+    Examples
+    --------
+    >>> numbered(Column("stroke", "k", None, ["Hub 1", ""], np.arange(2), "a.csv")).cells
+    ['1', '']
+    """
+    if column.role not in ("position", "stroke") or str(column.cells[0])[:1].isdecimal():
+        return column
+    told = [read_heading(str(cell)) for cell in column.cells]
+    if any(own.role != f"{column.role}s" and not is_missing(own.text) for own in told):
+        return column
+    return column._replace(cells=["" if own.of is None else f"{own.of:g}" for own in told])
+
+
+def are_words(column: Column) -> bool:
+    """Tell whether no cell of a column is a number, and one is a word or an acceleration."""
+    cells = [] if isinstance(column.cells, np.ndarray) else [*map(str, column.cells)]
+    told = [cell for cell in cells if not is_missing(cell)]
+    return bool(told) and all(_IN_G.fullmatch(cell) or not _DIGIT.search(cell) for cell in told)
 
 
 def number_and_unit(text: str, decimal: str) -> tuple[str, str]:
@@ -148,6 +180,18 @@ def numbers(column: Column) -> Array:
         values = np.array(_floats(column), dtype=np.float64)
     column.check(~np.isinf(values), "{} is infinite or too large", "write a finite number")
     return values
+
+
+def counts_rows(values: Array) -> bool:
+    """Tell whether numbers are 1, 2, 3, ... or 0, 1, 2, ... from row to row, of 16 rows or more.
+
+    Examples
+    --------
+    >>> counts_rows(np.arange(20.0)), counts_rows(np.arange(5.0))
+    (True, False)
+    """
+    rows = np.arange(values.size) + values[0]
+    return bool(values.size >= _FEWEST_ROWS and values[0] in (0, 1) and (values == rows).all())
 
 
 def complete_numbers(column: Column) -> Array:
@@ -258,9 +302,15 @@ def _not_a_number(column: Column, index: int) -> TableError:
     if cell.casefold() == column.heading.casefold():
         remedy = "keep one table in a file, or tell several apart by a column serial or run"
         return column.refuse(index, "the column headings stand here again", remedy)
+    if column.role == "time" and _PARTED.match(cell):
+        remedy = "write it as 2024-05-31T14:30:00, where nobody takes the day for the month"
+        return column.refuse(index, "{} is no date that can be read", remedy)
     if re.fullmatch(r"[+-]?[0-9]*[.,][0-9.,]*", cell):
         problem = f"{{}} does not fit the decimal mark {column.decimal!r}"
         remedy = "write numbers without thousands marks and with one decimal mark"
         return column.refuse(index, problem, remedy)
+    if column.role == "position" and _IN_G.fullmatch(cell):
+        remedy = "write a column angle: +1 g is 0 deg, -1 g is 180, and 0 g is 90 or 270"
+        return column.refuse(index, "{} is no number of a position", remedy)
     usual = "write a number, or nothing where it is missing"
     return column.refuse(index, "{} is not a number", _REMEDIES.get(column.role, usual))

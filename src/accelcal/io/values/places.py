@@ -11,6 +11,7 @@ from accelcal.errors import TableError
 from accelcal.head_angles import angular_distance
 from accelcal.io.values.cells import Column, numbers, whole_numbers
 from accelcal.numerics.sorting import distinct
+from accelcal.units import degrees_in
 
 MAXIMUM_ANGLE = 36000.0
 """Above it an angle is taken for a mistake: a hundred turns of the head [deg]."""
@@ -52,31 +53,32 @@ def places_of_rows(columns: Mapping[str, Column], positions: int) -> tuple[Ints,
 
 
 def _angle(column: Column) -> Array:
-    values = numbers(column)
+    values = in_degrees(column, numbers(column))
     beyond = np.abs(values) > MAXIMUM_ANGLE
     column.check(~beyond, "{} is no angle of a head", "write head angles in degrees")
-    refuse_radians(column, values)
     return values
 
 
-def refuse_radians(column: Column, angle: Array) -> None:
-    """Refuse angles that go around in a few degrees, and not by whole ones.
-
-    Angles are in deg, NaN where one is missing.
+def in_degrees(column: Column, angle: Array) -> Array:
+    """Angles of a column in degrees, NaN where one is missing.
 
     Raises
     ------
     TableError
-        At the first of them that is no whole number, if they look like radians.
+        At the first that is no whole number, if they are not told to be radians and look like them:
+        they go around in a few degrees, and not by whole ones.
     """
+    if (size := degrees_in(column.unit or "")) != 1.0:
+        return angle * size
     known = angle[~np.isnan(angle)]
     if known.size == 0 or np.ptp(known) < 1.5 or np.abs(known).max() > 2.0001 * np.pi:
-        return
+        return angle
     broken = np.flatnonzero(angle % 1.0 > 0.0)
     if broken.size:
         problem = f"angles of at most {np.abs(known).max():g} look like radians"
-        remedy, line = "write head angles in degrees", int(column.lines[broken[0]])
-        raise TableError(problem, remedy, source=column.source, line=line)
+        remedy = "write head angles in degrees, or the unit in their heading, as angle [rad]"
+        raise TableError(problem, remedy, source=column.source, line=int(column.lines[broken[0]]))
+    return angle
 
 
 def notes_of_minutes(angle: Array) -> list[str]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from accelcal.io.words.directions import BACK, FORWARD
 from accelcal.io.words.signs import with_hyphen
-from accelcal.units import AS_WRITTEN, UNITS, is_output_unit, spellings
+from accelcal.units import AS_WRITTEN, UNITS, degrees_in, is_output_unit, spellings
 
 COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -121,13 +121,13 @@ TIME_UNITS: Mapping[str, float] = MappingProxyType(
 )
 """Unit of a time column -> seconds."""
 
-_DEGREES = tuple(spelling for spelling, name in spellings("angle").items() if name == "deg")
+_ANGLES = ("deg", *(own for own, name in spellings("angle").items() if name in ("deg", "rad")))
 
 UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "temperature": tuple(spellings("temperature")),
-        "angle": _DEGREES,
-        "clamping": _DEGREES,
+        "angle": _ANGLES,
+        "clamping": _ANGLES,
         "time": tuple(TIME_UNITS),
     }
 )
@@ -154,7 +154,7 @@ LONGEST = 100
 """Characters of a heading or key that may have a meaning."""
 
 _WRONG_ANGLES = (
-    *(spelling for spelling, name in spellings("angle").items() if name != "deg"),
+    *(spelling for spelling, name in spellings("angle").items() if name not in ("deg", "rad")),
     *("gon", "gons", "grads", "gradian", "gradians", "mdeg", "turn", "turns", "rev", "mil"),
 )
 _WRONG_UNITS = {
@@ -352,7 +352,7 @@ def _measured(text: str, name: str, unit: str | None) -> Heading:
     is_temperature = has_unit("temperature", own) or bool(found and found[1] and not own)
     if not found or not (is_temperature or (has_unit("angle", own) and not found[1])):
         return Heading(text, None)
-    number = float(with_hyphen(found[2].replace(",", ".")))
+    number = float(with_hyphen(found[2].replace(",", "."))) * degrees_in(own)
     return Heading(text, "temperatures" if is_temperature else "angles", unit, number)
 
 
