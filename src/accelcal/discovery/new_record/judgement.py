@@ -94,8 +94,6 @@ def _untold(seen: Seen, same: bool | None) -> tuple[str, ...]:
     """Errors that nothing tells: all of them, where nothing disagrees if they may hide it."""
     calibration, found, _ = seen.fixtures
     names = untold(calibration, seen.known)
-    if found.several_levels and seen.declared.temperature_uncertainty is None:
-        names = list(dict.fromkeys([*names, HEAT]))
     sizes = {name: HIDING_HEAT if name == HEAT else HIDING for name in names}
     lost = HIDING * of_undetermined(calibration, found)
     free = seen._replace(
