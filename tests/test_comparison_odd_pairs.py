@@ -481,3 +481,22 @@ def test_what_a_calibration_does_not_determine_is_no_change():
         own = simulate(plan=plan, seed=seed)
         moved = replace(own, output=own.output * (1.0 + 3e-4))
         assert accelcal.compare(calibration, moved, same_head=False).verdict == "disagree"
+
+
+def test_a_calibration_tells_nothing_of_another_head_that_nobody_declared():
+    """It counted as good as that of the calibration: 12 of 43 unchanged records disagreed."""
+    plan = TumblePlan(positions=24, temperatures=(20.0,))
+    noises = [NoiseComponents(head=size) for size in (1e-5, 4e-5)]
+    old, new = (
+        simulate(plan=plan, noise=noise, seed=seed).with_apparatus(head_uncertainty=None)
+        for noise, seed in zip(noises, (1, 2), strict=True)
+    )
+    calibration = accelcal.fit(old)
+    found = accelcal.compare(calibration, new, same_head=False)
+    assert found.p_value < 0.01
+    assert (found.verdict, found.explained_by) == ("no verdict", ("head_uncertainty",))
+    assert accelcal.compare(calibration, new, same_head=True).verdict == "disagree"
+    moved = replace(new, output=new.output + 1.35 * 5e-2)
+    assert accelcal.compare(calibration, moved, same_head=False).verdict == "disagree"
+    declared = new.with_apparatus(head_uncertainty=4e-5)
+    assert accelcal.compare(calibration, declared, same_head=False).verdict == "agree"
