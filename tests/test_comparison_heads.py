@@ -230,10 +230,11 @@ def test_what_a_correction_left_of_the_head_is_not_the_error_of_a_record(tmp_pat
     head.write_text("angle,error [arcsec],uncertainty [arcsec]\n" + rows)
     calibration = accelcal.fit(measured(1), head=accelcal.read_head(str(head)))
     undeclared = measured(2).with_apparatus(head_uncertainty=None)
-    for record, size in ((undeclared, None), (measured(2), U)):
+    for record, size, verdict in ((undeclared, None, "no verdict"), (measured(2), U, "agree")):
         found = accelcal.compare(calibration, record, same_head=True)
         assert [source.value for source in found.noise if source.name == "head"] == [size]
         assert found.same_head is None
+        assert found.verdict == verdict
         assert any("is not corrected, which has them as well" in note for note in found.notes)
 
 

@@ -396,18 +396,20 @@ def test_noise_that_one_stroke_tells_is_named_where_it_leaves_a_change_open():
 
 
 def heated(seed, shift, declared=None):
-    """Three levels, of which thermometers tell `shift` degC too little each."""
+    """One to three levels, of which thermometers tell `shift` degC too little each."""
     levels = (20.0, 80.0, -40.0)
-    true = [level + own for level, own in zip(levels, shift, strict=True)]
+    true = [level + own for level, own in zip(levels, shift, strict=False)]
     made = simulate(plan=TumblePlan(temperatures=tuple(true)), seed=seed)
     told = np.array(levels)[made.run]
     return replace(made, temperature=told).with_apparatus(temperature_uncertainty=declared)
 
 
-def test_errors_of_thermometers_that_nobody_declared_get_no_verdict():
-    """0.5 degC, of 500 ppm/degC, disagreed by a chance of 1e-90."""
-    exact, wrong = (0.0, 0.0, 0.0), (0.5, -0.3, 0.4)
+@pytest.mark.parametrize("levels", [1, 3])
+def test_errors_of_thermometers_that_nobody_declared_get_no_verdict(levels):
+    """0.5 degC, of 500 ppm/degC, disagreed by a chance of 1e-90; then so beside one level still."""
+    exact, wrong = (0.0, 0.0, 0.0)[:levels], (0.5, -0.3, 0.4)[:levels]
     calibration, new = accelcal.fit(heated(1, exact)), heated(2, wrong)
+    calibration = replace(calibration, warnings=())  # the data tell it, and no sentence
     for found in both_ways(calibration, new):
         assert found.verdict == "no verdict"
         assert found.explained_by == ("temperature_uncertainty",)
@@ -479,3 +481,22 @@ def test_what_a_calibration_does_not_determine_is_no_change():
         own = simulate(plan=plan, seed=seed)
         moved = replace(own, output=own.output * (1.0 + 3e-4))
         assert accelcal.compare(calibration, moved, same_head=False).verdict == "disagree"
+
+
+def test_a_calibration_tells_nothing_of_another_head_that_nobody_declared():
+    """It counted as good as that of the calibration: 12 of 43 unchanged records disagreed."""
+    plan = TumblePlan(positions=24, temperatures=(20.0,))
+    noises = [NoiseComponents(head=size) for size in (1e-5, 4e-5)]
+    old, new = (
+        simulate(plan=plan, noise=noise, seed=seed).with_apparatus(head_uncertainty=None)
+        for noise, seed in zip(noises, (1, 2), strict=True)
+    )
+    calibration = accelcal.fit(old)
+    found = accelcal.compare(calibration, new, same_head=False)
+    assert found.p_value < 0.01
+    assert (found.verdict, found.explained_by) == ("no verdict", ("head_uncertainty",))
+    assert accelcal.compare(calibration, new, same_head=True).verdict == "disagree"
+    moved = replace(new, output=new.output + 1.35 * 5e-2)
+    assert accelcal.compare(calibration, moved, same_head=False).verdict == "disagree"
+    declared = new.with_apparatus(head_uncertainty=4e-5)
+    assert accelcal.compare(calibration, declared, same_head=False).verdict == "agree"

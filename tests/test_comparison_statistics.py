@@ -86,7 +86,7 @@ def test_the_commands_take_an_error_of_the_temperature(command, tmp_path, monkey
     assert noise["temperature"]["value"] == 0.1
 
 
-def test_an_error_of_the_temperature_is_asked_for_only_where_laws_make_it_count():
+def test_temperatures_that_the_calibration_declares_exact_are_so_in_the_record():
     plan = TumblePlan(temperatures=(20.0,))
     known, other = (simulate(plan=plan, seed=seed) for seed in (1, 2))
     unknown = replace(other, apparatus=replace(other.apparatus, temperature_uncertainty=None))

@@ -981,6 +981,19 @@ def test_a_unit_that_settles_without_a_jump_is_told(count, constant):
     assert told_of_changes(accelcal.history(frame(count))) == []
 
 
+@pytest.mark.parametrize("size", [200.0, -200.0])
+def test_a_unit_that_settles_after_its_jump_is_told(size):
+    """Only lines without a jump were searched for bends, and no note told of it."""
+    table = frame(12, jump=500.0, scatter=5.0)
+    assert told_of_changes(accelcal.history(table)) == []
+    since = np.maximum(table.index - 6, 0)
+    table["k0"] += UG * size * np.where(table.index < 6, 0.0, np.exp(-since / 1.5))
+    found = accelcal.history(table)
+    (jump,) = found.trends[0].jumps
+    (note,) = told_of_changes(found)
+    assert note.startswith(f"the drift of the bias slows after its jump before {jump.before} (")
+
+
 def test_a_drift_that_grows_is_told():
     table = frame(10)
     (note,) = told_of_changes(accelcal.history(table.assign(k0=table["k0"] + UG * table.index**2)))

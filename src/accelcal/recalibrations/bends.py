@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +13,11 @@ from accelcal.recalibrations.jumps import FEWEST, likeliest, line_with_steps
 _SETTLING = (0.1, 0.2, 0.4)
 """Time constants of a unit that settles, as parts of the whole time."""
 
-_ENDS = np.array([0.0, 0.01, 0.99, 1.0])
-"""Parts of the whole time between which the steepness at both ends is told."""
+_SHORT = 0.01
+"""Part of the whole time in which the steepness at both ends of a bend is told."""
+
+_ALIKE = 1e-6
+"""Size of a bend beside a line with steps, over its own, below which it is none of its own."""
 
 
 class Bend(NamedTuple):
@@ -24,21 +28,27 @@ class Bend(NamedTuple):
     chance : float
         That noise about a straight line looks so; it counts all shapes that are tried.
     slows : bool
-        Whether the bent line is less steep at the last date than at the first.
-    columns : ndarray, shape (n, 3)
+        Whether the bent line is less steep at the last date than where the bend begins.
+    start : int
+        Number of calibrations before the bend.
+    columns : ndarray, shape (n, 3 + number of jumps)
         Columns of the bent line, the bend last.
     """
 
     chance: float
     slows: bool
+    start: int
     columns: Array
 
 
-def bend_of(time: Array, values: Array, uncertainty: Array) -> Bend | None:
-    """Compare a straight line with lines that bend: parabola and exponentials from the first date.
+def bend_of(
+    time: Array, values: Array, uncertainty: Array, places: Sequence[int] = ()
+) -> Bend | None:
+    """Compare a line with those that bend: parabola and exponentials from the first date or a jump.
 
-    Dates, rising [years], have values with standard uncertainties, all of shape (n,). It is what
-    the best of them says; None of less values than a search for jumps needs.
+    Dates, rising [years], have values with standard uncertainties, all of shape (n,), and jumps,
+    `places` being the numbers of calibrations before each. It is what the best of them says; None
+    of less values than a search for a further jump needs.
 
     Examples
     --------
@@ -48,15 +58,23 @@ def bend_of(time: Array, values: Array, uncertainty: Array) -> Bend | None:
     >>> round(bend_of(time, time + 0.01 * np.cos(2.0 * time), np.ones(10)).chance, 1)
     0.5
     """
-    if time.size < FEWEST:
+    if time.size < FEWEST + len(places):
         return None
-    columns, bends = line_with_steps(time, ()), _bends(_since(time))
-    place, chance = likeliest(columns, bends, values, uncertainty)
-    bent, u = np.column_stack([columns, bends[:, place]]), uncertainty
-    _, drift, size = np.linalg.lstsq(bent / u[:, None], values / u, rcond=None)[0]
-    ends = drift * np.ptp(time) * _ENDS + size * _bends(_ENDS)[:, place]
-    first, _, last = np.abs(np.diff(ends))
-    return Bend(chance, bool(last < first), bent)
+    columns = line_with_steps(time, places)
+    tried = [(start, shape) for start in (0, *places) for shape in range(1 + len(_SETTLING))]
+    bends = np.column_stack([_from(time, start)[:, shape] for start, shape in tried])
+    own = bends - columns @ np.linalg.lstsq(columns, bends, rcond=None)[0]
+    kept = np.flatnonzero(np.linalg.norm(own, axis=0) > _ALIKE * np.linalg.norm(bends, axis=0))
+    place, chance = likeliest(columns, bends[:, kept], values, uncertainty)
+    start, shape = tried[kept[place]]
+    bent, u = np.column_stack([columns, bends[:, kept[place]]]), uncertainty
+    line = np.linalg.lstsq(bent / u[:, None], values / u, rcond=None)[0]
+    left = 1.0 - _since(time)[start]
+    ends = np.array([0.0, _SHORT, left - _SHORT, left])
+    first, _, last = np.abs(
+        np.diff(line[1] * np.ptp(time) * ends + line[-1] * _bends(ends)[:, shape])
+    )
+    return Bend(chance, bool(last < first), start, bent)
 
 
 def jumps_like_bends(
@@ -64,8 +82,8 @@ def jumps_like_bends(
 ) -> tuple[int, ...]:
     """Find the jumps in whose place a bend of the line fits better, as of a unit that settles.
 
-    There a parabola, or an exponential from the first date on, leaves a smaller sum of squares than
-    the step. It has as many parameters.
+    There a parabola, or an exponential, from the first date or another jump on, leaves a smaller
+    sum of squares than the step. It has as many parameters.
 
     Examples
     --------
@@ -80,12 +98,13 @@ def jumps_like_bends(
         seen, told = columns / uncertainty[:, None], values / uncertainty
         return float(((told - seen @ np.linalg.lstsq(seen, told, rcond=None)[0]) ** 2).sum())
 
-    bends = _bends(_since(time)).T
     stepped = squares(line_with_steps(time, places))
 
     def fits_better(place: int) -> bool:
-        others = line_with_steps(time, [other for other in places if other != place])
-        return min(squares(np.column_stack([others, bend])) for bend in bends) < stepped
+        others = [other for other in places if other != place]
+        line = line_with_steps(time, others)
+        bends = np.hstack([_from(time, start) for start in (0, *others)]).T
+        return min(squares(np.column_stack([line, bend])) for bend in bends) < stepped
 
     return tuple(filter(fits_better, places))
 
@@ -93,6 +112,12 @@ def jumps_like_bends(
 def _since(time: Array) -> Array:
     """Parts of the whole time since the first date."""
     return np.asarray((time - time[0]) / (time[-1] - time[0]))
+
+
+def _from(time: Array, start: int) -> Array:
+    """The bends, from so many calibrations on; 0 before."""
+    since = _since(time) - _since(time)[start]
+    return np.where(np.arange(time.size)[:, None] < start, 0.0, _bends(np.maximum(since, 0.0)))
 
 
 def _bends(since: Array) -> Array:

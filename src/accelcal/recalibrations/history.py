@@ -309,10 +309,11 @@ def _bent(
     followed: _Followed, chosen: Comparable, places: tuple[int, ...], alpha: float
 ) -> Iterator[str]:
     """Say where a line bends, as of a unit that ages or settles, or which jumps may be a bend."""
-    if not places:
-        yield from _changing(followed, chosen, alpha)
     values, uncertainty, _ = followed.measured.T
-    for place in jumps_like_bends(np.array(chosen.years), values, uncertainty, places):
+    bends = jumps_like_bends(np.array(chosen.years), values, uncertainty, places)
+    if not bends:
+        yield from _changing(followed, chosen, places, alpha)
+    for place in bends:
         after, before = (day(chosen.entries[i].date) for i in (place - 1, place))
         yield (
             f"a line that bends, as of a unit that settles, fits the {followed.name} better than"
@@ -320,13 +321,16 @@ def _bent(
         )
 
 
-def _changing(followed: _Followed, chosen: Comparable, alpha: float) -> Iterator[str]:
-    """Say that the drift changes, if no temperature makes it so."""
+def _changing(
+    followed: _Followed, chosen: Comparable, places: tuple[int, ...], alpha: float
+) -> Iterator[str]:
+    """Say that the drift changes, from the first date or a jump on, if no temperature makes it."""
     values, uncertainty, _ = followed.measured.T
-    bend = bend_of(np.array(chosen.years), values, uncertainty)
+    bend = bend_of(np.array(chosen.years), values, uncertainty, places)
     if bend and bend.chance < alpha and followed.last_beyond_heat(bend.columns, chosen.rise)[1]:
+        jump = f" after its jump before {day(chosen.entries[bend.start].date)}" * (bend.start > 0)
         yield (
-            f"the drift of the {followed.name} {'slows' if bend.slows else 'grows'} (chance"
+            f"the drift of the {followed.name} {'slows' if bend.slows else 'grows'}{jump} (chance"
             f" {QUANTITIES * bend.chance:.1g}): its figure per year is that of all these years"
             " together, and does not hold for those to come"
         )

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from accelcal.apparatus import SOURCE_UNITS, Apparatus
+from accelcal.apparatus import Apparatus
 from accelcal.arrays import Mask
 from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.coefficients import Compensation
@@ -23,16 +23,15 @@ from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.plural import are, listed
 from accelcal.record import TumbleRecord
 from accelcal.results.agreement import NOISE
-from accelcal.results.beyond_uncertainty import NO_HEAT
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 from accelcal.results.table import TableCalibration
 
-_NAMES = ("head_uncertainty", "launch_uncertainty", "launch_sf_uncertainty")
-"""What a calibration may know of errors that a record does not declare."""
-
 HEAT = "temperature_uncertainty"
 """What declares the errors of temperatures, which no readings tell."""
+
+_NAMES = ("head_uncertainty", "launch_uncertainty", "launch_sf_uncertainty", HEAT)
+"""What a calibration may know of errors that a record does not declare."""
 
 _NONE: Mapping[str, ErrorSource] = MappingProxyType({})
 
@@ -65,7 +64,7 @@ def counted(record: TumbleRecord, known: Mapping[str, ErrorSource]) -> Apparatus
 
 def from_calibration(calibration: Calibration, record: TumbleRecord) -> dict[str, ErrorSource]:
     """What the calibration knew of errors that the record does not declare, by their names."""
-    known = {f"{source.name}_uncertainty": source for source in calibration.error_sources}
+    known = _sources(calibration)
     if is_corrected(calibration):
         known.pop("head_uncertainty", None)  # what the correction left; the record has the whole
     return {
@@ -115,19 +114,13 @@ def untold(calibration: Calibration, known: Mapping[str, ErrorSource] = _NONE) -
     `from_calibration`.
     """
     sources = _sources(calibration, known)
-    names = [name for name in _NAMES if name not in sources or _is_untold(sources[name])]
-    return [*names, *([HEAT] if lacks_heat(calibration) else [])]
+    return [name for name in _NAMES if name not in sources or _is_untold(sources[name])]
 
 
-def heat_of(calibration: Calibration) -> float:
-    """Standard uncertainty of the temperatures of a calibration, 0 where not declared [degC]."""
-    sources = (s.value for s in calibration.error_sources if s.name == "temperature")
-    return next(sources, None) or 0.0
-
-
-def lacks_heat(calibration: Calibration) -> bool:
-    """Tell whether laws count no error of the temperature, as it was not declared."""
-    return any(NO_HEAT in told for told in calibration.warnings)
+def heat_of(calibration: Calibration) -> float | None:
+    """Standard uncertainty of the temperatures of a calibration [degC], None where not declared."""
+    source = _sources(calibration).get(HEAT)
+    return source.value if source else None
 
 
 def too_little_told(
@@ -140,9 +133,16 @@ def too_little_told(
     return tuple(told or ([NOISE] if few else []))
 
 
-def _sources(calibration: Calibration, known: Mapping[str, ErrorSource]) -> dict[str, ErrorSource]:
-    """What is known of each error, by the name that declares it."""
+def _sources(
+    calibration: Calibration, known: Mapping[str, ErrorSource] = _NONE
+) -> dict[str, ErrorSource]:
+    """What is known of each error, by the name that declares it.
+
+    A calibration has no source of temperatures that were declared to be exact.
+    """
     own = {f"{source.name}_uncertainty": source for source in calibration.error_sources}
+    if calibration.provenance.get("declared", {}).get(HEAT) == 0.0:
+        own[HEAT] = ErrorSource("temperature", 0.0, "degC", None, "declared")
     return {**own, **known}
 
 
@@ -169,9 +169,7 @@ def notes(
         yield "the calibration was fitted to this very file: new readings would agree less well"
     if told := said_of_runs(calibration):
         yield f"the {told}"
-    laws = calibration.temperature_model is not None
-    asked = [f"{name}_uncertainty" for name in SOURCE_UNITS if name != "temperature" or laws]
-    if missing := [name for name in asked if getattr(declared, name) is None]:
+    if missing := [name for name in _NAMES if getattr(declared, name) is None]:
         yield f"{listed(missing)} {are(missing)} not declared: such errors look like a change"
     if any(table.shares for table in calibration.tables):
         yield (

@@ -91,11 +91,15 @@ def judge(seen: Seen, same: bool | None) -> Judged:
 
 
 def _untold(seen: Seen, same: bool | None) -> tuple[str, ...]:
-    """Errors that nothing tells: all of them, where nothing disagrees if they may hide it."""
+    """Errors that nothing tells: all of them, where nothing disagrees if they may hide it.
+
+    A calibration tells nothing of another head, nor of one whose known errors were taken out of it.
+    """
     calibration, found, _ = seen.fixtures
     names = untold(calibration, seen.known)
-    if found.several_levels and seen.declared.temperature_uncertainty is None:
-        names = list(dict.fromkeys([*names, HEAT]))
+    told = same and "head_uncertainty" in seen.known
+    if seen.record.apparatus.head_uncertainty is None and not told:
+        names = list(dict.fromkeys(["head_uncertainty", *names]))
     sizes = {name: HIDING_HEAT if name == HEAT else HIDING for name in names}
     lost = HIDING * of_undetermined(calibration, found)
     free = seen._replace(

@@ -49,8 +49,8 @@ def with_usual_slopes(errors: CalibrationErrors, found: Compensation) -> Calibra
 def by_usual_heat(fixtures: Fixtures, simulated: Simulated, declared: Apparatus) -> Array:
     """What errors of temperatures do beside a calibration of one level, by usual slopes.
 
-    There is one of all readings of the calibration, and one of each run of the record, of the size
-    of the other where it declares none; shape (n, k) [g].
+    There is one of all readings of the calibration, and one of each run of the record, where
+    declared; shape (n, k) [g].
     """
     runs = dummies(simulated.conditions.run)
     if fixtures.found.several_levels:
@@ -63,8 +63,7 @@ def by_usual_heat(fixtures: Fixtures, simulated: Simulated, declared: Apparatus)
 
 
 def _heat(fixtures: Fixtures, declared: Apparatus) -> tuple[float, float]:
-    of_calibration = heat_of(fixtures.calibration)
-    return of_calibration, declared.temperature_uncertainty or of_calibration
+    return heat_of(fixtures.calibration) or 0.0, declared.temperature_uncertainty or 0.0
 
 
 def said_of_usual_slopes(

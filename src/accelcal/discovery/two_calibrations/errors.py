@@ -51,6 +51,12 @@ _SHIFTED = {"launch_uncertainty": "k0", "launch_sf_uncertainty": "K1"}
 """What shifts from launch to launch; its slopes do by the shifts of other levels."""
 
 
+_BY_USUAL_SLOPES = np.diag(
+    [{"k0": BIAS_PER_DEGREE, "K1": SCALE_FACTOR_PER_DEGREE}.get(name, 0.0) for name in ERRORS]
+)
+"""What independent changes of bias and scale factor are by a degree, of usual slopes."""
+
+
 class Side(NamedTuple):
     """One of two calibrations.
 
@@ -149,8 +155,10 @@ def freed(own: Side, names: Collection[str]) -> Side:
 def _by_heat(found: Compensation) -> Array:
     """What an error of the temperature does at T0 and at either end of laws, shape (18, 3) [/degC].
 
-    One at an end turns the slopes on its side.
+    One at an end turns the slopes on its side. A single level has usual slopes.
     """
+    if not found.several_levels:
+        return _BY_USUAL_SLOPES
     acting = np.zeros((_SIZE, 3))
     low, high = found.temperatures or (0.0, 0.0)
     level = found.T0_degC or 0.0
@@ -265,7 +273,5 @@ def _off_the_laws(own: Side, other: Side, temperature: float | None) -> Array:
         return added
     known = None not in (temperature, found.T0_degC)
     away = float(temperature or 0.0) - float(found.T0_degC or 0.0) if known else 0.0
-    away = float(np.hypot(away, heat_of(own.calibration)))
-    added[_BIAS, _BIAS] += (BIAS_PER_DEGREE * away) ** 2
-    added[_SCALE_FACTOR, _SCALE_FACTOR] += (SCALE_FACTOR_PER_DEGREE * away) ** 2
-    return added
+    away = float(np.hypot(away, heat_of(own.calibration) or 0.0))
+    return np.asarray(added + (away * _BY_USUAL_SLOPES) ** 2)

@@ -8,7 +8,7 @@ from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
-from accelcal.discovery.new_record.errors_counted import heat_of, lacks_heat
+from accelcal.discovery.new_record.errors_counted import heat_of
 from accelcal.discovery.new_record.fixture import is_freed, said_of_fixture
 from accelcal.discovery.new_record.repeatability import hiding
 from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name, parameter_of
@@ -216,7 +216,7 @@ def _of_temperature(old: Side, new: Side, temperature: float | None) -> Iterator
         return
     for own in (old, new):
         away = abs(temperature - (own.found.T0_degC or 0.0))
-        heat = heat_of(own.calibration)
+        heat = heat_of(own.calibration) or 0.0
         if not own.found.several_levels and max(away, heat) > _ALIKE:
             off = (
                 f"is {away:.2g} degC off this temperature"
@@ -273,7 +273,7 @@ def _of_launches(old: Side, new: Side) -> Iterator[str]:
             f"shifts of {shifts} from launch to launch are not known of {_whose(names)}: they look"
             " like a change"
         )
-    if names := [own.name for own in (old, new) if lacks_heat(own.calibration)]:
+    if names := [own.name for own in (old, new) if heat_of(own.calibration) is None]:
         yield (
             f"errors of the temperature are not declared of {_whose(names)}: they look like a"
             " change; give their temperature_uncertainty to accelcal fit"
