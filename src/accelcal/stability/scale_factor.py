@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.compensate.at_temperature import mean_of_runs
 from accelcal.compensate.coefficients import Law
 from accelcal.compensate.ranges import outside_temperatures, within_temperatures
 from accelcal.errors import InputError
@@ -50,7 +51,8 @@ def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> Scal
     Returns
     -------
     ScaleFactor
-        K1 by its temperature law; without one that of the nearest table of the main mounting.
+        K1 by its temperature law; without one the mean of the runs of the main mounting at one
+        level, or else that of its nearest table.
 
     Raises
     ------
@@ -88,6 +90,8 @@ def _by_law(calibration: Calibration, wanted: float | None) -> ScaleFactor | Non
 
 
 def _of_table(calibration: Calibration, wanted: float | None) -> ScaleFactor:
+    if mean := mean_of_runs(calibration):
+        return ScaleFactor(mean.coefficients["K1"].value or 0.0, _notes(mean.temperature, wanted))
     table = tables_in_use(calibration, wanted).main
     value = table.coefficients["K1"].value or 0.0
     return ScaleFactor(value, _notes(table.temperature_degC, wanted))
