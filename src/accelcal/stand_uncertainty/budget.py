@@ -12,6 +12,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
 from accelcal.compensate.choice import compensation
 from accelcal.estimate.linear import Method
+from accelcal.estimate.uncertainty import welch_satterthwaite
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.plural import counted
@@ -22,7 +23,7 @@ from accelcal.results.stand_budget import StandBudget, StandShare
 from accelcal.specification import Specification
 from accelcal.stand_uncertainty.estimator import Estimator, estimator_of
 from accelcal.stand_uncertainty.kinds import ERROR_QUANTITIES, KINDS
-from accelcal.stand_uncertainty.linear import Propagated, effective_dof, jacobian, propagated
+from accelcal.stand_uncertainty.linear import Propagated, jacobian, propagated
 from accelcal.stand_uncertainty.monte_carlo import Linear, monte_carlo
 from accelcal.stand_uncertainty.readings import Readings, readings_of
 from accelcal.stand_uncertainty.requirements import requirements, sufficiency
@@ -154,7 +155,8 @@ def _linear(
     shares = tuple(map(_share, parts, found))
     covariance = np.sum([effect.through @ effect.through.T for effect in found], axis=0)
     standard = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
-    dof = effective_dof([part.contributions for part in shares], [part.dof for part in shares])
+    of_each = np.array([part.contributions for part in shares]) ** 2
+    dof = welch_satterthwaite(of_each, [part.dof for part in shares])
     factor = np.array([student_quantile(LEVEL, float(own)) for own in dof])
     return StandBudget(
         stand=stand.name,
