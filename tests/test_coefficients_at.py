@@ -147,8 +147,21 @@ def test_runs_without_laws_at_two_levels_have_no_mean(temperatures):
         lambda: budget(calibration, 1.0),
         lambda: accelerometer_of(calibration),
     ):
-        with pytest.raises(accelcal.InputError, match="have no mean; choose one run"):
+        with pytest.raises(accelcal.InputError, match="have no mean; choose one run or"):
             of()
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+def test_both_sides_without_a_fixture_angle_have_no_mean_and_a_mounting_helps():
+    """They are of one level and tell the same, so that nothing of what was said was so."""
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "o-"))
+    record = accelcal.simulate(plan=plan, seed=2)
+    calibration = accelcal.fit(record, coefficients=("K0", "K1", "K2", "K3"))
+    with pytest.raises(accelcal.InputError, match=r"both sides of an axis.* run or mounting"):
+        accelcal.coefficients_at(calibration, 20.0)
+    (table,) = calibration.of_mounting("o-").tables
+    found = accelcal.coefficients_at(calibration.of_mounting("o-"), 20.0)
+    assert found["K1"].value == table.coefficients["K1"].value
 
 
 def test_the_noise_of_each_run_averages_out_in_their_mean():

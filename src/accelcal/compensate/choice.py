@@ -51,9 +51,9 @@ BY: tuple[By, ...] = get_args(By)
 """How coefficients depend on temperature; the first is the default."""
 
 _UNLIKE = (
-    "they are of several levels, or tell different coefficients, and have no mean; choose one run,"
-    " or fit it by itself, or calibrate at levels more than 5 degC apart and from T0, which tell"
-    " the laws"
+    "they are of several levels or of both sides of an axis, or tell different coefficients, and"
+    " have no mean; choose one run or mounting, or fit it by itself, or calibrate at levels more"
+    " than 5 degC apart and from T0, which tell the laws"
 )
 _COMMON = ("k2", "k3", "delta_ip")
 """Parameters without a temperature law."""
@@ -184,7 +184,8 @@ def runs_in_use(
     Raises
     ------
     InputError
-        If those of an axis are of several levels or tell different coefficients.
+        If those of an axis are of several levels, or of both sides where no fixture angle tells
+        them apart, or tell different coefficients.
     """
     main, second = calibration.mountings_of_laws
     tables = sorted(tables, key=lambda t: (t.mounting != main, t.mounting != second))
