@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import accelcal
+from accelcal.error_budget.budget import budget
 from accelcal.numerics.probability import student_quantile
+from accelcal.stand_uncertainty.budget import accelerometer_of
 
 NAMES = ("k0", "K1", "delta")
 ALL = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
@@ -105,8 +107,7 @@ def test_one_level_is_good_there_only():
 def test_several_runs_at_one_level_count_by_their_mean():
     plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0))
     calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=2))
-    with pytest.warns(accelcal.AccelcalWarning, match="mean of its runs 1, 2 and 3"):
-        mean = accelcal.coefficients_at(calibration, 20.0)
+    mean = accelcal.coefficients_at(calibration, 20.0)  # without a warning
     biases = [table.error_model["k0"] for table in calibration.tables]
     assert mean["k0"].value == pytest.approx(np.mean([k0.value for k0 in biases]), rel=1e-3)
     assert mean["k0"].standard_uncertainty < 0.8 * min(k0.standard_uncertainty for k0 in biases)
@@ -134,12 +135,47 @@ def test_the_mean_of_runs_has_the_freedom_of_all_repeats():
     assert mean.value == pytest.approx(biases.mean(), rel=5e-3)
 
 
-def test_runs_without_laws_at_two_levels_have_no_mean():
-    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0, 24.0)), seed=2)
+@pytest.mark.parametrize("temperatures", [(20.0, 24.0), (20.0, 21.0, 22.01)])
+def test_runs_without_laws_at_two_levels_have_no_mean(temperatures):
+    """Apply refused them, and the budget and the twin took the run nearest to T0."""
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=temperatures), seed=2)
     calibration = accelcal.fit(record)
     assert "Mean of runs" not in str(calibration)
-    with pytest.raises(accelcal.InputError, match="have no mean; choose one run"):
+    for of in (
+        lambda: accelcal.coefficients_at(calibration, 20.0),
+        lambda: accelcal.apply(calibration, 1.3, 20.0),
+        lambda: budget(calibration, 1.0),
+        lambda: accelerometer_of(calibration),
+    ):
+        with pytest.raises(accelcal.InputError, match="have no mean; choose one run or"):
+            of()
+
+
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+def test_both_sides_without_a_fixture_angle_have_no_mean_and_a_mounting_helps():
+    """They are of one level and tell the same, so that nothing of what was said was so."""
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "o-"))
+    record = accelcal.simulate(plan=plan, seed=2)
+    calibration = accelcal.fit(record, coefficients=("K0", "K1", "K2", "K3"))
+    with pytest.raises(accelcal.InputError, match=r"both sides of an axis.* run or mounting"):
         accelcal.coefficients_at(calibration, 20.0)
+    (table,) = calibration.of_mounting("o-").tables
+    found = accelcal.coefficients_at(calibration.of_mounting("o-"), 20.0)
+    assert found["K1"].value == table.coefficients["K1"].value
+
+
+def test_the_noise_of_each_run_averages_out_in_their_mean():
+    """It counted as common to the runs: U of a mean of four was that of one."""
+    noise = accelcal.NoiseComponents(reading=5e-5, head=0.0, launch=0.0, launch_sf=0.0)
+    plan = accelcal.TumblePlan(temperatures=4 * (20.0,), strokes=2)
+    record = accelcal.simulate(plan=plan, noise=noise, seed=2)
+    stand = accelcal.Apparatus(head_uncertainty=0, launch_uncertainty=0, launch_sf_uncertainty=0)
+    calibration = accelcal.fit(replace(record, apparatus=stand))
+    mean, runs = accelcal.coefficients_at(calibration, 20.0), calibration.tables
+    for name in ("k0", "k2", "k3", "delta", "delta_ip"):
+        each = np.array([table.error_model[name].standard_uncertainty for table in runs])
+        expected = pytest.approx(np.sqrt((each**2).sum()) / 4.0, rel=1e-3)
+        assert mean[name].standard_uncertainty == expected
 
 
 @pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")

@@ -9,6 +9,7 @@ import pytest
 import accelcal
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.errors import DesignError, InputError
+from accelcal.estimate.uncertainty import welch_satterthwaite
 from accelcal.io.toml.stand import read_stand
 from accelcal.numerics.probability import student_quantile
 from accelcal.simulation import NOISE_FREE, NoiseComponents, TumblePlan, simulate
@@ -17,7 +18,6 @@ from accelcal.stand_uncertainty.budget import stand_budget
 from accelcal.stand_uncertainty.distribution import Distribution, distribution
 from accelcal.stand_uncertainty.estimator import estimator_of
 from accelcal.stand_uncertainty.kinds import KINDS
-from accelcal.stand_uncertainty.linear import effective_dof
 from accelcal.stand_uncertainty.readings import CHANNELS, StandConditions, StandError, readings_of
 from accelcal.stand_uncertainty.stand import Stand, StandComponent
 
@@ -385,7 +385,7 @@ def test_degrees_of_freedom_follow_welch_and_satterthwaite():
     assert found.expanded_uncertainty[place] == pytest.approx(
         found.coverage_factor[place] * 5e-6 * 1.35, rel=1e-6
     )
-    assert math.isinf(effective_dof([np.array([1.0])], [math.inf])[0])
+    assert math.isinf(welch_satterthwaite([1.0], [math.inf]))
 
 
 def test_error_model_is_the_quotient(budget):

@@ -30,6 +30,9 @@ UNITS: Mapping[str, str] = MappingProxyType(
 )
 """What is declared -> unit of it; the resolution is in that of the output."""
 
+GRAVITY_OF_EARTH = 9.76, 9.84
+"""Lowest and highest gravity of places on Earth [m/s^2]."""
+
 _LARGEST = {
     "head_uncertainty": (0.1, "rad; a unit may follow, as 2 arcsec"),
     "launch_uncertainty": (1.0, "g; a unit may follow, as 20 ug"),
@@ -94,8 +97,9 @@ class Apparatus:
 
 def require_gravity_of_earth(value: float | None) -> None:
     """Demand a local gravity that a place on Earth may have, if one is given [m/s^2]."""
-    if value is not None and not 9.7 < value < 9.9:
+    low, high = GRAVITY_OF_EARTH
+    if value is not None and not low <= value <= high:
         raise InputError(
-            f"local gravity {value} m/s^2 is found nowhere on Earth; it lies between 9.76 and 9.84,"
-            " in m/s^2"
+            f"local gravity {value} m/s^2 is found nowhere on Earth; it lies between {low} and"
+            f" {high}, in m/s^2"
         )

@@ -4,52 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.compensate.assumptions import same_at_all_temperatures, without_covariance
 from accelcal.compensate.coefficients import PARAMETERS, Compensation
-from accelcal.compensate.covariance import by_quotients, errors_of_table
 from accelcal.compensate.levels import Errors, LevelCompensation, LevelTable
-from accelcal.compensate.of_table import by_table, lost_symbols, values_of, with_other
+from accelcal.compensate.of_table import by_table, lost_symbols, with_other
+from accelcal.compensate.runs import LevelRun, level_run, mean_run, weights_of
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL, same_levels
-from accelcal.model import LAWS
-from accelcal.reference import LEAST_RISE
 from accelcal.results.calibration import Calibration
-from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.table import TableCalibration, nearest_table
-from accelcal.results.temperature import TemperatureLaw, nearest_level
 from accelcal.results.usable import not_determined
 
-_LAUNCHES = ("launch", "launch_sf")
-_BIAS, _DELTA = PARAMETERS.index("k0"), PARAMETERS.index("delta")
-_SIZE = len(PARAMETERS)
-_ROUNDING = 1e-9
-
-
-class LevelRun(NamedTuple):
-    """One table, or the mean of several: coefficients, and their errors as `Errors` has them.
-
-    Attributes
-    ----------
-    temperature : float
-        Its temperature [degC].
-    values : ndarray, shape (6,)
-        `PARAMETERS`.
-    common, own : ndarray, shape (2, 6, 6)
-        Their errors as those of a level.
-    heat : ndarray, shape (6,)
-        What the standard uncertainty of the temperature does to the coefficients.
-    """
-
-    temperature: float
-    values: Array
-    common: Array
-    own: Array
-    heat: Array
+_BIAS = PARAMETERS.index("k0")
 
 
 def level_compensation(
@@ -190,170 +160,6 @@ def _refuse_different(tables: Sequence[TableCalibration]) -> None:
             )
 
 
-def level_run(
-    calibration: Calibration, table: TableCalibration, tables: Sequence[TableCalibration]
-) -> LevelRun:
-    """Coefficients of a table, and their errors with those of K1 in its unit."""
-    values = values_of(calibration, table)
-    unit = np.ones(_SIZE)
-    unit[PARAMETERS.index("K1")] = values["K1"]
-    whole = np.array(errors_of_table(calibration, table))[:, :_SIZE, :_SIZE]
-    launches, heat = _of_launches(calibration, table, tables), _of_temperature(calibration, table)
-    own, in_whole = launches
-    if not _is_part(own[0] + np.outer(heat, heat), whole[0]):
-        heat = np.zeros_like(heat)
-    if not _is_part(own[0], whole[0]):
-        own, in_whole = np.zeros_like(launches)
-    of_heat = _with_freedom(np.outer(heat, heat), _freedom(calibration, "temperature"))
-    own, in_whole = own + of_heat, in_whole + of_heat
-    moved, wider = _free_of_the_angle(calibration, table, tables)
-    unit_of_errors = unit.copy()
-    unit_of_errors[_DELTA] *= wider
-    values["delta"] += moved
-    both = np.outer(unit_of_errors, unit_of_errors)
-    return LevelRun(
-        table.temperature_degC or 0.0,
-        np.array([values[name] for name in PARAMETERS]),
-        (whole - in_whole) * both,
-        own * both,
-        heat * unit_of_errors,
-    )
-
-
-def _with_freedom(covariance: Array, freedom: float) -> Array:
-    """A covariance, and it over its degrees of freedom."""
-    return np.stack([covariance, covariance / freedom])
-
-
-def _is_part(own: Array, whole: Array) -> bool:
-    """Whether a covariance is a part of another, and the rest is one as well."""
-    rest = np.nan_to_num(_scaled(whole - own, whole))
-    return bool(np.linalg.eigvalsh(rest).min() >= -_ROUNDING)
-
-
-def _freedom(calibration: Calibration, name: str) -> float:
-    """Degrees of freedom of a source of error, the fewest where runs have their own."""
-    return min(
-        (s.dof or np.inf for s in calibration.error_sources if s.name == name), default=np.inf
-    )
-
-
-def _of_temperature(calibration: Calibration, table: TableCalibration) -> Array:
-    """What the error of the temperature of a run does to `PARAMETERS`, by the laws."""
-    size = table.budget.get("K1", {}).get("temperature", 0.0)
-    model, rise = calibration.temperature_model, _rise(calibration, table)
-    found = np.zeros(_SIZE)
-    if not size or model is None or rise is None:
-        return found
-    slopes = np.array([_slope(law, rise) for law in model.laws.values()])
-    scale_factor, at_T0 = table.coefficients["K1"].value, model.K1.at_T0 and model.K1.at_T0.value
-    if slopes[1] and scale_factor and at_T0:
-        found[[PARAMETERS.index(name) for name in LAWS]] = slopes * abs(size / slopes[1] / at_T0)
-        found[PARAMETERS.index("K1")] *= at_T0 / scale_factor  # which is relative here
-    if table.mounting != calibration.main_mounting:  # the laws tell its misalignment nothing
-        found[_DELTA] = 0.0
-    return found
-
-
-def _rise(calibration: Calibration, table: TableCalibration) -> float | None:
-    if table.temperature_degC is None or calibration.T0_degC is None:
-        return None
-    return table.temperature_degC - calibration.T0_degC
-
-
-def _slope(law: TemperatureLaw, rise: float) -> float:
-    """Slope of a law at a level; the mean of both sides at T0, as the budget of a table has it."""
-    sides = ((law.above, rise > -LEAST_RISE), (law.below, rise < LEAST_RISE))
-    known = [side.value for side, counts in sides if counts and side and side.value is not None]
-    return float(np.mean(known)) if known else 0.0
-
-
-def _of_launches(
-    calibration: Calibration, table: TableCalibration, tables: Sequence[TableCalibration]
-) -> Array:
-    """Errors of `PARAMETERS` by shifts from launch to launch, which are new in each run.
-
-    They are returned twice, shape (2, 2, 6, 6): over the degrees of freedom of all repeats, which
-    the mean of runs is independent of, and as the table has them, where its own run does not count.
-    """
-    found = np.zeros((2, 2, _SIZE, _SIZE))
-    if not table.covariance_names:
-        return found
-    jacobian, repeated = by_quotients(calibration, table), _is_repeated(table, tables)
-    for source in _LAUNCHES:
-        size = [table.budget.get(n, {}).get(source, 0.0) for n in table.covariance_names]
-        part, freedom = (jacobian * np.square(size)) @ jacobian.T, _freedom(calibration, source)
-        without = freedom - 1.0 if repeated and freedom > 1.0 else freedom
-        found += np.stack([_with_freedom(part, own) for own in (freedom, without)])
-    return found
-
-
-def _is_repeated(table: TableCalibration, tables: Sequence[TableCalibration]) -> bool:
-    """Whether another run met the level of a table."""
-    at = np.array([np.nan if t.temperature_degC is None else t.temperature_degC for t in tables])
-    return any(level.size > 1 and tables.index(table) in level for level in same_levels(at))
-
-
-def _scaled(matrix: Array, covariance: Array) -> Array:
-    """Matrix in units of the standard deviations of a covariance."""
-    sigma = np.sqrt(np.diagonal(covariance))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(matrix / np.outer(sigma, sigma))
-
-
-def _free_of_the_angle(
-    calibration: Calibration, table: TableCalibration, tables: Sequence[TableCalibration]
-) -> tuple[float, float]:
-    """Correct the misalignment where both sides were measured at other levels only.
-
-    What it changes from the nearest of these levels to this one is that of the effective
-    misalignment. Returned are the change, and the factor of its uncertainty, which is that of the
-    three added up.
-    """
-    found = [item for item in calibration.fixture_angle if item.axis == table.mounting[0]]
-    if not found:
-        return 0.0, 1.0
-    free, level = found[0].nearest(table.temperature_degC), _nearest(found[0], table)
-    there = nearest_table(tables, level)
-    own, other = table.error_model["delta"], there.error_model["delta"]
-    if abs((there.temperature_degC or 0.0) - (table.temperature_degC or 0.0)) < SAME_LEVEL:
-        return 0.0, 1.0
-    sizes = [q.standard_uncertainty or 0.0 for q in (free, own, other)]
-    wider = sum(sizes) / sizes[0] if sizes[0] else 1.0
-    return (own.value or 0.0) - (other.value or 0.0), wider
-
-
-def _nearest(found: FixtureAngle, table: TableCalibration) -> float | None:
-    """Level of a fixture angle that is nearest to a table."""
-    return found.temperatures[nearest_level(found.temperatures, table.temperature_degC)]
-
-
-def _weights(runs: Sequence[LevelRun]) -> Array:
-    """Weights of the runs of a level, by their variances on the average of the coefficients.
-
-    What is new in each run is of one size: that of a run is estimated from the others, by which one
-    that lies apart would have the most weight.
-    """
-    new = np.mean([run.own[0] for run in runs], axis=0)
-    variances = np.array([np.diagonal(run.common[0] + new) for run in runs])
-    mean = variances.mean(axis=0)
-    known = np.isfinite(mean) & (mean > 0.0)
-    if not known.any():
-        return np.full(len(runs), 1.0 / len(runs))
-    weights = 1.0 / np.mean(variances[:, known] / mean[known], axis=1)
-    return np.asarray(weights / weights.sum())
-
-
-def mean_run(runs: Sequence[LevelRun]) -> LevelRun:
-    """Mean of the runs of a level, with what the errors of each leave in it."""
-    weights = _weights(runs).tolist()
-
-    def total(name: str, power: int) -> Any:
-        return sum(w**power * getattr(r, name) for w, r in zip(weights, runs, strict=True))
-
-    return LevelRun(**{name: total(name, 2 if name == "own" else 1) for name in LevelRun._fields})
-
-
 def _slopes(rise: Array, values: Array) -> Array:
     """Change with temperature at each level, the mean of both sides."""
     if rise.size == 1:
@@ -364,7 +170,7 @@ def _slopes(rise: Array, values: Array) -> Array:
 
 def _spread(runs: Sequence[LevelRun], slope: Array, loop: float) -> Array:
     """Covariance of where the next run of a level may lie about the mean of those there are."""
-    mean, weights = mean_run(runs), _weights(runs)
+    mean, weights = mean_run(runs), weights_of(runs)
     off = np.array(
         [r.values - mean.values - slope * (r.temperature - mean.temperature) for r in runs]
     )

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from accelcal.compensate.by_levels import level_run, mean_run
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, Law
 from accelcal.compensate.of_table import by_table
+from accelcal.compensate.runs import level_run, mean_run
 from accelcal.estimate.launch import same_levels
 from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
@@ -47,8 +47,9 @@ def by_runs(calibration: Calibration, tables: Sequence[TableCalibration]) -> Com
     Notes
     -----
     The weight of a run is that of its variances, as in
-    `accelcal.compensate.by_levels.level_compensation`. Shifts from launch to launch and errors of
-    the temperature are new in each run; all other errors count as common to the runs.
+    `accelcal.compensate.by_levels.level_compensation`. Noise of the readings, shifts from launch to
+    launch and errors of the temperature are new in each run; all other errors count as common to
+    the runs.
     """
     if len(tables) == 1:
         return by_table(calibration, tables[0])

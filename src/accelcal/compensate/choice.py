@@ -51,9 +51,9 @@ BY: tuple[By, ...] = get_args(By)
 """How coefficients depend on temperature; the first is the default."""
 
 _UNLIKE = (
-    "they are of several levels, or tell different coefficients, and have no mean; choose one run,"
-    " or fit it by itself, or calibrate at levels more than 5 degC apart and from T0, which tell"
-    " the laws"
+    "they are of several levels or of both sides of an axis, or tell different coefficients, and"
+    " have no mean; choose one run or mounting, or fit it by itself, or calibrate at levels more"
+    " than 5 degC apart and from T0, which tell the laws"
 )
 _COMMON = ("k2", "k3", "delta_ip")
 """Parameters without a temperature law."""
@@ -162,26 +162,41 @@ def _next_launch(calibration: Calibration) -> Launch:
 
 def _from_tables(calibration: Calibration, tables: Sequence[TableCalibration]) -> Compensation:
     """One table, or the mean of those that are alike; of each cross axis."""
-    main_mounting = calibration.main_mounting
-    tables = _one_side(calibration, sorted(tables, key=lambda t: t.mounting != main_mounting))
-    by_axis: dict[str, list[TableCalibration]] = {}
+    groups = runs_in_use(calibration, tables)
+    main = groups[0][0]
+    found, *others = (by_runs(calibration, own) for own in groups)
+    for other in others:
+        found = with_other(found, other)
+    said = (*unknown_level(main.temperature_degC), *not_determined(groups))
+    return replace(
+        found,
+        undetermined=lost_symbols(groups),
+        notes=(f"the {said_of_runs(calibration)}",) if max(map(len, groups)) > 1 else (),
+        assumptions=(*said, *without_covariance(main)),
+    )
+
+
+def runs_in_use(
+    calibration: Calibration, tables: Sequence[TableCalibration]
+) -> list[list[TableCalibration]]:
+    """Group the tables that count without laws by the cross axis, the main one first.
+
+    Raises
+    ------
+    InputError
+        If those of an axis are of several levels, or of both sides where no fixture angle tells
+        them apart, or tell different coefficients.
+    """
+    main, second = calibration.mountings_of_laws
+    tables = sorted(tables, key=lambda t: (t.mounting != main, t.mounting != second))
+    tables, by_axis = _one_side(calibration, tables), dict[str, list[TableCalibration]]()
     for table in tables:
         by_axis.setdefault(cross_name(table.mounting), []).append(table)
     groups = list(by_axis.values())
     if not all(map(are_alike, groups)):
         names = ", ".join(f"{table.run} ({table.mounting})" for table in tables)
         raise InputError(f"{len(tables)} tables and no temperature law, runs {names}; {_UNLIKE}")
-    main = tables[0]
-    found, *others = (by_runs(calibration, own) for own in groups)
-    for other in others:
-        found = with_other(found, other)
-    averaged = [f"the {said_of_runs(calibration)}"] if len(groups[0]) > 1 else []
-    said = (*averaged, *unknown_level(main.temperature_degC), *not_determined(groups))
-    return replace(
-        found,
-        undetermined=lost_symbols(groups),
-        assumptions=(*said, *without_covariance(main)),
-    )
+    return groups
 
 
 def _from_laws(calibration: Calibration, model: TemperatureModel) -> Compensation:

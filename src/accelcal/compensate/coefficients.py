@@ -246,6 +246,8 @@ class Compensation(KnownErrors):
         Symbols of the parameters that were not determined; their values are 0.
     assumptions : tuple of str
         What was not determined, and what is assumed in its place.
+    notes : tuple of str
+        What is to be known of the coefficients, and nothing to be warned of.
     over_dof : tuple of tuple of float
         `covariance` with each source of error over its degrees of freedom, see
         `accelcal.results.covariance`; empty where none end.
@@ -270,6 +272,7 @@ class Compensation(KnownErrors):
     serial: str | None = None
     undetermined: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     over_dof: Rows = ()
     effects: StaticEffects | None = None
 

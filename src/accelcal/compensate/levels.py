@@ -48,7 +48,8 @@ class LevelTable(NamedTuple):
         What may be the same at several levels: errors of the head, and all that nothing says to be
         independent.
     own : Errors
-        What is new at each level: shifts from launch to launch.
+        What is new at each level: noise of the readings, shifts from launch to launch, and errors
+        of the temperature.
 
     Notes
     -----

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from accelcal.apparatus import GRAVITY_OF_EARTH
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 
@@ -36,8 +37,6 @@ WIDEST = 2.0
 
 MORE_THAN_TESTS = "more than any test on Earth"
 """What is said of them."""
-
-_GRAVITY = 9.76, 9.84  # on Earth [m/s^2]
 
 
 def within_temperatures(calibrated: Range | None, temperature: ArrayLike) -> Mask:
@@ -114,7 +113,7 @@ def refuse_metres(**accelerations: Array) -> None:
     """
     for name, values in accelerations.items():
         some = values[(values != 0.0) & ~np.isnan(values)]
-        low, high = _GRAVITY
+        low, high = GRAVITY_OF_EARTH
         if some.size and ((low <= np.abs(some)) & (np.abs(some) <= high)).all():
             looks = "looks like gravity in m/s^2; give it in g, as"
             raise InputError(f"{name} is {some[0]:g} g, which {looks} {np.sign(some[0]):g}")

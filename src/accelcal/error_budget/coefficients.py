@@ -13,6 +13,7 @@ from accelcal.compensate.at_temperature import (
     MeanOfRuns,
     means_of_runs,
 )
+from accelcal.compensate.choice import runs_in_use
 from accelcal.errors import InputError
 from accelcal.model import CROSS_AXES
 from accelcal.results.calibration import Calibration
@@ -102,7 +103,7 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     Raises
     ------
     InputError
-        If the bias is not determined.
+        If the bias is not determined, or runs without laws have no mean.
 
     Examples
     --------
@@ -111,6 +112,8 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     >>> sorted(found.at_T0), found.range
     (['K1', 'delta_O', 'delta_ip', 'k0', 'k2', 'k3'], (-40.0, 80.0))
     """
+    if calibration.temperature_model is None:
+        runs_in_use(calibration, calibration.tables)
     used = tables_in_use(calibration)
     main, law_axis = used.main, used.main.mounting[0]
     found = {"k0": main.error_model["k0"], "K1": main.coefficients["K1"]}

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.compensate.at_temperature import mean_of_runs
+from accelcal.compensate.at_temperature import means_of_runs
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use, static_in_use
 from accelcal.effects.static import how_taken_up
 from accelcal.error_budget.coefficients import Coefficients
@@ -85,16 +85,11 @@ def weaknesses(
 
 def _several_runs(calibration: Calibration) -> Iterator[str]:
     """Say whose coefficients they are, where several runs have no laws."""
-    if calibration.temperature_model is not None:
-        return
-    for table in tables_in_use(calibration).nearest:
-        alike = sum(other.mounting == table.mounting for other in calibration.tables)
-        if alike < 2:
-            continue
-        mean = mean_of_runs(calibration, table.mounting)
-        one = f"those of run {table.run}, one of {alike}"
-        told = one if mean is None else f"the mean of {mean.runs}"
-        yield f"no temperature law, so the coefficients of mounting {table.mounting} are {told}"
+    for mean in means_of_runs(calibration):
+        yield (
+            f"no temperature law, so the coefficients of mounting {mean.first.mounting} are the"
+            f" mean of {mean.runs}"
+        )
 
 
 def _drift(random: RandomPart) -> Iterator[str]:

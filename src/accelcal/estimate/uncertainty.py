@@ -21,7 +21,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -195,6 +195,35 @@ def combined(variances: Sequence[Array], freedom: Sequence[Array]) -> Intervals:
     with np.errstate(divide="ignore"):
         dof = 1.0 / inverse
     return Intervals(standard, factor * standard, factor, dof)
+
+
+def welch_satterthwaite(variances: ArrayLike, dof: ArrayLike) -> Array:
+    """Effective degrees of freedom, JCGM 100 (G.2b), for who asks for those of the GUM.
+
+    Parameters
+    ----------
+    variances : array_like, shape (n, ...)
+        Variance that each of n components gives to some estimates.
+    dof : array_like, shape (n,) or (n, ...)
+        Degrees of freedom of each.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        u^4 / sum (u_i^4 / dof_i), infinite where all are.
+
+    Examples
+    --------
+    >>> welch_satterthwaite([[9.0], [16.0]], [9.0, 16.0]).round(9).tolist()
+    [25.0]
+    """
+    parts, freedom = np.asarray(variances, dtype=np.float64), np.asarray(dof, dtype=np.float64)
+    freedom = freedom.reshape(freedom.shape + (1,) * (parts.ndim - freedom.ndim))
+    total = parts.sum(axis=0)
+    shares = np.divide(parts, total, out=np.zeros_like(parts), where=total > 0.0)
+    inverse = np.asarray((shares**2 / freedom).sum(axis=0))
+    found: Array = np.divide(1.0, inverse, out=np.full_like(inverse, np.inf), where=inverse > 0.0)
+    return found
 
 
 def _coverage_factors(inverse: Array) -> Array:

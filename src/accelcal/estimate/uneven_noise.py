@@ -18,6 +18,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.estimate.noise import ReadingNoise, is_noise
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.uncertainty import welch_satterthwaite
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.probability import f_exceeds
 from accelcal.numerics.sorting import distinct
@@ -73,11 +74,11 @@ class UnevenNoise(NamedTuple):
         """
         own = self.variance[self.differs]
         parts = own[:, :, None] * np.diagonal(influence, axis1=1, axis2=2)
-        shared, inverse = self.mirrored[self.differs], np.empty(parts.shape[::2])
-        together = np.einsum("djp,jc->dcp", parts[shared], self.mirrors)
-        inverse[shared] = (together**2 / (self.dof @ self.mirrors)[:, None]).sum(axis=1)
-        inverse[~shared] = (parts[~shared] ** 2 / self.dof[:, None]).sum(axis=1)
-        inverse = inverse / parts.sum(axis=1) ** 2 + 1.0 / self.of_size[self.differs, None]
+        shared, dof = self.mirrored[self.differs], np.empty(parts.shape[::2])
+        together = np.einsum("djp,jc->cdp", parts[shared], self.mirrors)
+        dof[shared] = welch_satterthwaite(together, self.dof @ self.mirrors)
+        dof[~shared] = welch_satterthwaite(parts[~shared].swapaxes(0, 1), self.dof)
+        inverse = 1.0 / dof + 1.0 / self.of_size[self.differs, None]
         return np.tensordot(own, influence, axes=1), 1.0 / inverse
 
 

@@ -102,6 +102,7 @@ def export_content(
         "sign_convention": SIGN_CONVENTION,
         "validity": _validity(found),
         "assumptions": list(found.assumptions),
+        "notes": list(found.notes),
         "coefficients": coefficients(found),
         "ieee_1293": _ieee(found),
         "new_launch": _new_launch(found),

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from accelcal.compensate.at_temperature import mean_of_runs
 from accelcal.compensate.coefficients import Law
 from accelcal.compensate.ranges import outside_temperatures, within_temperatures
 from accelcal.errors import InputError
@@ -32,7 +33,8 @@ def scale_factor_from(calibration: Calibration, record: StabilityRecord) -> Scal
     """Scale factor that a calibration of the same accelerometer gives for a record.
 
     It is K1 by its temperature law at the mean of the known temperatures of the record, at T0 where
-    none is known; without a law that of the nearest table of the main mounting.
+    none is known; without a law the mean of the runs of the main mounting at one level, or else
+    that of its nearest table.
 
     Raises
     ------
@@ -70,6 +72,8 @@ def _by_law(calibration: Calibration, wanted: float | None) -> ScaleFactor | Non
 
 
 def _of_table(calibration: Calibration, wanted: float | None) -> ScaleFactor:
+    if mean := mean_of_runs(calibration):
+        return ScaleFactor(mean.coefficients["K1"].value or 0.0, _notes(mean.temperature, wanted))
     table = tables_in_use(calibration, wanted).main
     value = table.coefficients["K1"].value or 0.0
     return ScaleFactor(value, _notes(table.temperature_degC, wanted))

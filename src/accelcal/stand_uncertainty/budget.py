@@ -10,23 +10,20 @@ import numpy as np
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
-from accelcal.compensate.coefficients import Law
-from accelcal.errors import InputError
+from accelcal.compensate.choice import compensation
 from accelcal.estimate.linear import Method
+from accelcal.estimate.uncertainty import welch_satterthwaite
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
 from accelcal.reference import USUAL_TEMPERATURE, fixture_angle
 from accelcal.results.calibration import Calibration
-from accelcal.results.quantity import Quantity
 from accelcal.results.stand_budget import StandBudget, StandShare
-from accelcal.results.tables_in_use import tables_in_use
-from accelcal.results.temperature import TemperatureLaw
 from accelcal.specification import Specification
 from accelcal.stand_uncertainty.estimator import Estimator, estimator_of
 from accelcal.stand_uncertainty.kinds import ERROR_QUANTITIES, KINDS
-from accelcal.stand_uncertainty.linear import Propagated, effective_dof, jacobian, propagated
+from accelcal.stand_uncertainty.linear import Propagated, jacobian, propagated
 from accelcal.stand_uncertainty.monte_carlo import Linear, monte_carlo
 from accelcal.stand_uncertainty.readings import Readings, readings_of
 from accelcal.stand_uncertainty.requirements import requirements, sufficiency
@@ -158,7 +155,8 @@ def _linear(
     shares = tuple(map(_share, parts, found))
     covariance = np.sum([effect.through @ effect.through.T for effect in found], axis=0)
     standard = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
-    dof = effective_dof([part.contributions for part in shares], [part.dof for part in shares])
+    of_each = np.array([part.contributions for part in shares]) ** 2
+    dof = welch_satterthwaite(of_each, [part.dof for part in shares])
     factor = np.array([student_quantile(LEVEL, float(own)) for own in dof])
     return StandBudget(
         stand=stand.name,
@@ -240,14 +238,13 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
     Returns
     -------
     Accelerometer
-        Laws from the temperature model, else from the table of the main mounting nearest to T0,
-        with no slopes; what was not determined is zero, and a slope that was not that of the other
-        side. The misalignment is free of the fixture angle where that is known.
+        With the coefficients by which `accelcal.apply` takes the outputs; what was not determined
+        is zero, and a slope that was not that of the other side.
 
     Raises
     ------
     InputError
-        If the scale factor is not known.
+        As `accelcal.compensate.choice.compensation`.
 
     Examples
     --------
@@ -256,30 +253,19 @@ def accelerometer_of(calibration: Calibration) -> Accelerometer:
     >>> round(found.scale_factor.at_T0, 3), round(found.scale_factor.above * 1e6)
     (1.35, 520)
     """
-    used, model = tables_in_use(calibration), calibration.temperature_model
-    main, laws = used.main, {} if model is None or not used.by_laws else model.laws
-    scale_factor = _law("K1", laws, main.coefficients["K1"])
-    k2, k3, coupling = (
-        used.telling(name).error_model[name].value or 0.0 for name in ("k2", "k3", "delta_ip")
+    found, reference = compensation(calibration, effects=False), calibration.T0_degC
+    scale_factor, bias, misalignment = (
+        BilinearLaw(law.at_T0, law.above.value, law.below.value)
+        for law in (found.K1, found.k0, found.cross.delta)
     )
-    reference = calibration.T0_degC
-    if scale_factor.at_T0 == 0.0:
-        raise InputError("the calibration has no scale factor K1; fit a record that determines it")
     return Accelerometer(
         scale_factor=scale_factor,
-        bias=_law("k0", laws, main.error_model["k0"]),
-        misalignment=_law("delta", laws, calibration.misalignment(main)),
-        k2=k2,
-        k3=k3,
-        cross_coupling=coupling,
+        bias=bias,
+        misalignment=misalignment,
+        k2=found.k2,
+        k3=found.k3,
+        cross_coupling=found.cross.delta_ip,
         reference_temperature=USUAL_TEMPERATURE if reference is None else reference,
         unit=calibration.output_unit,
         serial=calibration.serial,
     )
-
-
-def _law(name: str, laws: Mapping[str, TemperatureLaw], at_rest: Quantity) -> BilinearLaw:
-    if name not in laws:
-        return BilinearLaw(at_rest.value or 0.0)
-    law = Law.of(laws[name], name)
-    return BilinearLaw(law.at_T0, law.above.value, law.below.value)

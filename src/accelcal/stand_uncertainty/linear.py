@@ -101,33 +101,3 @@ def _part_left(
     gram = estimator.fitted.T @ estimator.fitted
     fitted = float((on_coefficients * (gram @ on_coefficients)).sum())
     return float(np.sqrt(max(squares - 2.0 * across + fitted, 0.0) / squares))
-
-
-def effective_dof(contributions: Sequence[Array], dof: Sequence[float]) -> Array:
-    """Effective degrees of freedom, JCGM 100 (G.2b).
-
-    Parameters
-    ----------
-    contributions : sequence of ndarray, shape (q,)
-        Standard uncertainty of each coefficient by each component.
-    dof : sequence of float
-        Degrees of freedom of each component.
-
-    Returns
-    -------
-    ndarray, shape (q,)
-        u^4 / sum (u_i^4 / dof_i), infinite where all are.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> effective_dof([np.array([3.0]), np.array([4.0])], [9.0, 16.0]).round(9).tolist()
-    [25.0]
-    """
-    parts = np.abs(np.array(contributions))
-    total = np.sqrt((parts**2).sum(axis=0))
-    shares = np.divide(parts, total, out=np.zeros_like(parts), where=total > 0.0)
-    inverse = (shares**4 / np.array(dof)[:, None]).sum(axis=0)
-    found = np.full(total.shape, np.inf)
-    np.divide(1.0, inverse, out=found, where=inverse > 0.0)
-    return found

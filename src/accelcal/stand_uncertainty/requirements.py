@@ -16,6 +16,7 @@ from accelcal.arguments.kinds import as_given
 from accelcal.arguments.options import mapping_of
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
+from accelcal.estimate.uncertainty import welch_satterthwaite
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.results.stand_budget import StandBudget
 from accelcal.results.stand_requirements import (
@@ -25,7 +26,6 @@ from accelcal.results.stand_requirements import (
     TargetReached,
 )
 from accelcal.specification import PLACES, QUANTITIES, Limit, Specification
-from accelcal.stand_uncertainty.linear import effective_dof
 from accelcal.targets import target_size
 
 _FARTHEST = 100.0
@@ -49,7 +49,7 @@ class _Problem:
     def expanded(self, factors: Array) -> Array:
         """Expanded uncertainties with the components changed by factors, shape (t,)."""
         own = self.contributions * factors[:, None]
-        dof = effective_dof(list(own), self.dof.tolist())
+        dof = welch_satterthwaite(own**2, self.dof)
         k = np.array([student_quantile(LEVEL, float(value)) for value in dof])
         return np.asarray(k * np.linalg.norm(own, axis=0))
 
@@ -280,11 +280,9 @@ def _expanded(budget: StandBudget, place: int) -> float:
     if budget.coefficients[place].symbol not in _CHANGES:
         return float(budget.expanded_uncertainty[place])
     of_stand = [part for part in budget.components if not part.fixed]
-    own = [part.contributions[place : place + 1] for part in of_stand]
-    if not own:
-        return 0.0
-    dof = effective_dof(own, [part.dof for part in of_stand])
-    return student_quantile(LEVEL, float(dof[0])) * float(np.linalg.norm(own))
+    own = np.array([part.contributions[place] for part in of_stand])
+    dof = welch_satterthwaite(own**2, [part.dof for part in of_stand])
+    return student_quantile(LEVEL, float(dof)) * float(np.linalg.norm(own))
 
 
 def _half_width(limit: Limit) -> float:

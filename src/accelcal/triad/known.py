@@ -9,6 +9,7 @@ import numpy as np
 from accelcal.arguments.axes import AXES
 from accelcal.arrays import Array
 from accelcal.errors import DesignError, InputError
+from accelcal.estimate.uncertainty import welch_satterthwaite
 from accelcal.triad.clampings import Seats, seats_of
 from accelcal.triad.solution import Design, Solution, design_of
 from accelcal.triad.visits import Noise, Visits
@@ -107,8 +108,8 @@ def _with_uncertainty(found: Solution, seats: Seats, up: Array, visits: Visits) 
     whole = own + _of_seats(seats, found.sensitivity)
     # which has the order b_x, S_xx, S_xy, S_xz, b_y ...
     if seats.size:
-        shares = np.diagonal(own) / np.diagonal(whole)
-        freedom = 1.0 / (shares**2 / freedom + (1.0 - shares) ** 2 / seats.dof)
+        told_by = np.diagonal(own), np.diagonal(whole - own)
+        freedom = welch_satterthwaite(told_by, [freedom, np.full_like(freedom, seats.dof)])
     order = [4 * i for i in range(3)] + [4 * i + 1 + j for i in range(3) for j in range(3)]
     return found._replace(
         covariance=np.asarray(whole[np.ix_(order, order)], dtype=np.float64),

@@ -67,7 +67,7 @@ class Accelerometer:
         self.serial = found.serial
         gravity = options.local_gravity or found.local_gravity
         self.scale = acceleration_scale(options, gravity)
-        self.notes: list[str] = []
+        self.notes = list(found.notes)
         self._temperatures = SampleTemperatures(
             headings, options.temperature, found.temperatures, extrapolate=options.extrapolate
         )
