@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.discovery.as_searched import said_of_temperatures
-from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.columns import dummies, head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.dead_zone_or_cube import said_of_rivals
@@ -22,19 +21,19 @@ from accelcal.discovery.doubts.otherwise import (
 )
 from accelcal.discovery.explanation import Explanation, is_needed
 from accelcal.discovery.family import Family
-from accelcal.discovery.instance import Instance, column_of, columns_of, replaced
+from accelcal.discovery.instance import Instance, column_of, replaced
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.search import cancels
 from accelcal.discovery.spans import orthonormal
 from accelcal.discovery.tied import said_of_not_shown
-from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
+from accelcal.discovery.unnamed.any_pattern import any_patterns
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
 from accelcal.discovery.unnamed.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
 from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
 from accelcal.discovery.untimed import going_on
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
-from accelcal.plural import are, listed
+from accelcal.plural import are, counted, listed
 from accelcal.results.findings import Unexplained
 from accelcal.units import MICRO
 
@@ -42,13 +41,6 @@ _LIKE_THE_HEAD = 0.9
 """Part of an effect's squares that errors of the head positions must be able to take up."""
 
 _LIKE_ANY = ": errors of the head look like effects of the position alone"
-
-_ALIKE = 0.999
-"""Cosine from which two places of an effect are one to the readings."""
-
-_FEW_PATTERNS, _FAINT = 2, 0.05
-"""Patterns that so many effects can always make together, and part of the largest from which on
-one counts."""
 
 _OFTEN = 0.05
 """Share of patterns outside the catalogue that would get such names, from which on it is told."""
@@ -121,7 +113,6 @@ def caveats(
         yield from map(Caveat, said_of_ends(comparison, best, family.candidates.effects))
         yield from map(Caveat, said_of_laws(alternatives))
         yield from (Caveat(other.said) for other in others)
-        yield from _put_together(family, found[0])
         yield from _of_any_pattern(family, found[0])
         yield from _of_cancelling(comparison, found[0])
         silence = list(said_of_silence(comparison, found[0]))
@@ -139,25 +130,6 @@ def caveats(
     yield from _untimed(comparison, best, left)
 
 
-def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:
-    """Effects at one of several places, all of which two effects could make where few show."""
-    space, c = family.space, family.comparison.model.conditions
-    for item in compress(best.instances, of_position(family.comparison, best.directions)):
-        if not any(shape.discrete for shape in item.effect.shapes):
-            continue
-        places = columns_of(instances_of(item.effect, c), c)
-        vectors, sizes, _ = np.linalg.svd(space.see(places), full_matrices=False)
-        patterns = vectors[:, sizes > _FAINT * sizes[0]]
-        named = ((patterns.T @ best.directions) ** 2).sum(axis=0) > _ALIKE
-        if named.sum() < patterns.shape[1] <= _FEW_PATTERNS:
-            yield not_sure(
-                [item.effect.id],
-                "of what depends on the position alone these positions show no more than"
-                f" {patterns.shape[1]} patterns, and two effects of it together could make this"
-                " one, as |a_i| and a_p^3; positions 22.5 or 30 deg apart would tell",
-            )
-
-
 def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
     """Effects of the position alone, where patterns that nobody listed would look like them."""
     told = (each for each in any_patterns(family, best) if each.chance > _OFTEN)
@@ -167,11 +139,12 @@ def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
         if set(each.ids) <= doubted:
             continue
         doubted |= set(each.ids)
+        kind, them = ("its", "it") if len(each.ids) == 1 else ("their", "them")
         yield not_sure(
             each.ids,
-            f"these positions show {each.patterns} patterns of their kind, and of such that no"
-            f" catalogue has up to {100.0 * each.chance:.0f} % would be explained as well by"
-            f" {len(each.ids)} effects of it; measure at positions between these",
+            f"these positions show {counted(each.patterns, 'pattern')} of {kind} kind, and up to"
+            f" {100.0 * each.chance:.0f} % of what no catalogue has would look as much like {them};"
+            " measure at positions between these",
         )
 
 
