@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
-from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.discovery.as_searched import said_of_temperatures
-from accelcal.discovery.columns import dummies, head_columns
+from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.dead_zone_or_cube import said_of_rivals
+from accelcal.discovery.doubts.not_listed import not_listed
 from accelcal.discovery.doubts.open_end import said_of_ends
 from accelcal.discovery.doubts.otherwise import (
     Alternatives,
     Otherwise,
     said_of_laws,
 )
-from accelcal.discovery.explanation import Explanation, is_needed
+from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
-from accelcal.discovery.instance import Instance, column_of, replaced
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.search import cancels
-from accelcal.discovery.spans import orthonormal
 from accelcal.discovery.tied import said_of_not_shown
 from accelcal.discovery.unnamed.any_pattern import any_patterns
+from accelcal.discovery.unnamed.oscillating import oscillations_as_likely
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
 from accelcal.discovery.unnamed.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
 from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
@@ -56,9 +55,6 @@ _CORRELATED = 0.3
 
 _VAGUE = 1.0 / 3.0
 """Expanded uncertainty of a step over its size from which it could be no step."""
-
-_BY_LEVEL = ("k2-temperature", "k3-temperature")
-"""Effects that a run with a shape of its own looks like, where none other is at its level."""
 
 _MOVED = {"launch_uncertainty": "the bias", "launch_sf_uncertainty": "the scale factor"}
 """What of the launches may be declared, and what these move."""
@@ -121,7 +117,8 @@ def caveats(
         yield from map(Caveat, _of_the_start(best))
         yield from _of_few_readings(comparison, best)
         yield from _of_steps(comparison, best, left)
-        yield from _of_one_run(comparison, best)
+        yield from _of_not_listed(comparison, best)
+        yield from _of_oscillations(comparison, found[0])
         yield from _of_the_wrong_sense(comparison, best)
         yield from _of_the_chamber(comparison, best)
     if found or left:
@@ -269,24 +266,18 @@ def _of_the_wrong_sense(comparison: Comparison, instances: Sequence[Instance]) -
             )
 
 
-def _of_one_run(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
-    """Laws of the temperature that one run would look like which alone is otherwise."""
-    record, space, c = comparison.record, comparison.space, comparison.model.conditions
-    at_one_level = replace(c, excess=np.ones_like(c.excess))
-    for place, item in enumerate(instances):
-        if item.effect.id not in _BY_LEVEL:
-            continue
-        others = comparison.span(replaced(instances, place))
-        of_runs = space.see(column_of(item, at_one_level)[:, None] * dummies(c.run))
-        spans = (orthonormal(np.hstack([others, own[:, None]])) for own in of_runs.T)
-        alone = [not is_needed(comparison, item, span) for span in spans]
-        if any(alone):
-            runs = " or ".join(compress(record.run_labels, alone))
-            yield not_sure(
-                [item.effect.id],
-                f"another {item.effect.id[:2].upper()} of run {runs} alone explains these readings"
-                " as well; repeat that run at its temperature",
-            )
+def _of_not_listed(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+    """Effects in place of which something explains as much that no catalogue lists."""
+    found = list(not_listed(comparison, instances))
+    for what, remedy in dict.fromkeys((other.what, other.remedy) for _, other in found):
+        ids = [name for name, other in found if other.what == what]
+        yield not_sure(ids, f"{what} explains these readings as well; {remedy}")
+
+
+def _of_oscillations(comparison: Comparison, best: Explanation) -> Iterator[Caveat]:
+    """Effects in step with an oscillation, as a backlash with one of the period of a stroke."""
+    for ids, told in oscillations_as_likely(comparison, best, POSSIBLE):
+        yield not_sure(ids, f"it is as likely that {told}; repeat the test at another pace")
 
 
 def _of_the_chamber(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
