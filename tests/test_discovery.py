@@ -480,7 +480,7 @@ def test_the_scale_factor_is_open_where_nothing_tells_a_dead_zone_from_a_cube(na
     assert {alike.id, *alike.indistinguishable} == {"dead-zone", "cross-axis-cubic"}
     assert found.doubtful == (alike.id,)
     assert found.unbounded == ("K1", "K3", "M")
-    told = "explains these readings as well, with other values of K1, K3, M; nothing"
+    told = "explains these readings as well, with other values of K1, k3, delta; nothing"
     assert any(told in note for note in found.doubts)
     fitted = accelcal.fit(record, model=found)
     bare = {n for n, q in fitted.tables[0].quantities.items() if q.standard_uncertainty is None}
@@ -973,7 +973,7 @@ def test_fit_with_a_model_says_what_else_the_effects_could_be(discovery):
     record = accelcal.simulate(effects=[effect("scale-factor-asymmetry").of(2e-4)], seed=4)
     assert len(discovery.otherwise) == 1
     said = accelcal.fit(record, model=discovery).warnings
-    assert any("fourth-order + hysteresis in truth: K2 4" in told for told in said)
+    assert any("fourth-order + hysteresis in truth: k2 4" in told for told in said)
     unsure = replace(discovery, doubtful=("hysteresis",), notes=())
     added = set(accelcal.fit(record, model=unsure).warnings) - set(accelcal.fit(record).warnings)
     counted = {told for told in said if told.startswith("U counts what else the effects may be")}

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from accelcal.errors import InputError
+from accelcal.model import symbol_of
 from accelcal.plural import listed
 from accelcal.report.findings import chance, noise_line, where_lines
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
@@ -173,7 +174,7 @@ def change_row(item: Change) -> tuple[str, str, str, str, str]:
     shown = [_digits(value * scale, item, scale) for value in (before, after, change)]
     if item.coefficient == "K1":  # relative to the fit that the search started from
         shown[:2] = ["", ""]
-    return (item.coefficient, shown[0], shown[1], shown[2], unit)
+    return (symbol_of(item.coefficient), shown[0], shown[1], shown[2], unit)
 
 
 def _digits(value: float, item: Change, scale: float) -> str:
@@ -196,7 +197,7 @@ def _open(found: Discovery) -> Iterator[str]:
         yield "What this test cannot show, and what would take it up"
         for item in found.undetectable:
             if item.absorbed_by:
-                yield f"  {item.id}: {', '.join(item.absorbed_by)}"
+                yield f"  {item.id}: {', '.join(map(symbol_of, item.absorbed_by))}"
         if untold := [item.id for item in found.undetectable if not item.absorbed_by]:
             yield from wrapped(f"nothing tells of {', '.join(untold)}", "  ")
     if found.next_measurement:
