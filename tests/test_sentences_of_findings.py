@@ -90,7 +90,7 @@ def test_a_change_has_the_digits_of_its_coefficient():
     """Beside 520.0 ppm/degC stood a change of 0.003041 ppm/degC."""
     before, after = Quantity(5.2e-4, None, "1/degC"), Quantity(5.2e-4 + 3.041e-9, None, "1/degC")
     row = change_row(Change("K1 above T0", before, after))
-    assert row == ("K1 above T0", "520.0", "520.0", "0.0", "ppm/degC")
+    assert row == ("beta1", "520.0", "520.0", "0.0", "ppm/degC")
 
 
 def test_all_that_effects_may_be_is_one_sentence_of_a_fit():
