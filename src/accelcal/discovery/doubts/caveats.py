@@ -139,9 +139,9 @@ def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
         kind, them = ("its", "it") if len(each.ids) == 1 else ("their", "them")
         yield not_sure(
             each.ids,
-            f"these positions show {counted(each.patterns, 'pattern')} of {kind} kind, and up to"
-            f" {100.0 * each.chance:.0f} % of what no catalogue has would look as much like {them};"
-            " measure at positions between these",
+            f"these positions show {counted(each.patterns, 'pattern')} of {kind} kind, and what no"
+            f" catalogue has, as a voltmeter of two ranges, would look as much like {them} in up to"
+            f" {100.0 * each.chance:.0f} % of cases; measure at positions between these",
         )
 
 
