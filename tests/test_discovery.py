@@ -966,7 +966,7 @@ def test_the_notes_tell_what_the_temperature_laws_would_be():
     assert found.effects[0].indistinguishable == ("warm-up",)
     other = accelcal.discover(record, effects=[effect("warm-up")]).coefficients
     slope = 1e6 * next(c for c in other if c.coefficient == "K0 below T0").after.value
-    assert f"K0 below T0 {slope:.4g} ug/degC" in " ".join(found.otherwise)
+    assert f"lam2 {slope:.4g} ug/degC" in " ".join(found.otherwise)
 
 
 def test_fit_with_a_model_says_what_else_the_effects_could_be(discovery):
@@ -1226,15 +1226,15 @@ def test_a_run_in_another_unit_is_said():
 
 
 def test_a_change_that_rounding_makes_is_none():
-    """Where the shifts of the runs are free, K1 and K0 have no uncertainty to tell the digits."""
+    """Where the shifts of the runs are free, K1 and k0 have no uncertainty to tell the digits."""
     record = accelcal.simulate(seed=2, declare=False, effects=[effect("backlash").of(3e-5)])
     rows = [
         re.split(r"\s{2,}", line.strip()) for line in str(accelcal.discover(record)).split("\n")
     ]
     changes = {row[0]: row[1:] for row in rows}
     assert changes["K1"] == ["0", "ppm"]
-    assert changes["K0"][2:] == ["0", "ug"]
-    assert changes["M"][-1] == "urad"
+    assert changes["k0"][2:] == ["0", "ug"]
+    assert changes["delta"][-1] == "urad"
 
 
 @pytest.mark.parametrize("seed", [6, 11])
