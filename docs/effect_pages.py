@@ -28,6 +28,7 @@ from accelcal.discovery.spans import orthonormal
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
+from accelcal.model import symbol_of
 from accelcal.plot.style import palette, picture
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 
@@ -124,7 +125,7 @@ def _lines(effect: Effect) -> Iterator[str]:
 def _row(effect: Effect, positions: int) -> str:
     shown = design(positions)
     if effect.id in shown.absorbed:
-        taken = ", ".join(shown.absorbed[effect.id]) or "the base model"
+        taken = ", ".join(map(symbol_of, shown.absorbed[effect.id])) or "the base model"
         return f"| {positions} | no, absorbed by {taken} | | |"
     alike = shown.alike[effect.id]
     near = [f"{_link(name)} {cosine:.2f}" for name, cosine in alike.near]

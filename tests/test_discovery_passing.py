@@ -309,7 +309,7 @@ def test_another_k2_of_one_run_is_no_sure_law_of_the_temperature(size, doubtful)
     found = accelcal.discover(replace(record, output=record.output + 1.35 * alone))
     assert [item.id for item in found.effects] == ["k2-temperature"]
     assert found.doubtful == doubtful
-    assert ("another K2 of run 2 alone" in " ".join(found.notes)) == bool(doubtful)
+    assert ("another k2 of run 2 alone" in " ".join(found.notes)) == bool(doubtful)
 
 
 TILTED = TumblePlan(

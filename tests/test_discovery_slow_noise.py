@@ -18,7 +18,7 @@ from accelcal.discovery.search import search
 from accelcal.discovery.unnamed.wandering import _SIZES, Wandering, _likeliest
 from accelcal.effects.catalogue import effect
 from accelcal.results.findings import Gap
-from accelcal.simulation import TumblePlan
+from accelcal.simulation import NoiseComponents, TumblePlan
 
 look = import_module("accelcal.discovery.look")
 
@@ -30,6 +30,17 @@ def walked(seed, step):
     record = accelcal.simulate(plan=TumblePlan(timed=True), seed=seed)
     walk = np.random.default_rng(seed).standard_normal((3, len(record) // 3)) * step
     return replace(record, output=record.output + 1.35 * np.cumsum(walk, axis=1).ravel())
+
+
+NO_HEAD = NoiseComponents(reading=5e-6, head=0.0, launch=1e-5, launch_sf=5e-6)
+
+
+def added(plan, bias, seed):
+    """A record with a bias [g] that goes with the part of its run that has passed."""
+    record = accelcal.simulate(plan=plan, noise=NO_HEAD, seed=seed)
+    starts = np.array([record.time[record.run == run].min() for run in np.unique(record.run)])
+    passed = record.time - starts[record.run]
+    return replace(record, output=record.output + 1.35 * bias(passed / passed.max()))
 
 
 def doubted(found):
@@ -115,6 +126,34 @@ def test_a_search_is_not_made_again_where_the_noise_is_the_same_beside_what_was_
     record = accelcal.simulate(effects=hidden, seed=1)
     assert [item.id for item in accelcal.discover(record).effects] == ["stroke-offset"]
     assert len(searches) == 1
+
+
+@pytest.mark.parametrize(("law", "said"), [(np.sqrt, "root"), (np.square, "square")])
+def test_a_bias_that_settles_by_no_listed_law_gets_no_sure_name(law, said):
+    """It was a warm-up, or a drift, as certain."""
+    found = accelcal.discover(added(TumblePlan(timed=True), lambda part: 2e-5 * law(part), seed=0))
+    assert found.effects
+    assert {item.id for item in found.effects} == doubted(found)
+    told = f"a bias that goes with the {said} of the time in each run explains these readings"
+    assert any(told in note for note in found.notes)
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_an_oscillation_in_step_with_the_strokes_is_no_sure_backlash(seed):
+    """It was backlash or hysteresis, as certain; a backlash of several runs is in step in all."""
+    plan = TumblePlan(temperatures=(20.0,), strokes=4, timed=True)
+
+    def in_step(part):
+        return 1.5e-5 * np.sin(2.0 * np.pi * 35.0 / 9.0 * part + np.pi / 9.0 * seed)
+
+    found = accelcal.discover(added(plan, in_step, seed))
+    (name,) = (item.id for item in found.effects)
+    assert name in ("backlash", "hysteresis")
+    assert found.doubtful == (name,)
+    assert any("it is as likely that the bias oscillates" in note for note in found.notes)
+    runs = TumblePlan(temperatures=(20.0, 80.0), strokes=4, timed=True)
+    hidden = [accelcal.effect("backlash").of(2e-5)]
+    assert accelcal.discover(accelcal.simulate(plan=runs, effects=hidden, seed=seed)).doubtful == ()
 
 
 @pytest.mark.parametrize(

@@ -279,7 +279,7 @@ def test_joint_estimate_makes_coefficients_better():
     ]
     assert max(ratios) < 1.001
     assert min(ratios) < 0.95
-    assert re.search(r"K\d +[\d.]+ +[\d.]+ +\d+\.\d %", str(result))
+    assert re.search(r"k\d +[\d.]+ +[\d.]+ +\d+\.\d %", str(result))
 
 
 def test_head_positions_are_told_with_their_uncertainty():

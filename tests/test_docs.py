@@ -196,11 +196,11 @@ def test_every_effect_has_a_page(tmp_path):
 
 def test_pages_of_effects_know_the_designs():
     page = effect_pages.page(accelcal.effect("scale-factor-asymmetry"))
-    assert "| 4 | no, absorbed by K2 | | |" in page
+    assert "| 4 | no, absorbed by k2 | | |" in page
     assert "| 8 | yes | [fourth-order](fourth-order.md) |  |" in page
     assert "| 12 | yes |  |  |" in page
     page = effect_pages.page(accelcal.effect("odd-quadratic"))
-    assert "| 8 | no, absorbed by K1, K3 | | |" in page
+    assert "| 8 | no, absorbed by K1, k3 | | |" in page
     assert "| 24 | yes |" in page
 
 

@@ -74,7 +74,7 @@ def test_what_changes_with_the_law_is_told():
         accelcal.simulate(plan=TumblePlan(timed=True), effects=[TILT.of(3e-5)], seed=0)
     )
     (note,) = (note for note in found.notes if note.startswith("if it is foundation-tilt with "))
-    assert re.search(r"rad in truth: M \d+ urad", note)
+    assert re.search(r"rad in truth: delta \d+ urad", note)
 
 
 def coefficient(found, name):
@@ -99,7 +99,7 @@ def test_the_uncertainty_covers_where_the_other_one_of_two_effects_is_the_true_o
     K2 = coefficient(found, "K2").after
     assert abs(K2.value - truth.value) < K2.expanded_uncertainty
     (note,) = found.otherwise
-    other = 1e-6 * float(re.search(r"K2 ([\d.]+) ug", note)[1])
+    other = 1e-6 * float(re.search(r"k2 ([\d.]+) ug", note)[1])
     off = other - K2.value
     assert K2.standard_uncertainty == pytest.approx(abs(off) / np.sqrt(2.0), rel=0.05)
     assert K2.coverage_factor == pytest.approx(1.98, abs=0.02)

@@ -90,7 +90,7 @@ def test_a_change_has_the_digits_of_its_coefficient():
     """Beside 520.0 ppm/degC stood a change of 0.003041 ppm/degC."""
     before, after = Quantity(5.2e-4, None, "1/degC"), Quantity(5.2e-4 + 3.041e-9, None, "1/degC")
     row = change_row(Change("K1 above T0", before, after))
-    assert row == ("K1 above T0", "520.0", "unknown", "520.0", "unknown", "0.0", "ppm/degC")
+    assert row == ("beta1", "520.0", "unknown", "520.0", "unknown", "0.0", "ppm/degC")
 
 
 def test_a_change_tells_how_uncertain_its_coefficient_is_before_and_after():
@@ -98,7 +98,7 @@ def test_a_change_tells_how_uncertain_its_coefficient_is_before_and_after():
     before = Quantity(2.7e-4, 3.8e-6, "g/g^2", 7.5e-6)
     after = Quantity(8e-5, 3.1e-4, "g/g^2", 6.1e-4)
     row = change_row(Change("K2", before, after))
-    assert row == ("K2", "270.0", "7.5", "80", "610", "-190", "ug/g^2")
+    assert row == ("k2", "270.0", "7.5", "80", "610", "-190", "ug/g^2")
 
 
 def test_all_that_effects_may_be_is_one_sentence_of_a_fit():

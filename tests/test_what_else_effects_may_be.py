@@ -57,7 +57,7 @@ def test_k2_is_within_u_where_the_discovery_named_the_wrong_one_of_two(not_of_fo
     assert all(all(within(each, ["k2"])) for each in found)
     for each in found:
         (said,) = (text for text in each.warnings if text.startswith(SAID))
-        assert said.removeprefix(SAID).startswith("if it is fourth-order in truth: K2 ")
+        assert said.removeprefix(SAID).startswith("if it is fourth-order in truth: k2 ")
         assert not any("U does not count what else" in text for text in each.warnings)
         budget = each.tables[0].budget
         assert budget["K2"][LOOK_ALIKES] > 10.0 * budget["K2"]["effects"]
@@ -101,7 +101,7 @@ def test_what_the_readings_do_not_tell_of_a_look_alike_counts_as_well(width, fir
 ONE_RUN = TumblePlan(timed=True, temperatures=(20.0,))
 EACH_LEVEL_ONCE = TumblePlan(timed=True, temperatures=(20.0, 50.0, 80.0))
 BACK_AGAIN = TumblePlan(timed=True, temperatures=(20.0, 50.0, 80.0, 20.0))
-ANY_LONGER = "if it is warm-up with tau = 3.18e+04 s or more in truth: K0 "
+ANY_LONGER = "if it is warm-up with tau = 3.18e+04 s or more in truth: k0 "
 NOT_COUNTED = "warm-up with tau of 3.18e+04 s or any longer explains these readings as well as bias"
 
 

@@ -61,6 +61,7 @@ __all__ = [
     "design_matrix",
     "law_units",
     "output",
+    "symbol_of",
 ]
 
 _TERMS: Mapping[str, Callable[[Acceleration], Array]] = MappingProxyType(
@@ -120,6 +121,15 @@ SLOPES: Mapping[str, tuple[str, str]] = MappingProxyType(
 )
 """Symbol of a slope -> its law, and its side of T0."""
 
+_SYMBOLS: Mapping[str, str] = MappingProxyType(
+    {**ERROR_TERMS, "M_O": "delta_O", "M_P": "delta_P", "M_io": "delta_io"}
+    | {
+        f"{COEFFICIENT_OF[law]}{axis} {side} T0": symbol + axis
+        for symbol, (law, side) in SLOPES.items()
+        for axis in (("", "_O", "_P") if law == "delta" else ("",))
+    }
+)
+
 SEEN_IN_MOUNTING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "o": ("K0", "K1", "K2", "K3", "M_O", "M_ip"),
@@ -127,6 +137,27 @@ SEEN_IN_MOUNTING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Terms of (1) that `COEFFICIENTS` stand for, by the axis that lies along the shaft."""
+
+
+def symbol_of(name: str) -> str:
+    """Symbol in (2) and (4) of a coefficient over K1, or of its slope on a side of T0.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``"K0"`` or ``"K0 above T0"``.
+
+    Returns
+    -------
+    str
+        Such as ``"k0"`` or ``"lam1"``; the name itself if it has none.
+
+    Examples
+    --------
+    >>> symbol_of("M"), symbol_of("M_O below T0"), symbol_of("K1")
+    ('delta', 'gam2_O', 'K1')
+    """
+    return _SYMBOLS.get(name, name)
 
 
 class AxisTerms(NamedTuple):

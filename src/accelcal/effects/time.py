@@ -192,7 +192,7 @@ EFFECTS = (
         name="drift of the bias",
         physics="The bias changes linearly with time over the whole record.",
         formula="r t",
-        signature="The closure Y9 - Y1 of each stroke has the sign of the stroke; K0 of the runs"
+        signature="The closure Y9 - Y1 of each stroke has the sign of the stroke; k0 of the runs"
         " rises or falls.",
         to_tell_apart="times of the readings, and a longer record",
         parameters=(Parameter("rate", "g/h", "change of the bias with time"),),
@@ -216,7 +216,7 @@ EFFECTS = (
         name="warm-up of the bias",
         physics="From the start of each run the bias settles exponentially.",
         formula="A exp(-t / tau), t from the start of the run",
-        signature="The first readings of each run lie on one side; K0 absorbs their mean. Nearly"
+        signature="The first readings of each run lie on one side; k0 absorbs their mean. Nearly"
         " the same as a drift where tau is long.",
         to_tell_apart="a longer run, and readings at rest just after switching on",
         parameters=(
@@ -303,7 +303,7 @@ EFFECTS = (
         name="tilt of the foundation",
         physics="The vertical moves in the frame of the head, linearly in time and daily.",
         formula="d th = r t + s sin(2 pi t / 24 h) + c cos(2 pi t / 24 h)",
-        signature="M of the strokes wanders with time, as sin th.",
+        signature="delta of the strokes wanders with time, as sin th.",
         to_tell_apart="times of the readings, a record over a day, or level readings beside it",
         acts_on="angle",
         parameters=(

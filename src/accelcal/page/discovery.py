@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import PurePath
 
+from accelcal.model import symbol_of
 from accelcal.page.blocks import (
     Block,
     Bullets,
@@ -235,7 +236,10 @@ def _open(found: Discovery) -> Section:
     blocks: list[Block] = []
     if found.undetectable:
         rows = [
-            (_named(item.id), typeset(", ".join(item.absorbed_by)) or "nothing tells of it")
+            (
+                _named(item.id),
+                typeset(", ".join(map(symbol_of, item.absorbed_by))) or "nothing tells of it",
+            )
             for item in found.undetectable
         ]
         caption = "Effects that this test cannot show, whatever their size"

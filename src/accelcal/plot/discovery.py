@@ -10,6 +10,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.in_use.action import Action, action
+from accelcal.model import symbol_of
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import Readings
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
@@ -181,7 +182,7 @@ class DiscoveryPlot(Pictures[Discovery]):
             colour = palette().series[1]
             ax.errorbar(moved, place, xerr=wide, marker="o", ls="", color=colour, label=label)
             label = None
-        ax.set_yticks(range(len(shown)), [change.coefficient for change in shown])
+        ax.set_yticks(range(len(shown)), [symbol_of(change.coefficient) for change in shown])
         ax.set_ylim(len(shown) - 0.4, -0.6)
         ax.set(xlabel="change over U (95 %) without the effects [1]")
         low, high = ax.get_xlim()

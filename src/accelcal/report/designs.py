@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from accelcal.apparatus import SOURCE_UNITS
-from accelcal.model import COEFFICIENT_OF, COEFFICIENTS, SLOPES
+from accelcal.model import COEFFICIENTS, SLOPES, symbol_of
 from accelcal.report.lines import aligned, sections, wrapped
 from accelcal.report.numbers import significant
 from accelcal.results.designs import BLIND, DesignComparison, Forecast, TestDesign, Visibility
@@ -24,7 +24,6 @@ _UNITS = {**SOURCE_UNITS, "reading": "g", "resolution": "g"}
 _LARGE_FACTOR = 2.2
 _ABREAST = 7
 _NAMED = 3
-_SYMBOLS = {f"{COEFFICIENT_OF[law]} {side} T0": symbol for symbol, (law, side) in SLOPES.items()}
 _NEARLY = 1.1
 
 
@@ -257,7 +256,7 @@ def _seen(item: Visibility | None, factor: float) -> str:
 
 def _taken_up(item: Visibility) -> str:
     """Names of the coefficients that take an effect up, slopes by their symbols."""
-    names = [_SYMBOLS.get(name, name) for name in item.absorbed_by or ()]
+    names = list(map(symbol_of, item.absorbed_by or ()))
     return f"{len(names)} of them" if len(names) > _NAMED else " ".join(names) or "nothing"
 
 

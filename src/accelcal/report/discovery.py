@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from accelcal.errors import InputError
+from accelcal.model import symbol_of
 from accelcal.plural import listed
 from accelcal.report.findings import chance, noise_line, where_lines
 from accelcal.report.lines import aligned, notes, sections, unit_of, wrapped
@@ -172,7 +173,7 @@ def change_row(item: Change) -> tuple[str, ...]:
     change = (item.after.value or 0.0) - (item.before.value or 0.0)
     change = change if abs(change) > _ROUNDING else 0.0
     ends = (text for side in (item.before, item.after) for text in _side(item, side, scale))
-    return (item.coefficient, *ends, _digits(change, item, item.after, scale), unit)
+    return (symbol_of(item.coefficient), *ends, _digits(change, item, item.after, scale), unit)
 
 
 def _side(item: Change, side: Quantity, scale: float) -> tuple[str, str]:
@@ -201,7 +202,7 @@ def _open(found: Discovery) -> Iterator[str]:
         yield "What this test cannot show, and what would take it up"
         for item in found.undetectable:
             if item.absorbed_by:
-                yield f"  {item.id}: {', '.join(item.absorbed_by)}"
+                yield f"  {item.id}: {', '.join(map(symbol_of, item.absorbed_by))}"
         if untold := [item.id for item in found.undetectable if not item.absorbed_by]:
             yield from wrapped(f"nothing tells of {', '.join(untold)}", "  ")
     if found.next_measurement:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from statistics import median
 
+from accelcal.model import symbol_of
 from accelcal.plural import listed
 from accelcal.report.discovery import NOT_SURE
 from accelcal.report.findings import chance, probability
@@ -116,7 +117,7 @@ def gain_rows(found: StandDiscovery) -> list[tuple[str, ...]]:
 
 def _gain(changes: tuple[Change, ...]) -> tuple[tuple[str, ...], float]:
     """Row of a coefficient, and the part by which its uncertainty shrinks."""
-    name, unit = changes[0].coefficient, changes[0].after.unit
+    name, unit = symbol_of(changes[0].coefficient), changes[0].after.unit
     pairs = [(c.before.standard_uncertainty, c.after.standard_uncertainty) for c in changes]
     known = [(before, after) for before, after in pairs if before and after]
     if not known:

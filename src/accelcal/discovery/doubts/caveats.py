@@ -3,38 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
-from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.discovery.as_searched import said_of_temperatures
-from accelcal.discovery.candidates import instances_of
-from accelcal.discovery.columns import dummies, head_columns
+from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.dead_zone_or_cube import said_of_rivals
+from accelcal.discovery.doubts.not_listed import not_listed
 from accelcal.discovery.doubts.open_end import said_of_ends
 from accelcal.discovery.doubts.otherwise import (
     Alternatives,
     Otherwise,
     said_of_laws,
 )
-from accelcal.discovery.explanation import Explanation, is_needed
+from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
-from accelcal.discovery.instance import Instance, column_of, columns_of, replaced
+from accelcal.discovery.instance import Instance, column_of
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.search import cancels
-from accelcal.discovery.spans import orthonormal
 from accelcal.discovery.tied import said_of_not_shown
-from accelcal.discovery.unnamed.any_pattern import any_patterns, of_position
+from accelcal.discovery.unnamed.any_pattern import any_patterns
+from accelcal.discovery.unnamed.oscillating import oscillations_as_likely
 from accelcal.discovery.unnamed.passing import SMALL_UNITS
 from accelcal.discovery.unnamed.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
 from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
 from accelcal.discovery.untimed import going_on
 from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
-from accelcal.plural import are, listed
+from accelcal.plural import are, counted, listed
 from accelcal.results.findings import Unexplained
 from accelcal.units import MICRO
 
@@ -42,13 +40,6 @@ _LIKE_THE_HEAD = 0.9
 """Part of an effect's squares that errors of the head positions must be able to take up."""
 
 _LIKE_ANY = ": errors of the head look like effects of the position alone"
-
-_ALIKE = 0.999
-"""Cosine from which two places of an effect are one to the readings."""
-
-_FEW_PATTERNS, _FAINT = 2, 0.05
-"""Patterns that so many effects can always make together, and part of the largest from which on
-one counts."""
 
 _OFTEN = 0.05
 """Share of patterns outside the catalogue that would get such names, from which on it is told."""
@@ -64,9 +55,6 @@ _CORRELATED = 0.3
 
 _VAGUE = 1.0 / 3.0
 """Expanded uncertainty of a step over its size from which it could be no step."""
-
-_BY_LEVEL = ("k2-temperature", "k3-temperature")
-"""Effects that a run with a shape of its own looks like, where none other is at its level."""
 
 _MOVED = {"launch_uncertainty": "the bias", "launch_sf_uncertainty": "the scale factor"}
 """What of the launches may be declared, and what these move."""
@@ -121,7 +109,6 @@ def caveats(
         yield from map(Caveat, said_of_ends(comparison, best, family.candidates.effects))
         yield from map(Caveat, said_of_laws(alternatives))
         yield from (Caveat(other.said) for other in others)
-        yield from _put_together(family, found[0])
         yield from _of_any_pattern(family, found[0])
         yield from _of_cancelling(comparison, found[0])
         silence = list(said_of_silence(comparison, found[0]))
@@ -130,32 +117,14 @@ def caveats(
         yield from map(Caveat, _of_the_start(best))
         yield from _of_few_readings(comparison, best)
         yield from _of_steps(comparison, best, left)
-        yield from _of_one_run(comparison, best)
+        yield from _of_not_listed(comparison, best)
+        yield from _of_oscillations(comparison, found[0])
         yield from _of_the_wrong_sense(comparison, best)
         yield from _of_the_chamber(comparison, best)
     if found or left:
         yield from _wandering(walks, named=bool(found))
     yield from _undeclared(comparison, best)
     yield from _untimed(comparison, best, left)
-
-
-def _put_together(family: Family, best: Explanation) -> Iterator[Caveat]:
-    """Effects at one of several places, all of which two effects could make where few show."""
-    space, c = family.space, family.comparison.model.conditions
-    for item in compress(best.instances, of_position(family.comparison, best.directions)):
-        if not any(shape.discrete for shape in item.effect.shapes):
-            continue
-        places = columns_of(instances_of(item.effect, c), c)
-        vectors, sizes, _ = np.linalg.svd(space.see(places), full_matrices=False)
-        patterns = vectors[:, sizes > _FAINT * sizes[0]]
-        named = ((patterns.T @ best.directions) ** 2).sum(axis=0) > _ALIKE
-        if named.sum() < patterns.shape[1] <= _FEW_PATTERNS:
-            yield not_sure(
-                [item.effect.id],
-                "of what depends on the position alone these positions show no more than"
-                f" {patterns.shape[1]} patterns, and two effects of it together could make this"
-                " one, as |a_i| and a_p^3; positions 22.5 or 30 deg apart would tell",
-            )
 
 
 def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
@@ -167,11 +136,12 @@ def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
         if set(each.ids) <= doubted:
             continue
         doubted |= set(each.ids)
+        kind, them = ("its", "it") if len(each.ids) == 1 else ("their", "them")
         yield not_sure(
             each.ids,
-            f"these positions show {each.patterns} patterns of their kind, and of such that no"
-            f" catalogue has up to {100.0 * each.chance:.0f} % would be explained as well by"
-            f" {len(each.ids)} effects of it; measure at positions between these",
+            f"these positions show {counted(each.patterns, 'pattern')} of {kind} kind, and what no"
+            f" catalogue has, as a voltmeter of two ranges, would look as much like {them} in up to"
+            f" {100.0 * each.chance:.0f} % of cases; measure at positions between these",
         )
 
 
@@ -296,24 +266,18 @@ def _of_the_wrong_sense(comparison: Comparison, instances: Sequence[Instance]) -
             )
 
 
-def _of_one_run(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
-    """Laws of the temperature that one run would look like which alone is otherwise."""
-    record, space, c = comparison.record, comparison.space, comparison.model.conditions
-    at_one_level = replace(c, excess=np.ones_like(c.excess))
-    for place, item in enumerate(instances):
-        if item.effect.id not in _BY_LEVEL:
-            continue
-        others = comparison.span(replaced(instances, place))
-        of_runs = space.see(column_of(item, at_one_level)[:, None] * dummies(c.run))
-        spans = (orthonormal(np.hstack([others, own[:, None]])) for own in of_runs.T)
-        alone = [not is_needed(comparison, item, span) for span in spans]
-        if any(alone):
-            runs = " or ".join(compress(record.run_labels, alone))
-            yield not_sure(
-                [item.effect.id],
-                f"another {item.effect.id[:2].upper()} of run {runs} alone explains these readings"
-                " as well; repeat that run at its temperature",
-            )
+def _of_not_listed(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
+    """Effects in place of which something explains as much that no catalogue lists."""
+    found = list(not_listed(comparison, instances))
+    for what, remedy in dict.fromkeys((other.what, other.remedy) for _, other in found):
+        ids = [name for name, other in found if other.what == what]
+        yield not_sure(ids, f"{what} explains these readings as well; {remedy}")
+
+
+def _of_oscillations(comparison: Comparison, best: Explanation) -> Iterator[Caveat]:
+    """Effects in step with an oscillation, as a backlash with one of the period of a stroke."""
+    for ids, told in oscillations_as_likely(comparison, best, POSSIBLE):
+        yield not_sure(ids, f"it is as likely that {told}; repeat the test at another pace")
 
 
 def _of_the_chamber(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:

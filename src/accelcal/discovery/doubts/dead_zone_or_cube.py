@@ -19,6 +19,7 @@ from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.unnamed.wandering import POSSIBLE
 from accelcal.discovery.untold import fitted_sizes, squares_left
 from accelcal.effects.catalogue import catalogue
+from accelcal.model import symbol_of
 from accelcal.results.findings import Change, FoundEffect
 
 APART = 2.0
@@ -40,7 +41,7 @@ def said_of_rivals(
     best = found[0]
     rivals = {item.effect.id: in_place_of(found, best, item.effect.id) for item in best.instances}
     for one in undecided(comparison, best.instances, rivals):
-        names = ", ".join(one.coefficients)
+        names = ", ".join(map(symbol_of, one.coefficients))
         yield (
             f"{one.name} is not sure: {one.rival} explains these readings as well, with other"
             f" values of {names}; nothing bounds that, and no U counts it; to tell:"

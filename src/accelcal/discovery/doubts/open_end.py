@@ -15,6 +15,7 @@ from accelcal.discovery.explanation import explain_as_well
 from accelcal.discovery.instance import Instance, replaced
 from accelcal.discovery.untold import scales
 from accelcal.effects.effect import Effect
+from accelcal.model import symbol_of
 from accelcal.plural import listed
 
 
@@ -32,8 +33,9 @@ def said_of_ends(
             if hanging := unlike(comparison, instances, others):
                 yield (
                     f"{long.effect.id} with {end} or any longer explains these readings as well as"
-                    f" {item.effect.id}, with other values of {listed(hanging)}; nothing tells how"
-                    f" long it lasts, and no U counts it; to tell: {long.effect.to_tell_apart}"
+                    f" {item.effect.id}, with other values of {listed(map(symbol_of, hanging))};"
+                    " nothing tells how long it lasts, and no U counts it; to tell:"
+                    f" {long.effect.to_tell_apart}"
                 )
 
 

@@ -27,6 +27,7 @@ from accelcal.discovery.untold import scales, untold
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Disturbance, Effect
 from accelcal.effects.parameter import Parameter
+from accelcal.model import symbol_of
 from accelcal.plural import listed
 from accelcal.results.discovery import IF_IT_IS, Discovery
 from accelcal.results.findings import Change
@@ -328,7 +329,7 @@ def _value(best: Change, change: Change) -> str:
     if change.coefficient == "K1":  # of which no more than the change is told
         more = value - (best.after.value or 0.0) * MICRO
         return f"K1 {abs(more):.3g} ppm {'higher' if more > 0.0 else 'lower'}"
-    return f"{change.coefficient} {value:.4g} {_TOLD[change.after.unit]}"
+    return f"{symbol_of(change.coefficient)} {value:.4g} {_TOLD[change.after.unit]}"
 
 
 def with_others_counted(found: Discovery, others: Sequence[Otherwise]) -> Discovery:

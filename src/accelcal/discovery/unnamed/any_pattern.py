@@ -1,8 +1,8 @@
 """How often a pattern of the position alone that stands in no catalogue would get these names.
 
-A few positions show a few patterns. Of two or three effects that depend on the position alone
-there are many sets, and one of them comes close to nearly any pattern: a voltmeter whose range
-changes would pass for a fourth-order term beside an error of a head position.
+A few positions show a few patterns, and effects that depend on the position alone come close to
+nearly any of them: on 8 positions a voltmeter whose range changes is a fourth-order term, on 12 it
+would pass for one beside an error of a head position.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class AnyPattern(NamedTuple):
     Attributes
     ----------
     ids : tuple of str
-        Several effects of one kind.
+        Effects of one kind.
     patterns : int
         How many patterns of that kind the readings show.
     chance : float
@@ -58,7 +58,6 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
 
     It is told for all effects that depend on the position alone, for those of them that are
     functions of cos th, and for those that change their signs alike with cos th and with sin th.
-    For two or more: one effect is the simplest explanation, whatever else may look like it.
 
     Notes
     -----
@@ -66,14 +65,12 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     distribution with (d - k)/2 and k/2. It must be no more than what noise leaves of the pattern.
     There are as many sets as the tries of the effects allow, which bounds the chance.
     """
-    if len(named.instances) < 2:
-        return
     comparison = family.comparison
     static = of_position(comparison, named.directions)
-    for parity in (None, _OF_INPUT, *_PARITIES):
+    for parity in (None, _OF_INPUT, *_PARITIES) if static.any() else ():
         patterns = _patterns(comparison, parity)
         own = static & _within(patterns, named.directions)
-        if np.count_nonzero(own) >= 2:
+        if own.any():
             yield _told(family, named, patterns, own)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.columns import dummies
+from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import CONTRADICTION, Explanation
 from accelcal.discovery.family import Family, agrees
 from accelcal.discovery.spans import first_largest, orthonormal, squares_in, without
@@ -30,11 +31,15 @@ _FAINT = 1e-6
 """Part of the largest square of some waves that the model leaves, below which it leaves none."""
 
 
-class _Place(NamedTuple):
-    """What stays beside an oscillation, and the squares of what it stands in place of."""
+class _Oscillation(NamedTuple):
+    """The oscillation that explains most in place of some effects."""
 
-    taken: Array  # orthonormal, (n, h)
-    squares: float
+    ids: tuple[str, ...]  # of these effects
+    beside: Array  # orthonormal, (n, h): it and what stays
+    squares: float  # that it takes up
+    gain: float  # logarithm of its likelihood over theirs, less what its sizes may gain by chance
+    of_the_angle: float  # the same over any function of the angle in place of them
+    told: str
 
 
 def oscillation_in_place(
@@ -47,38 +52,62 @@ def oscillation_in_place(
     where neither these effects nor it leave noise alone.
     The p-value is the chance that noise alone disagrees as much with the model.
     """
-    comparison = family.comparison
+    whole = float(family.comparison.seen @ family.comparison.seen)
+    for one in _oscillations(family.comparison, found):
+        better = min(one.gain, one.of_the_angle) >= 0.0
+        if better and (found.passes or agrees(family, one.beside, CONTRADICTION * alpha)):
+            return Unexplained(one.told, one.squares / whole, p_value)
+    return None
+
+
+def oscillations_as_likely(
+    comparison: Comparison, found: Explanation, bound: float
+) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Find effects in place of which an oscillation is likelier than so much of their likelihood.
+
+    Yields their ids and what oscillates.
+    """
+    for one in _oscillations(comparison, found):
+        if one.gain > np.log(bound):
+            yield one.ids, one.told
+
+
+def _oscillations(comparison: Comparison, found: Explanation) -> Iterator[_Oscillation]:
+    """The best oscillation in place of all effects, and of each."""
     space, c, seen = comparison.space, comparison.model.conditions, comparison.seen
     quickest = _QUICKEST * float(c.stroke.max())
     kind = oscillations(c, comparison.record.run_labels, _SLOWEST, quickest)
     if not kind.actions.size:
-        return None
+        return
     waves = kind.actions.toarray().T
     shown, patterns = space.see(waves), space.see(dummies(c.angle))
     margin = 2.0 * np.log(waves.shape[1] / kind.each) + (kind.each - 1) * np.log(seen.size)
-    for taken, squares in _places(family, found):
+    for ids, taken, squares in _places(comparison, found):
         gains, sizes = _gains(without(shown, taken), without(seen, taken), kind.each)
         best = first_largest(gains)
         own = slice(best * kind.each, (best + 1) * kind.each)
-        of_the_angle = orthonormal(without(patterns, taken))
-        least = max(squares, squares_in(of_the_angle, without(seen, taken)))
-        if gains[best] - least < margin:
-            continue
-        beside = orthonormal(np.hstack([taken, shown[:, own]]))
-        if found.passes or agrees(family, beside, CONTRADICTION * alpha):
-            told = kind.told(best, np.inf, waves[:, own] @ sizes[best])
-            return Unexplained(told, float(gains[best] / (seen @ seen)), p_value)
-    return None
+        of_the_angle = squares_in(orthonormal(without(patterns, taken)), without(seen, taken))
+        yield _Oscillation(
+            ids=ids,
+            beside=orthonormal(np.hstack([taken, shown[:, own]])),
+            squares=float(gains[best]),
+            gain=0.5 * float(gains[best] - squares - margin),
+            of_the_angle=0.5 * float(gains[best] - of_the_angle - margin),
+            told=kind.told(best, np.inf, waves[:, own] @ sizes[best]),
+        )
 
 
-def _places(family: Family, found: Explanation) -> Iterator[_Place]:
-    """Places of all effects and of each."""
-    yield _Place(family.space.nothing(), found.squares)
-    units, seen = found.directions, family.comparison.seen
+def _places(
+    comparison: Comparison, found: Explanation
+) -> Iterator[tuple[tuple[str, ...], Array, float]]:
+    """All effects and each: their ids, an orthonormal basis of the others, their squares."""
+    ids = tuple(item.effect.id for item in found.instances)
+    yield ids, comparison.space.nothing(), found.squares
+    units, seen = found.directions, comparison.seen
     for place in range(units.shape[1] if units.shape[1] > 1 else 0):
         taken = orthonormal(np.delete(units, place, axis=1))
         own = orthonormal(without(units[:, [place]], taken))
-        yield _Place(taken, squares_in(own, without(seen, taken)))
+        yield ids[place : place + 1], taken, squares_in(own, without(seen, taken))
 
 
 def _gains(waves: Array, left: Array, each: int) -> tuple[Array, Array]:

@@ -45,7 +45,7 @@ _ALIKE = 1e-9
 
 _SILENT = (
     "the positions across the input axis are silent, as in a dead zone of {:.4g} ug or any wider"
-    " one, of which K1 and K3 take up the rest: nothing bounds that, and no U counts it; to tell:"
+    " one, of which K1 and k3 take up the rest: nothing bounds that, and no U counts it; to tell:"
     " fine steps of the head about the two positions near 0 g"
 )
 
