@@ -463,6 +463,7 @@ def test_numbers_of_positions_and_strokes_behind_their_words(form):
     [
         *("May 31, 2024 14:30:00", "31.05.2024, 14:30:00", "2024年05月31日 14:30:00"),
         *("31.05.2024 14:30:00:000", "2024-05-31 14:30:00 UTC", "Mai 31 2024 14:30"),
+        *("31.05.2024 14:30:00.0000000", "2024/05/31 14:30:00.000000000"),  # .NET, pandas
     ],
 )
 def test_dates_of_other_programs(written):
