@@ -76,8 +76,8 @@ def best_swap(
     """Find the best swap of two readings of one stroke in each table.
 
     The readings, and what the fit leaves of them, are of shape (n, T) [output unit], the
-    orthonormal basis of the design of shape (n, p). Swaps that do not make the squared residuals so
-    many times `better` are of no interest.
+    orthonormal basis of the design of shape (n, p). Swaps that do not make the squared residuals
+    `better` times smaller are of no interest.
 
     Notes
     -----

@@ -22,8 +22,8 @@ _SHUFFLES = 5000
 def deviation(sum_of_squares: float, dof: float, unit: str, effective_dof: float) -> Estimate:
     """Standard deviation from a sum of squares [unit^2], with its chi-squared interval.
 
-    The residuals are so many less the fitted parameters; the degrees of freedom of the interval are
-    below that where they are correlated.
+    `dof` is the number of the residuals less that of the fitted parameters; the degrees of freedom
+    of the interval are fewer where these are correlated.
 
     Examples
     --------
