@@ -336,6 +336,20 @@ def test_a_picture_of_few_units_names_each_along_the_axis():
     assert [tick.get_text() for tick in bias.get_xticklabels()] == ["DOWN", "STILL", "UP"]
 
 
+def test_long_serial_numbers_along_the_axis_do_not_lie_upon_each_other():
+    """They stood side by side."""
+    pytest.importorskip("matplotlib")
+    rng = np.random.default_rng(1)
+    frame = pd.concat([unit(f"AL15-LOT7-2019-{n:04d}", rng, 4) for n in range(8)])
+    bias, _ = accelcal.fleet_history(frame.reset_index(drop=True)).plot.drifts()
+    bias.figure.draw_without_rendering()
+    at, height = zip(*((tick, tick.get_fontsize()) for tick in bias.get_xticklabels()), strict=True)
+    turn = np.radians(at[0].get_rotation())
+    apart = np.diff([bias.transData.transform((place, 0.0))[0] for place in range(1, 9)])
+    pixels = max(height) * bias.figure.dpi / 72.0
+    assert (apart * np.sin(turn) > pixels).all()
+
+
 def test_tests_without_a_date_are_counted(frame):
     odd = unit("UNDATED", np.random.default_rng(3), 3).assign(date=[None, None, "2020-01-31"])
     found = accelcal.fleet_history(pd.concat([frame, odd]))

@@ -23,6 +23,9 @@ __all__ = ["FleetHistoryPlot"]
 _FEW = 10
 """Units that have their serial numbers along the axis."""
 
+_LETTERS = 80
+"""Letters that have room along the axis, where the names are as long as the longest."""
+
 _NAMED = 5
 """Units that are named of each kind."""
 
@@ -89,7 +92,10 @@ def _draw(ax: Axes, units: list[UnitOfFleet], place: int, name: str) -> None:
     ax.set_ylim(-largest, largest)
     ax.set_ylabel(f"drift [{written(unit)}/year]")
     if len(units) <= _FEW:
-        ax.set_xticks(range(1, len(units) + 1), [visible(own.serial) for own in units])
+        serials = [visible(own.serial) for own in units]
+        aslant: Any = {"rotation": 20, "ha": "right", "rotation_mode": "anchor"}
+        long = len(units) * max(map(len, serials)) > _LETTERS
+        ax.set_xticks(range(1, len(units) + 1), serials, **(aslant if long else {}))
     entitled(ax, name.capitalize(), columns=1)
 
 
