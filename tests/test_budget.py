@@ -887,3 +887,17 @@ def test_what_correlation_leaves_has_a_degree_of_freedom_or_more():
     assert found.coverage_factor.max() < 12.8
     at_level = budget(accelcal.fit(record.select(kept)), [-1.0, 0.0, 1.0], temperature=80.0)
     assert at_level.coverage_factor.max() < 12.8
+
+
+@pytest.mark.parametrize(
+    ("names", "rule"),
+    [
+        (("K0", "K1"), "the laws need K0, K1 and M at levels"),
+        (("K1", "M"), "no bias k0; fit a record that determines K0"),
+    ],
+)
+def test_runs_at_levels_without_laws_say_what_lacks(names, rule):
+    """They were to be calibrated at several levels, at which they are."""
+    calibration = accelcal.fit(accelcal.simulate(seed=1), coefficients=names)
+    with pytest.raises(InputError, match=rule):
+        budget(calibration, 0.0)

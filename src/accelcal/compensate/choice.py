@@ -52,8 +52,8 @@ BY: tuple[By, ...] = get_args(By)
 
 _UNLIKE = (
     "they are of several levels or of both sides of an axis, or tell different coefficients, and"
-    " have no mean; choose one run or mounting, or fit it by itself, or calibrate at levels more"
-    " than 5 degC apart and from T0, which tell the laws"
+    " have no mean; choose one run or mounting, or fit it by itself; the laws need K0, K1 and M at"
+    " levels more than 5 degC apart and from T0"
 )
 _COMMON = ("k2", "k3", "delta_ip")
 """Parameters without a temperature law."""

@@ -112,8 +112,6 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     >>> sorted(found.at_T0), found.range
     (['K1', 'delta_O', 'delta_ip', 'k0', 'k2', 'k3'], (-40.0, 80.0))
     """
-    if calibration.temperature_model is None:
-        runs_in_use(calibration, calibration.tables)
     used = tables_in_use(calibration)
     main, law_axis = used.main, used.main.mounting[0]
     found = {"k0": main.error_model["k0"], "K1": main.coefficients["K1"]}
@@ -137,6 +135,8 @@ def coefficients_of(calibration: Calibration) -> Coefficients:
     found |= {name: law.at_T0 for name, law in laws.items() if law.at_T0 is not None}
     if found["k0"].value is None:
         raise InputError("the calibration has no bias k0; fit a record that determines K0")
+    if model is None:
+        runs_in_use(calibration, calibration.tables)
     levels = known_temperatures(calibration.tables)
     return Coefficients(
         at_T0={name: q for name, q in found.items() if q.value is not None},
