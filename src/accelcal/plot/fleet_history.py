@@ -11,6 +11,7 @@ from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
+from accelcal.plot.ticks import shortened
 from accelcal.plural import listed
 from accelcal.results.fleet_history import DOUBT, FleetHistory, UnitOfFleet
 from accelcal.shown_units import in_small_unit, written
@@ -24,7 +25,7 @@ _FEW = 10
 """Units that have their serial numbers along the axis."""
 
 _LETTERS = 80
-"""Letters that have room along the axis, where the names are as long as the longest."""
+"""Letters that have room along the axis."""
 
 _NAMED = 5
 """Units that are named of each kind."""
@@ -92,10 +93,9 @@ def _draw(ax: Axes, units: list[UnitOfFleet], place: int, name: str) -> None:
     ax.set_ylim(-largest, largest)
     ax.set_ylabel(f"drift [{written(unit)}/year]")
     if len(units) <= _FEW:
-        serials = [visible(own.serial) for own in units]
-        aslant: Any = {"rotation": 20, "ha": "right", "rotation_mode": "anchor"}
-        long = len(units) * max(map(len, serials)) > _LETTERS
-        ax.set_xticks(range(1, len(units) + 1), serials, **(aslant if long else {}))
+        most = _LETTERS // len(units)
+        serials = [shortened(visible(own.serial), most) for own in units]
+        ax.set_xticks(range(1, len(units) + 1), serials)
     entitled(ax, name.capitalize(), columns=1)
 
 
