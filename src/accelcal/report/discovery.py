@@ -77,11 +77,10 @@ def outcome(found: Discovery, p: str) -> str:
 
 def with_doubts(found: Discovery, effect: FoundEffect) -> str:
     """Name of an effect, and in brackets what makes it uncertain."""
-    doubts = [NOT_SURE] if effect.id in found.doubtful else []
     others = len(effect.indistinguishable)
-    if others:
-        doubts.append(f"or {alias_names(effect) if others == 1 else f'one of {others} others'}")
-    return f"{effect.name} ({', '.join(doubts)})" if doubts else effect.name
+    or_else = [f"or {alias_names(effect) if others == 1 else f'one of {others} others'}"]
+    doubts = or_else * bool(others) + [NOT_SURE] * (effect.id in found.doubtful)
+    return f"{effect.name} ({'; '.join(doubts)})" if doubts else effect.name
 
 
 def gap_rows(found: Discovery) -> list[tuple[str, ...]]:
