@@ -150,7 +150,7 @@ def test_an_oscillation_in_step_with_the_strokes_is_no_sure_backlash(seed):
     (name,) = (item.id for item in found.effects)
     assert name in ("backlash", "hysteresis")
     assert found.doubtful == (name,)
-    assert any("it is as likely that the bias oscillates" in note for note in found.notes)
+    assert any("it could as well be that the bias oscillates" in note for note in found.notes)
     runs = TumblePlan(temperatures=(20.0, 80.0), strokes=4, timed=True)
     hidden = [accelcal.effect("backlash").of(2e-5)]
     assert accelcal.discover(accelcal.simulate(plan=runs, effects=hidden, seed=seed)).doubtful == ()

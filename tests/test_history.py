@@ -994,6 +994,17 @@ def test_a_unit_that_settles_after_its_jump_is_told(size):
     assert note.startswith(f"the drift of the bias slows after its jump before {jump.before} (")
 
 
+@pytest.mark.parametrize(("drift", "later", "said"), [(3.0, 33.0, "grows"), (33.0, 3.0, "slows")])
+def test_a_drift_that_is_another_one_after_a_jump_is_told(drift, later, said):
+    """One that was greater from the jump on was told to slow after it."""
+    table = frame(12, drift=drift, jump=500.0, scatter=5.0)
+    table["k0"] += UG * (later - drift) * np.maximum(table.index - 6, 0)
+    found = accelcal.history(table)
+    (jump,) = found.trends[0].jumps
+    (note,) = told_of_changes(found)
+    assert note.startswith(f"the drift of the bias {said} after its jump before {jump.before} (")
+
+
 def test_a_drift_that_grows_is_told():
     table = frame(10)
     (note,) = told_of_changes(accelcal.history(table.assign(k0=table["k0"] + UG * table.index**2)))

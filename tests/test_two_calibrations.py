@@ -492,6 +492,16 @@ def test_an_effect_of_another_size_disagrees_by_its_own_e_n():
     assert accelcal.CalibrationComparison.from_json(found.to_json()) == found
 
 
+@pytest.mark.parametrize(("scale", "verdict"), [(1.0005, "no verdict"), (1.006, "disagree")])
+def test_temperatures_that_nobody_declared_explain_no_more_than_their_degrees_make(scale, verdict):
+    """Their errors counted as if as few degrees told them as the launches: 0.6 % was explained."""
+    plan = TumblePlan(temperatures=(20.0, 20.0, 20.0))
+    old, new = (accelcal.simulate(plan=plan, seed=n, declare=False) for n in (1, 2))
+    found = compare(accelcal.fit(old), accelcal.fit(changed(new, scale=scale)))
+    assert found.verdict == verdict
+    assert found.explained_by == ("temperature_uncertainty",) * (verdict == "no verdict")
+
+
 def test_an_effect_of_one_calibration_alone_leaves_no_verdict():
     """Its size was in no test, and the coefficients were said to agree."""
     plain = accelcal.fit(accelcal.simulate(plan=TumblePlan(temperatures=(20.0,), positions=16)))

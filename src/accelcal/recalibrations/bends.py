@@ -16,6 +16,9 @@ _SETTLING = (0.1, 0.2, 0.4)
 _SHORT = 0.01
 """Part of the whole time in which the steepness at both ends of a bend is told."""
 
+_SLOPE = 0
+"""Place of another slope among the bends; from the first date on it is none beside a line."""
+
 _ALIKE = 1e-6
 """Size of a bend beside a line with steps, over its own, below which it is none of its own."""
 
@@ -28,7 +31,8 @@ class Bend(NamedTuple):
     chance : float
         That noise about a straight line looks so; it counts all shapes that are tried.
     slows : bool
-        Whether the bent line is less steep at the last date than where the bend begins.
+        Whether the bent line is less steep at the last date than where the bend begins, or than
+        before a jump from which on it has another slope.
     start : int
         Number of calibrations before the bend.
     columns : ndarray, shape (n, 3 + number of jumps)
@@ -61,7 +65,7 @@ def bend_of(
     if time.size < FEWEST + len(places):
         return None
     columns = line_with_steps(time, places)
-    tried = [(start, shape) for start in (0, *places) for shape in range(1 + len(_SETTLING))]
+    tried = [(start, shape) for start in (0, *places) for shape in range(2 + len(_SETTLING))]
     bends = np.column_stack([_from(time, start)[:, shape] for start, shape in tried])
     own = bends - columns @ np.linalg.lstsq(columns, bends, rcond=None)[0]
     kept = np.flatnonzero(np.linalg.norm(own, axis=0) > _ALIKE * np.linalg.norm(bends, axis=0))
@@ -71,10 +75,10 @@ def bend_of(
     line = np.linalg.lstsq(bent / u[:, None], values / u, rcond=None)[0]
     left = 1.0 - _since(time)[start]
     ends = np.array([0.0, _SHORT, left - _SHORT, left])
-    first, _, last = np.abs(
-        np.diff(line[1] * np.ptp(time) * ends + line[-1] * _bends(ends)[:, shape])
-    )
-    return Bend(chance, bool(last < first), start, bent)
+    straight, off = line[1] * np.ptp(time) * ends, line[-1] * _bends(ends)[:, shape]
+    first, _, last = np.abs(np.diff(straight + off))
+    before = abs(straight[1]) if shape == _SLOPE else first
+    return Bend(chance, bool(last < before), start, bent)
 
 
 def jumps_like_bends(
@@ -121,5 +125,6 @@ def _from(time: Array, start: int) -> Array:
 
 
 def _bends(since: Array) -> Array:
-    """A parabola and the exponentials, shape (n, 1 + number of time constants)."""
-    return np.column_stack([since**2, *(np.exp(-since / constant) for constant in _SETTLING)])
+    """Another slope, a parabola and the exponentials, shape (n, 2 + number of time constants)."""
+    settled = (np.exp(-since / constant) for constant in _SETTLING)
+    return np.column_stack([since, since**2, *settled])

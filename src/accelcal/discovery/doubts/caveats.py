@@ -140,8 +140,9 @@ def _of_any_pattern(family: Family, best: Explanation) -> Iterator[Caveat]:
         yield not_sure(
             each.ids,
             f"these positions show {counted(each.patterns, 'pattern')} of {kind} kind, and what no"
-            f" catalogue has, as a voltmeter of two ranges, would look as much like {them} in up to"
-            f" {100.0 * each.chance:.0f} % of cases; measure at positions between these",
+            f" catalogue has, as a voltmeter of two ranges or a worn head, would look as much like"
+            f" {them} in up to {100.0 * each.chance:.0f} % of cases; measure at positions between"
+            " these",
         )
 
 
@@ -277,7 +278,7 @@ def _of_not_listed(comparison: Comparison, instances: Sequence[Instance]) -> Ite
 def _of_oscillations(comparison: Comparison, best: Explanation) -> Iterator[Caveat]:
     """Effects in step with an oscillation, as a backlash with one of the period of a stroke."""
     for ids, told in oscillations_as_likely(comparison, best, POSSIBLE):
-        yield not_sure(ids, f"it is as likely that {told}; repeat the test at another pace")
+        yield not_sure(ids, f"it could as well be that {told}; repeat the test at another pace")
 
 
 def _of_the_chamber(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:

@@ -28,6 +28,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
+from accelcal.compensate.propagation import ratio
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, calibration_errors
 from accelcal.discovery.new_record.errors_counted import HEAT, heat_of
 from accelcal.discovery.new_record.fixture import by_fixture
@@ -138,18 +139,20 @@ def side_of(name: str, calibration: Calibration, fixture: float | None = None) -
 
 
 def freed(own: Side, names: Collection[str]) -> Side:
-    """The same with errors of these names, as in `Apparatus`, that may be as large as `HIDING`."""
+    """The same with errors of these names, as in `Apparatus`, that may be as large as `HIDING`.
+
+    No estimate of few degrees of freedom makes these any larger.
+    """
     shifted = {_SHIFTED[name] for name in names if name in _SHIFTED}
     free = np.array([HIDING if name.split("_slope")[0] in shifted else 0.0 for name in ERRORS])
-    errors = own.errors._replace(
-        rest=own.errors.rest + np.diag(free**2), dof=np.where(free > 0.0, np.inf, own.errors.dof)
-    )
+    errors, heat = own.errors, HIDING_HEAT * _by_heat(own.found) * (HEAT in names)
     if "head_uncertainty" in names:
         errors = errors._replace(head=HIDING, head_dof=np.inf)
-    if HEAT in names:
-        by_heat = HIDING_HEAT * _by_heat(own.found)
-        errors = errors._replace(rest=errors.rest + by_heat @ by_heat.T)
-    return own._replace(errors=errors)
+    by_head = (errors.of_head**2).sum(axis=1)
+    over_dof = np.diagonal(errors.rest) / own.errors.freedom + by_head / errors.head_dof
+    rest = errors.rest + np.diag(free**2) + heat @ heat.T
+    dof = ratio(np.diagonal(rest) + by_head, over_dof)
+    return own._replace(errors=errors._replace(rest=rest, dof=dof))
 
 
 def _by_heat(found: Compensation) -> Array:
