@@ -140,6 +140,7 @@ ODD = {
         headings="temperature,position,stroke,output,n\n",
         cells=[(*row[:4], n) for n, row in enumerate(rows(), 1)],
     ),
+    "a resolution of a voltmeter": table(HEADER + "# resolution: 24 bit\n"),
     "an output far from all others": table().replace(",1.35", ",1.35e9", 1),
     "radians": table(
         headings="temperature,angle [rad],stroke,output,run\n",

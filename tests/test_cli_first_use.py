@@ -45,6 +45,10 @@ def said(err):
             "shaft,angle,x_mA,y_mA,z_mA\nx,0,1.3,0,0\n",
             "three accelerometers in one block go to accelcal triad",
         ),
+        (
+            "part,acc_x,acc_y,acc_z\na,-2052,-28,-73\n",
+            "three accelerometers in one block go to accelcal triad",
+        ),
         ("time,output,temperature\n0,1.3,20\n", "a record over time goes to accelcal stability"),
         (
             "Datum;Strom [mA]\n2024-05-31 10:00;1,3\n",

@@ -474,6 +474,22 @@ def test_dates_of_other_programs(written):
     assert record.time.tolist() == [0.0, 3600.0]
 
 
+@pytest.mark.parametrize(
+    "form",
+    [
+        *("31.05.2024 {}", "2024/05/31 {}", "31-May-2024 {}", "2024-05-31 {}"),
+        *("May 31 2024 {}", "31.05.2024, {}", "Oct 31, 2024, {}", "05/31/2024 {}"),
+    ],
+)
+@pytest.mark.parametrize("heading", ["t", "date"])
+def test_a_time_may_have_seven_decimals(form, heading):
+    """Those of .NET and of databases were refused; of May 31 2024 the date was May."""
+    times = [form.format(f"14:{minute}:00.5000000") for minute in (30, 31)]
+    record = read(f"T;J;k;Y;{heading}\n20;1;1;1.3;{times[0]}\n20;5;1;-1.3;{times[1]}\n")
+    assert record.time.tolist() == [0.0, 60.0]
+    assert str(date_of(record.date).date())[5:] in ("05-31", "10-31")
+
+
 LARGE = [(T, j, k, 1000 * y + 4) for T, j, k, y in LONG]
 
 
@@ -525,9 +541,33 @@ def test_decimals_below_a_heading_of_their_own_are_refused(heading, monkeypatch)
     assert whole.output.tolist() == [1, -1, 0]
 
 
+@pytest.mark.parametrize(
+    ("form", "behind"),
+    [("{},{},{},{},{}", 1013), ("{},{},{},{},{}", 998.5), ('"{}","{}","{}","{}","{}"', 304)],
+)
+def test_whole_outputs_beside_a_column_of_one_size_are_two_columns(form, behind):
+    """They were refused as numbers with a decimal comma."""
+    cells = [(20, j, 1, round(600 * y) - j, behind + j) for j, y in enumerate((1, 0, -1, 0.2), 1)]
+    rows = "".join(form.format(*row) + "\n" for row in cells)
+    assert read(f"T,J,k,Y,pressure\n{rows}").output.tolist() == [599, -2, -603, 116]
+
+
+@pytest.mark.parametrize("remark", ["Pause", "=====", "-40 °C"])
+def test_a_text_alone_is_a_remark_where_each_row_tells_its_temperature(remark):
+    """It was refused, as one that tells of the rows below."""
+    head, *rows = long_table("T,J,k,Y").splitlines()
+    between = "\n".join([head, *rows[:2], f"{remark},,,", *rows[2:]])
+    assert readings(read(between + "\n")) == set(LONG)
+
+
+def test_a_supply_is_no_accelerometer():
+    with pytest.raises(TableError, match="a line '# serials: Iout' if these are accelerometers"):
+        read("T,J,k,Vcc [V],Iout\n20,1,1,5,1.3\n20,5,1,5,-1.3\n")
+
+
 def test_rows_that_all_end_early_are_refused():
     """Below a heading too many the outputs were read one column to the left."""
-    told = ":1: no row has more than 4 fields, but 5 have headings; leave an empty field"
+    told = ":1: no row has more than 4 fields, but 5 have headings; leave empty fields"
     with pytest.raises(TableError, match=told):
         read("T,k,,0 deg,180 deg\n20,1,1.35,-1.33\n20,2,1.36,-1.34\n")
     assert len(read("T,k,0 deg,180 deg\n20,1,1.35,\n20,2,1.36\n")) == 2
@@ -554,6 +594,8 @@ def test_row_names_of_r_have_no_heading(mark):
     assert readings(read(text + "\n")) == set(LONG)
     with pytest.raises(TableError, match=r"5 fields"):
         read(text.replace('"2"', "2") + "\n")
+    with pytest.raises(TableError, match=r":2: 5 fields"):  # no names, as 20 stands in each row
+        read("T,J,k,Y\n" + "\n".join(f'"{T}","{j}","{k}","{y}","ok"' for T, j, k, y in LONG))
     quoted = "\n".join(f'"{T}","{j}","{k}","{y}",' for T, j, k, y in LONG)  # no name, but no end
     assert readings(read(f"T,J,k,Y,\n{quoted}\n")) == set(LONG)
 

@@ -308,8 +308,8 @@ ERRORS = {
     ),
     "angles in radians": (
         "T,angle,k,Y\n20,0,1,1\n20,1.5708,1,0\n20,3.1416,1,-1\n",
-        "3: angles of at most 3.1416 look like radians; write head angles in degrees, or the unit"
-        " in their heading, as angle [rad]",
+        "3: angles of at most 3.1416 look like radians; write them in degrees, or with the"
+        " heading angle [rad] if they are radians",
     ),
     "a calibration": (
         '{\n "schema": "accelcal/calibration/1",\n "method": "least-squares"}',
@@ -543,8 +543,8 @@ ERRORS = {
     ),
     "rows that end early": (
         "T,J,,Y1,Y2\n20,1,1.3,1.3\n20,5,-1.3,-1.3\n",
-        "1: no row has more than 4 fields, but 5 have headings; leave an empty field where one is"
-        " missing, and out the heading Y2",
+        "1: no row has more than 4 fields, but 5 have headings; leave empty fields where some"
+        " are missing, or delete the heading Y2",
     ),
     "readings above the headings": (
         f"20,1,1,1.3\n{H}20,5,1,-1.3\n",

@@ -6,8 +6,7 @@ import re
 from datetime import datetime
 
 _AND_CLOCK = (
-    r"(?:,? +(?P<hour>\d{1,2})(?P<rest>:\d\d(?::\d\d)?)"
-    r"(?:(?<=:\d\d:\d\d)[.,:](?P<part>\d{1,6})\d*)?)?"
+    r"(?:,? +(?P<hour>\d{1,2})(?P<rest>:\d\d(?::\d\d)?)(?:(?<=:\d\d:\d\d)[.,:](?P<part>\d+))?)?"
 )
 _DAY_FIRST = re.compile(rf"(?P<day>\d{{1,2}})\.(?P<month>\d{{1,2}})\.(?P<year>\d{{4}}){_AND_CLOCK}")
 _NAMED = re.compile(

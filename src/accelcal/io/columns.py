@@ -10,6 +10,7 @@ import numpy as np
 from accelcal.arguments.kinds import shown
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns, Engine
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
+from accelcal.io.layout.lone_output import is_supply
 from accelcal.io.layout.parts import Layout
 from accelcal.io.values.cells import Column, are_words, counts_rows, numbers
 from accelcal.io.values.sexagesimal import with_parts
@@ -27,7 +28,7 @@ from accelcal.io.words.vocabulary import (
     is_unit_of,
     split_unit,
 )
-from accelcal.io.words.wording import lines_named
+from accelcal.io.words.wording import hint_of_triad, lines_named
 
 CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "count")
 """Columns that a header line may stand for."""
@@ -287,9 +288,8 @@ def _or_run(layout: Layout, roles: Mapping[str, int]) -> str:
 
 def _other_command(layout: Layout, given: Set[str]) -> str:
     """The command that takes what looks like a table of another one."""
-    letters = {own.text[:1].casefold() for own in layout.headings if not own.text[1:2].isalnum()}
-    if letters >= set("xyz"):
-        return "; three accelerometers in one block go to accelcal triad"
+    if hint := hint_of_triad(own.text for own in layout.headings):
+        return hint
     timed = "output" in given and {"time", "date"} & given
     if timed and not {"position", "angle", "stroke"} & given:
         return "; a record over time goes to accelcal stability"
@@ -299,7 +299,8 @@ def _other_command(layout: Layout, given: Set[str]) -> str:
 def _remedy_of_outputs(layout: Layout) -> str:
     """What to add where no column has outputs; unknown ones may be those of accelerometers."""
     remedy = "a column output, or Y1, Y2, ... for the strokes"
-    unknown = [split_unit(own.text)[0] for own in layout.headings if own.text and not own.role]
+    texts = [own.text for own in layout.headings if own.text and not own.role]
+    unknown = [split_unit(text)[0] for text in texts if not is_supply(text)]
     if not unknown or len({*unknown}) < len(unknown):  # a serial is listed once
         return remedy
     names = ", ".join(unknown[:3]) + ", ..." * (len(unknown) > 3)

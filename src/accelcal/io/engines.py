@@ -38,6 +38,9 @@ MAY_BE_DECIMALS = (None, "std", "count", "run", "lot", "unit")
 _SPLIT = re.compile(r"[-+\u2212\u2013]?[0-9]{1,3},[0-9]{3,}(?:\.[0-9]*)?")
 """A number of which a comma may have split the decimals."""
 
+_MOST_ALIKE = 3
+"""Whole parts of the outputs of a test at +1 and -1 g alone, whose decimals may be alike."""
+
 _TWICE = re.compile(r"\.\d{3}\.")
 
 NUMERIC = frozenset(
@@ -129,7 +132,7 @@ def _refuse_short(layout: Layout) -> None:
     longest = 1 + max(row.count(layout.separator) for row in layout.rows)
     if longest < len(layout.headings):
         problem = f"no row has more than {longest} fields, but {len(layout.headings)} have headings"
-        remedy = f"leave an empty field where one is missing, and out the heading {last.text}"
+        remedy = f"leave empty fields where some are missing, or delete the heading {last.text}"
         raise layout.refuse(problem, remedy)
 
 
@@ -142,10 +145,18 @@ def _refuse_split_numbers(layout: Layout, table: Iterable[Sequence[str]]) -> Non
     pairs = (cells[place : place + 2] for cells in table)
     numbers = (",".join(pair) for pair in pairs if pair[1:] and pair[1])
     first = next(numbers, "")
-    found = [first, *numbers] if _SPLIT.fullmatch(first) else []
-    if all(map(_SPLIT.fullmatch, found)) and len({own.partition(",")[2] for own in found}) > 1:
+    is_bare = _SPLIT.fullmatch(first) and any(first in row for row in layout.rows)
+    found = [first, *numbers] if is_bare else []
+    if found and all(map(_SPLIT.fullmatch, found)) and not _are_two_columns(found):
         problem = f"{shown(first)} below two headings looks like a number with a decimal comma"
         raise layout.refuse(problem, "separate the columns by semicolons")
+
+
+def _are_two_columns(pairs: Iterable[str]) -> bool:
+    """Tell whether what follows a comma is all much the same size, as decimals are not."""
+    whole, behind = zip(*(own.split(",") for own in pairs), strict=True)
+    sizes = [float(own) for own in behind]
+    return len({*sizes}) == 1 or (len({*whole}) > _MOST_ALIKE and max(sizes) <= 2.0 * min(sizes))
 
 
 def decimal_mark(text: str, separator: str | None) -> str:

@@ -169,7 +169,12 @@ def read_readings(table: Table, positions: int) -> Readings:
 
 
 def _refuse_texts(columns: Mapping[str, Column], missing: Mask) -> None:
-    """Refuse a text in a row without outputs: it is of the rows below, and no missing reading."""
+    """Refuse a text in a row without outputs: it is of the rows below, and no missing reading.
+
+    Where each row tells its temperature, it is a remark.
+    """
+    if "temperature" in columns and distinct(columns["temperature"].lines).size > 1:
+        return
     for name in ("temperature", "position", "angle", "stroke"):
         if name in columns:
             column = columns[name].take(missing)

@@ -52,7 +52,7 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     if any(heading.role in OUTPUTS for heading in headings):
         return None
     unknown = [i for i, own in enumerate(headings) if own.role is None]
-    unknown = [i for i in unknown if not _SUPPLIES.search(headings[i].text)]
+    unknown = [i for i in unknown if not is_supply(headings[i].text)]
     units = {i: unit for i in unknown if (unit := _unit_of(headings[i]))}
     channels = [i for i in unknown if _is_channel(headings[i])]
     by_name = [i for i in unknown if headings[i].text.strip().casefold() in _MEASURED]
@@ -69,6 +69,17 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     if len(found) != 1 or (found is by_unit and any(way_of(headings[i].text) for i in unknown)):
         return None
     return found[0], Heading(headings[found[0]].text, "output", units.get(found[0]))
+
+
+def is_supply(text: str) -> bool:
+    """Tell whether a heading is that of a supply, a heater or a battery.
+
+    Examples
+    --------
+    >>> is_supply("Vcc [V]"), is_supply("I [mA]")
+    (True, False)
+    """
+    return _SUPPLIES.search(text) is not None
 
 
 def _is_channel(heading: Heading) -> bool:

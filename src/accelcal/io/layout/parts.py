@@ -29,7 +29,7 @@ from accelcal.io.layout.rows_above import declarations_above, is_of_numbers
 from accelcal.io.layout.unit_rows import UNITS_ABOVE, headings_with_units
 from accelcal.io.layout.wide_blanks import with_tabs
 from accelcal.io.words.vocabulary import Heading
-from accelcal.io.words.wording import lines_named, were
+from accelcal.io.words.wording import hint_of_triad, lines_named, were
 
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
 _BLANKS = re.compile(r"(?<=[\])])\s+|\s+(?![\[(])")  # between headings; one before a unit is none
@@ -385,4 +385,5 @@ def _no_headings(above: list[tuple[int, str]], name: str, remedy: str) -> TableE
     problem = f"no column headings in {shown(line.strip())}"
     if place == 0:
         problem = "numbers where the column headings belong"
+    remedy += hint_of_triad(re.split(r"[,;|\t]", line))
     return TableError(problem, remedy, source=name, line=number)

@@ -74,11 +74,11 @@ def with_row_names(layout: Layout) -> Layout:
     ''
     """
     size, mark = len(layout.headings) + 1, layout.separator
-    named = (
-        row[:1] == '"' and len(cells := split_line(row, mark)) == size and cells[-1] != ""
-        for row in layout.rows
-    )
-    if not all(named):
+    if not all(row[:1] == '"' for row in layout.rows):
+        return layout
+    table = [split_line(row, mark) for row in layout.rows]
+    names = {cells[0] for cells in table if len(cells) == size and cells[-1] != ""}
+    if len(names) < len(table):  # each row has one of its own
         return layout
     return layout._replace(headings=(Heading("", None), *layout.headings))
 

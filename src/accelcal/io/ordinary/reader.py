@@ -20,7 +20,7 @@ from accelcal.frozen_mapping import FrozenMapping
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.declarations import declarations, notes_of_serial
 from accelcal.io.files.text import SourceText
-from accelcal.io.layout.header_lines import Declared, notes_of_keys, table_key
+from accelcal.io.layout.header_lines import Declared, declare, notes_of_keys, table_key
 from accelcal.io.layout.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.ordinary.cell_blocks import (
@@ -235,8 +235,9 @@ def _declaration(line: str) -> tuple[str, str]:
     """Key, in its canonical form where it has one, and value of a header line; odd: no key."""
     written, _, value = line.partition(": ")
     key = _key(written) if _is_plain(value) else ""
-    is_noted = any(notes_of_keys({key: Declared(value, 0, "")}))
-    return "" if is_noted else key, value
+    taken: dict[str, Declared] = {}
+    declare(taken, key, Declared(value, 0, ""))
+    return "" if any(notes_of_keys(taken)) else key, value
 
 
 def _is_plain(value: str) -> bool:

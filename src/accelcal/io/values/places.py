@@ -76,7 +76,7 @@ def in_degrees(column: Column, angle: Array) -> Array:
     broken = np.flatnonzero(angle % 1.0 > 0.0)
     if broken.size:
         problem = f"angles of at most {np.abs(known).max():g} look like radians"
-        remedy = "write head angles in degrees, or the unit in their heading, as angle [rad]"
+        remedy = "write them in degrees, or with the heading angle [rad] if they are radians"
         raise TableError(problem, remedy, source=column.source, line=int(column.lines[broken[0]]))
     return angle
 

@@ -30,13 +30,13 @@ _CLOCKS = (
     re.compile(rf"([01]?\d|2[0-3]){_MINUTES}()"),
     re.compile(rf"(0?[1-9]|1[0-2]){_MINUTES} ?([ap])\.?m\.?", re.IGNORECASE),
 )
-_DAY_AND_CLOCK = re.compile(r"(\S+?)[Tt ] *(\d.*)")
+_DAY_AND_CLOCK = re.compile(r"(.+?)(?:[Tt]|,? +(?=\d{1,2}:))(\d.*)")
 _ISO = re.compile(r"[12]\d{3}-\d\d-\d\d(?:[T ]\d\d:\d\d:\d\d(?:\.\d{1,6})?)?", re.ASCII)
 """Dates that NumPy reads as `date_of` does, and seven times as fast."""
 
 _YEAR_LAST = re.compile(
     r"(0?[1-9]|[12]\d|3[01])/(0?[1-9]|[12]\d|3[01])/(\d{4})"
-    r"(?: +([01]?\d|2[0-3]):(\d\d)(?::(\d\d)(?:[.,:](\d{1,6}))?)?(?: ?([AP])M)?)?",
+    r"(?: +([01]?\d|2[0-3]):(\d\d)(?::(\d\d)(?:[.,:](\d+))?)?(?: ?([AP])M)?)?",
     re.ASCII | re.IGNORECASE,
 )
 """A date as programs of the USA and of other countries write it, perhaps with a clock time."""

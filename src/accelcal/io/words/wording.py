@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sized
 
+from accelcal.arguments.axes import AXES, axis_named
 from accelcal.plural import counted, named
 
 
@@ -40,3 +41,15 @@ def all_outputs(count: int) -> str:
     ('the only output is', 'all 3 outputs are')
     """
     return "the only output is" if count == 1 else f"all {count} outputs are"
+
+
+def hint_of_triad(names: Iterable[str]) -> str:
+    """Name the command for three accelerometers, where columns are called as theirs.
+
+    Examples
+    --------
+    >>> hint_of_triad(["ax_g", "ay_g", "az_g"]), hint_of_triad(["T", "J", "Y"])
+    ('; three accelerometers in one block go to accelcal triad', '')
+    """
+    is_triad = {axis_named(name.strip(' "')).axis for name in names} >= {*AXES}
+    return "; three accelerometers in one block go to accelcal triad" * is_triad
