@@ -106,7 +106,7 @@ def record_of(
         mounting=np.concatenate([np.full(own["run"].size, m) for m, own in parts]),
         position=np.zeros(run.size, dtype=np.int64),
         reference_temperature=20.0,
-        apparatus=accelcal.Apparatus(**regime.declared),
+        apparatus=accelcal.Apparatus(temperature_uncertainty=0.0, **regime.declared),
     )
 
 
