@@ -1023,3 +1023,12 @@ def test_an_angle_about_an_axis_is_no_output(heading):
     beside = read_triad(io.StringIO("\n".join([*lines[:start], *rows])))
     np.testing.assert_array_equal(beside.output, read_triad(EXAMPLE).output)
     assert f"column '{heading}' is not known and was set aside" in beside.notes
+
+
+def test_shafts_and_attitudes_are_taken_from_a_column_of_a_frame():
+    frame = pd.DataFrame({"shaft": ["x"] * 4 + ["z"] * 4, "row": range(8)})
+    up = np.concatenate([up_of_turn(shaft, np.arange(0.0, 360.0, 90.0)) for shaft in "xz"])
+    for names in (frame["shaft"], frame["shaft"].to_numpy(), frame["shaft"].tolist()):
+        assert TriadRecord(up, up, shaft=names).shaft == tuple("xxxxzzzz")
+    with pytest.raises(accelcal.InputError, match="shaft has 0; it is a tuple of texts"):
+        TriadRecord(up, up, shaft=frame["row"])

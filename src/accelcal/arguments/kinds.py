@@ -8,8 +8,6 @@ from numbers import Real
 from os import PathLike, fspath
 from typing import Any
 
-import numpy as np
-
 from accelcal.errors import InputError
 
 _KINDS = {
@@ -132,13 +130,15 @@ def each_of(values: Any, kind: type) -> tuple[Any, ...]:
 def several(values: Any) -> tuple[Any, ...]:
     """Take several values; a single one, a text or a table of columns counts as one.
 
+    A Series has keys, but is no table.
+
     Examples
     --------
     >>> several([20.0, 80.0]), several(20.0), several("o+")
     ((20.0, 80.0), (20.0,), ('o+',))
     """
-    if isinstance(values, np.ndarray):
-        values = values.tolist()  # of an array without an axis, its only item
+    if hasattr(values, "tolist"):  # an array; the list of one without an axis is its only item
+        values = values.tolist()
     one = not isinstance(values, Iterable) or isinstance(values, str | bytes)
     return (values,) if one or hasattr(values, "keys") else tuple(values)
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from accelcal.apparatus import Apparatus
 from accelcal.arguments.axes import AXES, by_axis
+from accelcal.arguments.kinds import several
 from accelcal.arguments.numbers import refuse_other_order
 from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arguments.temperatures import temperature_array
@@ -52,7 +53,7 @@ class TriadRecord(EqualByContents):
         None where the attitudes are not known.
     line : ndarray of int, shape (n,), or None
         Line of the source that holds the attitude.
-    attitude : tuple of str or None
+    attitude : sequence of str or None
         Name of the attitude of each row, in place of its direction up: rows of one attitude have
         its error in common, and two attitudes may have one direction.
     temperature : ndarray of float, shape (n,), or None
@@ -67,7 +68,7 @@ class TriadRecord(EqualByContents):
         Where the record came from.
     notes : tuple of str
         What the reader set aside, one sentence each.
-    shaft : tuple of str or None
+    shaft : sequence of str or None
         Name of the shaft about which the block was turned to each row: it was clamped anew on each,
         and sits a little turned in all attitudes of one.
 
@@ -102,22 +103,18 @@ class TriadRecord(EqualByContents):
         check_text(unit=self.unit, serial=self.serial)
         check_written(source=self.source)
         check_texts(notes=self.notes)
-        told = (("attitude", self.attitude), ("shaft", self.shaft))
-        check_texts(**{name: own for name, own in told if own is not None})
-        given = {name: getattr(self, name) for name in ("output", "up", "temperature")}
-        refuse_other_order(given)
+        given = ("output", "up", "temperature", "attitude", "shaft")
+        refuse_other_order({name: getattr(self, name) for name in given})
         for name in ("output", "up"):
             if name == "output" or self.up is not None:
                 object.__setattr__(self, name, _rows(getattr(self, name), name))
         if self.temperature is not None:
             own = _temperatures(self.temperature, len(self.output))
             object.__setattr__(self, "temperature", own)
+        for name in ("attitude", "shaft"):
+            if (own := getattr(self, name)) is not None:
+                object.__setattr__(self, name, _names(own, name, len(self.output)))
         freeze(self)
-        for names, what in ((self.attitude, "names"), (self.shaft, "shafts")):
-            if names is not None and len(names) != len(self.output):
-                raise InputError(
-                    f"{len(names)} {what} of {len(self.output)} attitudes; give one for each"
-                )
         if self.up is not None:
             _check_directions(self.up, len(self.output))
 
@@ -243,6 +240,14 @@ def places_of(up: Array) -> list[int]:
 def _direction(up: Array) -> Array:
     """Middle of directions close to each other; the first to the last digit where all are it."""
     return np.asarray(up[0] + (up - up[0]).mean(axis=0))
+
+
+def _names(given: Sequence[str], name: str, attitudes: int) -> tuple[str, ...]:
+    names = several(given)
+    check_texts(**{name: names})
+    if len(names) != attitudes:
+        raise InputError(f"{len(names)} {name}s of {attitudes} attitudes; give one for each")
+    return names
 
 
 def _check_directions(up: Array, size: int) -> None:
