@@ -24,13 +24,18 @@ from accelcal.specification import Specification
 from accelcal.stand_uncertainty.estimator import Estimator, estimator_of
 from accelcal.stand_uncertainty.kinds import ERROR_QUANTITIES, KINDS
 from accelcal.stand_uncertainty.linear import Propagated, jacobian, propagated
-from accelcal.stand_uncertainty.monte_carlo import Linear, monte_carlo
+from accelcal.stand_uncertainty.monte_carlo import monte_carlo
 from accelcal.stand_uncertainty.readings import Readings, readings_of
 from accelcal.stand_uncertainty.requirements import requirements, sufficiency
 from accelcal.stand_uncertainty.stand import Acting, Stand, acting
 from accelcal.units import HOUR
 
 __all__ = ["stand_budget"]
+
+_UNSTABLE = (
+    "the Monte Carlo ends are not yet known to a fifth of the tolerance with which they are"
+    " compared; make more trials"
+)
 
 
 def stand_budget(
@@ -134,16 +139,10 @@ def _tried(
     seed: int | None,
 ) -> StandBudget:
     """Add the Monte Carlo result."""
-    dust = estimator.dust(readings.scale_factor)
-    found = monte_carlo(
-        parts,
-        readings,
-        estimator,
-        Linear(budget.nominal, budget.expanded_uncertainty, dust),
-        trials=None if trials is None else int(trials),
-        seed=seed,
-    )
-    return replace(budget, monte_carlo=found, warnings=(*budget.warnings, *_unstable(found.stable)))
+    made = None if trials is None else int(trials)
+    found = monte_carlo(parts, readings, estimator, budget, trials=made, seed=seed)
+    said = () if found.stable else (_UNSTABLE,)
+    return replace(budget, monte_carlo=found, warnings=(*budget.warnings, *said))
 
 
 def _linear(
@@ -217,14 +216,6 @@ def _warnings(stand: Stand, readings: Readings, estimator: Estimator) -> Iterato
     temperature = {"chamber-temperature", "chamber-gradient"}
     if not kinds & temperature:
         yield "no component of the chamber: temperatures are taken as known"
-
-
-def _unstable(stable: bool) -> Iterator[str]:
-    if not stable:
-        yield (
-            "the Monte Carlo ends are not yet known to a fifth of the tolerance with which they"
-            " are compared; make more trials"
-        )
 
 
 def accelerometer_of(calibration: Calibration) -> Accelerometer:
