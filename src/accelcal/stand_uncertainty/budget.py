@@ -10,6 +10,7 @@ import numpy as np
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
+from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.estimate.linear import Method
 from accelcal.estimate.uncertainty import welch_satterthwaite
@@ -23,7 +24,7 @@ from accelcal.results.stand_budget import StandBudget, StandShare
 from accelcal.specification import Specification
 from accelcal.stand_uncertainty.estimator import Estimator, estimator_of
 from accelcal.stand_uncertainty.kinds import ERROR_QUANTITIES, KINDS
-from accelcal.stand_uncertainty.linear import Propagated, jacobian, propagated
+from accelcal.stand_uncertainty.linear import jacobian, propagated
 from accelcal.stand_uncertainty.monte_carlo import monte_carlo
 from accelcal.stand_uncertainty.readings import Readings, readings_of
 from accelcal.stand_uncertainty.requirements import requirements, sufficiency
@@ -151,8 +152,8 @@ def _linear(
     coefficients = estimator.map @ readings.output({})
     slopes = jacobian(estimator, coefficients)
     found = [propagated(part, readings, estimator, slopes) for part in parts]
-    shares = tuple(map(_share, parts, found))
-    covariance = np.sum([effect.through @ effect.through.T for effect in found], axis=0)
+    shares = tuple(_share(part, *effect) for part, effect in zip(parts, found, strict=True))
+    covariance = np.sum([through @ through.T for through, _ in found], axis=0)
     standard = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
     of_each = np.array([part.contributions for part in shares]) ** 2
     dof = welch_satterthwaite(of_each, [part.dof for part in shares])
@@ -173,10 +174,8 @@ def _linear(
     )
 
 
-def _share(part: Acting, effect: Propagated) -> StandShare:
-    own = part.component
-    through = effect.through
-    single = through.shape[1] == 1
+def _share(part: Acting, through: Array, residual: float) -> StandShare:
+    own, single = part.component, through.shape[1] == 1
     return StandShare(
         name=own.name,
         kind=own.kind,
@@ -188,7 +187,7 @@ def _share(part: Acting, effect: Propagated) -> StandShare:
         averages=own.averages,
         fixed=own.fixed,
         contributions=through[:, 0] + 0.0 if single else np.linalg.norm(through, axis=1),
-        residual=effect.residual,
+        residual=residual,
         origin=own.origin,
     )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,21 +13,6 @@ from accelcal.stand_uncertainty.stand import Acting
 
 _STEP = 1e-4
 """Step of the central difference of a channel; its rounding error is 1e-12 of the slope."""
-
-
-class Propagated(NamedTuple):
-    """What one component does.
-
-    Attributes
-    ----------
-    through : ndarray, shape (q, m)
-        Change of each coefficient by one standard uncertainty of each of its m errors.
-    residual : float
-        Part of the effect on the readings that the residuals show; NaN where there is no effect.
-    """
-
-    through: Array
-    residual: float
 
 
 def channel_slopes(readings: Readings, channel: str) -> Array:
@@ -69,8 +53,16 @@ def jacobian(estimator: Estimator, coefficients: Array) -> Array:
 
 def propagated(
     part: Acting, readings: Readings, estimator: Estimator, by_coefficient: Array
-) -> Propagated:
-    """Bring one component through readings and estimator."""
+) -> tuple[Array, float]:
+    """Bring one component through readings and estimator.
+
+    Returns
+    -------
+    through : ndarray, shape (q, m)
+        Change of each coefficient by one standard uncertainty of each of its m errors.
+    residual : float
+        Part of the effect on the readings that the residuals show; NaN where there is no effect.
+    """
     slopes = channel_slopes(readings, part.channel)
     standard = part.component.distribution.standard
     effects = [slopes[:-1] * phase for phase in (standard * part.pattern).T]
@@ -79,10 +71,8 @@ def propagated(
     gravity = np.zeros((1, part.errors * len(effects)))
     gravity[0, 0] = slopes[-1] * standard
     known = np.vstack([np.hstack(on_coefficients), gravity])
-    return Propagated(
-        through=by_coefficient @ known,
-        residual=_part_left(estimator, effects, np.hstack(along_fit), known[:-1]),
-    )
+    left = _part_left(estimator, effects, np.hstack(along_fit), known[:-1])
+    return by_coefficient @ known, left
 
 
 def _by_error(values: Array, part: Acting) -> Array:
