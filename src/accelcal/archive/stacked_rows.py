@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import compress
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -212,36 +212,22 @@ def _law_unit(term: str, unit: str | None) -> str:
     return "g" if law == "hysteresis" else law_units(unit)[law][part != "at_T0"]
 
 
-class StackVerdicts(NamedTuple):
-    """Verdicts of R records.
-
-    Attributes
-    ----------
-    outcomes : list of str, length R
-        The worst outcome of each, of `OUTCOMES`.
-    failed_limits : list of str, length R
-        Names of the limits that each fails, joined.
-    """
-
-    outcomes: list[str]
-    failed_limits: list[str]
-
-
 def verdicts_of(
     stack: CalibrationStack, tables: Columns, specification: Specification
-) -> StackVerdicts:
+) -> dict[str, list[str]]:
     """Judge the calibrations of a stack against a data sheet.
 
-    The columns are those of their tables, record after record.
+    The columns are those of their tables, record after record. Returns the worst outcome of each
+    record, of `OUTCOMES`, and the names of the limits that it fails, joined, by their columns.
     """
     found = list(conformity(specification, _measured(stack, tables)))
     outcome = np.array([np.where(each.holds, each.outcome, len(OUTCOMES)) for each in found])
     names = [each.limit.name for each in found]
     told = cache(lambda *failed: JOINT.join(dict.fromkeys(compress(names, failed))))
-    return StackVerdicts(
-        [OUTCOMES[worst] for worst in outcome.min(axis=0).tolist()],
-        list(map(told, *(outcome == OUTCOMES.index("fail")).tolist())),
-    )
+    return {
+        "verdict": [OUTCOMES[worst] for worst in outcome.min(axis=0).tolist()],
+        "failed_limits": list(map(told, *(outcome == OUTCOMES.index("fail")).tolist())),
+    }
 
 
 def _measured(stack: CalibrationStack, tables: Columns) -> Measured:
