@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from accelcal.numerics.covariance_root import covariance_root
+from accelcal.numerics.covariance import covariance_root
 
 
 @pytest.mark.parametrize("rank", [1, 3, 5])

@@ -237,8 +237,8 @@ def test_orders_are_judged_as_by_refitting_each():
     stack, fit, groups = stacked([table]), *fit_and_groups(table)
     for other in order._other_orders(table.record.angle, table.head):
         squares = order._squares_of_groups(stack, stack.output, fit, other, groups)
-        for k in range(groups.number):
-            chosen = groups.strokes_of(k)[groups.strokes.cell]
+        for k in range(len(groups.members)):
+            chosen = groups.members[k][groups.strokes.cell]
             angle = np.where(chosen, other.angle, table.record.angle)
             output = np.where(chosen, other.sign, 1.0) * table.record.output
             design = prepare(replace(table.record, angle=angle, output=output)).design
@@ -255,7 +255,7 @@ def test_no_order_of_a_group_is_better_than_leaving_it_out():
     table = prepared(missing=0.1, seed=3, strokes=5)
     stack, fit, groups = stacked([table]), *fit_and_groups(table)
     left_out = LeftOut.of(fit.basis.columns, groups)
-    kept = [~groups.strokes_of(k)[groups.strokes.cell] for k in range(groups.number)]
+    kept = [~groups.members[k][groups.strokes.cell] for k in range(len(groups.members))]
     rest = [np.linalg.lstsq(table.kept_design[k], table.record.output[k])[1].item() for k in kept]
     without = left_out.squares(fit).item()
     assert without == pytest.approx(min(rest), rel=1e-6)

@@ -17,7 +17,7 @@ from accelcal.cli.main import main
 from accelcal.estimate.declared_scatter import moderated
 from accelcal.io.words.head_words import EXPANDED, HEAD_COLUMNS, HEAD_KEYS
 from accelcal.io.words.vocabulary import COLUMNS
-from accelcal.numerics.posterior import posterior
+from accelcal.numerics.covariance import posterior
 from accelcal.results.head_calibration import UnitOnHead
 
 NAMES = ("k2", "k3", "delta_ip")

@@ -17,7 +17,7 @@ from accelcal.cli.main import main
 from accelcal.io.triad import read_triad
 from accelcal.results.triad import TriadCalibration
 from accelcal.triad.record import TriadRecord, one_an_attitude, up_of_turn
-from accelcal.triad.scatter import Scatter
+from accelcal.triad.solution import Scatter
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "triad.csv"
 BIAS = np.array([0.02, -0.05, 0.1])

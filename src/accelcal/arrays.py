@@ -66,10 +66,9 @@ class Labels(Generic[T]):
         """Those of some cells."""
         return Labels(self.code[places], self.values)
 
-    def cells(self, values: Sequence[T] | None = None) -> list[T]:
-        """List the cells, by other values where these are given."""
-        known = self.values if values is None else values
-        return [known[i] for i in self.code.tolist()]
+    def cells(self) -> list[T]:
+        """List the cells."""
+        return [self.values[i] for i in self.code.tolist()]
 
 
 def kept(array: NDArray[Any]) -> NDArray[Any]:

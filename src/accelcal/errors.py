@@ -7,6 +7,7 @@ Every class inherits :class:`AccelcalError` and the builtin that a caller would 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Self, TypeVar
 
 from accelcal.escapes import visible
@@ -126,7 +127,8 @@ class TableError(InputError):
 
     def __reduce__(self) -> tuple[object, ...]:
         # keyword-only arguments do not survive the pickling of a plain exception
-        return _rebuild_table_error, (self.problem, self.remedy, self.source, self.line)
+        made = partial(type(self), source=self.source or "", line=self.line)
+        return made, (self.problem, self.remedy)
 
 
 def located(
@@ -197,10 +199,6 @@ def not_installed(what: str, package: str, extra: str) -> InputError:
 def _place(source: str, line: int | None) -> str:
     name = source or "''"  # as of a variable of the shell that is not set
     return name if line is None else f"{name}:{line}"
-
-
-def _rebuild_table_error(problem: str, remedy: str, source: str, line: int | None) -> TableError:
-    return TableError(problem, remedy, source=source, line=line)
 
 
 class DesignError(InputError):

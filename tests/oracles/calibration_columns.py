@@ -2,19 +2,15 @@
 
 import numpy as np
 
-from accelcal.calibrate.columns import mountings_of, numbers_of, verdict_codes
-from accelcal.gates.verdict import VERDICTS
+from accelcal.archive.columns import gate_column
+from accelcal.archive.stacked_rows import stacked_tables
+from accelcal.arrays import Labels
 
 
 def columns_of(stack):
-    verdicts = verdict_codes(stack).items()
-    return {
-        "record": np.repeat(np.arange(len(stack)), len(stack.tables)),
-        "run": np.ravel([stack.plan.run_labels(i) for i in range(len(stack))]),
-        "mounting": np.tile(mountings_of(stack), len(stack)),
-        **numbers_of(stack),
-        **{name: np.array(VERDICTS)[code] for name, code in verdicts},
-    }
+    cells = stacked_tables(stack).items()
+    found = {n: np.array(c.cells()) if isinstance(c, Labels) else c for n, c in cells}
+    return found | {"record": np.repeat(np.arange(len(stack)), len(stack.tables))}
 
 
 def columns_of_one(calibration):
@@ -27,7 +23,7 @@ def columns_of_one(calibration):
             row[f"{name}_standard_uncertainty"] = quantity.standard_uncertainty
             row[f"{name}_expanded_uncertainty"] = quantity.expanded_uncertainty
             row[f"{name}_dof"] = quantity.dof
-        row |= {gate.name: gate.verdict for gate in (*table.gates, *calibration.gates)}
+        row |= {gate_column(gate.name): gate.verdict for gate in (*table.gates, *calibration.gates)}
         rows.append(row)
     return {name: column([row[name] for row in rows]) for name in rows[0]}
 

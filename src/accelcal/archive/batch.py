@@ -23,8 +23,7 @@ from accelcal.archive.journal import growing_results, open_journal, work_and_kee
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import Sources, find_sources, is_url
 from accelcal.archive.through import InMemory, Progress, work_through
-from accelcal.arguments.endings import ending_of
-from accelcal.arguments.kinds import path_text, several
+from accelcal.arguments.kinds import ending_of, path_text, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag, check_function, check_options, check_text
 from accelcal.arrays import Labels

@@ -111,15 +111,16 @@ def fit_block(block: Block, settings: Settings) -> Outcome[Columns]:
     found = [item for item in read if isinstance(item, Found)]
     serials = stretches or tuple(dict.fromkeys(i.record.serial for i in found if i.record.serial))
     with brought_along(*settings.effects):
-        fitted = fit_records([item.record for item in found], settings)
+        records = [item.record for item in found]
+        tables, laws, failures, failed = fit_records(records, settings)
     errors = [item for item in read if isinstance(item, Failure)]
     errors += [
         Failure(found[place].file, found[place].record.source, told)
-        for place, told in sorted(fitted.failures.items())
+        for place, told in sorted(failures.items())
     ]
     said = tuple((e.source, e.message) for e in sorted(errors, key=lambda e: e.file))
-    count = len(found) - len(fitted.failures)
-    return Outcome(fitted.tables, fitted.laws, Told(said, count, fitted.failed, serials))
+    count = len(found) - len(failures)
+    return Outcome(tables, laws, Told(said, count, failed, serials))
 
 
 _LARGEST = 2**25 - 2**14

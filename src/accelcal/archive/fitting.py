@@ -20,25 +20,6 @@ _AT_A_TIME = 2**19
 """Readings that are fitted together: a block of small files, but a part of a large table."""
 
 
-class FittedRecords(NamedTuple):
-    """Rows of the records of a block.
-
-    Attributes
-    ----------
-    tables, laws : mapping of str to Labels or ndarray
-        Cells by column, in the order of the records.
-    failures : mapping of int to str
-        Place of each record that could not be fitted, and the line that tells why.
-    failed : int
-        Number of records that failed a data sheet.
-    """
-
-    tables: Columns
-    laws: Columns
-    failures: Mapping[int, str]
-    failed: int
-
-
 class _Piece(NamedTuple):
     """Rows of some records, each with the place of its record."""
 
@@ -49,15 +30,27 @@ class _Piece(NamedTuple):
     failed: int = 0
 
 
-def fit_records(records: Sequence[TumbleRecord], settings: Settings) -> FittedRecords:
-    """Fit records, and judge them where there is a data sheet."""
+def fit_records(
+    records: Sequence[TumbleRecord], settings: Settings
+) -> tuple[Columns, Columns, Mapping[int, str], int]:
+    """Fit records, and judge them where there is a data sheet.
+
+    Returns
+    -------
+    tables, laws : mapping of str to Labels or ndarray
+        Cells by column, in the order of the records.
+    failures : mapping of int to str
+        Place of each record that could not be fitted, and the line that tells why.
+    failed : int
+        Number of records that failed the data sheet.
+    """
     failures: dict[int, str] = {}
     pieces = [
         piece
         for places in _parts(records)
         for piece in _pieces(records, places, settings, failures)
     ]
-    return FittedRecords(
+    return (
         _merged([(piece.tables, piece.of_table) for piece in pieces], ROWS),
         _merged([(piece.laws, piece.of_law) for piece in pieces], LAWS),
         failures,
@@ -121,11 +114,10 @@ def _of_stack(stack: CalibrationStack, places: Sequence[int], settings: Settings
     of_table, of_law = np.repeat(places, count), np.array(places)[record]
     if settings.specification is None:
         return _Piece(tables, of_table, laws, of_law)
-    verdicts = verdicts_of(stack, tables, settings.specification)
-    judged = {"verdict": verdicts.outcomes, "failed_limits": verdicts.failed_limits}
+    judged = verdicts_of(stack, tables, settings.specification)
     record = np.repeat(np.arange(len(stack)), count)
     tables = tables | {name: Labels(record, cells) for name, cells in judged.items()}
-    return _Piece(tables, of_table, laws, of_law, verdicts.outcomes.count("fail"))
+    return _Piece(tables, of_table, laws, of_law, judged["verdict"].count("fail"))
 
 
 def _merged(parts: Sequence[tuple[Columns, Places]], kinds: Mapping[str, FrameColumn]) -> Columns:

@@ -11,7 +11,7 @@ import numpy as np
 
 from accelcal.archive.arrow import arrow_bytes, parquet_frame
 from accelcal.archive.columns import ERRORS, Cells, Columns, FrameColumn
-from accelcal.arguments.endings import ending_of
+from accelcal.arguments.kinds import ending_of
 from accelcal.arrays import Labels
 from accelcal.errors import not_installed
 from accelcal.escapes import ESCAPED

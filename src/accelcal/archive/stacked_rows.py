@@ -6,10 +6,9 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import compress
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from accelcal.archive.columns import (
     LAWS,
@@ -20,13 +19,11 @@ from accelcal.archive.columns import (
     put_together,
 )
 from accelcal.arrays import Labels, Places
-from accelcal.calibrate.columns import gate_warnings, mountings_of, numbers_of, verdict_codes
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.estimate.reversal import misalignment_stack
 from accelcal.gates.verdict import VERDICTS
 from accelcal.io.values.lots import declared_lot
 from accelcal.model import law_units
-from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 from accelcal.results.table import mountings_of_laws
 from accelcal.results.verdict import OUTCOMES
@@ -53,19 +50,15 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
         JOINT.join(f"{n}: {m}" for n, m in own.items()) for own in stack.estimate.stands_for
     ]
     runs = Labels.of([record.run_labels for record in records])
-    verdicts = {
-        gate_column(name): Labels(code, list(VERDICTS))
-        for name, code in verdict_codes(stack).items()
-    }
     found: Columns = {
-        **_numbers(numbers_of(stack)),
+        **_numbers(stack, table),
         **_of_records(stack, record, ROWS),
-        **verdicts,
+        **_verdicts(stack),
         "run": Labels(
             np.add.outer(count * runs.code, np.arange(count)).ravel(),
             [labels[run] for labels in runs.values for run in stack.plan.runs],
         ),
-        "mounting": Labels(table, mountings_of(stack)),
+        "mounting": Labels(table, _mountings(stack)),
         "stands_for": Labels(table, stands_for),
         "warnings": _warnings(stack),
     }
@@ -75,16 +68,64 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
     return _columns(found, ROWS, record.size)
 
 
+def _mountings(stack: CalibrationStack) -> list[str]:
+    """Mounting of each table, which is that of all records."""
+    return [table.mounting for table in stack.tables]
+
+
+def _numbers(stack: CalibrationStack, table: Places) -> Columns:
+    """What the tables hold, how well they were fitted, and what was found of them.
+
+    A count is a label, as it has no NaN for nothing.
+    """
+    estimate, tables = stack.estimate, range(len(stack.tables))
+    found: Columns = {
+        "temperature_degC": stack.plan.levels.ravel(),
+        "readings": Labels(table, [residual.shape[1] for residual in estimate.residuals]),
+        "dof": Labels(table, list(map(estimate.dof, tables))),
+        "residual_rms": np.stack(list(map(estimate.residual_rms, tables)), axis=1).ravel(),
+    }
+    for quantities in stack.quantities:
+        found |= quantities.columns()
+    return found
+
+
+def _verdicts(stack: CalibrationStack) -> Columns:
+    """Verdicts of the gates of the tables and of the record, which all its tables share."""
+    codes = {
+        gates[0].name: np.stack([gate.verdict for gate in gates], axis=1).ravel()
+        for gates in zip(*stack.gates, strict=True)
+    }
+    codes |= {gate.name: np.repeat(gate.verdict, len(stack.tables)) for gate in stack.record_gates}
+    return {gate_column(name): Labels(code, list(VERDICTS)) for name, code in codes.items()}
+
+
 def _warnings(stack: CalibrationStack) -> Labels[str]:
     """Sentences about each table and its record, and of the gates that warn, joined."""
     warned = stack.warnings
     told = Labels.joined([both(own, warned.of_record) for own in warned.of_tables])
     code = told.code.reshape(len(stack.tables), -1).T.ravel()
     values = told.values
-    for row, found in gate_warnings(stack).items():
+    for row, found in _gate_warnings(stack).items():
         values.append((*values[code[row]], *found))
         code[row] = len(values) - 1
     return Labels(code, list(map(JOINT.join, values)))
+
+
+def _gate_warnings(stack: CalibrationStack) -> dict[int, list[str]]:
+    """Sentences of the gates of a table that warn, then of its record, by the row of the table."""
+    tables = len(stack.tables)
+    found: dict[int, list[str]] = {}
+    for table, gates in enumerate(stack.gates):
+        for gate in gates:
+            for place in gate.warned():
+                found.setdefault(place * tables + table, []).append(gate.warning(place))
+    for gate in stack.record_gates:
+        for place in gate.warned():
+            said = gate.warning(place)
+            for row in range(place * tables, (place + 1) * tables):
+                found.setdefault(row, []).append(said)
+    return found
 
 
 def stacked_laws(stack: CalibrationStack) -> tuple[Columns, Places]:
@@ -104,7 +145,7 @@ def stacked_laws(stack: CalibrationStack) -> tuple[Columns, Places]:
 
 def _laws_by_mounting(stack: CalibrationStack) -> list[tuple[str, LawsOfRecords]]:
     """Laws of one axis or of both, each with the mounting of most of its tables, in their order."""
-    have = mountings_of(stack)
+    have = _mountings(stack)
     main, second = mountings_of_laws(have, telling_laws(stack.estimate))
     found = {main: stack.told_laws.main}
     if second is not None:
@@ -154,19 +195,6 @@ _OF_RECORD: Mapping[str, Callable[[TumbleRecord], Any]] = {
 }
 
 
-def _numbers(found: Mapping[str, NDArray[Any]]) -> Columns:
-    """Columns of numbers; a count is a label, as it has no NaN for nothing."""
-    return {
-        name: column if column.dtype == np.float64 else _counts(column)
-        for name, column in found.items()
-    }
-
-
-def _counts(column: NDArray[Any]) -> Labels[int]:
-    values, code, _ = grouped(column)
-    return Labels(code, values.tolist())
-
-
 def _columns(found: Columns, kinds: Mapping[str, FrameColumn], rows: int) -> Columns:
     """Cells of all columns; one that is not found is empty."""
     software = {"software": Labels.everywhere(SOFTWARE, rows)}
@@ -184,36 +212,22 @@ def _law_unit(term: str, unit: str | None) -> str:
     return "g" if law == "hysteresis" else law_units(unit)[law][part != "at_T0"]
 
 
-class StackVerdicts(NamedTuple):
-    """Verdicts of R records.
-
-    Attributes
-    ----------
-    outcomes : list of str, length R
-        The worst outcome of each, of `OUTCOMES`.
-    failed_limits : list of str, length R
-        Names of the limits that each fails, joined.
-    """
-
-    outcomes: list[str]
-    failed_limits: list[str]
-
-
 def verdicts_of(
     stack: CalibrationStack, tables: Columns, specification: Specification
-) -> StackVerdicts:
+) -> dict[str, list[str]]:
     """Judge the calibrations of a stack against a data sheet.
 
-    The columns are those of their tables, record after record.
+    The columns are those of their tables, record after record. Returns the worst outcome of each
+    record, of `OUTCOMES`, and the names of the limits that it fails, joined, by their columns.
     """
     found = list(conformity(specification, _measured(stack, tables)))
     outcome = np.array([np.where(each.holds, each.outcome, len(OUTCOMES)) for each in found])
     names = [each.limit.name for each in found]
     told = cache(lambda *failed: JOINT.join(dict.fromkeys(compress(names, failed))))
-    return StackVerdicts(
-        [OUTCOMES[worst] for worst in outcome.min(axis=0).tolist()],
-        list(map(told, *(outcome == OUTCOMES.index("fail")).tolist())),
-    )
+    return {
+        "verdict": [OUTCOMES[worst] for worst in outcome.min(axis=0).tolist()],
+        "failed_limits": list(map(told, *(outcome == OUTCOMES.index("fail")).tolist())),
+    }
 
 
 def _measured(stack: CalibrationStack, tables: Columns) -> Measured:
@@ -231,7 +245,7 @@ def _measured(stack: CalibrationStack, tables: Columns) -> Measured:
 
     return Measured(
         output_unit=stack.plan.records[0].unit,
-        mountings=mountings_of(stack),
+        mountings=_mountings(stack),
         temperatures=stack.plan.levels,
         reference=stack.references,
         quantity=quantity,

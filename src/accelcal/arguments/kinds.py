@@ -1,4 +1,4 @@
-"""What arguments are: of the kind that a function takes, one or several, or the path of a file."""
+"""What arguments are: of the kind a function takes, one or several, or a path and its end."""
 
 from __future__ import annotations
 
@@ -148,6 +148,23 @@ def path_text(value: str | PathLike[str], remedy: str = "give the name of a file
     if not isinstance(value, str | PathLike):
         raise InputError(f"{kind_of(value)} in place of a path; {remedy}")
     return fspath(value)
+
+
+def ending_of(path: str | PathLike[str], endings: Iterable[str], remedy: str = "choose one") -> str:
+    """Tell the end of the name of a file, capitals or not.
+
+    Examples
+    --------
+    >>> ending_of("budget.SVG", [".png", ".svg"])
+    '.svg'
+    """
+    endings = tuple(endings)
+    name = path_text(path, f"name a file that ends in {', '.join(endings)}")
+    for ending in endings:
+        if name.casefold().endswith(ending):
+            return ending
+    told = name or repr(name)
+    raise InputError(f"{told}: the name ends in none of {', '.join(endings)}; {remedy}")
 
 
 def kind_of(value: object) -> str:

@@ -133,8 +133,7 @@ class Many(NamedTuple):
 def calibrate_many(records: Sequence[TumbleRecord], options: Options | None = None) -> Many:
     """Calibrate many records, those of one plan together.
 
-    `CalibrationStack.one` gives what `accelcal.fit` gives, and `accelcal.calibrate.columns` the
-    columns of all.
+    `CalibrationStack.one` gives what `accelcal.fit` gives.
 
     Raises
     ------

@@ -213,22 +213,21 @@ class CalibrationStack:
         """Tables of one plan in all records, table after table."""
         noises = [self.estimate.noises[t] for t in places]
         scatter = [median(self.tables[t].scatter) for t in places]
-        step = self.plan.records[0].apparatus.resolution
-        rows = len(self) * len(places)
         # `line` below must not hold self: self keeps its gates, and they keep `line`. Such a circle
         # would stay in memory until the garbage collector comes.
         plan, count = self.plan, len(self)
+        step = plan.records[0].apparatus.resolution
         return TableStack(
             table=self.tables[places[0]],
-            output=np.ascontiguousarray(np.concatenate([self.plan.outputs[t] for t in places]).T),
+            output=np.ascontiguousarray(np.concatenate([plan.outputs[t] for t in places]).T),
             coefficients=np.concatenate([self.estimate.judged[t] for t in places]),
             noise=np.concatenate([noise.factor for noise in noises]),
             noise_dof=np.concatenate([noise.dof for noise in noises]),
             declared=np.concatenate([noise.source == "declared" for noise in noises]),
-            scatter=np.repeat(scatter, len(self)),
+            scatter=np.repeat(scatter, count),
             digit=np.concatenate([self.estimate.steps[t] for t in places]),
-            step=np.full(rows, np.nan if step is None else step),
-            time=self.plan.times(places),
+            step=np.full(count * len(places), np.nan if step is None else step),
+            time=plan.times(places),
             line=lambda index: plan.line(places[index // count], index % count),
             delta0=self.delta0,
         )

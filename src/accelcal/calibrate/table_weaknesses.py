@@ -17,7 +17,7 @@ from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.reversal import fixture_angle_stack
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.turns import LARGEST_RATIOS
+from accelcal.gates.sizes import LARGEST_RATIOS
 from accelcal.geometry import side_of
 from accelcal.model import MISALIGNMENT, SCALE_FACTOR
 from accelcal.record import TumbleRecord

@@ -20,7 +20,7 @@ from accelcal.discovery.solution import by_reading, solution
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.effects.effect import Disturbance, Effect
-from accelcal.numerics.covariance_root import covariance_root
+from accelcal.numerics.covariance import covariance_root
 from accelcal.record import TumbleRecord
 
 DEAD_ZONE = "dead-zone"

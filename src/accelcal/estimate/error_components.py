@@ -26,18 +26,21 @@ SHIFTED = {"launch": "K0", "launch_sf": "K1"}
 """The coefficient that each shift from run to run changes."""
 
 
-class ErrorsOfReadings(NamedTuple):
-    """What the least-squares fit says about the errors of the readings of R records.
+class Errors(NamedTuple):
+    """Errors of the readings of R records, as the least-squares fit shows them, and their way.
 
     Attributes
     ----------
-    coefficients : list of ndarray, shape (R, 6)
+    estimators : sequence of LinearEstimator
+        What takes the readings of each table to coefficients, P in all; all records have them
+        alike.
+    fitted : list of ndarray, shape (R, 6)
         Least-squares coefficients of each table.
     noises : list of ReadingNoise
         Reading noise of each table.
     lack_of_fit : LackOfFit or ManyPositions
         What the means of the positions show.
-    head : HeadError
+    of_head : HeadError
         Size of the errors of the head.
     seen : SeenErrors or SeenAtMany
         What is taken out of the readings.
@@ -45,67 +48,48 @@ class ErrorsOfReadings(NamedTuple):
         Noise of each table by position.
     correlation : Correlation
         Correlation of each reading with the next one.
-    root : ndarray, shape (J, J), or None
-        What makes the errors of the head of independent ones of one size; None where they are.
+    influence : ndarray, shape (R, P, J)
+        Of independent errors of J positions [output unit / rad].
     """
 
-    coefficients: list[Array]
+    estimators: Sequence[LinearEstimator]
+    fitted: list[Array]
     noises: list[ReadingNoise]
     lack_of_fit: LackOfFit | ManyPositions
-    head: HeadError
+    of_head: HeadError
     seen: SeenErrors | SeenAtMany
     uneven: Sequence[UnevenNoise]
     correlation: Correlation
-    root: Array | None = None
-
-
-class Errors(NamedTuple):
-    """How errors of the readings come through the estimators to P coefficients of all tables."""
-
-    estimators: Sequence[LinearEstimator]  # one a table; all records have them alike
-    judged: ErrorsOfReadings
-    influence: Array  # of independent errors of J positions [output unit / rad], shape (R, P, J)
-
-    @classmethod
-    def of(cls, estimators: Sequence[LinearEstimator], judged: ErrorsOfReadings) -> Errors:
-        """Work out the influence of the head."""
-        positions = judged.head.positions
-        parts = [
-            _influence(e, k, positions)
-            for e, k in zip(estimators, judged.coefficients, strict=True)
-        ]
-        whole = np.concatenate(parts, axis=1)
-        return cls(estimators, judged, whole if judged.root is None else whole @ judged.root)
+    influence: Array
 
     def predicted(self) -> list[Array]:
         """What the head errors that are seen do to the coefficients of each table, shape (R, p)."""
-        whole = (self.influence @ self.judged.seen.values[..., None])[..., 0]
+        whole = (self.influence @ self.seen.values[..., None])[..., 0]
         return np.split(whole, self._edges()[1:-1], axis=1)
 
     def reading(self) -> Component:
         """Errors by the noise of the readings, directly and through the prediction."""
-        whole = self.judged.seen.noise(self.influence)
-        dof = self._per_coefficient(np.stack([n.dof for n in self.judged.noises], axis=1))
-        noises = zip(self.judged.noises, self.judged.uneven, strict=True)
-        correlation = self.judged.correlation
+        whole = self.seen.noise(self.influence)
+        dof = self._per_coefficient(np.stack([n.dof for n in self.noises], axis=1))
+        noises = zip(self.noises, self.uneven, strict=True)
         for e, (noise, uneven), part in zip(self.estimators, noises, self._parts(), strict=True):
             spread = e.map * e.table.scatter
             own = noise.factor[:, None, None] ** 2 * (spread @ spread.T)
             if uneven.differs.any():
                 through = e.table.at_head.products(e.map.T, e.map.T)
                 own[uneven.differs], dof[uneven.differs, part] = uneven.noise(through)
-            if (some := correlation.counts).any():
+            if (some := self.correlation.counts).any():
                 alone = own[some], dof[some, part]
-                own[some], dof[some, part] = correlation.beside(e.table, spread, noise, *alone)
+                own[some], dof[some, part] = self.correlation.beside(e.table, spread, noise, *alone)
             whole[:, part, part] += own
         return Component(whole, dof)
 
     def head(self) -> dict[str, Component]:
         """Errors by what the prediction misses of the head's errors, where they are known."""
-        head = self.judged.head
+        head = self.of_head
         if head.source == "none":
             return {}
-        missed = self.judged.seen.missed(self.influence, head.uncertainty)
+        missed = self.seen.missed(self.influence, head.uncertainty)
         return {"head": Component(missed, np.repeat(head.dof[:, None], missed.shape[1], axis=1))}
 
     def shifts(self, known: Mapping[str, RunShift]) -> dict[str, Component]:
@@ -119,7 +103,7 @@ class Errors(NamedTuple):
     def _shift(self, coefficient: str, shift: RunShift) -> Component:
         """Errors by the shift of one coefficient from run to run, common to a run's mountings."""
         run = grouped(np.array([e.table.run for e in self.estimators])).cell
-        scale_factors = np.stack([k[:, SCALE_FACTOR] for k in self.judged.coefficients], axis=1)
+        scale_factors = np.stack([k[:, SCALE_FACTOR] for k in self.fitted], axis=1)
         size = scale_factors * shift.of_run[:, run]
         names = [name for e in self.estimators for name in e.names]
         at = np.flatnonzero(np.equal(names, coefficient))
@@ -135,7 +119,7 @@ class Errors(NamedTuple):
         """Rounding errors that the reading noise does not hold, where it does not hold all."""
         left = [
             noise.rounding(e.table, step)
-            for e, noise, step in zip(self.estimators, self.judged.noises, steps, strict=True)
+            for e, noise, step in zip(self.estimators, self.noises, steps, strict=True)
         ]
         if not np.any(left):
             return {}
@@ -156,6 +140,22 @@ class Errors(NamedTuple):
     def _parts(self) -> Iterator[slice]:
         """Places of the coefficients of each table."""
         return (slice(*edges) for edges in pairwise(self._edges()))
+
+
+def influence_of_head(
+    estimators: Sequence[LinearEstimator],
+    coefficients: Sequence[Array],
+    positions: Array,
+    root: Array | None,
+) -> Array:
+    """What independent errors of the positions do to the coefficients of all tables.
+
+    The root, shape (J, J), makes errors of the head of independent ones of one size; None where
+    they are.
+    """
+    parts = [_influence(e, k, positions) for e, k in zip(estimators, coefficients, strict=True)]
+    whole = np.concatenate(parts, axis=1)
+    return whole if root is None else whole @ root
 
 
 def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array) -> Array:

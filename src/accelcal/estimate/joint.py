@@ -16,7 +16,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.correlated_noise import Correlation, correlation
-from accelcal.estimate.error_components import Errors, ErrorsOfReadings
+from accelcal.estimate.error_components import Errors, influence_of_head
 from accelcal.estimate.head import HeadError, head_error, lack_of_fit
 from accelcal.estimate.launch import RunShift, reached_by, run_shift
 from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
@@ -202,9 +202,8 @@ def estimate_stack(
     digits = tuple(map(decimal_steps, outputs))
     declared = apparatus.resolution
     steps = digits if declared is None else tuple(np.full_like(d, declared) for d in digits)
-    errors = Errors.of(
-        estimators, _judge(tables, readings, steps, apparatus, head, predict=method == METHODS[0])
-    )
+    predict = method == METHODS[0]
+    errors = _judge(estimators, readings, steps, apparatus, head, predict=predict)
     coefficients = _coefficients(estimators, readings, errors, method)
     reading = errors.reading()
     bias, scale_factor = _run_shifts(errors, reading, levels, apparatus)
@@ -214,15 +213,15 @@ def estimate_stack(
         names=tuple(estimator.names for estimator in estimators),
         stands_for=tuple(estimator.stands_for for estimator in estimators),
         coefficients=tuple(coefficients),
-        judged=tuple(_by_least_squares(tables, outputs) if robust else errors.judged.coefficients),
+        judged=tuple(_by_least_squares(tables, outputs) if robust else errors.fitted),
         residuals=tuple(
             y - k @ t.design.T for t, y, k in zip(tables, outputs, coefficients, strict=True)
         ),
-        noises=tuple(errors.judged.noises),
-        uneven=tuple(errors.judged.uneven),
-        correlation=errors.judged.correlation,
-        head=errors.judged.head,
-        lack_of_fit=errors.judged.lack_of_fit,
+        noises=tuple(errors.noises),
+        uneven=tuple(errors.uneven),
+        correlation=errors.correlation,
+        head=errors.of_head,
+        lack_of_fit=errors.lack_of_fit,
         bias_shift=bias,
         scale_factor_shift=scale_factor,
         steps=digits,
@@ -249,7 +248,7 @@ def _coefficients(
     estimators: Sequence[LinearEstimator], readings: Sequence[Array], errors: Errors, method: str
 ) -> list[Array]:
     """Coefficients of each table, without what the head errors that are seen do to them."""
-    whole = errors.judged.coefficients
+    whole = errors.fitted
     if method != METHODS[0]:
         whole = [e.coefficients(y) for e, y in zip(estimators, readings, strict=True)]
     # The small term is subtracted here and not from the readings, whose last digits it would round.
@@ -263,14 +262,15 @@ def _by_least_squares(tables: Sequence[PreparedTable], outputs: Sequence[Array])
 
 
 def _judge(
-    tables: Sequence[PreparedTable],
+    estimators: Sequence[LinearEstimator],
     readings: Sequence[Array],
     steps: Sequence[Array],
     apparatus: Apparatus,
     known: HeadCalibration | None,
     *,
     predict: bool,
-) -> ErrorsOfReadings:
+) -> Errors:
+    tables = [estimator.table for estimator in estimators]
     coefficients = _by_least_squares(tables, readings)
     noises = noise_of_stack(tables, readings)
     declared, root = apparatus.head_uncertainty, None
@@ -291,7 +291,8 @@ def _judge(
     seen = found.seen(head.uncertainty if predict else np.zeros_like(head.uncertainty))
     uneven = uneven_noises(tables, readings, noises, steps)
     memory = correlation(tables, readings, steps)
-    return ErrorsOfReadings(coefficients, noises, found, head, seen, uneven, memory, root)
+    acting = influence_of_head(estimators, coefficients, head.positions, root)
+    return Errors(estimators, coefficients, noises, found, head, seen, uneven, memory, acting)
 
 
 def _run_shifts(
@@ -302,7 +303,7 @@ def _run_shifts(
     runs = [e.table.run for e in estimators]
     tables = [runs.index(run) for run in sorted(set(runs))]
     at = levels[:, tables]
-    k = np.stack([errors.judged.coefficients[i] for i in tables], axis=1)
+    k = np.stack([errors.fitted[i] for i in tables], axis=1)
     scale_factor = k[:, :, SCALE_FACTOR].mean(axis=1, keepdims=True)
     starts = np.cumsum([0, *(len(e.names) for e in estimators)])
     variance = reading.variances / scale_factor**2

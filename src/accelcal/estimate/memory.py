@@ -54,3 +54,7 @@ def _aligned(size: int, dtype: DTypeLike) -> NDArray[Any]:
     room = np.empty(size * item + _LINE, np.uint8)
     start = -room.ctypes.data % _LINE
     return room[start : start + size * item].view(dtype)
+
+
+MEMORY = Memory()
+"""That of the solver and of what it calls; each array has a name of its own."""

@@ -16,7 +16,7 @@ from accelcal.arrays import Array
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.declared_scatter import moderated
 from accelcal.estimate.unrepeated import told_apart
-from accelcal.numerics.posterior import posterior
+from accelcal.numerics.covariance import posterior
 
 _STEPS = 500
 _DONE = 1e-9

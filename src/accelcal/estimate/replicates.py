@@ -17,9 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Labels, Places
-from accelcal.estimate.memory import Memory
-
-_MEMORY = Memory()
+from accelcal.estimate.memory import MEMORY
 
 _GULP = 400
 """Tables that are transposed at a time, so that the cache holds them and their transpose."""
@@ -66,12 +64,12 @@ class Means(NamedTuple):
     @classmethod
     def of_gaps(cls, strokes: Array) -> Means:
         """Those of tables with NaN at gaps, shape (m, g, T), overwritten, about their mean."""
-        missing = np.isnan(strokes, out=_MEMORY.array("missing", strokes.shape, np.bool_))
+        missing = np.isnan(strokes, out=MEMORY.array("missing", strokes.shape, np.bool_))
         few = np.min_scalar_type(len(strokes))  # mostly a byte, the quickest
         gaps = np.add.reduce(missing, axis=0, dtype=few)
-        weight = np.subtract(len(strokes), gaps, out=_MEMORY.array("weight", gaps.shape))
+        weight = np.subtract(len(strokes), gaps, out=MEMORY.array("weight", gaps.shape))
         np.copyto(strokes, 0.0, where=missing)
-        mean = np.add.reduce(strokes, axis=0, out=_MEMORY.array("reference", gaps.shape))
+        mean = np.add.reduce(strokes, axis=0, out=MEMORY.array("reference", gaps.shape))
         mean /= np.maximum(weight, 1.0)
         strokes -= mean
         np.copyto(strokes, 0.0, where=missing)
@@ -92,7 +90,7 @@ class Means(NamedTuple):
 
 def _summed(weighted: Array, differences: Array) -> tuple[Array, Array]:
     """Sums of differences and of their squares, shape (g, T)."""
-    sums, squares = _MEMORY.array("sums", (2, *differences.shape[1:]))
+    sums, squares = MEMORY.array("sums", (2, *differences.shape[1:]))
     np.add.reduce(weighted, axis=0, out=sums)
     np.einsum("mgt,mgt->gt", weighted, differences, out=squares)
     return sums, squares
@@ -150,7 +148,7 @@ class Replicates(NamedTuple):
 
     def _strokes(self, values: Array, name: str) -> tuple[Array, bool]:
         """Bring values of shape (T, n) into shape (m, g, T), and tell whether any is NaN."""
-        rows, gaps = _MEMORY.array(name, values.T.shape), False
+        rows, gaps = MEMORY.array(name, values.T.shape), False
         for at in range(0, len(values), _GULP):
             some = values[at : at + _GULP]
             largest = some.max()  # NaN where there is one; and all are in the cache after it

@@ -16,9 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.estimate.memory import Memory
-
-_MEMORY = Memory()
+from accelcal.estimate.memory import MEMORY
 
 # A solution in multiples of its size / 2^23 and a design in multiples of 2^-24 have a product of
 # up to 49 bits, so that it is exact in the 53 bits of a number, in whatever order it is summed.
@@ -48,7 +46,7 @@ class CutDesign(NamedTuple):
 
     def near(self, solution: Array) -> Array:
         """Round solutions to the few bits that `subtract_fit` needs, shape (p, T)."""
-        rounded = np.abs(solution, out=_MEMORY.array("near", solution.shape))
+        rounded = np.abs(solution, out=MEMORY.array("near", solution.shape))
         anchor = np.maximum.reduce(rounded, axis=0)
         anchor *= _CUT_SOLUTION
         np.add(solution, anchor, out=rounded)
@@ -61,7 +59,7 @@ class CutDesign(NamedTuple):
         The first product is exact, and so is its difference to a y that it is close to.
         """
         for part in self:
-            y -= np.matmul(part, solution, out=_MEMORY.array("fit", y.shape))
+            y -= np.matmul(part, solution, out=MEMORY.array("fit", y.shape))
         return y
 
 

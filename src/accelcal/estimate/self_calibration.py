@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -57,7 +58,8 @@ _ABSORBED = {
 _FALSE_ALARM = 0.01
 
 
-class _Unit(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Unit:
     """One record in units of g over its noise: z = nuisance x + head e + noise of 1.
 
     The noise has some degrees of freedom, of which `pure` are those of replicates; `residuals`
@@ -74,7 +76,8 @@ class _Unit(NamedTuple):
     residuals: bool
     size: float
 
-    def told(self) -> Evidence:
+    @cached_property
+    def exact(self) -> Evidence:
         """What is told of e beside the nuisance."""
         basis = _basis(self.nuisance)
         shown = self.head - basis @ (basis.T @ self.head)
@@ -85,30 +88,22 @@ class _Unit(NamedTuple):
     def in_units_of(self, noise: float, dof: float) -> _Unit:
         """Return the same where the noise is `noise` times what it was, with these degrees."""
         nuisance, head, z = (part / noise for part in (self.nuisance, self.head, self.z))
-        return self._replace(nuisance=nuisance, head=head, z=z, dof=dof)
+        return replace(self, nuisance=nuisance, head=head, z=z, dof=dof)
 
     @property
     def caution(self) -> float:
         """Student's factor over the normal one: the head's errors are told as if it were sure."""
         return student_quantile(LEVEL, self.dof) / NORMAL_FACTOR
 
-
-class _OneUnit(NamedTuple):
-    """What a unit tells of the head, at its noise and as if that were sure."""
-
-    unit: _Unit
-    exact: Evidence
-    cautious: Evidence
-
-    @classmethod
-    def of(cls, unit: _Unit) -> _OneUnit:
-        exact = unit.told()
-        return cls(unit, exact, exact.in_units_of(unit.caution))
+    @cached_property
+    def cautious(self) -> Evidence:
+        """The evidence as if its noise were sure."""
+        return self.exact.in_units_of(self.caution)
 
     @property
     def scatter(self) -> Array:
         """Covariance of the cautious pull by the noise."""
-        return self.exact.in_units_of(self.unit.caution**2).information
+        return self.exact.in_units_of(self.caution**2).information
 
 
 def calibrate_head(
@@ -156,8 +151,7 @@ def calibrate_head(
     tables = [_tables(record, delta0) for record in records]
     positions = distinct(np.concatenate([t.at_head.key for own in tables for t in own]))
     units = _units(records, tables, positions, declared)
-    told = [_OneUnit.of(unit) for unit in units]
-    errors, covariance = together([own.cautious for own in told], declared)
+    errors, covariance = together([unit.cautious for unit in units], declared)
     return HeadCalibration(
         angles_deg=tuple(positions.tolist()),
         errors=tuple(errors.tolist()),
@@ -167,15 +161,15 @@ def calibrate_head(
         harmonics=tuple(_harmonics(positions, errors, covariance, declared)),
         units=tuple(
             UnitOnHead(
-                name=own.unit.record.serial or own.unit.record.source,
-                sha256=own.unit.record.sha256,
-                information=rows_of(own.cautious.information),
-                pull=tuple(own.cautious.pull.tolist()),
-                coefficients=_changes(own, told, (errors, covariance), declared),
+                name=unit.record.serial or unit.record.source,
+                sha256=unit.record.sha256,
+                information=rows_of(unit.cautious.information),
+                pull=tuple(unit.cautious.pull.tolist()),
+                coefficients=_changes(unit, units, (errors, covariance), declared),
             )
-            for own in told
+            for unit in units
         ),
-        gates=(_clampings(records), _left_over(told, declared)),
+        gates=(_clampings(records), _left_over(units, declared)),
         source=", ".join(dict.fromkeys(record.source for record in records)),
         software=SOFTWARE,
         **names,
@@ -223,8 +217,7 @@ def _units(
 ) -> list[_Unit]:
     """Units in their noise; where only residuals show it, in what is left beside the head."""
     units = [_unit(r, own, positions) for r, own in zip(records, tables, strict=True)]
-    told = [unit.told() for unit in units]
-    sizes = [unit.size for unit in units]
+    told, sizes = [unit.exact for unit in units], [unit.size for unit in units]
     found = noise_beside_head(told, [unit.residuals for unit in units], sizes, declared)
     return [
         unit.in_units_of(float(noise), float(dof)) if unit.residuals else unit
@@ -281,24 +274,24 @@ def _basis(matrix: Array) -> Array:
 
 
 def _changes(
-    own: _OneUnit, all_: Sequence[_OneUnit], joint: tuple[Array, Array], declared: float
+    unit: _Unit, units: Sequence[_Unit], joint: tuple[Array, Array], declared: float
 ) -> dict[str, Change]:
     """Coefficients that all clampings have in common, with what each tells of the head."""
-    unit = own.unit
     inverse = np.asarray(np.linalg.pinv(unit.nuisance, rcond=1e-9), dtype=np.float64)
     told = np.abs(np.diagonal(inverse @ unit.nuisance) - 1.0) < 1e-6
     shared = [i for i, name in enumerate(unit.names) if " of table " not in name and told[i]]
     names, inverse = [unit.names[i] for i in shared], inverse[shared]
-    before = _quantities(own, names, inverse, [own], together([own.cautious], declared), declared)
-    after = _quantities(own, names, inverse, all_, joint, declared)
+    alone = together([unit.cautious], declared)
+    before = _quantities(unit, names, inverse, [unit], alone, declared)
+    after = _quantities(unit, names, inverse, units, joint, declared)
     return {n: Change(n, b, a) for n, b, a in zip(names, before, after, strict=True)}
 
 
 def _quantities(
-    own: _OneUnit,
+    unit: _Unit,
     names: Sequence[str],
     inverse: Array,
-    told: Sequence[_OneUnit],
+    told: Sequence[_Unit],
     known: tuple[Array, Array],
     declared: float,
 ) -> list[Quantity]:
@@ -307,11 +300,11 @@ def _quantities(
     Their errors are the noise of the own readings, that of each unit in the errors of the head, and
     what of these is missed; each noise has its own factor of Student, added by the squares.
     """
-    unit, (errors, covariance) = own.unit, known
+    errors, covariance = known
     reach = inverse @ unit.head @ covariance
     noises = [np.sum(inverse**2, axis=1)]
     noises += [np.einsum("ij,jk,ik->i", reach, each.scatter, reach) for each in told]
-    cautions = [unit.caution, *(each.unit.caution for each in told)]
+    cautions = [unit.caution, *(each.caution for each in told)]
     missed = np.sum(reach**2, axis=1) / declared**2
     standard = np.sqrt(np.sum(noises, axis=0) + missed)
     expanded = NORMAL_FACTOR * np.sqrt(np.square(cautions) @ np.array(noises) + missed)
@@ -359,14 +352,14 @@ def _clampings(records: Sequence[TumbleRecord]) -> Gate:
     return Gate("clampings", "warn", told + "; clamp the fixture at another angle too")
 
 
-def _left_over(found: Sequence[_OneUnit], declared: float) -> Gate:
+def _left_over(units: Sequence[_Unit], declared: float) -> Gate:
     """Whether head and coefficients explain the readings within their noise.
 
     Beside the coefficients, readings scatter by the noise and the head as declared; the sum of
     squares in the measure of both is that beside the noise alone less what the head explains.
     Replicates tell the noise, and what is left beside them is held against it.
     """
-    exact, units = [own.exact for own in found], [own.unit for own in found]
+    exact = [unit.exact for unit in units]
     squares, dofs = np.sum([(own.squares, own.left) for own in exact], axis=0)
     of_head = float(np.sum([own.pull for own in exact], axis=0) @ together(exact, declared)[0])
     pure = sum(unit.pure for unit in units)

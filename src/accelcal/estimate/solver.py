@@ -27,14 +27,13 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import DesignError
-from accelcal.estimate.memory import Memory
+from accelcal.estimate.memory import MEMORY
 from accelcal.estimate.replicates import Means, Replicates
 from accelcal.estimate.residuals import CutDesign, twice_precise_residual
 from accelcal.numerics.one_thread import multiply
 
 _Step = Callable[[Array], tuple[Array, Array]]
 
-_MEMORY = Memory()
 
 _MANY = 0.5
 """Where more than this share of the tables have gaps, all are solved in the way made for gaps."""
@@ -228,14 +227,14 @@ class LeastSquares:
     def _step(self, right: Array) -> tuple[Array, Array]:
         """What the basis sees of weighted sums of the groups, and the solution, shape (p, T)."""
         shape = (len(self._back), right.shape[1])
-        seen = np.matmul(self._dual, right, out=_MEMORY.array("seen", shape))
-        return seen, np.matmul(self._back, seen, out=_MEMORY.array("step", shape))
+        seen = np.matmul(self._dual, right, out=MEMORY.array("seen", shape))
+        return seen, np.matmul(self._back, seen, out=MEMORY.array("step", shape))
 
     def _corrected(self, means: Means, start: Array, step: _Step, variances: Array) -> Solution:
         """Correct a solution by its residuals."""
         x = self._cut.near(start)
         residual = self._cut.subtract_fit(means.reference, x)
-        right = _MEMORY.array("right", residual.shape)
+        right = MEMORY.array("right", residual.shape)
         np.multiply(means.weight, residual, out=right)
         right += means.sums
         seen, correction = step(right)
@@ -260,7 +259,7 @@ class LeastSquares:
         rows = self._design @ self._back
         products = rows[:, :, None] * rows[:, None, :] * self._precision[:, None, None]
         normal = products.reshape(-1, size**2).T
-        left = _MEMORY.array("normal equations", (2 * size, size, tables))
+        left = MEMORY.array("normal equations", (2 * size, size, tables))
         multiply(normal, weight, left[:size].reshape(-1, tables))
         left[size:] = self._back[:, :, None]
         diagonal = np.einsum("iit->it", left[:size])
@@ -269,7 +268,7 @@ class LeastSquares:
             for k in range(size):
                 column = left[k : size + k + 1, k]
                 column /= np.sqrt(column[0])
-                product = _MEMORY.array("product", (size, size - k - 1, tables))
+                product = MEMORY.array("product", (size, size - k - 1, tables))
                 np.multiply(column[1:, None], column[1 : size - k], out=product)
                 left[k + 1 : size + k + 1, k + 1 :] -= product
         doubtful = np.flatnonzero(~(diagonal**2 > clear).all(axis=0))

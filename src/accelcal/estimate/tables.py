@@ -132,27 +132,17 @@ def prepare(
     )
     if record.clamping is not None:
         head = head_positions(record.graduation)
-        known = known._replace(head=head, at_head=grouped(head))
+        known = known | {"head": head, "at_head": grouped(head)}
     return PreparedTable(
-        record=record, scatter=scatter, scatter_dof=dof, scatter_doubt=doubt, **known._asdict()
+        record=record, scatter=scatter, scatter_dof=dof, scatter_doubt=doubt, **known
     )
-
-
-class _FromAngles(NamedTuple):
-    """What follows from the angles and the scatter, as `PreparedTable` has it."""
-
-    design: Array
-    angular: Array
-    head: Array
-    at_head: Grouped
-    estimability: Estimability
-    least_squares: LeastSquares
 
 
 @lru_cache(maxsize=8)  # the tables of a record, and records one after the other, have the same
 def _from_angles(
     angles: bytes, mounting: str, spread: bytes, delta0: float, asked: Sequence[str], strict: bool
-) -> _FromAngles:
+) -> dict[str, Any]:
+    """What follows from the angles and the scatter, as `PreparedTable` has it."""
     at = grouped(np.frombuffer(angles))
     rows = _at_angles(at.key.tobytes(), mounting, delta0)
     design, angular, head = (each[at.cell] for each in rows)
@@ -161,7 +151,14 @@ def _from_angles(
     for shared in (design, angular, head, *at_head):
         shared.setflags(write=False)
     solver = LeastSquares(design[:, found.columns], np.frombuffer(spread))
-    return _FromAngles(design, angular, head, at_head, found, solver)
+    return {
+        "design": design,
+        "angular": angular,
+        "head": head,
+        "at_head": at_head,
+        "estimability": found,
+        "least_squares": solver,
+    }
 
 
 @lru_cache(maxsize=8)  # tables with other readings missing still have the same angles

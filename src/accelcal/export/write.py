@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from accelcal.arguments.endings import ending_of
+from accelcal.arguments.kinds import ending_of
 from accelcal.arguments.options import check_choice
 from accelcal.atomic import write_text
 from accelcal.compensate.choice import compensation

@@ -6,7 +6,6 @@ warns, or says why it could not look.
 `table` makes all gates of tables of one plan (`plan`), stacked as `stack` has them, and `record`
 those on what several tables say together. The gates are in `replicates` (closure, forward against
 back, outlier), `drift`, `order`, `resolution` and `sizes` (proportions, units); `verdict` words
-what they find. The others help: `turns`, `swaps` and `stroke_groups` look for the
-mistake behind a warning, `copies` for readings that say nothing of their own, and `replicate_plan`
-has the statistics below.
+what they find. The others help: `swaps` and `stroke_groups` look for the mistake behind a warning,
+`copies` for readings that say nothing of their own, and `replicate_plan` has the statistics below.
 """

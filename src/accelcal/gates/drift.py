@@ -46,12 +46,8 @@ class _Parts(NamedTuple):
         """Probability of the most significant of the parts of one table that are told."""
         own = table if self.told.shape[1] > 1 else 0
         told = self.told[:, own]
-        # of parts with the same degrees of freedom the one with the largest ratio
-        largest: dict[tuple[float, float], float] = {}
-        dof = zip(self.dof1[told, own].tolist(), self.dof2[told, own].tolist(), strict=True)
-        for own_ratio, key in zip(ratio[told, table].tolist(), dof, strict=True):
-            largest[key] = max(own_ratio, largest.get(key, 0.0))
-        p = min(f_survival(size, *key) for key, size in largest.items())
+        tests = (ratio[told, table], self.dof1[told, own], self.dof2[told, own])
+        p = min(map(f_survival, *(values.tolist() for values in tests)))
         return min(p * int(told.sum()), 1.0)
 
 

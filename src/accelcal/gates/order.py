@@ -190,7 +190,7 @@ def _look_at_groups(stack: TableStack, output: Array, fit: Fit, found: _Found) -
     """Try the orders of single strokes, and of those of one direction."""
     plan = _order_plan(stack.plan)
     groups, orders = plan.groups, plan.orders
-    if not groups.number:
+    if not len(groups.members):
         return
     # Leaving a group out fits at least as well as any order of it: where even that is not much
     # better, no order need be tried.
@@ -201,8 +201,8 @@ def _look_at_groups(stack: TableStack, output: Array, fit: Fit, found: _Found) -
     each = [_squares_of_groups(stack, some, part, order, groups) for order in orders]
     best = np.stack(each, axis=1).reshape(rows.size, -1).argmin(axis=1)
     for place in distinct(best).tolist():
-        order, group = divmod(place, groups.number)
-        own, wrong = rows[best == place], groups.strokes_of(group)
+        order, group = divmod(place, len(groups.members))
+        own, wrong = rows[best == place], groups.members[group]
         found.take(own, _squares(stack, output[:, own], orders[order], wrong), order, wrong)
 
 

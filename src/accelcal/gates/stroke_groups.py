@@ -54,43 +54,24 @@ class Fit(NamedTuple):
 class Groups(NamedTuple):
     """Groups of strokes that may be wrong against the others: single ones, and those back."""
 
-    single: slice  # strokes
-    back: Places  # strokes of one more group, none where there is no such group
     strokes: Grouped
+    members: Mask  # which of the S strokes are in each group, shape (groups, S)
 
     @classmethod
     def of(cls, strokes: Grouped) -> Groups:
         """Groups of some strokes; none where there is one stroke."""
-        number = strokes.key.size
-        back = np.flatnonzero(strokes.key % 2 == 0)
-        single = slice(int(number == 2), number if number > 1 else 0)  # of two it is either
-        return cls(single, back if 1 < back.size < number else back[:0], strokes)
-
-    @property
-    def number(self) -> int:
-        """How many groups there are."""
-        return int(self.single.stop - self.single.start) + bool(self.back.size)
+        number, back = strokes.key.size, strokes.key % 2 == 0
+        single = np.eye(number, dtype=np.bool_)[int(number <= 2) :]  # of two it is either
+        several = 1 < back.sum() < number
+        return cls(strokes, np.vstack([single, back]) if several else single)
 
     def sums(self, values: Array) -> Array:
         """Sum over the readings of each group, from shape (n, T) to shape (groups, T)."""
-        return self._of_groups(self.strokes.sums(values))
+        return np.tensordot(self.members, self.strokes.sums(values), axes=1)
 
     def products(self, values: Array, columns: Array) -> Array:
         """Sum values times columns over the readings of each group, shape (groups, T, k)."""
-        return self._of_groups(self.strokes.products(values, columns))
-
-    def _of_groups(self, of_strokes: Array) -> Array:
-        single = of_strokes[self.single]
-        if not self.back.size:
-            return single
-        return np.concatenate([single, of_strokes[self.back].sum(axis=0, keepdims=True)])
-
-    def strokes_of(self, group: int) -> Mask:
-        """Tell the strokes of a group, shape (S,)."""
-        place = self.single.start + group
-        chosen = np.zeros(self.strokes.key.size, dtype=np.bool_)
-        chosen[place if place < self.single.stop else self.back] = True
-        return chosen
+        return np.tensordot(self.members, self.strokes.products(values, columns), axes=1)
 
 
 class LeftOut(NamedTuple):

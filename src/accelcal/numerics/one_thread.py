@@ -58,35 +58,21 @@ def in_one_thread() -> Iterator[None]:
     ...     {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
     {1}
     """
-    _LIMIT.ask()
+    import scipy.linalg  # type: ignore[import-untyped]  # noqa: F401  (has a library of its own)
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+    with _LOCK:
+        _ASKED.append(_ASKED[0] if _ASKED else threadpool_limits(limits=1, user_api="blas"))
     try:
         yield
     finally:
-        _LIMIT.leave()
+        with _LOCK:
+            limit = _ASKED.pop()
+            if not _ASKED:
+                limit.restore_original_limits()
 
 
-class _Limit:
-    """The limit of the process: the first who asks for it sets it, the last takes it back."""
-
-    def __init__(self) -> None:
-        self._lock = Lock()
-        self._asking = 0
-        self._set: Any = None
-
-    def ask(self) -> None:
-        import scipy.linalg  # type: ignore[import-untyped]  # noqa: F401  (has a library of its own)
-        from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
-
-        with self._lock:
-            if not self._asking:
-                self._set = threadpool_limits(limits=1, user_api="blas")
-            self._asking += 1
-
-    def leave(self) -> None:
-        with self._lock:
-            self._asking -= 1
-            if not self._asking:
-                self._set.restore_original_limits()
-
-
-_LIMIT = _Limit()
+_LOCK = Lock()
+_ASKED: list[Any] = []
+"""The limit of the process, once for all who ask for it: the first sets it, the last takes it back.
+"""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 
-from accelcal.arguments.endings import ending_of
-from accelcal.arguments.kinds import each_of, kind_of, several
+from accelcal.arguments.kinds import each_of, ending_of, kind_of, several
 from accelcal.atomic import write_atomically
 from accelcal.errors import InputError
 from accelcal.page.blocks import Chapter, Page

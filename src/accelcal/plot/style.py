@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from accelcal.arguments.endings import ending_of
-from accelcal.arguments.kinds import kind_of
+from accelcal.arguments.kinds import ending_of, kind_of
 from accelcal.arguments.options import check_choice, check_flag
 from accelcal.errors import InputError, not_installed
 from accelcal.plot.colours import DARK, LIGHT, Palette

@@ -14,8 +14,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.head_angles import angular_distance
-from accelcal.numerics.covariance_root import covariance_root
-from accelcal.numerics.posterior import posterior
+from accelcal.numerics.covariance import covariance_root, posterior
 from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.results.checked import (
     Kind,

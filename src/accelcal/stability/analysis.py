@@ -237,13 +237,11 @@ def _drift(trends: list[Trend], unit: str) -> Estimate:
 
 def _some_drift(trends: list[Trend]) -> bool:
     """Whether more launches than chance allows have a slope of their own."""
+    from scipy.special import bdtrc  # type: ignore[import-untyped]
+
     size = len(trends)
     found = sum(not trend.lower <= 0.0 <= trend.upper for trend in trends)
-    by_chance = sum(
-        math.comb(size, n) * (1.0 - LEVEL) ** n * LEVEL ** (size - n)
-        for n in range(found, size + 1)
-    )
-    return size > 1 and by_chance < _ALPHA
+    return size > 1 and bool(bdtrc(found - 1, size, 1.0 - LEVEL) < _ALPHA)
 
 
 def _fluctuation(trends: list[Trend], unit: str) -> Estimate:

@@ -10,6 +10,7 @@ import numpy as np
 from accelcal.accelerometer import AL15, Accelerometer, BilinearLaw
 from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_whole
+from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.estimate.linear import Method
 from accelcal.estimate.uncertainty import welch_satterthwaite
@@ -23,14 +24,21 @@ from accelcal.results.stand_budget import StandBudget, StandShare
 from accelcal.specification import Specification
 from accelcal.stand_uncertainty.estimator import Estimator, estimator_of
 from accelcal.stand_uncertainty.kinds import ERROR_QUANTITIES, KINDS
-from accelcal.stand_uncertainty.linear import Propagated, jacobian, propagated
-from accelcal.stand_uncertainty.monte_carlo import Linear, monte_carlo
+from accelcal.stand_uncertainty.monte_carlo import monte_carlo
 from accelcal.stand_uncertainty.readings import Readings, readings_of
 from accelcal.stand_uncertainty.requirements import requirements, sufficiency
 from accelcal.stand_uncertainty.stand import Acting, Stand, acting
 from accelcal.units import HOUR
 
 __all__ = ["stand_budget"]
+
+_STEP = 1e-4
+"""Step of the central difference of a channel; its rounding error is 1e-12 of the slope."""
+
+_UNSTABLE = (
+    "the Monte Carlo ends are not yet known to a fifth of the tolerance with which they are"
+    " compared; make more trials"
+)
 
 
 def stand_budget(
@@ -134,26 +142,20 @@ def _tried(
     seed: int | None,
 ) -> StandBudget:
     """Add the Monte Carlo result."""
-    dust = estimator.dust(readings.scale_factor)
-    found = monte_carlo(
-        parts,
-        readings,
-        estimator,
-        Linear(budget.nominal, budget.expanded_uncertainty, dust),
-        trials=None if trials is None else int(trials),
-        seed=seed,
-    )
-    return replace(budget, monte_carlo=found, warnings=(*budget.warnings, *_unstable(found.stable)))
+    made = None if trials is None else int(trials)
+    found = monte_carlo(parts, readings, estimator, budget, trials=made, seed=seed)
+    said = () if found.stable else (_UNSTABLE,)
+    return replace(budget, monte_carlo=found, warnings=(*budget.warnings, *said))
 
 
 def _linear(
     stand: Stand, parts: Sequence[Acting], readings: Readings, estimator: Estimator
 ) -> StandBudget:
     coefficients = estimator.map @ readings.output({})
-    slopes = jacobian(estimator, coefficients)
-    found = [propagated(part, readings, estimator, slopes) for part in parts]
-    shares = tuple(map(_share, parts, found))
-    covariance = np.sum([effect.through @ effect.through.T for effect in found], axis=0)
+    slopes = _jacobian(estimator, coefficients)
+    found = [_propagated(part, readings, estimator, slopes) for part in parts]
+    shares = tuple(_share(part, *effect) for part, effect in zip(parts, found, strict=True))
+    covariance = np.sum([through @ through.T for through, _ in found], axis=0)
     standard = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
     of_each = np.array([part.contributions for part in shares]) ** 2
     dof = welch_satterthwaite(of_each, [part.dof for part in shares])
@@ -174,10 +176,86 @@ def _linear(
     )
 
 
-def _share(part: Acting, effect: Propagated) -> StandShare:
-    own = part.component
-    through = effect.through
-    single = through.shape[1] == 1
+def _channel_slopes(readings: Readings, channel: str) -> Array:
+    """Change of each reading, and behind them of the gravity, per unit of a channel.
+
+    Returns
+    -------
+    ndarray, shape (n + 1,)
+        Central differences. At T0, where bilinear laws break, the mean of both slopes.
+    """
+    n = readings.angle.size
+    if channel == "gravity":
+        return np.append(np.zeros(n), 1.0)
+    step = np.full(n, _STEP)
+    forward, back = (readings.output({channel: sign * step}) for sign in (1.0, -1.0))
+    return np.append((forward - back) / (2.0 * _STEP), 0.0)
+
+
+def _jacobian(estimator: Estimator, coefficients: Array) -> Array:
+    """Derivative of all that is budgeted by coefficients and gravity, by a complex step.
+
+    Parameters
+    ----------
+    estimator : Estimator
+        The estimator.
+    coefficients : ndarray, shape (p,)
+        Coefficients without errors.
+
+    Returns
+    -------
+    ndarray, shape (q, p + 1)
+        Derivatives.
+    """
+    h = 1e-30
+    known = np.append(coefficients, 1.0)
+    return np.asarray(estimator.estimates(known + 1j * h * np.eye(known.size)).imag.T / h)
+
+
+def _propagated(
+    part: Acting, readings: Readings, estimator: Estimator, by_coefficient: Array
+) -> tuple[Array, float]:
+    """Bring one component through readings and estimator.
+
+    Returns
+    -------
+    through : ndarray, shape (q, m)
+        Change of each coefficient by one standard uncertainty of each of its m errors.
+    residual : float
+        Part of the effect on the readings that the residuals show; NaN where there is no effect.
+    """
+    slopes = _channel_slopes(readings, part.channel)
+    standard = part.component.distribution.standard
+    effects = [slopes[:-1] * phase for phase in (standard * part.pattern).T]
+    on_coefficients = [_by_error(estimator.map * effect, part) for effect in effects]
+    along_fit = [_by_error(estimator.fitted.T * effect, part) for effect in effects]
+    gravity = np.zeros((1, part.errors * len(effects)))
+    gravity[0, 0] = slopes[-1] * standard
+    known = np.vstack([np.hstack(on_coefficients), gravity])
+    left = _part_left(estimator, effects, np.hstack(along_fit), known[:-1])
+    return by_coefficient @ known, left
+
+
+def _by_error(values: Array, part: Acting) -> Array:
+    """Sums of the columns that share an error, shape (p, errors)."""
+    return np.stack([np.bincount(part.error, row, minlength=part.errors) for row in values])
+
+
+def _part_left(
+    estimator: Estimator, effects: Sequence[Array], along_fit: Array, on_coefficients: Array
+) -> float:
+    """Size of the residuals e - F c of all errors, over that of their effects e."""
+    squares = float(sum(effect @ effect for effect in effects))
+    if squares == 0.0:
+        return float("nan")
+    across = float((along_fit * on_coefficients).sum())  # e F c
+    gram = estimator.fitted.T @ estimator.fitted
+    fitted = float((on_coefficients * (gram @ on_coefficients)).sum())
+    return float(np.sqrt(max(squares - 2.0 * across + fitted, 0.0) / squares))
+
+
+def _share(part: Acting, through: Array, residual: float) -> StandShare:
+    own, single = part.component, through.shape[1] == 1
     return StandShare(
         name=own.name,
         kind=own.kind,
@@ -189,7 +267,7 @@ def _share(part: Acting, effect: Propagated) -> StandShare:
         averages=own.averages,
         fixed=own.fixed,
         contributions=through[:, 0] + 0.0 if single else np.linalg.norm(through, axis=1),
-        residual=effect.residual,
+        residual=residual,
         origin=own.origin,
     )
 
@@ -217,14 +295,6 @@ def _warnings(stand: Stand, readings: Readings, estimator: Estimator) -> Iterato
     temperature = {"chamber-temperature", "chamber-gradient"}
     if not kinds & temperature:
         yield "no component of the chamber: temperatures are taken as known"
-
-
-def _unstable(stable: bool) -> Iterator[str]:
-    if not stable:
-        yield (
-            "the Monte Carlo ends are not yet known to a fifth of the tolerance with which they"
-            " are compared; make more trials"
-        )
 
 
 def accelerometer_of(calibration: Calibration) -> Accelerometer:

@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
-from accelcal.arrays import Array, Mask, Places
+from accelcal.arrays import Array, Mask
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.estimate.linear import METHODS, linear_estimator
 from accelcal.estimate.tables import prepare
@@ -236,20 +237,17 @@ def estimator_of(
         If the angles do not determine K1, or a closed form meets another test than its own.
     """
     record = replace(readings.record, output=readings.output({}))
-    tables: list[_Table] = []
-    places: list[Places] = []
-    maps: list[Array] = []
-    designs: list[Array] = []
-    for mask in record.table_masks():
-        table = prepare(record.select(mask), delta0=readings.delta0)
-        estimator = linear_estimator(table, method, readings.delta0)
-        tables.append(_table(readings, mask, estimator.names, sum(len(t.names) for t in tables)))
-        places.append(np.flatnonzero(mask))
-        maps.append(estimator.map)
-        designs.append(table.design[:, [COEFFICIENTS.index(name) for name in estimator.names]])
+    masks = list(record.table_masks())
+    prepared = [prepare(record.select(mask), delta0=readings.delta0) for mask in masks]
+    own = [linear_estimator(table, method, readings.delta0) for table in prepared]
+    starts = accumulate((len(one.names) for one in own), initial=0)
+    each = zip(masks, own, starts, strict=False)
+    tables = [_table(readings, mask, one.names, start) for mask, one, start in each]
+    columns = [[COEFFICIENTS.index(name) for name in one.names] for one in own]
+    designs = [table.design[:, kept].T for table, kept in zip(prepared, columns, strict=True)]
     return Estimator(
-        map=_assembled(maps, places, len(record)),
-        fitted=_assembled([design.T for design in designs], places, len(record)).T,
+        map=_assembled([one.map for one in own], masks),
+        fitted=_assembled(designs, masks).T,
         tables=tuple(sorted(tables, key=lambda table: abs(table.rise))),
         unit=readings.unit or "output unit",
         gravity=gravity,
@@ -266,11 +264,11 @@ def _table(readings: Readings, mask: Mask, names: tuple[str, ...], start: int) -
     return _Table(label, mounting, rise, names, start)
 
 
-def _assembled(blocks: Sequence[Array], places: Sequence[Places], n: int) -> Array:
+def _assembled(blocks: Sequence[Array], masks: Sequence[Mask]) -> Array:
     """Put the blocks of all tables into one matrix over all readings."""
-    rows = []
-    for block, place in zip(blocks, places, strict=True):
-        row = np.zeros((block.shape[0], n))
-        row[:, place] = block
-        rows.append(row)
-    return np.concatenate(rows)
+    rows = np.zeros((sum(map(len, blocks)), masks[0].size))
+    start = 0
+    for block, mask in zip(blocks, masks, strict=True):
+        rows[start : start + len(block), mask] = block
+        start += len(block)
+    return rows

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import InputError
-from accelcal.results.stand_budget import MonteCarlo
+from accelcal.results.stand_budget import MonteCarlo, StandBudget
 from accelcal.stand_uncertainty.estimator import Estimator
 from accelcal.stand_uncertainty.readings import Readings
 from accelcal.stand_uncertainty.stand import Acting
@@ -29,22 +28,11 @@ _FINER = 5.0
 _ENDS = (0.025, 0.975)
 
 
-class Linear(NamedTuple):
-    """The linear budget that is validated, shape (q,).
-
-    Estimates, expanded uncertainties, and the sizes below which a difference is rounding error.
-    """
-
-    value: Array
-    expanded: Array
-    dust: Array
-
-
 def monte_carlo(
     parts: Sequence[Acting],
     readings: Readings,
     estimator: Estimator,
-    linear: Linear,
+    linear: StandBudget,
     *,
     trials: int | None,
     seed: int | None,
@@ -59,7 +47,7 @@ def monte_carlo(
         The test.
     estimator : Estimator
         The estimator.
-    linear : Linear
+    linear : StandBudget
         The linear budget to be validated.
     trials : int or None
         Number of trials; without it as many as make the result stable, `MOST` at most.
@@ -96,7 +84,23 @@ def monte_carlo(
         stable = _are_stable(summaries)
         if stable and trials is None:
             break
-    return _result(np.concatenate(batches), summaries, seed, linear, stable=stable)
+    values = np.concatenate(batches)
+    mean, standard, low, high = _summary(values)
+    tolerance = numerical_tolerance(standard)
+    ends = linear.nominal + np.outer([-1.0, 1.0], linear.expanded_uncertainty)
+    off = np.abs(ends - [low, high]).max(axis=0)
+    return MonteCarlo(
+        trials=len(values),
+        seed=seed,
+        stable=stable,
+        value=mean,
+        standard_uncertainty=standard,
+        lower=low,
+        upper=high,
+        numerical=_scatter(summaries)[2:].max(axis=0),
+        tolerance=tolerance,
+        agrees=off <= tolerance + estimator.dust(readings.scale_factor),
+    )
 
 
 def numerical_tolerance(standard: Array) -> Array:
@@ -175,25 +179,3 @@ def _scatter(summaries: Sequence[Array]) -> Array:
 def _are_stable(summaries: Sequence[Array]) -> bool:
     tolerance = numerical_tolerance(np.mean(summaries, axis=0)[1])
     return bool((_scatter(summaries) <= tolerance / _FINER).all())
-
-
-def _result(
-    values: Array, summaries: Sequence[Array], seed: int, linear: Linear, *, stable: bool
-) -> MonteCarlo:
-    mean, standard, low, high = _summary(values)
-    tolerance = numerical_tolerance(standard)
-    off = np.maximum(
-        np.abs(linear.value - linear.expanded - low), np.abs(linear.value + linear.expanded - high)
-    )
-    return MonteCarlo(
-        trials=values.shape[0],
-        seed=seed,
-        stable=stable,
-        value=mean,
-        standard_uncertainty=standard,
-        lower=low,
-        upper=high,
-        numerical=_scatter(summaries)[2:].max(axis=0),
-        tolerance=tolerance,
-        agrees=off <= tolerance + linear.dust,
-    )

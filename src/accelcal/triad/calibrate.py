@@ -100,7 +100,7 @@ def calibrate_triad(
 def _calibrated(given: TriadRecord, chosen: str | None) -> TriadCalibration:
     record = one_an_attitude(given)
     if record.up is None:
-        frame = chosen or next(iter(FRAMES))
+        frame = chosen or FRAMES[0]
         found = from_unknown_attitudes(record.output, frame)
     elif chosen is None:
         frame = "block"

@@ -17,14 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arguments.options import check_choice
 from accelcal.arrays import Array
 from accelcal.errors import DesignError
 from accelcal.results.triad import NAMES
-from accelcal.triad.scatter import Scatter
-from accelcal.triad.solution import Solution, design_of
+from accelcal.triad.solution import Scatter, Solution, design_of
 
-FRAMES = {"x": "S is lower triangular", "z": "S is upper triangular"}
+FRAMES = ("x", "z")
 
 _STEPS = 100
 _DONE = 1e-10  # relative gain, or step, that is the last
@@ -55,8 +53,6 @@ def from_unknown_attitudes(output: Array, frame: str, *, aligned: bool = False) 
 
     Raises
     ------
-    InputError
-        If the frame is neither.
     DesignError
         If there are too few attitudes, or they leave a parameter open.
 
@@ -82,7 +78,6 @@ def from_unknown_attitudes(output: Array, frame: str, *, aligned: bool = False) 
 
 
 def _free(frame: str, aligned: bool) -> tuple[int, ...]:
-    check_choice(FRAMES, frame=frame)
     kept = np.eye(3) if aligned else np.tri(3) if frame == "x" else np.tri(3).T
     return (0, 1, 2, *(3 + np.flatnonzero(kept)).tolist())
 

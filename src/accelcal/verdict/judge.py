@@ -107,9 +107,8 @@ def _measured(calibration: Calibration) -> Measured:
 
 def _found(calibration: Calibration, symbol: str, place: int | str) -> Found:
     quantity = _quantity(calibration, symbol, place)
-    if quantity is None:
-        return Found(_numbers([None]), _numbers([None]))
-    return Found(_numbers([quantity.value]), _numbers([quantity.expanded_uncertainty]))
+    told = (quantity.value, quantity.expanded_uncertainty) if quantity else (None, None)
+    return Found(*(_numbers([number]) for number in told))
 
 
 def _numbers(values: list[float | None]) -> Array:

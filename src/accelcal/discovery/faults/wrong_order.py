@@ -13,8 +13,7 @@ from accelcal.discovery.faults.single_tables import single_table, tables_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.order import OtherOrder, order_of_strokes
-from accelcal.gates.sizes import wrong_sign
-from accelcal.gates.turns import LARGEST_RATIOS, other_positions
+from accelcal.gates.sizes import LARGEST_RATIOS, other_positions, wrong_sign
 from accelcal.gates.verdict import times
 from accelcal.head_angles import head_positions
 from accelcal.numerics.probability import f_survival, student_survival

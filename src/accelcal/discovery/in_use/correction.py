@@ -53,7 +53,7 @@ from accelcal.discovery.untimed import in_pauses, shows_going_on
 from accelcal.discovery.untold import fitted_sizes, not_shown, slopes, smooth, untold
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.found import disturbances
-from accelcal.numerics.covariance_root import covariance_root
+from accelcal.numerics.covariance import covariance_root
 from accelcal.record import TumbleRecord
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect

@@ -33,7 +33,7 @@ from accelcal.errors import InputError
 from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
 from accelcal.estimate.tables import prepare
 from accelcal.model import COEFFICIENTS
-from accelcal.numerics.covariance_root import covariance_root
+from accelcal.numerics.covariance import covariance_root
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord

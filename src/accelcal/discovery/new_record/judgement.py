@@ -30,7 +30,7 @@ from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import ReadingNoise, acting, covariance
 from accelcal.discovery.space import Space, space_of
 from accelcal.discovery.where import by_factor, pattern, shares, structure
-from accelcal.numerics.covariance_root import covariance_root
+from accelcal.numerics.covariance import covariance_root
 from accelcal.numerics.one_thread import in_one_thread
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.record import TumbleRecord

@@ -27,8 +27,7 @@ from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.space import space_of
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.discovery.stand.mean_unit import Unit, amplitudes
-from accelcal.numerics.covariance_root import covariance_root
-from accelcal.numerics.posterior import posterior
+from accelcal.numerics.covariance import covariance_root, posterior
 from accelcal.results.findings import Change
 
 _LEAST = 1e-7

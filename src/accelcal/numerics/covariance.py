@@ -1,4 +1,4 @@
-"""Estimates from information that was added up."""
+"""Covariances: the root of one, and the one that information leaves."""
 
 from __future__ import annotations
 
@@ -8,6 +8,24 @@ from accelcal.arrays import Array
 
 _LEAST = 1e-12
 """Information below it, over that of each position alone, is rounding."""
+
+
+def covariance_root(covariance: Array, sizes: Array | None = None) -> Array:
+    """Find a matrix R with R R' = covariance, symmetric, shape (n, n).
+
+    Eigenvalues below zero are taken as zero, in units of the sizes of the quantities, above 0,
+    where these are given: where units differ, nothing small is lost beside the others.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> root = covariance_root(np.array([[4.0, 0.0], [0.0, -1e-20]]))
+    >>> (root @ root.T).tolist()
+    [[4.0, 0.0], [0.0, 0.0]]
+    """
+    size = np.ones(len(covariance)) if sizes is None else sizes
+    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
+    return np.asarray(size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def posterior(information: Array, pull: Array, least: float = _LEAST) -> tuple[Array, Array]:
