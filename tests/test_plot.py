@@ -18,6 +18,7 @@ pytest.importorskip("matplotlib")
 from accelcal.error_budget.budget import budget as budget_of
 from accelcal.io.stability_record import read_stability
 from accelcal.plot.colours import DARK, LIGHT
+from accelcal.plot.stability import both
 from accelcal.plot.style import SMALL, canvas, picture, theme
 from accelcal.results.findings import Change, Share
 from accelcal.results.quantity import Quantity
@@ -175,6 +176,28 @@ def test_calibrations_are_legible(request, which, name):
     drawn = getattr(calibration.plot, name)()
     assert_legible(drawn)
     assert_labelled(drawn)
+
+
+NO_MATHEMATICS = r"$\frac$ A_1^2 " + 30 * "long "
+"""Between dollar signs matplotlib reads mathematics, and refuses what is none."""
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_labels_of_runs_are_drawn_as_they_are_written(single, name):
+    tables = tuple(replace(table, run=NO_MATHEMATICS) for table in single.tables)
+    assert_legible(getattr(replace(single, tables=tables).plot, name)())
+
+
+def test_serial_numbers_are_drawn_as_they_are_written(several, stability, stand):
+    named = replace(several, serial=NO_MATHEMATICS)
+    assert_legible(budget_of(named, 1.0).plot.stack())
+    found, record = stability
+    assert_legible(both(replace(found, serial=NO_MATHEMATICS), record))
+    (effect,) = stand.effects
+    effect = replace(effect, sizes={NO_MATHEMATICS: effect.sizes["AL-1"]})
+    assert_legible(replace(stand, effects=(effect,)).plot.sizes())
+    calibrations = [replace(named, date=f"202{year}-05-06") for year in range(3)]
+    assert_legible(accelcal.history(calibrations).plot.trends())
 
 
 @pytest.mark.parametrize("name", METHODS)

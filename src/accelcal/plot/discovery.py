@@ -14,6 +14,7 @@ from accelcal.model import symbol_of
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import Readings
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
+from accelcal.plot.ticks import literal
 from accelcal.report.discovery import with_doubts
 from accelcal.report.findings import p_value, parts_of_disagreement
 from accelcal.report.lines import sentence
@@ -74,7 +75,7 @@ class DiscoveryPlot(Pictures[Discovery]):
         _descent(ax, factor, held_out, 1, "s--", "readings left out")
         if noise is not None:
             ax.axhline(factor * noise, color=palette().muted, ls=":", label="noise of a reading")
-        names = [textwrap.fill(step, _LONGEST_NAME) for step in steps]
+        names = [textwrap.fill(literal(step), _LONGEST_NAME) for step in steps]
         ax.set_xticks(range(len(steps)), names)
         ax.set(
             ylabel=f"gap, rms [{unit}]",
@@ -146,7 +147,7 @@ class DiscoveryPlot(Pictures[Discovery]):
         ax.set(xlabel=along.label, ylabel=f"reading − model without it [{unit}]")
         if along.label.startswith("head"):
             ax.set_xticks(np.arange(0.0, 361.0, 45.0))
-        return entitled(ax, sentence(found.name), columns=4)
+        return entitled(ax, literal(sentence(found.name)), columns=4)
 
     @styled
     def changes(self, ax: Axes | None = None) -> Axes:
