@@ -781,7 +781,7 @@ def test_faults_are_told_in_a_line(saved, capsys, arguments, told):
     assert told in shown.err.splitlines()[-1]
 
 
-def test_one_run_of_unlike_ones_is_chosen(saved, tmp_path, capsys):
+def test_one_run_of_unlike_ones_is_chosen(saved, capsys):
     """Runs without laws were refused with the remedy to choose one, which no option did."""
     found = accelcal.fit(accelcal.simulate(seed=1), coefficients=("K0", "K1"))
     found.to_json(saved)
