@@ -20,6 +20,8 @@ from accelcal.io.stability_record import read_stability
 from accelcal.plot.colours import DARK, LIGHT
 from accelcal.plot.stability import both
 from accelcal.plot.style import SMALL, canvas, picture, theme
+from accelcal.report.discovery import change_row
+from accelcal.report.typeset import typeset
 from accelcal.results.findings import Change, Share
 from accelcal.results.quantity import Quantity
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
@@ -375,6 +377,13 @@ def test_the_budget_adds_up(several):
         row = round(bar.get_y(), 6)
         ends[row] = ends.get(row, 0.0) + bar.get_width()
     assert list(ends.values()) == pytest.approx([100.0] * 6, abs=0.5)
+
+
+def test_coefficients_have_the_names_of_the_page(found):
+    """Ticks said beta1 where the table of the page below says β₁."""
+    names = [text.get_text() for text in found[0].plot.changes().get_yticklabels()]
+    assert names == [typeset(change_row(change)[0]) for change in found[0].coefficients]
+    assert {"K₁", "β₁", "k₀", "λ₁", "δ"} <= set(names)
 
 
 def test_the_gap_closes_step_by_step(found):

@@ -18,6 +18,7 @@ from accelcal.plot.ticks import literal
 from accelcal.report.discovery import with_doubts
 from accelcal.report.findings import p_value, parts_of_disagreement
 from accelcal.report.lines import sentence
+from accelcal.report.typeset import typeset
 from accelcal.results.discovery import Discovery
 from accelcal.shown_units import readable
 
@@ -183,7 +184,8 @@ class DiscoveryPlot(Pictures[Discovery]):
             colour = palette().series[1]
             ax.errorbar(moved, place, xerr=wide, marker="o", ls="", color=colour, label=label)
             label = None
-        ax.set_yticks(range(len(shown)), [symbol_of(change.coefficient) for change in shown])
+        symbols = [typeset(symbol_of(change.coefficient)) for change in shown]
+        ax.set_yticks(range(len(shown)), symbols)
         ax.set_ylim(len(shown) - 0.4, -0.6)
         ax.set(xlabel="change over U (95 %) without the effects [1]")
         low, high = ax.get_xlim()

@@ -12,6 +12,7 @@ from accelcal.plot.style import SMALL, canvases, palette, styled
 from accelcal.plot.ticks import LONGEST_TITLE, literal, shortened
 from accelcal.report.error_budget import NO_RANDOM_ERROR, joint_variance, place
 from accelcal.report.lines import sentence
+from accelcal.report.typeset import typeset
 from accelcal.results.error_budget import ErrorBudget
 from accelcal.results.quantity import Document
 from accelcal.shown_units import readable
@@ -130,7 +131,7 @@ def shares(points: Sequence[Document]) -> dict[str, list[float]]:
 
 
 def _label(part: Document) -> str:
-    return literal(f"{part['symbol']}  {part['name']}")
+    return literal(f"{typeset(part['symbol'])}  {part['name']}")
 
 
 def _per_variance(point: Document) -> float:

@@ -13,6 +13,7 @@ from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.plot.ticks import LONGEST_TITLE, shortened
 from accelcal.report.stand_budget import shares, shown_unit
+from accelcal.report.typeset import typeset
 from accelcal.results.quantity import Document
 from accelcal.results.stand_budget import StandBudget
 from accelcal.shown_units import written
@@ -104,7 +105,7 @@ def _panel(ax: Any, document: Document, place: int, colours: Mapping[str, str]) 
     ax.plot(at, together, "o-", color=palette().ink, ms=3.0, lw=1.0)
     ax.axhline(u, color=palette().muted, lw=0.8, ls=":")
     ax.set_xticks(at, [shortened(name, _LONGEST_NAME) for name, _ in bars], rotation=30, ha="right")
-    ax.set(ylabel=unit, ylim=(0.0, 1.12 * u), title=f"{own['symbol']}: u = {u:.3g} {unit}")
+    ax.set(ylabel=unit, ylim=(0.0, 1.12 * u), title=f"{typeset(own['symbol'])}: u = {u:.3g} {unit}")
     ax.grid(visible=False, axis="x")
     percent = ax.secondary_yaxis(
         "right", functions=(lambda y: 100.0 * y / u, lambda p: 0.01 * p * u)
