@@ -420,3 +420,12 @@ def test_tests_that_take_too_long_are_named():
     assert f"note: {told[0]}" in " ".join(str(found).split())
     assert accelcal.DesignComparison.from_json(found.to_json()) == found
     assert accelcal.design(positions=[4], hours=8.0, effects=False).notes == ()
+
+
+def test_of_several_runs_it_is_told_which_one_the_coefficients_are_of():
+    told = "K0 to M_ip are those of one run in each mounting, the nearest to T0"
+    for levels in ((20.0,), (20.0, 80.0)):
+        text = str(
+            accelcal.design(positions=(8,), strokes=(2,), temperatures=levels, effects=False)
+        )
+        assert (told in text) == (len(levels) > 1)
