@@ -180,8 +180,9 @@ def test_calibrations_are_legible(request, which, name):
     assert_labelled(drawn)
 
 
-NO_MATHEMATICS = r"$\frac$ A_1^2 " + 30 * "long "
-"""Between dollar signs matplotlib reads mathematics, and refuses what is none."""
+NO_MATHEMATICS = r"$\frac$ 序列 A_1^2 " + 30 * "long "
+"""Between dollar signs matplotlib reads mathematics, and refuses what is none; its font lacks a
+letter, of which it warns."""
 
 
 @pytest.mark.parametrize("name", METHODS)
