@@ -313,7 +313,7 @@ _OF_A_QUANTITY = (
     "floor",
     *_LIMITS,
 )
-_OTHER_NUMBERS = ("dof", "p_value", "E_n")
+_OTHER_NUMBERS = ("dof", "p_value", "E_n", "positions")
 _DATES = ("date", "first", "last", "k0_last_jump_before", "K1_last_jump_before")
 
 
