@@ -781,6 +781,19 @@ def test_faults_are_told_in_a_line(saved, capsys, arguments, told):
     assert told in shown.err.splitlines()[-1]
 
 
+def test_one_run_of_unlike_ones_is_chosen(saved, capsys):
+    """Runs without laws were refused with the remedy to choose one, which no option did."""
+    found = accelcal.fit(accelcal.simulate(seed=1), coefficients=("K0", "K1"))
+    found.to_json(saved)
+    assert run(saved) == 2
+    assert "choose one run" in capsys.readouterr().err
+    assert run(saved, "--run", "2", "--format", "json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["points"][0]["temperature_degC"] == found.tables[1].temperature_degC
+    assert run(saved, "--run", "4") == 2
+    assert "no run '4' in the calibration; it has 1, 2, 3" in capsys.readouterr().err
+
+
 def test_extrapolation_on_request(saved, capsys):
     assert run(saved, "--temperature", "95") == 2
     assert "stay within, or accept it by --extrapolate" in capsys.readouterr().err

@@ -381,6 +381,15 @@ def test_document_rows_and_frame_agree():
     assert names == {*COEFFICIENTS, *SLOPES, *AT_T0, "k0", "k2", "k3", "delta", "delta_ip"}
 
 
+def test_rows_tell_the_angles_of_tests_that_have_no_number_of_positions():
+    """Rows of two lists of angles were told apart by nothing."""
+    angles = [[0, 45, 90, 180, 270], [0, 60, 90, 180, 270]]
+    options = {"strokes": (2,), "temperatures": (20.0,), "effects": False}
+    frame = accelcal.design(positions=(), angles=angles, **options).to_frame()
+    assert frame["angles"].unique().tolist() == ["0 45 90 180 270", "0 60 90 180 270"]
+    assert frame["positions"].dtype == "float64"
+
+
 def test_reversal_frees_the_fixture_angle():
     (found,) = compared(positions=[8], strokes=[2], mountings=[("o+", "o-")]).designs
     assert found.forecast("delta0").mounting == "o"
@@ -420,3 +429,12 @@ def test_tests_that_take_too_long_are_named():
     assert f"note: {told[0]}" in " ".join(str(found).split())
     assert accelcal.DesignComparison.from_json(found.to_json()) == found
     assert accelcal.design(positions=[4], hours=8.0, effects=False).notes == ()
+
+
+def test_of_several_runs_it_is_told_which_one_the_coefficients_are_of():
+    told = "K0 to M_ip are those of one run in each mounting, the nearest to T0"
+    for levels in ((20.0,), (20.0, 80.0)):
+        text = str(
+            accelcal.design(positions=(8,), strokes=(2,), temperatures=levels, effects=False)
+        )
+        assert (told in text) == (len(levels) > 1)

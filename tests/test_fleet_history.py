@@ -222,6 +222,9 @@ def test_the_forms(frame, fleet, tmp_path, capsys):
     assert tabulated.columns.tolist() == table.columns.tolist()
     assert tabulated.attrs["units"]["k0_drift_of_a_walk"] == "g/year"
     assert tabulated.attrs["units"]["K1_last_jump"] == "1"
+    for name in ("first", "last", "k0_last_jump_before", "K1_last_jump_before"):
+        assert tabulated[name].dtype == "datetime64[us]"
+        assert tabulated[name].dt.strftime("%Y-%m-%d").fillna("").tolist() == table[name].tolist()
 
 
 def test_lines_of_the_text_fit_a_terminal(fleet):

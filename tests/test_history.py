@@ -873,6 +873,7 @@ def test_reprs():
     found = accelcal.history(frame(12, jump=100.0))
     assert repr(found) == "<History serial A: 12 calibrations, 1 jump>"
     assert found.to_frame().shape[0] == 24
+    assert found.to_frame()["date"].dtype == "datetime64[us]"
 
 
 def test_checks_that_warn_are_told_from_a_frame_as_from_calibrations():

@@ -420,6 +420,8 @@ def test_a_search_that_found_nothing_has_a_frame_of_the_same_columns(results):
         assert nothing.to_frame().shape == (0, something.to_frame().shape[1])
         assert list(nothing.to_frame().columns) == list(something.to_frame().columns)
         assert nothing.to_frame().attrs == something.to_frame().attrs
+        numbers = something.to_frame().select_dtypes("number").columns
+        assert set(nothing.to_frame().select_dtypes("number").columns) >= set(numbers)
 
 
 def test_accelerations_are_told_with_their_unit():

@@ -159,6 +159,13 @@ def test_a_hostile_name_does_no_harm(calibration):
     assert "<script" not in markdown(page).replace("\\<", "")
 
 
+def test_no_name_is_mathematics_or_a_letter_of_html_in_markdown(calibration):
+    """GitHub makes a formula of what stands between dollar signs, and <b> of &lt;b>."""
+    named = replace(calibration, serial="$a$ &lt; ~~b~~")
+    text = markdown(report_page([named]))
+    assert text.startswith("# Calibration: \\$a\\$ \\&lt; \\~\\~b\\~\\~\n")
+
+
 def test_the_residuals_are_told_over_the_scale_factor(calibration, page):
     rms = [1e6 * t.residual_rms / t.coefficients["K1"].value for t in calibration.tables]
     told = re.search(r"degrees of freedom is ([\d.]+) to ([\d.]+) µg", page)

@@ -18,7 +18,10 @@ pytest.importorskip("matplotlib")
 from accelcal.error_budget.budget import budget as budget_of
 from accelcal.io.stability_record import read_stability
 from accelcal.plot.colours import DARK, LIGHT
+from accelcal.plot.stability import both
 from accelcal.plot.style import SMALL, canvas, picture, theme
+from accelcal.report.discovery import change_row
+from accelcal.report.typeset import typeset
 from accelcal.results.findings import Change, Share
 from accelcal.results.quantity import Quantity
 from accelcal.results.stand_discovery import HeadPosition, StandDiscovery, StandEffect
@@ -175,6 +178,29 @@ def test_calibrations_are_legible(request, which, name):
     drawn = getattr(calibration.plot, name)()
     assert_legible(drawn)
     assert_labelled(drawn)
+
+
+NO_MATHEMATICS = r"$\frac$ 序列 A_1^2 " + 30 * "long "
+"""Between dollar signs matplotlib reads mathematics, and refuses what is none; its font lacks a
+letter, of which it warns."""
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_labels_of_runs_are_drawn_as_they_are_written(single, name):
+    tables = tuple(replace(table, run=NO_MATHEMATICS) for table in single.tables)
+    assert_legible(getattr(replace(single, tables=tables).plot, name)())
+
+
+def test_serial_numbers_are_drawn_as_they_are_written(several, stability, stand):
+    named = replace(several, serial=NO_MATHEMATICS)
+    assert_legible(budget_of(named, 1.0).plot.stack())
+    found, record = stability
+    assert_legible(both(replace(found, serial=NO_MATHEMATICS), record))
+    (effect,) = stand.effects
+    effect = replace(effect, sizes={NO_MATHEMATICS: effect.sizes["AL-1"]})
+    assert_legible(replace(stand, effects=(effect,)).plot.sizes())
+    calibrations = [replace(named, date=f"202{year}-05-06") for year in range(3)]
+    assert_legible(accelcal.history(calibrations).plot.trends())
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -352,6 +378,13 @@ def test_the_budget_adds_up(several):
         row = round(bar.get_y(), 6)
         ends[row] = ends.get(row, 0.0) + bar.get_width()
     assert list(ends.values()) == pytest.approx([100.0] * 6, abs=0.5)
+
+
+def test_coefficients_have_the_names_of_the_page(found):
+    """Ticks said beta1 where the table of the page below says β₁."""
+    names = [text.get_text() for text in found[0].plot.changes().get_yticklabels()]
+    assert names == [typeset(change_row(change)[0]) for change in found[0].coefficients]
+    assert {"K₁", "β₁", "k₀", "λ₁", "δ"} <= set(names)
 
 
 def test_the_gap_closes_step_by_step(found):

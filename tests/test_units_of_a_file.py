@@ -121,6 +121,23 @@ def test_discover_searches_one_unit_of_a_table(run):
     assert (code, err) == (2, "error: no serial 'C3' in the tables; there is A1, B2\n")
 
 
+def test_fit_and_check_choose_one_unit_of_a_table(run):
+    """The serial number was refused, as if it were that of the whole table."""
+    code, out, err = run("fit", "both.csv", "--serial", "B2", "--format", "json")
+    assert (code, json.loads(out)["serial"], err) == (0, "B2", "")
+    assert run("check", "both.csv", "--serial", "B2")[1].count("\nserial ") == 1
+    code, _, err = run("fit", "both.csv", "--serial", "C3")
+    assert (code, err) == (2, "error: no serial 'C3' in the tables; there is A1, B2\n")
+    code, _, err = run("check", "both.csv", "--serial", "C3")
+    assert (code, err) == (2, "both.csv: no serial 'C3' in the tables; there is A1, B2\n")
+
+
+def test_fit_chooses_one_unit_of_several_tables(run):
+    """All of them were taken as tables of it."""
+    code, out, err = run("fit", "A1.csv", "both.csv", "--serial", "B2", "--format", "json")
+    assert (code, json.loads(out)["source"], err) == (0, "both.csv", "")
+
+
 def test_compare_takes_each_unit_with_its_calibration(run):
     assert run("fit", "both.csv", "-o", "cal.json")[0] == 0
     code, out, _ = run("compare", "cal.json", "both.csv", "--format", "json")

@@ -21,6 +21,7 @@ from accelcal.cli.options import (
     mounting_option,
     number_option,
     output_option,
+    run_option,
     serial_option,
     temperature_option,
     text_option,
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
 @gravity_option("Gravity at the place of calibration [m/s^2].", name="local_gravity")
 @text_option("--unit", "UNIT", "Unit of the outputs in DATA.", name="output_unit")
 @serial_option
-@text_option("--run", "TEXT", "Use the table of this run only.")
+@run_option
 @mounting_option
 @choice_option(
     "--by",

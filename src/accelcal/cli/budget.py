@@ -22,6 +22,7 @@ from accelcal.cli.options import (
     output_option,
     picture_option,
     ratio_option,
+    run_option,
     serial_option,
     temperatures_option,
     valued_option,
@@ -84,6 +85,7 @@ if TYPE_CHECKING:
 @flag_option("--extrapolate", "Allow temperatures outside the calibrated range.")
 @stand_options
 @serial_option
+@run_option
 @mounting_option
 @picture_option("the budget (png, svg or pdf)")
 @format_option("text", "json", "csv")
@@ -92,6 +94,7 @@ def budget(
     path: str | None,
     picture: str | None,
     serial: str | None,
+    run: str | None,
     mounting: str | None,
     form: str,
     **options: Any,
@@ -117,7 +120,7 @@ def budget(
       accelcal budget --stand stand.toml cal.json --positions 12 --target K1=20ppm
     """
     of_stand = asked_for_stand(click.get_current_context())
-    chosen = _calibration(calibration, serial, mounting) if calibration else None
+    chosen = _calibration(calibration, serial, run, mounting) if calibration else None
     if of_stand:
         found: ErrorBudget | StandBudget = budget_of_stand(chosen, options)
     else:
@@ -127,12 +130,14 @@ def budget(
     deliver_result(found, path, form)
 
 
-def _calibration(path: str, serial: str | None, mounting: str | None) -> Calibration:
+def _calibration(
+    path: str, serial: str | None, run: str | None, mounting: str | None
+) -> Calibration:
     from accelcal.io.documents.results import read_results
     from accelcal.results.calibration import Calibration
 
     found: Calibration = read_results(path, Calibration).choose(serial, mounting)
-    return found
+    return found if run is None else found.of_run(run)
 
 
 def _random(calibration: Calibration, options: dict[str, Any]) -> RandomPart:

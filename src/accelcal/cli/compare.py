@@ -77,8 +77,8 @@ def compare(
       accelcal compare calibration.json next-year.csv
       accelcal compare calibration.json next-year.json
     """
-    from accelcal.io.documents.of_serial import pairs_of_units
     from accelcal.io.documents.results import read_known, read_later
+    from accelcal.io.of_serial import pairs_of_units
     from accelcal.results.result import all_to_json
 
     known, later = read_known(calibration), read_later(data, declared)

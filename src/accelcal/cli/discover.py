@@ -101,7 +101,7 @@ def discover(
       accelcal discover table.csv --without dead-zone
     """
     from accelcal.discovery.discover import discover as search
-    from accelcal.io.documents.of_serial import records_of_serial
+    from accelcal.io.of_serial import records_of_serial
     from accelcal.io.tables import read_tables
     from accelcal.results.result import all_to_json
 

@@ -9,8 +9,8 @@ from accelcal.cli.files import Command, FileToRead, refuse_source
 from accelcal.cli.options import (
     mounting_option,
     output_option,
+    run_option,
     serial_option,
-    text_option,
 )
 
 
@@ -24,7 +24,7 @@ from accelcal.cli.options import (
     help="Format [default: by the extension of the file].",
 )
 @serial_option
-@text_option("--run", "TEXT", "Export the table of this run only.")
+@run_option
 @mounting_option
 def export(
     calibration: str,

@@ -57,13 +57,14 @@ def fit(
       accelcal fit table.csv --spec examples/al15.toml
     """
     from accelcal.calibrate.fit import fit as calibrate
+    from accelcal.io.of_serial import records_called
     from accelcal.io.tables import read_tables
     from accelcal.results.result import all_to_json
 
-    asked = fit_arguments(options)
-    records = [
-        record for source in data for record in _noted(read_tables(source, overrides=options))
-    ]
+    asked, serial = fit_arguments(options), options.pop("serial")
+    given = [record for source in data for record in read_tables(source, overrides=options)]
+    records = records_called(given, serial)
+    _tell_notes(records)
     remark_alike(records)
     calibrations = tuple(
         calibrate(
@@ -107,12 +108,11 @@ def _apart(calibrations: Sequence[Calibration]) -> Iterator[tuple[str, int]]:
             yield serial, files
 
 
-def _noted(records: Iterable[TumbleRecord]) -> Iterator[TumbleRecord]:
+def _tell_notes(records: Iterable[TumbleRecord]) -> None:
     """Tell what the reader set aside or assumed."""
     for record in records:
         for note in record.notes:
             remark(f"note: {record.source}: {note}")
-        yield record
 
 
 def _csv(calibrations: Sequence[Calibration]) -> str:

@@ -178,7 +178,14 @@ report_option = valued_option(
 
 serial_option = text_option("--serial", "TEXT", "Serial number, if CAL.json holds several.")
 
-declared_serial_option = text_option("--serial", "TEXT", "Serial number of the accelerometer.")
+declared_serial_option = text_option(
+    "--serial",
+    "TEXT",
+    "Of tables with several serial numbers use this one; otherwise the tables are of this serial"
+    " number, whatever they say.",
+)
+
+run_option = text_option("--run", "TEXT", "Use the table of this run only.")
 
 mounting_option = click.option(
     "--mounting",

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _PLAN = ("positions", "angles", "strokes", "temperatures", "mountings", "delta0")
 _OWN = {"test", *_PLAN, "monte_carlo", "seed", "targets", "spec"}
 """Parameters that only a budget of the stand has."""
-_SHARED = {"stand", "calibration", "path", "picture", "serial", "mounting", "form"}
+_SHARED = {"stand", "calibration", "path", "picture", "serial", "run", "mounting", "form"}
 _ADAPTIVE = "adaptive"
 
 
@@ -104,7 +104,7 @@ def asked_for_stand(context: click.Context) -> bool:
             if asked
             else f"{flag} tells of a stand; add --stand STAND.toml"
         )
-    if asked and "calibration" not in given and (chosen := given & {"serial", "mounting"}):
+    if asked and "calibration" not in given and (chosen := given & {"serial", "run", "mounting"}):
         raise InputError(
             f"--{min(chosen)} chooses from CAL.json, and none is given; the test is described by"
             " --mountings and the other options of its plan"

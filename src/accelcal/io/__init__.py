@@ -6,6 +6,6 @@ A table of readings becomes a record in `tables`, by way of `files` (bytes to te
 once take the shorter way of `ordinary` to the same records. Other tables, of a `head`, a `triad` or
 a `stability_record`, have headings of their own, and the same header lines and cells.
 
-`samples` has streams to be compensated, `documents` results in JSON, `toml` what people write by
-hand: data sheets, stands, laboratories and effects.
+`of_serial` chooses one unit of several. `samples` has streams to be compensated, `documents`
+results in JSON, `toml` what people write by hand: data sheets, stands, laboratories and effects.
 """

@@ -12,7 +12,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.dates import date_of
 from accelcal.errors import TableError, located
-from accelcal.io.declarations import Declarations, notes_of_serial
+from accelcal.io.declarations import Declarations
 from accelcal.io.layout.parts import Layout
 from accelcal.io.readings import Readings, notes_of_clock, notes_of_pace
 from accelcal.io.runs import runs_of
@@ -44,11 +44,7 @@ def records_of(
         If one of them has no output, or outputs that are all the same.
     """
     serials = _serials(layout, readings, common["serial"])
-    header = layout.declared.get("serial")
-    written = readings.serials or ((header.value,) if header else ())
-    notes = [note for own in written for note in notes_of_serial(common["serial"], own)]
-    notes += notes_of_alike(readings.serials)
-    common |= {"notes": (*common["notes"], *notes)}
+    common |= {"notes": (*common["notes"], *notes_of_alike(readings.serials))}
     for serial, chosen in zip(serials, readings.of_each_serial(), strict=True):
         if chosen.output.size == 0:
             problem = f"serial {shown(str(serial))} has no output that is not missing"
@@ -61,12 +57,8 @@ def _serials(layout: Layout, readings: Readings, declared: str | None) -> tuple[
     names = readings.serials
     if not names or declared is None or names == (declared,):
         return names or (declared,)
-    header = layout.declared.get("serial")
-    if len(names) > 1 or (header and header.value == declared):
-        problem = f"serial {shown(', '.join(names))} in the table, but {shown(declared)} declared"
-        remedy = "leave the column or the declaration out"
-        raise layout.refuse(problem, remedy)
-    return (declared,)
+    problem = f"serial {shown(', '.join(names))} in the table, but {shown(declared)} declared"
+    raise layout.refuse(problem, "leave the column or the declaration out")
 
 
 def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) -> TumbleRecord:

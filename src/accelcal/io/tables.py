@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from accelcal.arguments.kinds import shown
-from accelcal.errors import TableError
+from accelcal.errors import InputError, TableError
 from accelcal.io.columns import CONSTANTS, Table, choose_columns
 from accelcal.io.declarations import (
     declarations,
@@ -43,6 +43,7 @@ from accelcal.io.layout.rearranged import (
     without_words_below,
 )
 from accelcal.io.layout.remarks import without_remarks
+from accelcal.io.of_serial import records_called
 from accelcal.io.readings import (
     notes_of_midnight,
     notes_of_turn,
@@ -127,9 +128,9 @@ def read_tables(
         A table in one of the forms of the guide; ``"-"`` reads standard input.
     overrides : mapping of str to object, optional
         Declarations that win over the header: fields of `Apparatus`, `reference_temperature`,
-        `positions`, `unit`, `serial`, `date`, a mapping `metadata`, or `serials`, the headings of
-        the columns of several accelerometers with commas between. A quantity may be a text as
-        ``"2 arcsec"``.
+        `positions`, `unit`, `date`, a mapping `metadata`, `serials`, the headings of the columns of
+        several accelerometers with commas between, or `serial`, which chooses one where the table
+        tells several. A quantity may be a text as ``"2 arcsec"``.
 
     Returns
     -------
@@ -250,6 +251,18 @@ def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> S
     TableError
         If the table is unusable.
     """
+    rest: dict[str, Any] = dict(overrides)
+    serial = rest.pop("serial", None)
+    form, records = _survey_sheets(sheets, rest, named=serial is not None)
+    try:
+        return form, tuple(records_called(records, serial))
+    except InputError as error:
+        raise error.at(records[0].source) from None
+
+
+def _survey_sheets(
+    sheets: Sequence[Sheet], overrides: Mapping[str, object], *, named: bool
+) -> Survey:
     found = [_survey(*sheet, overrides) for sheet in sheets]
     if len(sheets) == 1:
         return found[0]
@@ -258,7 +271,8 @@ def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> S
     records = tuple(record for _, records in found for record in records)
     if len({record.serial for record in records} - {None}) == len(records):
         return found[0][0], records
-    _require_one_unit(sheets, records)
+    if not named:
+        _require_one_unit(sheets, records)
     texts = [sheet.text for sheet in sheets]
     name = texts[0].name.removesuffix(f"#{texts[0].sheet}")
     names = ", ".join(shown(text.sheet) for text in texts if text.sheet)

@@ -23,7 +23,6 @@ from accelcal.page.blocks import (
 )
 from accelcal.page.evidence import place
 from accelcal.page.pictures import pictures
-from accelcal.page.typeset import typeset
 from accelcal.plot.temperature import returns_to_a_level
 from accelcal.plural import counted, degrees_of_freedom, listed
 from accelcal.report.calibration import (
@@ -51,6 +50,7 @@ from accelcal.report.calibration_rows import (
 from accelcal.report.lines import sentence
 from accelcal.report.mean_of_runs import rows_of_mean
 from accelcal.report.numbers import significant
+from accelcal.report.typeset import typeset
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration

@@ -22,7 +22,6 @@ from accelcal.page.blocks import (
     Tone,
 )
 from accelcal.page.pictures import picture
-from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.record import TumbleRecord
 from accelcal.report.discovery import (
@@ -37,6 +36,7 @@ from accelcal.report.discovery import (
 from accelcal.report.findings import chance, factor_rows, noise_line, probability
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import significant, sized
+from accelcal.report.typeset import typeset
 from accelcal.results.discovery import Discovery
 from accelcal.results.findings import FoundEffect
 from accelcal.shown_units import plain, readable

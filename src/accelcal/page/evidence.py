@@ -19,10 +19,10 @@ from accelcal.page.blocks import (
     narrowed,
 )
 from accelcal.page.pictures import picture
-from accelcal.page.typeset import typeset
 from accelcal.report.calibration import error_rows
 from accelcal.report.calibration_rows import residuals_by_angle, table_title
 from accelcal.report.numbers import significant
+from accelcal.report.typeset import typeset
 from accelcal.report.verdict import limit_row, remark
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Gate

@@ -19,7 +19,7 @@ from accelcal.page.blocks import Page
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-_SPECIAL = re.compile(r"([\\`*_\[\]<>|])")
+_SPECIAL = re.compile(r"([\\`*_\[\]<>|$&~])")
 _BLANK_LINES = re.compile(r"\n{3,}")
 
 

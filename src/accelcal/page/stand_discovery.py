@@ -6,12 +6,12 @@ from functools import partial
 
 from accelcal.page.blocks import Block, Bullets, Chapter, Gallery, Note, Paragraph, Section, Table
 from accelcal.page.pictures import picture
-from accelcal.page.typeset import typeset
 from accelcal.plural import counted
 from accelcal.report.findings import chance, probability
 from accelcal.report.lines import sentence
 from accelcal.report.numbers import sized
 from accelcal.report.stand_discovery import NOTHING, SHARED, WHOSE, gain_rows, head_rows, title
+from accelcal.report.typeset import typeset
 from accelcal.results.stand_discovery import StandDiscovery, StandEffect
 
 

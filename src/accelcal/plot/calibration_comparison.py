@@ -8,6 +8,7 @@ import numpy as np
 
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.report.typeset import typeset
 from accelcal.results.calibration_comparison import CalibrationComparison
 from accelcal.units import MICRO
 
@@ -71,7 +72,7 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
             drawn.set_xscale("symlog", linthresh=2.0, linscale=2.0)
             drawn.locator_params(axis="x", subs=(1.0, 2.0, 5.0) if farthest < _VERY_FAR else (1.0,))
             drawn.xaxis.set_major_formatter("{x:g}")
-        drawn.set_yticks(places, [f"{name} {own.coefficient}" for name, own in changes])
+        drawn.set_yticks(places, [f"{name} {typeset(own.coefficient)}" for name, own in changes])
         drawn.invert_yaxis()
         drawn.legend(loc="best")
         verdict = self.result.verdict

@@ -30,6 +30,7 @@ _SYMBOLS |= {"delta": r"$\delta$", "delta_ip": r"$\delta_{ip}$"}
 _MOST_NAMED = 8
 _LETTERS = 32  # of all names below a panel, where some are longer than "20 (2)"
 _SHORT = 6
+_LONGEST = 30
 _SEEN = 0.2  # percent; less is no bar that anyone sees
 
 
@@ -125,7 +126,8 @@ def budget(calibration: Calibration, ax: Axes | None, *, run: str | int | None) 
     ax.set(xlim=(0.0, 100.0), xlabel="share of the variance [%]")
     if not shown:
         blank(ax, "no uncertainty is known")
-    return entitled(ax, f"Where the uncertainty comes from, run {table.run}", columns=4)
+    named = shortened(table.run, _LONGEST)
+    return entitled(ax, f"Where the uncertainty comes from, run {named}", columns=4)
 
 
 def _stack(ax: Axes, parts: Sequence[Any]) -> None:

@@ -11,6 +11,7 @@ from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.plot.ticks import short_log_ticks
 from accelcal.plural import counted
+from accelcal.report.typeset import typeset
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.optimal_design import OptimalDesign
 from accelcal.shown_units import in_small_unit, written
@@ -118,7 +119,8 @@ def _draw(ax: Any, found: DesignComparison, name: str, looks: Looks, labels: lis
     ax.plot(*np.reshape(line, (-1, 2)).T, "-", color=palette().muted, lw=2.0, alpha=0.6, zorder=1)
     if name in found.targets:
         _target(ax, factor * found.targets[name])
-    ax.set(title=f"{name}, {_MEANINGS[name]}", xlabel="hours", ylabel=f"u [{written(unit)}]")
+    title = f"{typeset(name)}, {_MEANINGS[name]}"
+    ax.set(title=title, xlabel="hours", ylabel=f"u [{written(unit)}]")
     _scales(ax)
     _name(ax, named)
 

@@ -14,9 +14,11 @@ from accelcal.model import symbol_of
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import Readings
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
+from accelcal.plot.ticks import literal
 from accelcal.report.discovery import with_doubts
 from accelcal.report.findings import p_value, parts_of_disagreement
 from accelcal.report.lines import sentence
+from accelcal.report.typeset import typeset
 from accelcal.results.discovery import Discovery
 from accelcal.shown_units import readable
 
@@ -74,7 +76,7 @@ class DiscoveryPlot(Pictures[Discovery]):
         _descent(ax, factor, held_out, 1, "s--", "readings left out")
         if noise is not None:
             ax.axhline(factor * noise, color=palette().muted, ls=":", label="noise of a reading")
-        names = [textwrap.fill(step, _LONGEST_NAME) for step in steps]
+        names = [textwrap.fill(literal(step), _LONGEST_NAME) for step in steps]
         ax.set_xticks(range(len(steps)), names)
         ax.set(
             ylabel=f"gap, rms [{unit}]",
@@ -146,7 +148,7 @@ class DiscoveryPlot(Pictures[Discovery]):
         ax.set(xlabel=along.label, ylabel=f"reading − model without it [{unit}]")
         if along.label.startswith("head"):
             ax.set_xticks(np.arange(0.0, 361.0, 45.0))
-        return entitled(ax, sentence(found.name), columns=4)
+        return entitled(ax, literal(sentence(found.name)), columns=4)
 
     @styled
     def changes(self, ax: Axes | None = None) -> Axes:
@@ -182,7 +184,8 @@ class DiscoveryPlot(Pictures[Discovery]):
             colour = palette().series[1]
             ax.errorbar(moved, place, xerr=wide, marker="o", ls="", color=colour, label=label)
             label = None
-        ax.set_yticks(range(len(shown)), [symbol_of(change.coefficient) for change in shown])
+        symbols = [typeset(symbol_of(change.coefficient)) for change in shown]
+        ax.set_yticks(range(len(shown)), symbols)
         ax.set_ylim(len(shown) - 0.4, -0.6)
         ax.set(xlabel="change over U (95 %) without the effects [1]")
         low, high = ax.get_xlim()

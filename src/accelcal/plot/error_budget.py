@@ -9,8 +9,10 @@ import numpy as np
 
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import SMALL, canvases, palette, styled
+from accelcal.plot.ticks import LONGEST_TITLE, literal, shortened
 from accelcal.report.error_budget import NO_RANDOM_ERROR, joint_variance, place
 from accelcal.report.lines import sentence
+from accelcal.report.typeset import typeset
 from accelcal.results.error_budget import ErrorBudget
 from accelcal.results.quantity import Document
 from accelcal.shown_units import readable
@@ -60,7 +62,7 @@ class ErrorBudgetPlot(Pictures[ErrorBudget]):
         handles = _draw(panels, points)
         figure = panels[0].figure
         if own:
-            unit = document["serial"] or document["source"]
+            unit = shortened(document["serial"] or document["source"], LONGEST_TITLE)
             figure.suptitle(f"Error of the measured acceleration by (4), {unit}")
             figure.legend(handles=list(handles.values()), loc="outside right center")
         else:
@@ -129,7 +131,7 @@ def shares(points: Sequence[Document]) -> dict[str, list[float]]:
 
 
 def _label(part: Document) -> str:
-    return f"{part['symbol']}  {part['name']}"
+    return literal(f"{typeset(part['symbol'])}  {part['name']}")
 
 
 def _per_variance(point: Document) -> float:

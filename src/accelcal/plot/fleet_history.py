@@ -8,7 +8,6 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
-from accelcal.escapes import visible
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.plot.ticks import shortened
@@ -29,6 +28,9 @@ _LETTERS = 80
 
 _NAMED = 5
 """Units that are named of each kind."""
+
+_LONGEST_NAME = 24
+"""Letters of such a name."""
 
 _ROOM = 1.3
 """Height of the axes over what the drifts themselves and a usual interval take."""
@@ -94,7 +96,7 @@ def _draw(ax: Axes, units: list[UnitOfFleet], place: int, name: str) -> None:
     ax.set_ylabel(f"drift [{written(unit)}/year]")
     if len(units) <= _FEW:
         most = _LETTERS // len(units)
-        serials = [shortened(visible(own.serial), most) for own in units]
+        serials = [shortened(own.serial, most) for own in units]
         ax.set_xticks(range(1, len(units) + 1), serials)
     entitled(ax, name.capitalize(), columns=1)
 
@@ -104,5 +106,8 @@ def _names(units: list[UnitOfFleet], chosen: Mask, finding: str, size: Array) ->
     doubtful = np.array([finding + DOUBT in unit.attention for unit in units])
     places = np.flatnonzero(chosen)
     order = places[np.lexsort((-size[places], doubtful[places]))].tolist()
-    names = [f"{visible(units[place].serial)}{DOUBT * bool(doubtful[place])}" for place in order]
+    names = [
+        f"{shortened(units[place].serial, _LONGEST_NAME)}{DOUBT * bool(doubtful[place])}"
+        for place in order
+    ]
     return listed(names, _NAMED)

@@ -10,6 +10,7 @@ import numpy as np
 from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
+from accelcal.plot.ticks import LONGEST_TITLE, shortened
 from accelcal.report.findings import p_value
 from accelcal.results.unit_history import History
 from accelcal.shown_units import readable
@@ -46,7 +47,8 @@ class HistoryPlot(Pictures[History]):
             _draw(ax, trend)
         panels[-1].set_xlabel("date")
         if axes is None:
-            panels[0].figure.suptitle(f"History of {self.result.serial or 'a unit'}")
+            unit = shortened(self.result.serial or "a unit", LONGEST_TITLE)
+            panels[0].figure.suptitle(f"History of {unit}")
         return panels
 
 

@@ -14,7 +14,7 @@ from accelcal.numerics.grouping import grouped
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
-from accelcal.plot.ticks import name_ticks, shortened
+from accelcal.plot.ticks import literal, name_ticks, shortened
 from accelcal.report.calibration_rows import mounting_unless_named
 from accelcal.results.usable import tables_of_run
 from accelcal.shown_units import readable
@@ -146,7 +146,7 @@ def _readings(tables: Sequence[TableCalibration]) -> Readings:
 
 def _title(what: str, tables: Sequence[TableCalibration], run: str | int | None) -> str:
     if run is not None:
-        return f"{what}, run {run}"
+        return f"{what}, run {shortened(str(run), 30)}"
     return what if len(tables) == 1 else f"{what}, {len(tables)} tables"
 
 
@@ -230,7 +230,7 @@ def _name_runs(ax: Axes, tables: Sequence[TableCalibration], widths: Sequence[in
 
 def _level(table: TableCalibration, side: str) -> str:
     """Run, mounting and temperature of a table, as far as they are to be told."""
-    run = f"run {table.run}" if len(table.run) <= 8 else shortened(table.run, 12)
+    run = f"run {literal(table.run)}" if len(table.run) <= 8 else shortened(table.run, 12)
     if table.temperature_degC is None:
         return run + side
     return f"{run}{side}\n{table.temperature_degC:.0f} °C".replace("-", "−")

@@ -11,7 +11,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, canvases, palette, styled
-from accelcal.plot.ticks import short_log_ticks
+from accelcal.plot.ticks import LONGEST_TITLE, short_log_ticks, shortened
 from accelcal.results.stability import Stability
 from accelcal.shown_units import readable, time_unit
 from accelcal.stability.noise_terms import TERMS
@@ -24,6 +24,7 @@ __all__ = ["StabilityPlot", "both"]
 
 _MOST_POINTS = 150
 _MOST_NAMED = 6
+_LONGEST_NAME = 16
 
 
 class StabilityPlot(Pictures[Stability]):
@@ -98,7 +99,7 @@ class StabilityPlot(Pictures[Stability]):
             ax.plot(time / size, factor * (output - centre), color=colour, lw=0.7, alpha=0.5)
             ends = launch.time[[0, -1]]
             line = shown.level + (shown.drift.value or 0.0) * ends - centre
-            label = f"launch {shown.label}" if named else None
+            label = f"launch {shortened(shown.label, _LONGEST_NAME)}" if named else None
             ax.plot(ends / size, factor * line, color=colour, lw=2.0, label=label)
         ax.set(
             xlabel=f"time since the start of the launch [{name}]", ylabel=f"bias change [{unit}]"
@@ -138,7 +139,8 @@ def both(stability: Stability, record: StabilityRecord) -> Any:
         In a figure of their own.
     """
     panels = canvases(None, 1, 2, (11.0, 4.6))
-    panels[0].figure.suptitle(f"Stability of {stability.serial or stability.source}")
+    unit = shortened(stability.serial or stability.source, LONGEST_TITLE)
+    panels[0].figure.suptitle(f"Stability of {unit}")
     stability.plot.record(record, panels[0])
     stability.plot.allan(panels[1])
     return panels

@@ -11,7 +11,9 @@ from accelcal.errors import InputError
 from accelcal.model import SLOPES
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, own_panels, palette, styled
+from accelcal.plot.ticks import LONGEST_TITLE, shortened
 from accelcal.report.stand_budget import shares, shown_unit
+from accelcal.report.typeset import typeset
 from accelcal.results.quantity import Document
 from accelcal.results.stand_budget import StandBudget
 from accelcal.shown_units import written
@@ -19,6 +21,7 @@ from accelcal.shown_units import written
 _DRAWN = ("K1", "k0", "k2", "k3", "delta", "delta_ip")
 _BARS = 6
 _COLUMNS = 3
+_LONGEST_NAME = 30
 _REST = "all others"
 _LEAST = 1e-5
 """Part of the variance from which on a component has a bar."""
@@ -70,9 +73,10 @@ def _places(document: Document) -> list[int]:
 def _panels(document: Document, count: int) -> Any:
     """A figure of its own with a panel for each coefficient."""
     axes = own_panels(count, min(_COLUMNS, count), (4.0, 2.5), around=0.6)
+    stand = shortened(document["stand"], LONGEST_TITLE)
     axes[0].figure.suptitle(
-        f"{document['stand']}: bars are standard uncertainties by component, the line is their"
-        " part of u² added up"
+        f"{stand}: bars are standard uncertainties by component, the line is their part of u² added"
+        " up"
     )
     return axes
 
@@ -100,8 +104,8 @@ def _panel(ax: Any, document: Document, place: int, colours: Mapping[str, str]) 
     together = [u * part for part in np.cumsum([share for _, share in bars])]
     ax.plot(at, together, "o-", color=palette().ink, ms=3.0, lw=1.0)
     ax.axhline(u, color=palette().muted, lw=0.8, ls=":")
-    ax.set_xticks(at, [name for name, _ in bars], rotation=30, ha="right")
-    ax.set(ylabel=unit, ylim=(0.0, 1.12 * u), title=f"{own['symbol']}: u = {u:.3g} {unit}")
+    ax.set_xticks(at, [shortened(name, _LONGEST_NAME) for name, _ in bars], rotation=30, ha="right")
+    ax.set(ylabel=unit, ylim=(0.0, 1.12 * u), title=f"{typeset(own['symbol'])}: u = {u:.3g} {unit}")
     ax.grid(visible=False, axis="x")
     percent = ax.secondary_yaxis(
         "right", functions=(lambda y: 100.0 * y / u, lambda p: 0.01 * p * u)

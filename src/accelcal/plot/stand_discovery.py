@@ -10,7 +10,7 @@ from accelcal.arguments.options import check_text
 from accelcal.errors import InputError
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import blank, canvas, entitled, palette, styled
-from accelcal.plot.ticks import name_ticks
+from accelcal.plot.ticks import literal, name_ticks, shortened
 from accelcal.report.lines import sentence
 from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.shown_units import readable
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["StandPlot"]
 
 _MOST_NAMED = 16
+_LONGEST_NAME = 24
 
 
 class StandPlot(Pictures[StandDiscovery]):
@@ -93,11 +94,11 @@ class StandPlot(Pictures[StandDiscovery]):
             ax.axhspan(middle - wide, middle + wide, color=palette().series[1], alpha=0.18, lw=0)
             ax.axhline(middle, color=palette().series[1], label="all units together, 95 % band")
         ax.axhline(0.0, color=palette().ink, lw=0.8)
-        places = range(len(known))
+        places, names = range(len(known)), [shortened(unit, _LONGEST_NAME) for unit in known]
         ax.errorbar(places, factor * values, factor * half, marker="o", ls="", label="unit, 95 %")
-        name_ticks(ax.xaxis, places, list(known), _MOST_NAMED, rotation=35, ha="right")
+        name_ticks(ax.xaxis, places, names, _MOST_NAMED, rotation=35, ha="right")
         ax.set(xlabel="unit", ylabel=f"size [{unit}]")
-        return entitled(ax, f"{sentence(item.name)}: {item.verdict}")
+        return entitled(ax, f"{literal(sentence(item.name))}: {item.verdict}")
 
 
 def _effect(stand: StandDiscovery, effect: str | None) -> StandEffect:

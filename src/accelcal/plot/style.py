@@ -17,6 +17,7 @@ from accelcal.arguments.kinds import ending_of, kind_of
 from accelcal.arguments.options import check_choice, check_flag
 from accelcal.errors import InputError, not_installed
 from accelcal.plot.colours import DARK, LIGHT, Palette
+from accelcal.plot.ticks import FONT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -366,7 +367,7 @@ def _settings(colours: Palette, transparent: bool) -> dict[str, Any]:
         **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), SMALL),
         **dict.fromkeys(("axes.titlesize", "figure.titlesize"), 10.0),
         **dict.fromkeys(("axes.titleweight", "figure.titleweight"), "bold"),
-        "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture everywhere
+        "font.family": FONT,
         "axes.titlelocation": "left",
         "axes.prop_cycle": cycler(color=colours.series),
         "axes.linewidth": 0.8,

@@ -1,9 +1,18 @@
-"""Ticks of axes: names where there is room for them, and short numbers on logarithmic axes."""
+"""Names in pictures, as they are written and where there is room, and short numbers on axes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from functools import cache
 from typing import Any
+
+from accelcal.escapes import visible
+
+FONT = "DejaVu Sans"
+"""Comes with matplotlib: the same picture everywhere."""
+
+LONGEST_TITLE = 60
+"""Letters of a name that have room in the title of a picture."""
 
 
 def name_ticks(axis: Any, places: Any, names: Sequence[str], most: int, **text: Any) -> None:
@@ -12,8 +21,39 @@ def name_ticks(axis: Any, places: Any, names: Sequence[str], most: int, **text: 
     axis.set_ticks(places[::every], names[::every], **text)
 
 
+def literal(name: str) -> str:
+    r"""Write a name as it is: what stands between two dollar signs would be mathematics.
+
+    Letters that the font lacks are escaped.
+
+    Examples
+    --------
+    >>> literal("$12 or $15")
+    '\\$12 or \\$15'
+    """
+    return _drawable(name).replace("$", r"\$")
+
+
+def _drawable(name: str) -> str:
+    known = _letters()
+    return "".join(c if ord(c) in known else _escaped(c) for c in visible(name))
+
+
+@cache
+def _letters() -> Collection[int]:
+    from matplotlib.font_manager import findfont, get_font
+
+    return get_font(findfont(FONT)).get_charmap().keys()
+
+
+def _escaped(letter: str) -> str:
+    return letter.encode("ascii", "backslashreplace").decode()
+
+
 def shortened(name: str, most: int) -> str:
     """Take letters out of the middle of a long name: names of a series differ at their ends.
+
+    What is left is `literal`.
 
     Examples
     --------
@@ -21,7 +61,8 @@ def shortened(name: str, most: int) -> str:
     ('vi…er 12', '20 (2)')
     """
     begin = most // 3
-    return name if len(name) <= most else f"{name[:begin]}…{name[begin + 1 - most :]}"
+    name = _drawable(name)
+    return literal(name if len(name) <= most else f"{name[:begin]}…{name[begin + 1 - most :]}")
 
 
 def short_log_ticks(axis: Any, steps: Sequence[float], digits: int = 6) -> None:

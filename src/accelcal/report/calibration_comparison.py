@@ -16,7 +16,6 @@ from accelcal.results.calibration_comparison import (
     ComparedCalibration,
     IndicatedChange,
 )
-from accelcal.results.quantity import Quantity
 from accelcal.shown_units import in_small_unit
 from accelcal.units import MICRO
 
@@ -98,21 +97,19 @@ def shown_changes(found: CalibrationComparison) -> list[tuple[str, CoefficientCh
 
 def _row(name: str, own: CoefficientChange) -> tuple[str, ...]:
     factor, unit = in_small_unit(own.difference.unit)
-    score = own.normalised_error
+    score, half = own.normalised_error, own.difference.expanded_uncertainty
+    values = (side.value or 0.0 for side in (own.old, own.new, own.difference))
+    (old, _), (new, _), change = (matching_digits(value, half, factor) for value in values)
     return (
         name,
         own.coefficient,
-        _number(own.old, factor)[0],
-        _number(own.new, factor)[0],
-        *_number(own.difference, factor),
+        old,
+        new,
+        *change,
         unit,
         # + 0.0 turns -0.0 into 0.0
         ("" if score is None else f"{round(score, 2) + 0.0:.2f}") + (" " if own.agrees else "*"),
     )
-
-
-def _number(own: Quantity, factor: float) -> tuple[str, str]:
-    return matching_digits(own.value or 0.0, own.expanded_uncertainty, factor)
 
 
 def _in_use(found: CalibrationComparison) -> Iterator[str]:

@@ -124,6 +124,8 @@ def _legend(found: DesignComparison) -> Iterator[str]:
     if len(sets) == 1:
         levels, sides = next(iter(sets))
         yield f"at {', '.join(f'{t:g}' for t in levels)} degC, mounting {', '.join(sides)}"
+    if any(len(levels) > 1 for levels, _ in sets):
+        yield "K0 to M_ip are those of one run in each mounting, the nearest to T0"
 
 
 def _expanded(found: DesignComparison, names: Sequence[str]) -> Iterator[str]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.arguments.kinds import expect
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from accelcal.results.verdict import Verdict
 
 __all__ = ["Calibration"]
-
 
 _NOISE = "reading"
 """Name of the noise of the readings among the sources of error, one for each table."""
@@ -263,24 +263,53 @@ class Calibration(StoredResult, TabularResult):
             If there is no such table.
         """
         check_written(mounting=mounting)
-        tables = tuple(table for table in self.tables if table.mounting == mounting)
-        have = [table.mounting for table in self.tables]
-        if not tables:
+        found = self._keeping([table.mounting == mounting for table in self.tables])
+        if not found.tables:
+            have = dict.fromkeys(table.mounting for table in self.tables)
             raise InputError(
-                f"no table of mounting {mounting!r}; the calibration has"
-                f" {', '.join(dict.fromkeys(have))}"
+                f"no table of mounting {mounting!r}; the calibration has {', '.join(have)}"
             )
-        noises = (
-            noise
-            for table, noise in zip(self.tables, self.reading_noises, strict=False)
-            if table.mounting == mounting
-        )
+        return replace(found, temperature_model=self._models().get(mounting))
+
+    def of_run(self, run: str | int) -> Calibration:
+        """Keep the tables of one run.
+
+        Parameters
+        ----------
+        run : str or int
+            Label of the run.
+
+        Returns
+        -------
+        Calibration
+            Without temperature laws, as they are made from several runs.
+
+        Raises
+        ------
+        InputError
+            If there is no such run.
+
+        Examples
+        --------
+        >>> import accelcal
+        >>> len(accelcal.fit(accelcal.simulate(seed=1)).of_run(2).tables)
+        1
+        """
+        found = self._keeping([table.run == str(run) for table in self.tables])
+        if not found.tables:
+            have = ", ".join(dict.fromkeys(table.run for table in self.tables))
+            raise InputError(f"no run {run!r} in the calibration; it has {have or 'none'}")
+        return found
+
+    def _keeping(self, kept: Sequence[bool]) -> Calibration:
+        """Tables with the noise of their readings, without laws."""
+        noises = compress(self.reading_noises, kept)
         others = (source for source in self.error_sources if source.name != _NOISE)
         return replace(
             self,
-            tables=tables,
+            tables=tuple(compress(self.tables, kept)),
             error_sources=(*noises, *others),
-            temperature_model=self._models().get(mounting),
+            temperature_model=None,
             second_axis_model=None,
         )
 

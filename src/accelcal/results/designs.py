@@ -323,6 +323,7 @@ def _rows(
             **members(design, "positions strokes"),
             "temperatures": " ".join(f"{t:g}" for t in design.temperatures),
             "mountings": " ".join(design.mountings),
+            "angles": " ".join(f"{angle:g}" for angle in design.angles),
             **members(design, "readings hours"),
             "coefficient": f.name,
             **members(f, "mounting unit standard_uncertainty expanded_uncertainty dof floor"),

@@ -313,6 +313,8 @@ _OF_A_QUANTITY = (
     "floor",
     *_LIMITS,
 )
+_OTHER_NUMBERS = ("dof", "p_value", "E_n", "positions")
+_DATES = ("date", "first", "last", "k0_last_jump_before", "K1_last_jump_before")
 
 
 def frame_of(
@@ -332,6 +334,7 @@ def frame_of(
     Returns
     -------
     pandas.DataFrame
+        Numbers are numbers, dates ``datetime64``, also where none is known.
         ``frame.attrs["units"]`` maps columns to units; ``"unit"`` means the unit in that column of
         the same row.
 
@@ -351,8 +354,9 @@ def frame_of(
         for suffix, unit in _SUFFIXES.items():
             if column.endswith(suffix):
                 known.setdefault(column, unit)
-    numbers = (frame[name] for name in {*known, *units, "dof"} if name in frame)
-    unknown = {column.name: float for column in numbers if column.isna().all()}
-    frame = frame.astype(unknown)  # NaN in place of None, which neither compares nor adds
+    numbers = (name for name in {*known, *units, *_OTHER_NUMBERS} if name in frame)
+    kinds = {name: "float64" for name in numbers if frame[name].isna().all()}
+    kinds |= {name: "datetime64[us]" for name in _DATES if name in frame}
+    frame = frame.astype(kinds)  # NaN in place of None, which neither compares nor adds
     frame.attrs["units"] = known | units
     return frame

@@ -89,11 +89,7 @@ def tables_of_run(calibration: Calibration, run: str | int | None) -> tuple[Tabl
     InputError
         If there is no such run.
     """
-    found = tuple(t for t in calibration.tables if run is None or t.run == str(run))
-    if not found:
-        have = ", ".join(dict.fromkeys(t.run for t in calibration.tables))
-        raise InputError(f"no run {run!r} in the calibration; it has {have or 'none'}")
-    return found
+    return (calibration if run is None else calibration.of_run(run)).tables
 
 
 def not_determined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from accelcal.compensate.triad import refuse_for_triad
 from accelcal.errors import DocumentError, InputError
-from accelcal.io.documents.of_serial import all_of_serial, one_of_serial
 from accelcal.io.files.text import Source, Texts, is_document, read_document, read_texts
+from accelcal.io.of_serial import all_of_serial, one_of_serial
 from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
 from accelcal.results.checked import checked, read_as, schema_of

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Protocol, TypeVar
 
 from accelcal.errors import InputError
+from accelcal.io.declarations import notes_of_serial
 from accelcal.plural import listed
+from accelcal.record import TumbleRecord
 from accelcal.serials import bare_serial
 
 
@@ -66,6 +69,27 @@ def records_of_serial(records: Sequence[Item], serial: str | None) -> list[Item]
         have = ", ".join(dict.fromkeys(str(record.serial) for record in records))
         raise InputError(f"no serial {serial!r} in the tables; there is {have}")
     return kept
+
+
+def records_called(records: Sequence[TumbleRecord], serial: str | None) -> list[TumbleRecord]:
+    """Choose the records of a serial number, or give it to all where their tables tell one or none.
+
+    Raises
+    ------
+    InputError
+        If the tables tell several, but not this one.
+    """
+    told = {record.serial for record in records} - {None}
+    if serial is None or len(told) > 1:
+        return records_of_serial(records, serial)
+    return [
+        record
+        if record.serial == serial
+        else replace(
+            record, serial=serial, notes=(*record.notes, *notes_of_serial(serial, record.serial))
+        )
+        for record in records
+    ]
 
 
 def pairs_of_units(
