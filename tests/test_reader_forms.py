@@ -1009,7 +1009,10 @@ def test_cells_beside_each_other_above_a_table_declare_one_by_one(row):
 
 @pytest.mark.parametrize(
     "rows",
-    ["serial;Operator;date\nA-7;N. N.;31.05.2024", "Date;g;Stand;Serial no.\n31.05.2024;9,81;B 2;A-7"],
+    [
+        "serial;Operator;date\nA-7;N. N.;31.05.2024",
+        "Date;g;Stand;Serial no.\n31.05.2024;9,81;B 2;A-7",
+    ],
 )
 def test_labels_above_a_table_may_have_their_values_in_the_row_below(rows):
     """The label beside a key was its value: the serial was Operator, the date T0."""

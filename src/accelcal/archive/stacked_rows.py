@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
-from itertools import compress
+from itertools import chain, compress
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -73,6 +73,12 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
     found |= {name: Labels.everywhere(value, record.size) for name, value in same.items()}
     found["delta0_rad"] = np.full(record.size, stack.delta0)
     return _columns(found, ROWS, record.size)
+
+
+def how_many_warn(stack: CalibrationStack) -> int:
+    """Count the records of which a gate warns."""
+    gates = (*chain(*stack.gates), *stack.record_gates)
+    return len({place for gate in gates for place in gate.warned()})
 
 
 def _warnings(stack: CalibrationStack) -> Labels[str]:
