@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
 from unittest.mock import patch
@@ -93,6 +94,17 @@ SAMPLED = tuple(
     for kind, text in (("angle", "larger near 0 and 180"), ("random", "differing by chance,"))
     for strokes in (6, 2)
 )
+UNDERSTATED = tuple(
+    Regime(
+        f"* head {size:g} declared as 1e-05, {positions} positions",
+        Stand(head=size),
+        {"head_uncertainty": 1e-5},
+        positions=positions,
+        aside="row +: U times the factor that the gate names, where lack of fit warns",
+    )
+    for size in (2e-5, 4e-5)
+    for positions in (8, 12, 24)
+)
 REGIMES = (
     Regime("noise only, head declared 0", Stand(), NO_HEAD),
     Regime("head 2e-5 declared", Stand(head=HEAD), {"head_uncertainty": HEAD}),
@@ -128,7 +140,12 @@ REGIMES = (
             {"head_uncertainty": HEAD, "resolution": NOISE / share},
             aside=aside,
         )
-        for star, share, aside in (("", 0.1, ""), ("* ", 0.02, "M_ip rests on few rounding errors"))
+        for star, share, aside in (
+            ("", 0.1, ""),
+            ("* ", 0.05, "M_ip rests on few rounding errors"),
+            ("* ", 0.02, "M_ip rests on few rounding errors"),
+            ("* ", 0.005, "M_ip rests on few rounding errors"),
+        )
     ),
     *(
         Regime(
@@ -250,6 +267,7 @@ REGIMES = (
     ),
     *CORRELATED,
     *SAMPLED,
+    *UNDERSTATED,
     Regime(
         "* launch neither declared nor repeated",
         Stand(launch=1e-5),
@@ -365,8 +383,23 @@ def one_table(
         if regime.laws
         else tables_against_truth(calibration, unit)
     )
+    if regime in UNDERSTATED:
+        compared += widened(calibration, compared)
     hits = {key: abs(q.value - truth) <= q.expanded_uncertainty for key, q, truth, _ in compared}
     return hits, {key: q.expanded_uncertainty / size for key, q, _, size in compared}
+
+
+def widened(calibration: accelcal.Calibration, compared: Compared) -> Compared:
+    """The same with U times the factor of the gate lack of fit; none where it does not warn."""
+    gate = next(own for own in calibration.gates if own.name == "lack of fit")
+    factor = re.match(r"position residuals ([0-9.]+) times", gate.finding)
+    if gate.verdict != "warn" or factor is None:
+        return []
+    wide = float(factor[1])
+    return [
+        ((f"+{where}", what), replace(q, expanded_uncertainty=wide * q.expanded_uncertainty), *rest)
+        for (where, what), q, *rest in compared
+    ]
 
 
 Compared = list[tuple[tuple[str, str], accelcal.Quantity, float, float]]
@@ -407,13 +440,13 @@ def measure(
     """Coverage [%] and median half width [g] of each coefficient of each table."""
     one = partial(one_table, regime, choice, seed)
     results = list(pool.map(one, range(tables), chunksize=25))
-    return {
-        key: (
-            100.0 * float(np.mean([hits[key] for hits, _ in results])),
-            float(np.median([widths[key] for _, widths in results])),
-        )
-        for key in results[0][0]
-    }
+    figures = {}
+    for key in dict.fromkeys(key for hits, _ in results for key in hits):
+        told = [(hits[key], widths[key]) for hits, widths in results if key in hits]
+        held, width = zip(*told, strict=True)
+        figures[key] = 100.0 * float(np.mean(held)), float(np.median(width))
+    warned = sum(any(where.startswith("+") for where, _ in hits) for hits, _ in results)
+    return figures | ({("+", "warned"): (100.0 * warned / tables, 0.0)} if warned else {})
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

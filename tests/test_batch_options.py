@@ -149,7 +149,7 @@ def test_the_command_takes_all_three(archive, tmp_path, monkeypatch, capsys):
     options += ["--head", "head.csv"]
     for jobs in ("1", "2"):
         assert main(["batch", str(tables), "-o", f"r{jobs}.csv", "--jobs", jobs, *options]) == 0
-        assert capsys.readouterr().err == "8 calibrations from 8 files\n"
+        assert capsys.readouterr().err.startswith("8 calibrations from 8 files; gates warn in 5")
     assert Path("r1.csv").read_bytes() == Path("r2.csv").read_bytes()
     assert main(["fit", str(tables / "0.csv"), *options, "--format", "csv"]) == 0
     rows = pd.read_csv(io.StringIO(capsys.readouterr().out))

@@ -3,9 +3,11 @@
 import io
 import re
 from collections import Counter
+from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import accelcal
@@ -164,3 +166,15 @@ def test_how_many_fail_is_told_of_one_as_of_several(tmp_path, capsys):
     read = ["batch", str(examples / "al15.csv"), "--spec", str(examples / "al15.toml")]
     assert main([*read, "-o", str(tmp_path / "r.csv")]) == 1
     assert capsys.readouterr().err == "1 calibration from 1 file; 1 beyond the data sheet\n"
+
+
+def test_a_batch_counts_the_calibrations_whose_gates_warn(tmp_path, capsys):
+    """It ended as if all were well, where a test had a reading beyond doubt wrong."""
+    clean = accelcal.simulate(seed=1)
+    faulty = replace(clean, output=clean.output + 1e-3 * (np.arange(len(clean)) == 60))
+    for name, record in (("a", clean), ("b", faulty)):
+        accelcal.write_table(record, tmp_path / f"{name}.csv")
+    tables = [str(tmp_path / "a.csv"), str(tmp_path / "b.csv")]
+    assert main(["batch", *tables, "-o", str(tmp_path / "r.csv")]) == 0
+    told = "2 calibrations from 2 files; gates warn in 1, see the column warnings\n"
+    assert capsys.readouterr().err == told

@@ -101,6 +101,11 @@ ERRORS = {
         "1: no column for stroke among 'Temperatur, Stellung, Lauf, Messwert'; add a column stroke"
         " or a line '# stroke: 1', or call column 'Lauf' stroke if it counts them",
     ),
+    "cycles that may be strokes": (
+        "Temperatur;Stellung;Zyklus;Messwert\n20;1;1;1\n",
+        "1: no column for stroke among 'Temperatur, Stellung, Zyklus, Messwert'; add a column"
+        " stroke or a line '# stroke: 1', or call column 'Zyklus' stroke if it counts them",
+    ),
     "no output": (
         "temperature,position,stroke\n20,1,1\n",
         "1: no column for output among 'temperature, position, stroke';"

@@ -1007,6 +1007,25 @@ def test_cells_beside_each_other_above_a_table_declare_one_by_one(row):
     assert (record.serial, record.date) == ("A-7", "31.05.2024")
 
 
+@pytest.mark.parametrize(
+    "rows",
+    [
+        "serial;Operator;date\nA-7;N. N.;31.05.2024",
+        "Date;g;Stand;Serial no.\n31.05.2024;9,81;B 2;A-7",
+    ],
+)
+def test_labels_above_a_table_may_have_their_values_in_the_row_below(rows):
+    """The label beside a key was its value: the serial was Operator, the date T0."""
+    record = read(f"{rows}\nTemperature;20;\n{FORM}")
+    assert (record.serial, record.date) == ("A-7", "31.05.2024")
+
+
+def test_a_word_is_no_date():
+    record = read(f"Date;Operator\nTemperature;20;\n{FORM}")
+    assert record.date is None
+    assert record.notes == ("text above the headings was set aside (line 1)",)
+
+
 def test_what_a_row_above_a_table_does_not_declare_is_told():
     record = read(f"Serial;A-7;;Operator;N. N.\nTemperature;20;\n{FORM}")
     assert (record.serial, record.metadata) == ("A-7", {})

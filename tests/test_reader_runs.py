@@ -55,6 +55,13 @@ def test_a_level_met_again_is_a_run_of_its_own(again):
     assert record.notes == ("a temperature was met again (line 38): a new run there, '20 (2)'",)
 
 
+def test_all_levels_met_again_may_be_those_of_another_accelerometer():
+    """Units below each other, told apart by a column Prüfling that is not known, became one."""
+    record = read(FIRST + HOT + visit(20, (1, 2), 1e-4) + visit(80, (1, 2), 1e-4))
+    (note,) = record.notes
+    assert note.endswith("; if that is another accelerometer, name it in a column serial")
+
+
 def test_strokes_that_count_through_the_whole_test():
     record = read(visit(20, (1, 2)) + visit(80, (3, 4)) + visit(20, (5, 6)))
     assert sizes(record) == {"20": 18, "80": 18, "20 (2)": 18}

@@ -61,8 +61,8 @@ class BatchCounts(NamedTuple):
         Records that were fitted.
     errors : tuple of tuple of str
         Source and message of what could not be read or fitted: folders first.
-    failed : int
-        Records that failed the data sheet.
+    failed, warned : int
+        Records that failed the data sheet, and whose gates warn.
     notes : tuple of str
         That there was nothing to resume, files of folders that are left out, counted by their
         endings, and serial numbers that count as several units by their spelling alone.
@@ -74,13 +74,14 @@ class BatchCounts(NamedTuple):
     >>> with TemporaryDirectory() as folder:
     ...     accelcal.write_table(accelcal.simulate(seed=1), f"{folder}/1.csv")
     ...     accelcal.write_batch(f"{folder}/1.csv", f"{folder}/results.csv")
-    BatchCounts(files=1, fitted=1, errors=(), failed=0, notes=())
+    BatchCounts(files=1, fitted=1, errors=(), failed=0, warned=0, notes=())
     """
 
     files: int
     fitted: int
     errors: tuple[tuple[str, str], ...]
     failed: int
+    warned: int
     notes: tuple[str, ...] = ()
 
 
@@ -348,6 +349,7 @@ def _counted(sources: Sources, told: Sequence[Told]) -> BatchCounts:
         fitted=sum(own.fitted for own in told),
         errors=(*sources.unreadable, *(error for own in told for error in own.errors)),
         failed=sum(own.failed for own in told),
+        warned=sum(own.warned for own in told),
         notes=(*sources.notes, *notes_of_alike(serials)),
     )
 

@@ -61,8 +61,8 @@ class Told(NamedTuple):
     ----------
     errors : tuple of tuple of str
         Source and message of what could not be read or fitted.
-    fitted, failed : int
-        Number of records that were fitted, and that failed a data sheet.
+    fitted, failed, warned : int
+        Number of records that were fitted, that failed a data sheet, and whose gates warn.
     serials : tuple of str
         Serial numbers of its records, each once; where the block is a part of a table, the serial
         of each stretch of its rows.
@@ -71,6 +71,7 @@ class Told(NamedTuple):
     errors: tuple[tuple[str, str], ...]
     fitted: int
     failed: int
+    warned: int
     serials: tuple[str, ...]
 
 
@@ -111,16 +112,16 @@ def fit_block(block: Block, settings: Settings) -> Outcome[Columns]:
     found = [item for item in read if isinstance(item, Found)]
     serials = stretches or tuple(dict.fromkeys(i.record.serial for i in found if i.record.serial))
     with brought_along(*settings.effects):
-        records = [item.record for item in found]
-        tables, laws, failures, failed = fit_records(records, settings)
+        fitted = fit_records([item.record for item in found], settings)
     errors = [item for item in read if isinstance(item, Failure)]
     errors += [
         Failure(found[place].file, found[place].record.source, told)
-        for place, told in sorted(failures.items())
+        for place, told in sorted(fitted.failures.items())
     ]
     said = tuple((e.source, e.message) for e in sorted(errors, key=lambda e: e.file))
-    count = len(found) - len(failures)
-    return Outcome(tables, laws, Told(said, count, failed, serials))
+    count = len(found) - len(fitted.failures)
+    told = Told(said, count, fitted.failed, fitted.warned, serials)
+    return Outcome(fitted.tables, fitted.laws, told)
 
 
 _LARGEST = 2**25 - 2**14

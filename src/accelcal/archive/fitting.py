@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.archive.columns import LAWS, ROWS, Columns, FrameColumn, no_rows, put_together
 from accelcal.archive.failures import attempt, one_line
 from accelcal.archive.settings import Settings
-from accelcal.archive.stacked_rows import stacked_laws, stacked_tables, verdicts_of
+from accelcal.archive.stacked_rows import how_many_warn, stacked_laws, stacked_tables, verdicts_of
 from accelcal.arrays import Labels, Places
 from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.stack import CalibrationStack
@@ -20,6 +20,26 @@ _AT_A_TIME = 2**19
 """Readings that are fitted together: a block of small files, but a part of a large table."""
 
 
+class FittedRecords(NamedTuple):
+    """Rows of the records of a block.
+
+    Attributes
+    ----------
+    tables, laws : mapping of str to Labels or ndarray
+        Cells by column, in the order of the records.
+    failures : mapping of int to str
+        Place of each record that could not be fitted, and the line that tells why.
+    failed, warned : int
+        Number of records that failed a data sheet, and of those whose gates warn.
+    """
+
+    tables: Columns
+    laws: Columns
+    failures: Mapping[int, str]
+    failed: int
+    warned: int
+
+
 class _Piece(NamedTuple):
     """Rows of some records, each with the place of its record."""
 
@@ -27,34 +47,24 @@ class _Piece(NamedTuple):
     of_table: Places
     laws: Columns
     of_law: Places
+    warned: int
     failed: int = 0
 
 
-def fit_records(
-    records: Sequence[TumbleRecord], settings: Settings
-) -> tuple[Columns, Columns, Mapping[int, str], int]:
-    """Fit records, and judge them where there is a data sheet.
-
-    Returns
-    -------
-    tables, laws : mapping of str to Labels or ndarray
-        Cells by column, in the order of the records.
-    failures : mapping of int to str
-        Place of each record that could not be fitted, and the line that tells why.
-    failed : int
-        Number of records that failed the data sheet.
-    """
+def fit_records(records: Sequence[TumbleRecord], settings: Settings) -> FittedRecords:
+    """Fit records, and judge them where there is a data sheet."""
     failures: dict[int, str] = {}
     pieces = [
         piece
         for places in _parts(records)
         for piece in _pieces(records, places, settings, failures)
     ]
-    return (
+    return FittedRecords(
         _merged([(piece.tables, piece.of_table) for piece in pieces], ROWS),
         _merged([(piece.laws, piece.of_law) for piece in pieces], LAWS),
         failures,
         sum(piece.failed for piece in pieces),
+        sum(piece.warned for piece in pieces),
     )
 
 
@@ -112,12 +122,13 @@ def _of_stack(stack: CalibrationStack, places: Sequence[int], settings: Settings
     count = len(stack.tables)
     tables, (laws, record) = stacked_tables(stack), stacked_laws(stack)
     of_table, of_law = np.repeat(places, count), np.array(places)[record]
+    warned = how_many_warn(stack)
     if settings.specification is None:
-        return _Piece(tables, of_table, laws, of_law)
+        return _Piece(tables, of_table, laws, of_law, warned)
     judged = verdicts_of(stack, tables, settings.specification)
     record = np.repeat(np.arange(len(stack)), count)
     tables = tables | {name: Labels(record, cells) for name, cells in judged.items()}
-    return _Piece(tables, of_table, laws, of_law, judged["verdict"].count("fail"))
+    return _Piece(tables, of_table, laws, of_law, warned, judged["verdict"].count("fail"))
 
 
 def _merged(parts: Sequence[tuple[Columns, Places]], kinds: Mapping[str, FrameColumn]) -> Columns:

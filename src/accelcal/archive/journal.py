@@ -83,7 +83,8 @@ class Journal:
             head = json.loads(file.readline())
             tables, laws = map(file.read, head["bytes"])
         errors = tuple((source, message) for source, message in head["errors"])
-        told = Told(errors, head["fitted"], head["failed"], tuple(head["serials"]))
+        serials = tuple(head["serials"])
+        told = Told(errors, head["fitted"], head["failed"], head["warned"], serials)
         return Outcome(tables, laws, told)
 
     @contextmanager

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
-from itertools import compress
+from itertools import chain, compress
 from operator import attrgetter
 from typing import Any
 
@@ -98,6 +98,12 @@ def _verdicts(stack: CalibrationStack) -> Columns:
     }
     codes |= {gate.name: np.repeat(gate.verdict, len(stack.tables)) for gate in stack.record_gates}
     return {gate_column(name): Labels(code, list(VERDICTS)) for name, code in codes.items()}
+
+
+def how_many_warn(stack: CalibrationStack) -> int:
+    """Count the records of which a gate warns."""
+    gates = (*chain(*stack.gates), *stack.record_gates)
+    return len({place for gate in gates for place in gate.warned()})
 
 
 def _warnings(stack: CalibrationStack) -> Labels[str]:

@@ -96,6 +96,8 @@ def _tell(counts: BatchCounts, path: str) -> None:
         said += f"; {counted(len(counts.errors), 'error')}, see {where}"
     if counts.failed:
         said += f"; {counts.failed} beyond the data sheet"
+    if counts.warned:
+        said += f"; gates warn in {counts.warned}, see the column warnings"
     remark(said)
     for note in counts.notes:
         remark(f"note: {note}")

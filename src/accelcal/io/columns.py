@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import shown
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns, Engine
+from accelcal.io.layout.directions import are_cycles
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.lone_output import is_supply
 from accelcal.io.layout.parts import Layout
@@ -271,7 +272,7 @@ def _require(layout: Layout, roles: Mapping[str, int], across: str) -> None:
         wanted += [("position", "position or angle", f"a column position or angle{beside}")]
     if not across:  # before the stroke, which those of each stroke would tell
         wanted += [("output", "output", _remedy_of_outputs(layout))]
-    one = f"a column stroke or a line '# stroke: 1'{_or_run(layout, roles)}"
+    one = f"a column stroke or a line '# stroke: 1'{_or_counter(layout)}"
     wanted += [("stroke", "stroke", one)]
     for name, what, remedy in wanted:
         if name not in given and (name in ("position", "output") or name not in layout.declared):
@@ -279,11 +280,12 @@ def _require(layout: Layout, roles: Mapping[str, int], across: str) -> None:
             raise layout.refuse(problem, f"add {remedy}{_other_command(layout, given)}")
 
 
-def _or_run(layout: Layout, roles: Mapping[str, int]) -> str:
-    """A column of runs may be one of strokes, as the German Lauf is both."""
-    if "run" not in roles:
-        return ""
-    return f", or call column {shown(layout.headings[roles['run']].text)} stroke if it counts them"
+def _or_counter(layout: Layout) -> str:
+    """A column of runs may be one of strokes, as the German Lauf is both, and one of cycles too."""
+    for own in layout.headings:
+        if own.role == "run" or are_cycles(own.text):
+            return f", or call column {shown(own.text)} stroke if it counts them"
+    return ""
 
 
 def _other_command(layout: Layout, given: Set[str]) -> str:

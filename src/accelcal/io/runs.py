@@ -349,6 +349,8 @@ def _renamed(levels: Runs, found: _Segments, visit: Ints, readings: Readings) ->
     starts = [int(readings.line[index == i].min()) for i in again]
     made = ", ".join(f"'{names[i]}'" for i in again)
     note = f"a temperature was met again ({lines_named(starts)}): a new run there, {made}"
+    if len(np.unique(pairs[again, 0])) == len(levels.labels) > 1:  # as where units are stacked
+        note += "; if that is another accelerometer, name it in a column serial"
     return Runs(index, tuple(names), (*levels.notes, note))
 
 

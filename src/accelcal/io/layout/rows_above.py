@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -44,6 +44,9 @@ _COMMA = re.compile(r"[0-9],[0-9]|.,\s")
 _NUMBER = re.compile(r"[-+\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)?")
 _BEGINS_NUMBER = "0123456789+-\u2212\u2013"
 _DECIMALS = re.compile(r"[0-9][.,][0-9]")
+_DIGIT = re.compile("[0-9]")
+_SAYS = re.compile("[0-9#:=]")
+"""A label that has its value itself, or is none."""
 _LISTS = ("serials", "runs")
 _LABVIEW_CHANNELS = "***End_of_Header***"
 """Line of LabVIEW below which a second header tells of the channels, with words of its own."""
@@ -99,7 +102,7 @@ def declarations_above(
     declared: dict[str, Declared] = {}
     unsure: list[tuple[Declared, Said]] = []
     aside: list[int] = []
-    for number, said in _said(above, separator):
+    for number, said in _said(_each_with_its_value(above, separator), separator):
         new = Declared(said.value, number, name)
         if not said.key:
             aside.append(number)
@@ -149,7 +152,31 @@ def _note_of_serial(unsure: Sequence[tuple[Declared, Said]]) -> str:
     return f"serial {names} {where} and is taken for that of the accelerometer"
 
 
-def _said(above: Sequence[tuple[int, str]], separator: str | None) -> Iterator[tuple[int, Said]]:
+def _each_with_its_value(
+    above: Sequence[tuple[int, str]], separator: str | None
+) -> Iterator[tuple[int, str]]:
+    """Write a row of labels, whose values stand in the row below, as a line for each."""
+    rows = deque(above)
+    while rows:
+        number, line = rows.popleft()
+        is_next = bool(rows) and rows[0][0] == number + 1
+        pairs = _pairs(_cells(line, separator), _cells(rows[0][1], separator)) if is_next else []
+        yield from [(rows[0][0], pair) for pair in pairs] or [(number, line)]
+        if pairs:
+            rows.popleft()
+
+
+def _pairs(labels: list[str], values: list[str]) -> list[str]:
+    """Labels with their values; none unless two are keys, with digits in the values alone."""
+    if len(labels) != len(values) or any(map(_SAYS.search, labels)):
+        return []
+    pairs = list(zip(labels, values, strict=True))
+    of_keys = [value for name, value in pairs if label(name)[0]]
+    is_row = len(of_keys) > 1 and all(map(_DIGIT.search, of_keys))
+    return [f"{name}: {value}" for name, value in pairs] if is_row else []
+
+
+def _said(above: Iterable[tuple[int, str]], separator: str | None) -> Iterator[tuple[int, Said]]:
     """What the lines above the headings say, with their numbers."""
     of_channels = False
     behind, last = "", 0
@@ -220,7 +247,8 @@ def said_in_row(line: str, separator: str | None, above: str = "") -> list[Said]
         elif key:
             is_kind = unit and not (is_any_unit(unit) or any(map(str.isdecimal, value)))
             is_kind = is_kind and key in KINDS_OF  # as Temp (Type T)
-            said = _NOTHING if is_kind else Said(key, f"{value} {unit}".strip())
+            is_none = is_kind or (key == "date" and not _DIGIT.search(value))
+            said = _NOTHING if is_none else Said(key, f"{value} {unit}".strip())
         else:
             behind = "" if TESTED.fullmatch(name) else text
             said = Said("", behind)

@@ -53,7 +53,8 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
-            *("seriennr", "serien_nr", "numéro_de_série", "n°_de_série", "nº_de_série"),
+            *("serialnumber", "serial_nr", "ser_no", "seriennr", "serien_nr", "sernr", "ser_nr"),
+            *("numéro_de_série", "n°_de_série", "nº_de_série"),
             *("número_de_serie", "número_de_série", "n°_serie", "nº_serie", "numero_di_serie"),
             *("заводской_номер", "зав_№", "编号", "序列号"),
         ),
