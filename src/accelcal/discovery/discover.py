@@ -278,7 +278,7 @@ def _caveats(
 ) -> Iterator[Caveat]:
     found = look.findings.named
     said = [*_in_the_main(look)]
-    said += caveats(look.family, found, look.walks, left, also, others)
+    said += caveats(look.family, found, look.walks, look.waves, left, also, others)
     instances = named.instances if named else ()
     said += noise_caveats(look.comparison, instances, loud)
     yield from said

@@ -1,29 +1,39 @@
 """What no catalogue lists, and explains the readings as well as a named effect does.
 
 A bias that goes with the root of the time, or its square, looks like a drift or a warm-up, another
-k2 of one run like one that goes with the temperature.
+k2 of one run like one that goes with the temperature, a voltmeter whose ranges differ like a term
+of the shape.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import compress
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.columns import coefficient_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import is_needed
 from accelcal.discovery.instance import Instance, replaced
-from accelcal.discovery.spans import orthonormal, squares_in
+from accelcal.discovery.spans import lengths, orthonormal, squares_in
 from accelcal.numerics.sorting import distinct
 
 _LAWS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
-    {"root": np.sqrt, "square": np.square}
+    {
+        "root": np.sqrt,
+        "square": np.square,
+        "logarithm": lambda part: np.log1p(_EARLY * part),
+    }
 )
 """Laws by which something slow goes with the part of the time that has passed."""
+
+_EARLY = 30.0
+"""Time that has passed over that after which a logarithm begins."""
 
 
 class NotListed(NamedTuple):
@@ -41,8 +51,11 @@ def not_listed(
 
     Yields the id of the effect and the pattern.
     """
-    patterns = [*_of_time(comparison), *_of_one_run(comparison)]
-    seen = comparison.space.see(np.stack([one.column for one in patterns], axis=1))
+    found = [*_of_time(comparison), *_of_one_run(comparison), *_of_ranges(comparison)]
+    whole = comparison.space.whiten(np.stack([one.column for one in found], axis=1))
+    seen = comparison.space.left_of(whole)
+    shown = lengths(seen) > VISIBLE * lengths(whole)
+    patterns, seen = list(compress(found, shown)), seen[:, shown]
     for place, item in enumerate(instances):
         others = comparison.span(replaced(instances, place))
         beside = [orthonormal(np.hstack([others, column[:, None]])) for column in seen.T]
@@ -75,3 +88,20 @@ def _of_one_run(comparison: Comparison) -> Iterator[NotListed]:
         for power in (2, 3):
             column = np.where(c.run == run, c.gain * c.input**power, 0.0)
             yield NotListed(f"another k{power} of run {labels[run]} alone", remedy, column)
+
+
+def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
+    """A voltmeter whose upper range, from between two positions on, has another zero or slope."""
+    c = comparison.model.conditions
+    size, sign = np.abs(c.input), np.sign(c.input)
+    levels = distinct(size.round(6))
+    for first, limit in enumerate((0.5 * (levels[1:] + levels[:-1])).tolist()):
+        beyond = np.maximum(size - limit, 0.0)
+        one, *others = (np.sign(beyond) * side for side in (1.0, sign, sign > 0.0, sign < 0.0))
+        zeros = [one, *others] if first else [one, *others[1:]]  # else it is a dead zone
+        slopes = [size * jump for jump in others] if first else []  # else it is an asymmetry
+        slopes += [beyond * jump for jump in others]
+        for what, columns in (("zero", zeros), ("slope", slopes)):
+            said = f"a voltmeter with another {what} beyond {limit:.2g} g"
+            for column in columns:
+                yield NotListed(said, "measure at positions between these", c.gain * column)
