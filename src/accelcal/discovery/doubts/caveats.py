@@ -10,9 +10,8 @@ import numpy as np
 from accelcal.discovery.as_searched import said_of_temperatures
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.doubts.as_well import not_listed, said_of_ends
 from accelcal.discovery.doubts.dead_zone_or_cube import said_of_rivals
-from accelcal.discovery.doubts.not_listed import not_listed
-from accelcal.discovery.doubts.open_end import said_of_ends
 from accelcal.discovery.doubts.otherwise import (
     Alternatives,
     Otherwise,

@@ -1,8 +1,12 @@
-"""What no catalogue lists, and explains the readings as well as a named effect does.
+"""What explains the readings as well as a named effect, and no test of the catalogue finds.
 
 A bias that goes with the root of the time, or its square, looks like a drift or a warm-up, another
 k2 of one run like one that goes with the temperature, a voltmeter whose ranges differ like a term
 of the shape.
+
+And what an effect of the catalogue looks like that goes on for longer than the readings: a drift
+is the beginning of a warm-up. Beside a drift, K0 is the bias at the first reading; beside the
+warm-up what it comes to in the end, which no reading tells.
 """
 
 from __future__ import annotations
@@ -15,13 +19,17 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.columns import coefficient_columns
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.explanation import is_needed
+from accelcal.discovery.doubts.dead_zone_or_cube import unlike
+from accelcal.discovery.explanation import explain_as_well, is_needed
 from accelcal.discovery.instance import Instance, replaced
-from accelcal.discovery.spans import lengths, orthonormal, squares_in
+from accelcal.discovery.spans import orthonormal, squares_in
+from accelcal.discovery.untold import scales
+from accelcal.effects.effect import Effect
+from accelcal.model import symbol_of
 from accelcal.numerics.sorting import distinct
+from accelcal.plural import listed
 
 _LAWS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
     {
@@ -52,9 +60,7 @@ def not_listed(
     Yields the id of the effect and the pattern.
     """
     found = [*_of_time(comparison), *_of_one_run(comparison), *_of_ranges(comparison)]
-    whole = comparison.space.whiten(np.stack([one.column for one in found], axis=1))
-    seen = comparison.space.left_of(whole)
-    shown = lengths(seen) > VISIBLE * lengths(whole)
+    seen, shown = comparison.space.shown(np.stack([one.column for one in found], axis=1))
     patterns, seen = list(compress(found, shown)), seen[:, shown]
     for place, item in enumerate(instances):
         others = comparison.span(replaced(instances, place))
@@ -105,3 +111,34 @@ def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
             said = f"a voltmeter with another {what} beyond {limit:.2g} g"
             for column in columns:
                 yield NotListed(said, "measure at positions between these", c.gain * column)
+
+
+def said_of_ends(
+    comparison: Comparison, instances: Sequence[Instance], entries: Sequence[Effect]
+) -> Iterator[str]:
+    """Say which of some effects explain the readings in place of one, however long they go on."""
+    named = {item.effect.id for item in instances}
+    unnamed = [entry for entry in entries if entry.id not in named]
+    for place, item in enumerate(instances):
+        for long, end in _at_the_end(comparison, unnamed):
+            others = replaced(instances, place, long)
+            if not explain_as_well(comparison, others, item):
+                continue
+            if hanging := unlike(comparison, instances, others):
+                yield (
+                    f"{long.effect.id} with {end} or any longer explains these readings as well as"
+                    f" {item.effect.id}, with other values of {listed(map(symbol_of, hanging))};"
+                    " nothing tells how long it lasts, and no U counts it; to tell:"
+                    f" {long.effect.to_tell_apart}"
+                )
+
+
+def _at_the_end(
+    comparison: Comparison, entries: Sequence[Effect]
+) -> Iterator[tuple[Instance, str]]:
+    """Effects with a time constant, at the end of the search."""
+    for effect in entries:
+        for parameter in scales(effect):
+            end = float(parameter.searched_at(comparison.model.conditions)[-1])
+            told = f"{parameter.name} of {end:.4g} {parameter.unit}"
+            yield Instance(effect, (1.0,), {parameter.name: end}), told
