@@ -1,7 +1,7 @@
 """Noise that is slow, and slow effects that pass for such noise."""
 
-from dataclasses import replace
 import re
+from dataclasses import replace
 from importlib import import_module
 from types import SimpleNamespace
 

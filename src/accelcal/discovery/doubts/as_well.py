@@ -24,6 +24,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.dead_zone_or_cube import unlike
 from accelcal.discovery.explanation import explain_as_well, is_needed
 from accelcal.discovery.instance import Instance, replaced
+from accelcal.discovery.silence import silent_in
 from accelcal.discovery.spans import orthonormal, squares_in
 from accelcal.discovery.untold import scales
 from accelcal.effects.effect import Effect
@@ -97,8 +98,13 @@ def _of_one_run(comparison: Comparison) -> Iterator[NotListed]:
 
 
 def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
-    """A voltmeter whose upper range, from between two positions on, has another zero or slope."""
+    """A voltmeter whose upper range, from between two positions on, has another zero or slope.
+
+    There is none beside silent readings, which a dead zone alone makes.
+    """
     c = comparison.model.conditions
+    if silent_in(c).any():
+        return
     size, sign = np.abs(c.input), np.sign(c.input)
     levels = distinct(size.round(6))
     for first, limit in enumerate((0.5 * (levels[1:] + levels[:-1])).tolist()):
