@@ -621,6 +621,31 @@ def test_what_the_catalogue_has_stays_sure(positions, effects):
     assert found.doubtful == ()
 
 
+def step_of_gain(th):
+    """The voltmeter's upper range, from 0.2 g on, is steeper."""
+    a = np.cos(th)
+    return 8e-4 * np.sign(a) * np.maximum(np.abs(a) - 0.2, 0.0)
+
+
+def test_an_effect_that_a_voltmeter_of_two_ranges_explains_as_well_is_not_sure():
+    """On 16 positions, where two patterns of its kind show, it was certain."""
+    found = accelcal.discover(patterned(16, step_of_gain))
+    assert [item.id for item in found.effects] == ["odd-quadratic"]
+    assert found.doubtful == ("odd-quadratic",)
+    assert any("a voltmeter with another slope beyond " in note for note in found.notes)
+
+
+def test_a_settling_by_a_logarithm_is_no_sure_warm_up():
+    record = simulate(plan=TumblePlan(timed=True), seed=1)
+    start = np.array([record.time[record.run == run].min() for run in (0, 1, 2)])
+    settling = 2e-5 * np.log1p((record.time - start[record.run]) / 100.0)
+    settled = replace(record, output=record.output + 1.35 * settling)
+    found = accelcal.discover(settled)
+    assert [item.id for item in found.effects] == ["warm-up"]
+    assert found.doubtful == ("warm-up",)
+    assert any("with the logarithm of the time in each run" in note for note in found.notes)
+
+
 # -- names that the test itself could make ---------------------------------------------------------
 
 

@@ -6,7 +6,7 @@ import pytest
 import accelcal
 from accelcal.discovery.doubts.caveats import _wandering
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.unnamed.wandering import Wandering
+from accelcal.discovery.unnamed.wandering import Wandering, size_in_a_run
 from accelcal.discovery.where import structure
 from accelcal.effects.conditions import conditions_of
 from accelcal.report.discovery import change_row
@@ -84,6 +84,12 @@ def test_what_may_wander_in_place_of_several_effects_is_told_once():
     (alone,) = _wandering(walks[:1], named=False)
     assert alone.text.startswith("bias-drift is not named:")
     assert alone.doubted == []
+
+
+def test_what_wanders_by_more_than_anything_does_is_told_as_absurd():
+    """A misalignment that wanders by 3500 urad in a run was told like any other."""
+    assert size_in_a_run("misalignment", 3.5e-3).startswith("3500 urad rms in a run (absurdly much")
+    assert size_in_a_run("misalignment", 4e-5) == "40 urad rms in a run"
 
 
 def test_a_change_has_the_digits_of_its_coefficient():

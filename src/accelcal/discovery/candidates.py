@@ -18,9 +18,6 @@ from accelcal.effects.conditions import Conditions
 from accelcal.effects.effect import Effect
 from accelcal.errors import InputError
 
-VISIBLE = 0.01
-"""Part of an effect that the base model must leave for the effect to be looked for."""
-
 _PHASES = 12
 """Mixtures of two amplitudes that are tried, evenly over half a turn."""
 
@@ -115,12 +112,10 @@ def visible(
     instances: Sequence[Instance], space: Space, c: Conditions
 ) -> tuple[list[Instance], Array, Array]:
     """Those of some instances that can be seen, with their unit vectors, (n, k), and lengths."""
-    whitened = space.whiten(columns_of(instances, c))
-    shown = space.left_of(whitened)
-    length = lengths(shown)
-    places = np.flatnonzero(length > VISIBLE * lengths(whitened))
-    unit = shown[:, places] / length[places]
-    return [instances[i] for i in places.tolist()], unit, length[places]
+    seen, shown = space.shown(columns_of(instances, c))
+    places = np.flatnonzero(shown)
+    length = lengths(seen)[places]
+    return [instances[i] for i in places.tolist()], seen[:, places] / length, length
 
 
 def instances_of(effect: Effect, c: Conditions) -> Iterator[Instance]:

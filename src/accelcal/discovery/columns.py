@@ -13,6 +13,9 @@ from accelcal.numerics.grouping import cells
 _CYCLES = 24
 """Cycles that are told apart; of longer runs as many stretches of cycles that follow each other."""
 
+SMALL_UNITS = {"bias": "ug", "scale factor": "ppm", "misalignment": "urad"}
+"""Unit of a millionth of what may change in the course of a run."""
+
 
 def cycle_of(stroke: Ints) -> Ints:
     """Cycle of each stroke, a forward and a back one, from 0; or the stretch that it is in."""

@@ -38,8 +38,7 @@ from accelcal.discovery.prospects.next_measurement import proposals
 from accelcal.discovery.prospects.outlook import outlooks
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.solution import changes, solution
-from accelcal.discovery.unexplained import loudest, what_is_left
-from accelcal.discovery.unnamed.empirical_terms import empirical_explanation
+from accelcal.discovery.unexplained import empirical_explanation, loudest, what_is_left
 from accelcal.discovery.unnamed.wide_dead_zone import (
     OPEN,
     SILENCED,
@@ -278,7 +277,7 @@ def _caveats(
 ) -> Iterator[Caveat]:
     found = look.findings.named
     said = [*_in_the_main(look)]
-    said += caveats(look.family, found, look.walks, left, also, others)
+    said += caveats(look.family, found, look.walks, look.waves, left, also, others)
     instances = named.instances if named else ()
     said += noise_caveats(look.comparison, instances, loud)
     yield from said

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 from accelcal.arrays import Mask
@@ -17,7 +17,11 @@ from accelcal.discovery.search import Findings, in_the_main, search
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings, zone_among
 from accelcal.discovery.solution import solution
 from accelcal.discovery.unnamed.drift_anew import drift_anew
-from accelcal.discovery.unnamed.oscillating import oscillation_in_place
+from accelcal.discovery.unnamed.oscillating import (
+    Oscillation,
+    in_place_of_each,
+    oscillation_in_place,
+)
 from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
@@ -55,11 +59,16 @@ class Question(NamedTuple):
 
 
 class Look(NamedTuple):
-    """A record compared with the base model and searched, and what stands in place of the best."""
+    """A record compared with the base model and searched, and what stands in place of the best.
+
+    Walks and waves could, of which nobody knows why they wander and oscillate; a shift or silent
+    readings do.
+    """
 
     family: Family
     findings: Findings
     walks: tuple[Wandering, ...] = ()
+    waves: tuple[Oscillation, ...] = ()
     shift: Unexplained | None = None
     silence: Unexplained | None = None
 
@@ -67,6 +76,18 @@ class Look(NamedTuple):
     def comparison(self) -> Comparison:
         """The comparison that was searched."""
         return self.family.comparison
+
+    def beside(self, best: Explanation) -> Look:
+        """The same with what wanders and oscillates in place of some effects."""
+        walks = tuple(wandering(self.comparison, best.instances))
+        return self._replace(walks=walks, waves=tuple(in_place_of_each(self.comparison, best)))
+
+    def sorted(self, key: Callable[[Explanation], bool]) -> Look:
+        """The same with other explanations first, which stay in their order besides."""
+        before = self.findings.explanations
+        found = tuple(sorted(before, key=key))
+        look = self._replace(findings=self.findings._replace(explanations=found))
+        return look.beside(found[0]) if found and found[0] is not before[0] else look
 
 
 def look_through(record: TumbleRecord, question: Question) -> Look:
@@ -106,11 +127,7 @@ def _with_runs_apart(look: Look, question: Question) -> Look | None:
 
     if not any(len(one.ids) < most and moves_runs(one) for one in found):
         return None
-    found = tuple(sorted(found, key=lambda one: not moves_runs(one)))
-    return apart._replace(
-        findings=apart.findings._replace(explanations=found),
-        walks=tuple(wandering(comparison, found[0].instances)),
-    )
+    return apart.sorted(lambda one: not moves_runs(one))
 
 
 def _by_exact_laws(first: Look, question: Question) -> Look:
@@ -158,9 +175,7 @@ def _beside_silence(look: Look, question: Question) -> Look | None:
 def _in_silence(record: TumbleRecord, question: Question, silent: Mask) -> Look:
     """Search with readings silent, for which a dead zone is likelier than what looks like it."""
     inside = question._replace(silent=silent)
-    again = _judged(record, inside)
-    first = sorted(again.findings.explanations, key=lambda one: DEAD_ZONE not in one.ids)
-    return again._replace(findings=again.findings._replace(explanations=tuple(first)))
+    return _judged(record, inside).sorted(lambda one: DEAD_ZONE not in one.ids)
 
 
 def _is_sure_of_zone(look: Look, alpha: float) -> bool:
@@ -189,6 +204,7 @@ def _of_any_width(look: Look, question: Question) -> Look:
     return look._replace(
         findings=look.findings._replace(main=main),
         walks=again.walks,
+        waves=tuple(in_place_of_each(comparison, main)) if main else (),
         silence=silence_beside(comparison, instances, look.findings.chance_without_name),
     )
 
@@ -233,13 +249,14 @@ def _judged(record: TumbleRecord, question: Question) -> Look:
     findings, best = look.findings, look.findings.best
     if best is None:
         return look
-    walks = tuple(wandering(look.comparison, best.instances))
-    asked = look.family, best, question.alpha, findings.before.p_value
-    shift = shift_in_place_of_one(*asked) or oscillation_in_place(*asked)
-    if shift or _widens_the_gap(look.comparison, best) or _wanders(walks):
+    look = look.beside(best)
+    asked = question.alpha, findings.before.p_value
+    shift = shift_in_place_of_one(look.family, best, *asked)
+    shift = shift or oscillation_in_place(look.family, best, look.waves, *asked)
+    if shift or _widens_the_gap(look.comparison, best) or _wanders(look):
         findings = findings._replace(explanations=(), nearest=best)
-    look = look._replace(findings=findings, walks=walks, shift=shift)
-    return look if findings.explanations or _wanders(walks) else _with_main(look, question)
+    look = look._replace(findings=findings, shift=shift)
+    return look if findings.explanations or _wanders(look) else _with_main(look, question)
 
 
 def _with_main(look: Look, question: Question) -> Look:
@@ -247,14 +264,14 @@ def _with_main(look: Look, question: Question) -> Look:
     main = in_the_main(look.family, alpha=question.alpha, most=question.most)
     if main is None:
         return look
-    walks = tuple(wandering(look.comparison, main.instances))
-    if _wanders(walks) or _widens_the_gap(look.comparison, main):
+    beside = look.beside(main)
+    if _wanders(beside) or _widens_the_gap(look.comparison, main):
         return look
-    return look._replace(findings=look.findings._replace(main=main), walks=walks)
+    return beside._replace(findings=look.findings._replace(main=main))
 
 
-def _wanders(walks: Sequence[Wandering]) -> bool:
-    return all(walk.is_as_likely(LIKELY) for walk in walks)
+def _wanders(look: Look) -> bool:
+    return all(walk.is_as_likely(LIKELY) for walk in look.walks)
 
 
 def _widens_the_gap(comparison: Comparison, found: Explanation) -> bool:

@@ -6,9 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Mask
 from accelcal.discovery.noise.covariance import Whitener
-from accelcal.discovery.spans import orthonormal, without
+from accelcal.discovery.spans import lengths, orthonormal, without
+
+VISIBLE = 0.01
+"""Part of an effect that the base model must leave for the effect to be looked for."""
 
 
 class Space(NamedTuple):
@@ -56,6 +59,16 @@ class Space(NamedTuple):
     def see(self, columns: Array) -> Array:
         """Coordinates of readings or columns [g], shape (n,) or (n, k)."""
         return self.left_of(self.whiten(columns))
+
+    def shown(self, columns: Array, beside: Array | None = None) -> tuple[Array, Mask]:
+        """Coordinates of columns [g], shape (n, k), and of which of them enough is left to be seen.
+
+        They are without the part that an orthonormal basis beside the base model takes, (n, h).
+        """
+        whitened = self.whiten(columns)
+        left = self.left_of(whitened)
+        left = left if beside is None else without(left, beside)
+        return left, lengths(left) > VISIBLE * lengths(whitened)
 
     def unwhitened(self, whitened: Array) -> Array:
         """Readings or columns [g] of whitened ones, shape (n,) or (n, k)."""

@@ -1,4 +1,7 @@
-"""What no effect explains: the pattern that is left, what comes and goes, a run that scatters."""
+"""What no effect explains: the pattern that is left, what comes and goes, a run that scatters.
+
+A pattern of the head position can be taken up by terms of its own.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,10 @@ from accelcal.discovery.unnamed.drift_anew import drift_anew
 from accelcal.discovery.unnamed.passing import passing
 from accelcal.discovery.unnamed.slow import slow
 from accelcal.discovery.where import pattern, structure
+from accelcal.effects.effect import Effect
+from accelcal.effects.empirical import FACTORS, empirical
+from accelcal.head_angles import head_positions
+from accelcal.numerics.grouping import grouped
 from accelcal.plural import listed
 from accelcal.results.findings import Unexplained
 
@@ -105,3 +112,41 @@ def _worst(family: Family, near: Explanation | None) -> tuple[Block, Array | Non
     taken = None if near is None else orthonormal(near.directions)
     judged = judge(family, taken)
     return family.blocks[int(np.argmin(judged.blocks))], taken, judged.p_value
+
+
+_NEEDED = 0.01
+
+
+def empirical_explanation(family: Family) -> Explanation | None:
+    """Explain a disagreement by terms of the head position that have no other cause.
+
+    There is one for each factor that needs it, the worst first; None where none can have one.
+    """
+    comparison, space, seen = family.comparison, family.space, family.comparison.seen
+    c = comparison.model.conditions
+    angles = grouped(head_positions(c.angle))[0]
+    terms: list[Effect] = []
+    columns, p_values = space.nothing(), []
+    for _ in FACTORS:
+        judged = judge(family, orthonormal(columns) if terms else None)
+        p, factor = min(
+            (float(p), block.factor)
+            for block, p in zip(family.blocks, judged.blocks, strict=True)
+            if block.factor in FACTORS
+        )
+        if p * family.tests >= _NEEDED:
+            break
+        terms.append(empirical(factor, angles.tolist()))
+        columns = np.hstack([columns, space.see(c.gain[:, None] * terms[-1].columns(c))])
+        p_values.append(p)
+    if not terms:
+        return None
+    sizes = np.linalg.lstsq(columns, seen, rcond=1e-6)[0].reshape(len(terms), -1)
+    mixtures = sizes / np.linalg.norm(sizes, axis=1, keepdims=True)
+    instances = tuple(
+        Instance(term, tuple(mixture), {})
+        for term, mixture in zip(terms, mixtures.tolist(), strict=True)
+    )
+    directions = comparison.directions(*instances)
+    squares = squares_in(orthonormal(directions), seen)
+    return Explanation(instances, directions, squares, tuple(p_values), passes=False)

@@ -9,7 +9,6 @@ from itertools import chain
 import numpy as np
 
 from accelcal.arrays import Array, Places
-from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import chance_beside
@@ -20,7 +19,6 @@ from accelcal.discovery.instance import (
     contributions,
     instance_of,
 )
-from accelcal.discovery.spans import lengths
 from accelcal.discovery.untold import fitted_sizes
 from accelcal.effects.conditions import Conditions, is_timed
 from accelcal.effects.effect import Disturbance
@@ -43,10 +41,8 @@ def shows_pauses(comparison: Comparison, effects: Sequence[Instance] = ()) -> bo
     c, space = comparison.model.conditions, comparison.space
     runs, tables = dummies(c.run), dummies(c.run, comparison.record.mounting)
     moved = np.hstack([runs, runs * c.indicated[:, None], tables * c.cross[:, None]])
-    whole = space.whiten(c.gain[:, None] * moved)
-    free = space.left_of(whole)
-    free = free[:, lengths(free) > VISIBLE * lengths(whole)]
-    return chance_beside(comparison, free, comparison.span(effects)) < _DENIED
+    free, shown = space.shown(c.gain[:, None] * moved)
+    return chance_beside(comparison, free[:, shown], comparison.span(effects)) < _DENIED
 
 
 def shows_going_on(comparison: Comparison, effects: Sequence[Instance]) -> bool:

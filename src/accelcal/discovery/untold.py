@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, all_own_columns, own_columns, replaced
 from accelcal.discovery.spans import lengths, orthonormal, without
@@ -95,9 +94,7 @@ class Untold(NamedTuple):
 def fitted_sizes(comparison: Comparison, instances: Sequence[Instance]) -> Sizes:
     """Fit the amplitudes of some effects; one that the base model takes up has no value."""
     c, space = comparison.model.conditions, comparison.space
-    whole = space.whiten(all_own_columns(instances, c))
-    linear = space.left_of(whole)
-    shown = lengths(linear) > VISIBLE * lengths(whole)
+    linear, shown = space.shown(all_own_columns(instances, c))
     sizes = np.zeros(shown.size)
     sizes[shown] = np.linalg.lstsq(linear[:, shown], comparison.seen, rcond=None)[0]
     ends = np.cumsum([len(item.amplitudes) for item in instances], dtype=np.intp)

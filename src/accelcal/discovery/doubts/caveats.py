@@ -10,9 +10,8 @@ import numpy as np
 from accelcal.discovery.as_searched import said_of_temperatures
 from accelcal.discovery.columns import head_columns
 from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.doubts.as_well import not_listed, said_of_ends
 from accelcal.discovery.doubts.dead_zone_or_cube import said_of_rivals
-from accelcal.discovery.doubts.not_listed import not_listed
-from accelcal.discovery.doubts.open_end import said_of_ends
 from accelcal.discovery.doubts.otherwise import (
     Alternatives,
     Otherwise,
@@ -25,9 +24,14 @@ from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.search import cancels
 from accelcal.discovery.tied import said_of_not_shown
 from accelcal.discovery.unnamed.any_pattern import any_patterns
-from accelcal.discovery.unnamed.oscillating import oscillations_as_likely
-from accelcal.discovery.unnamed.passing import SMALL_UNITS
-from accelcal.discovery.unnamed.wandering import LIKELY, POSSIBLE, Wandering, wandering_in_its_run
+from accelcal.discovery.unnamed.oscillating import Oscillation
+from accelcal.discovery.unnamed.wandering import (
+    LIKELY,
+    POSSIBLE,
+    Wandering,
+    size_in_a_run,
+    wandering_in_its_run,
+)
 from accelcal.discovery.unnamed.wide_dead_zone import said_of_silence
 from accelcal.discovery.untimed import going_on
 from accelcal.effects.time import APPROACH, USUAL
@@ -90,15 +94,16 @@ def caveats(
     family: Family,
     found: Sequence[Explanation],
     walks: Sequence[Wandering],
+    waves: Sequence[Oscillation],
     left: Unexplained | None,
     alternatives: Alternatives,
     others: Sequence[Otherwise],
 ) -> Iterator[Caveat]:
     """Tell what a reader must know.
 
-    Of the explanations that pass, the best comes first. Walks could stand in place of its effects,
-    or of the nearest ones where none passes. Something may be left beside them. Alternatives
-    explain the readings as well; with others the coefficients are others too.
+    Of the explanations that pass, the best comes first. Walks and waves could stand in place of its
+    effects, or of the nearest ones where none passes. Something may be left beside them.
+    Alternatives explain the readings as well; with others the coefficients are others too.
     """
     comparison = family.comparison
     yield from map(Caveat, said_of_positions(comparison.record))
@@ -109,7 +114,8 @@ def caveats(
         yield from map(Caveat, said_of_ends(comparison, best, family.candidates.effects))
         yield from map(Caveat, said_of_laws(alternatives))
         yield from (Caveat(other.said) for other in others)
-        yield from _of_any_pattern(family, found[0])
+        of_any = list(_of_any_pattern(family, found[0]))
+        yield from of_any
         yield from _of_cancelling(comparison, found[0])
         silence = list(said_of_silence(comparison, found[0]))
         yield from (Caveat(*said) for said in silence or said_of_rivals(comparison, found))
@@ -117,8 +123,8 @@ def caveats(
         yield from map(Caveat, _of_the_start(best))
         yield from _of_few_readings(comparison, best)
         yield from _of_steps(comparison, best, left)
-        yield from _of_not_listed(comparison, best)
-        yield from _of_oscillations(comparison, found[0])
+        yield from _of_not_listed(comparison, best, {i for one in of_any for i in one.doubted})
+        yield from _of_oscillations(waves)
         yield from _of_the_wrong_sense(comparison, best)
         yield from _of_the_chamber(comparison, best)
     if found or left:
@@ -267,18 +273,25 @@ def _of_the_wrong_sense(comparison: Comparison, instances: Sequence[Instance]) -
             )
 
 
-def _of_not_listed(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
-    """Effects in place of which something explains as much that no catalogue lists."""
-    found = list(not_listed(comparison, instances))
+def _of_not_listed(
+    comparison: Comparison, instances: Sequence[Instance], doubted: Collection[str]
+) -> Iterator[Caveat]:
+    """Effects in place of which something explains as much that no catalogue lists.
+
+    Of those that any pattern would look like, which are in doubt, it says no more.
+    """
+    found = [each for each in not_listed(comparison, instances) if each[0] not in doubted]
     for what, remedy in dict.fromkeys((other.what, other.remedy) for _, other in found):
         ids = [name for name, other in found if other.what == what]
         yield not_sure(ids, f"{what} explains these readings as well; {remedy}")
 
 
-def _of_oscillations(comparison: Comparison, best: Explanation) -> Iterator[Caveat]:
+def _of_oscillations(waves: Sequence[Oscillation]) -> Iterator[Caveat]:
     """Effects in step with an oscillation, as a backlash with one of the period of a stroke."""
-    for ids, told in oscillations_as_likely(comparison, best, POSSIBLE):
-        yield not_sure(ids, f"it could as well be that {told}; repeat the test at another pace")
+    for wave in waves:
+        if wave.gain > np.log(POSSIBLE):
+            said = f"it could as well be that {wave.told}; repeat the test at another pace"
+            yield not_sure(wave.ids, said)
 
 
 def _of_the_chamber(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
@@ -299,12 +312,11 @@ def _wandering(walks: Sequence[Wandering], *, named: bool) -> Iterator[Caveat]:
     for what in dict.fromkeys(walk.what for walk in likely):
         own = [walk for walk in likely if walk.what == what]
         names = [walk.instead_of.effect.id for walk in own]
-        largest = float(f"{max(walk.rms for walk in own) * MICRO:.2g}")
+        size = size_in_a_run(what, max(walk.rms for walk in own))
         yield Caveat(
             f"{listed(names)} {are(names)} {verdict}: a {what} that wanders, as a random walk,"
-            f" flicker noise or noise with a memory, of {largest:g} {SMALL_UNITS[what]} rms in a"
-            " run, could as well be what these readings show; repeat the test: what comes back the"
-            " same is no noise",
+            f" flicker noise or noise with a memory, of {size}, could as well be what these"
+            " readings show; repeat the test: what comes back the same is no noise",
             names if named else [],
         )
 

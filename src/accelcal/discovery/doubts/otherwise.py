@@ -32,6 +32,7 @@ from accelcal.plural import listed
 from accelcal.results.discovery import IF_IT_IS, Discovery
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Quantity
+from accelcal.shown_units import SMALL_UNITS
 from accelcal.units import MICRO
 
 _MOST_RIVALS = 3
@@ -44,17 +45,6 @@ If it does, it is 2.6 of them off, as far as the time constant explains the read
 
 _TOWARDS = 33
 """Time constants from the one that fits best to either end; those between two that fit do so."""
-
-_TOLD = {
-    "g": "ug",
-    "1": "ppm",
-    "rad": "urad",
-    "g/g^2": "ug/g^2",
-    "g/g^3": "ug/g^3",
-    "g/degC": "ug/degC",
-    "1/degC": "ppm/degC",
-    "rad/degC": "urad/degC",
-}
 
 
 class Alternative(NamedTuple):
@@ -329,7 +319,7 @@ def _value(best: Change, change: Change) -> str:
     if change.coefficient == "K1":  # of which no more than the change is told
         more = value - (best.after.value or 0.0) * MICRO
         return f"K1 {abs(more):.3g} ppm {'higher' if more > 0.0 else 'lower'}"
-    return f"{symbol_of(change.coefficient)} {value:.4g} {_TOLD[change.after.unit]}"
+    return f"{symbol_of(change.coefficient)} {value:.4g} {SMALL_UNITS[change.after.unit]}"
 
 
 def with_others_counted(found: Discovery, others: Sequence[Otherwise]) -> Discovery:

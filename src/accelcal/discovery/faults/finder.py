@@ -14,8 +14,6 @@ import numpy as np
 
 from accelcal.arrays import Array, Places
 from accelcal.discovery.faults.fault import entry_fault
-from accelcal.discovery.faults.other_size import run_of_another_size
-from accelcal.discovery.faults.remounting import mounted_anew
 from accelcal.discovery.faults.single_readings import nominal_scale, single_readings
 from accelcal.discovery.faults.uneven_noise import (
     chance_of_vibration,
@@ -24,6 +22,7 @@ from accelcal.discovery.faults.uneven_noise import (
 )
 from accelcal.discovery.faults.visible_step import VisibleStep, visible_step
 from accelcal.discovery.faults.wrong_order import turned_tables, wrong_orders
+from accelcal.discovery.faults.wrong_runs import mounted_anew, run_of_another_size
 from accelcal.discovery.noise.declared import in_units_of, relative_noise
 from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES
 from accelcal.discovery.noise.pure_error import PureError, moving, pure_error, tilting

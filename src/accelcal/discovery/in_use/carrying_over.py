@@ -15,8 +15,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel
-from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.instance import Instance, column_of, contribution, instance_of
+from accelcal.discovery.space import VISIBLE
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.effects.effect import Disturbance
 from accelcal.effects.found import disturbances

@@ -21,10 +21,9 @@ from accelcal.discovery.as_searched import (
     said_of_temperatures,
     with_temperatures_of_runs,
 )
-from accelcal.discovery.candidates import VISIBLE
 from accelcal.discovery.comparison import Comparison, compared
+from accelcal.discovery.doubts.as_well import said_of_ends
 from accelcal.discovery.doubts.dead_zone_or_cube import in_fit, left_undecided
-from accelcal.discovery.doubts.open_end import said_of_ends
 from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.gaps import gaps_along
 from accelcal.discovery.in_use.carrying_over import LeftIn, Meeting, with_a_place
@@ -41,7 +40,7 @@ from accelcal.discovery.instance import (
 )
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.silence import silent_by, silent_in, unheard
-from accelcal.discovery.spans import lengths, orthonormal, scaled, without
+from accelcal.discovery.spans import orthonormal, scaled
 from accelcal.discovery.unnamed.wide_dead_zone import (
     OPEN,
     SILENCED,
@@ -245,10 +244,8 @@ def _shown(comparison: Comparison, instances: Sequence[Instance]) -> list[bool]:
     space, c = comparison.space, comparison.model.conditions
     found, taken = [], space.nothing()
     for item in instances:
-        whole = space.whiten(column_of(item, c))
-        seen, least = space.left_of(whole)[:, None], VISIBLE * np.sqrt(whole @ whole)
-        own = without(seen, taken)
-        found.append(bool(lengths(own)[0] > least))
+        own, is_shown = space.shown(column_of(item, c)[:, None], taken)
+        found.append(bool(is_shown.all()))
         if found[-1]:
             taken = orthonormal(np.hstack([taken, own]))
     return found

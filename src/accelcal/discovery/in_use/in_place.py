@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.candidates import VISIBLE, instances_of, left_out_around
+from accelcal.discovery.candidates import instances_of, left_out_around
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.dead_zone_or_cube import in_fit
 from accelcal.discovery.doubts.otherwise import alternatives, name_of, otherwise
@@ -23,7 +23,7 @@ from accelcal.discovery.explanation import is_needed
 from accelcal.discovery.in_use.carrying_over import of_one_file
 from accelcal.discovery.in_use.own_shape import moved
 from accelcal.discovery.instance import Instance, columns_of, own_columns, replaced
-from accelcal.discovery.spans import all_largest, lengths, orthonormal, without
+from accelcal.discovery.spans import all_largest, lengths, orthonormal
 from accelcal.discovery.tied import settled
 from accelcal.discovery.untimed import by_pauses
 from accelcal.discovery.untold import fitted_sizes, smooth
@@ -159,10 +159,8 @@ def _with(
 
 def _best(comparison: Comparison, tried: Sequence[Instance], beside: Array) -> list[Instance]:
     """Those of some instances that fit best beside some directions, and alike but for rounding."""
-    space = comparison.space
-    whole = space.whiten(columns_of(tried, comparison.model.conditions))
-    own = without(space.left_of(whole), beside)
-    length = np.where(lengths(own) > VISIBLE * lengths(whole), lengths(own), np.inf)
+    own, shown = comparison.space.shown(columns_of(tried, comparison.model.conditions), beside)
+    length = np.where(shown, lengths(own), np.inf)
     seen = np.abs(comparison.seen @ own) / length
     best = [tried[i] for i in all_largest(seen).tolist() if seen[i]]
     return [item for item in best if item.mixture == best[0].mixture]

@@ -19,16 +19,16 @@ from accelcal.discovery.new_record.errors_counted import (
     head_notes,
     notes,
 )
-from accelcal.discovery.new_record.fixture import Fixtures
 from accelcal.discovery.new_record.judgement import Seen, judge
-from accelcal.discovery.new_record.one_head import is_one_head
-from accelcal.discovery.new_record.record_noise import record_noise, step_of
 from accelcal.discovery.new_record.repeatability import (
     hiding,
     known_noise,
     loud_runs,
+    record_noise,
+    step_of,
     worse_than_known,
 )
+from accelcal.discovery.new_record.same_clamping import Fixtures, is_one_head
 from accelcal.discovery.new_record.simulated import simulated_readings
 from accelcal.discovery.new_record.suited import suited
 from accelcal.discovery.new_record.undetermined import (

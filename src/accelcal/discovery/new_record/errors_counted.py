@@ -14,7 +14,7 @@ from accelcal.arrays import Mask
 from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.new_record.calibration_errors import is_corrected
-from accelcal.discovery.new_record.one_head import is_same_file
+from accelcal.discovery.new_record.same_clamping import is_same_file
 from accelcal.discovery.new_record.simulated import Simulated, gravity_ratio
 from accelcal.errors import InputError
 from accelcal.estimate.error_components import SHIFTED

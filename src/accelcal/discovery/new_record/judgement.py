@@ -22,8 +22,7 @@ from accelcal.discovery.new_record.errors_counted import (
     too_little_told,
     untold,
 )
-from accelcal.discovery.new_record.fixture import Fixtures
-from accelcal.discovery.new_record.one_head import head_difference, is_turned_over
+from accelcal.discovery.new_record.same_clamping import Fixtures, head_difference, is_turned_over
 from accelcal.discovery.new_record.simulated import Simulated
 from accelcal.discovery.new_record.undetermined import by_usual_heat, of_undetermined
 from accelcal.discovery.noise.covariance import Covariance, whitener_of

@@ -1,4 +1,4 @@
-"""Whether readings repeat as well as those of the calibration that they are compared with."""
+"""Noise of a new record, by its replicates or the calibration, and whether these agree."""
 
 from __future__ import annotations
 
@@ -9,10 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.compensate.coefficients import Compensation
-from accelcal.discovery.noise.of_readings import ReadingNoise
+from accelcal.discovery.columns import saturated
+from accelcal.discovery.new_record.simulated import Simulated
+from accelcal.discovery.noise.declared import relative_noise
+from accelcal.discovery.noise.of_readings import ReadingNoise, reading_noise
+from accelcal.errors import InputError
 from accelcal.estimate.pure_error import FEW
 from accelcal.gates.verdict import acceleration
+from accelcal.numerics.decimal_steps import decimal_step
 from accelcal.numerics.probability import f_survival
+from accelcal.record import TumbleRecord
 from accelcal.results.agreement import OF_CALIBRATION, hidden_by_errors
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
@@ -141,3 +147,50 @@ def hiding(sources: Iterable[ErrorSource]) -> str:
         f"{found}; look for exchanged readings and outliers by accelcal discover, in those of the"
         " calibration as well, and mend them"
     )
+
+
+_COARSE = 2.5
+"""Step of the readings over their noise above which their replicates do not tell it."""
+
+
+class RecordNoise(NamedTuple):
+    """Noise of the readings, its degrees of freedom, and what it is from if not from replicates."""
+
+    reading: ReadingNoise
+    dof: float
+    source: str = "calibration"
+    said: str = ""
+
+
+def record_noise(
+    calibration: Calibration,
+    known: KnownNoise | None,
+    record: TumbleRecord,
+    simulated: Simulated,
+    step: float,
+) -> RecordNoise:
+    """Noise of the readings from replicates, else as the calibration had it.
+
+    Of readings that are rounded by far more, replicates are alike at most positions and a step
+    apart at some. Their scatter tells of none of these, and the error of rounding is known.
+    """
+    c = simulated.conditions
+    try:
+        within = saturated(c, record.mounting)
+        noise = reading_noise(c, simulated.residual, within, step, relative_noise(record))
+        found = RecordNoise(noise, float(noise.dof))
+    except InputError:
+        if known is None:
+            raise
+        noise = ReadingNoise(known.sigma, 0.0, 0, np.inf)
+        found = RecordNoise(noise, known.dof, said=taken_from_calibration(calibration, noise))
+    if step <= _COARSE * noise.sigma:
+        return found
+    whole = float(np.hypot(noise.sigma, step / np.sqrt(12.0)))
+    return RecordNoise(ReadingNoise(whole, 0.0, 0, np.inf), np.inf, "rounding", rounded(step))
+
+
+def step_of(found: Compensation, record: TumbleRecord) -> float:
+    """Step of the readings, as declared or as their digits show it [g]."""
+    step = max(record.apparatus.resolution or 0.0, decimal_step(record.output))
+    return step / abs(found.K1.at_T0)

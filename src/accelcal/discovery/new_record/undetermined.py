@@ -10,7 +10,7 @@ from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.errors_counted import heat_of
-from accelcal.discovery.new_record.fixture import Fixtures
+from accelcal.discovery.new_record.same_clamping import Fixtures
 from accelcal.discovery.new_record.simulated import ERRORS, Simulated
 from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
 from accelcal.results.calibration import Calibration

@@ -15,13 +15,12 @@ import numpy as np
 from accelcal.apparatus import Apparatus
 from accelcal.arrays import Array
 from accelcal.discovery.base import BaseModel, base_model, solve, without_shifts
-from accelcal.discovery.columns import dummies
+from accelcal.discovery.columns import head_columns
 from accelcal.discovery.noise.covariance import Whitener, whitener_of
 from accelcal.discovery.noise.of_readings import ReadingNoise, covariance
 from accelcal.discovery.prospects.further_readings import Block, blank, joined, menu
 from accelcal.discovery.spans import lengths, orthonormal, without
 from accelcal.effects.conditions import Conditions, conditions_of
-from accelcal.head_angles import head_positions
 from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
 
@@ -133,8 +132,7 @@ def _head(c: Conditions, declared: Apparatus) -> Array:
     """What a standard deviation of each head position does to the readings [g]."""
     if not declared.head_uncertainty:
         return np.empty((c.angle.size, 0))
-    acting = declared.head_uncertainty * c.gain * c.per_radian
-    return np.asarray(acting[:, None] * dummies(head_positions(c.angle)))
+    return np.asarray(declared.head_uncertainty * head_columns(c))
 
 
 def _hours(whole: TumbleRecord, before: int) -> float | None:

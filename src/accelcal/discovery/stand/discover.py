@@ -26,8 +26,8 @@ from accelcal.discovery.stand.mean_unit import (
     on_one_stand,
 )
 from accelcal.discovery.stand.one_value import FEWEST, one_value
-from accelcal.discovery.stand.own_effects import Looker
 from accelcal.discovery.stand.ownership import (
+    Looker,
     Own,
     common_effects,
     head_of,

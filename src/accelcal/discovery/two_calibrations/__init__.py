@@ -2,5 +2,5 @@
 
 `suited` says whether and at which temperature they can be compared, and `notes` what is left open;
 `errors` has the errors of both together, on which `coefficients` and what is `indicated` depend;
-`joint` is the test of all differences, and `compare` makes the result.
+`compare` tests all differences at once, and makes the result.
 """

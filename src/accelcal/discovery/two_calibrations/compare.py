@@ -14,6 +14,7 @@ from accelcal.arguments.kinds import expect
 from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arrays import Array
 from accelcal.compensate.propagation import interval_of_parts, propagated
+from accelcal.discovery.new_record.chances import sizes_left_open
 from accelcal.discovery.new_record.errors_counted import too_little_told, untold
 from accelcal.discovery.new_record.simulated import gravity_ratio
 from accelcal.discovery.two_calibrations.coefficients import (
@@ -21,6 +22,7 @@ from accelcal.discovery.two_calibrations.coefficients import (
     Name,
     in_units_of,
     of_output,
+    size_changes,
     told_coefficients,
 )
 from accelcal.discovery.two_calibrations.errors import (
@@ -32,9 +34,7 @@ from accelcal.discovery.two_calibrations.errors import (
     stated_errors,
 )
 from accelcal.discovery.two_calibrations.indicated import common_range, indication
-from accelcal.discovery.two_calibrations.joint import Factor, joint_test, joint_test_if_known
 from accelcal.discovery.two_calibrations.notes import heads_tried, is_one_head, left_out, notes
-from accelcal.discovery.two_calibrations.sizes import size_changes
 from accelcal.discovery.two_calibrations.suited import (
     common_temperature,
     factor_of_unit,
@@ -43,7 +43,7 @@ from accelcal.discovery.two_calibrations.suited import (
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import quantities
 from accelcal.numerics.one_thread import in_one_thread
-from accelcal.numerics.probability import LEVEL
+from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, f_survival, student_quantile
 from accelcal.numerics.simultaneous import path_length, simultaneous_quantile
 from accelcal.results.agreement import ALPHA, chance_if_known, least_of
 from accelcal.results.calibration import Calibration
@@ -58,6 +58,46 @@ from accelcal.results.quantity import Quantity
 from accelcal.version import SOFTWARE
 
 __all__ = ["compare_calibrations"]
+
+_RANK = 1e-9
+"""Variance of a direction, over the largest of the correlations, below which it is rounding."""
+
+Factor = Callable[[float], float]
+
+
+def joint_test(differences: Array, covariance: Callable[[Factor], Array]) -> JointTest:
+    """Test whether differences, shape (p,), are those that their covariance leaves.
+
+    The covariance, shape (p, p), is a function of a factor that gives the size of an error over its
+    estimate, by the degrees of freedom of the estimate. The sum of squares is with the sizes as
+    estimated; the chance is the mean over all sizes that few degrees of freedom leave open, as in
+    `accelcal.discovery.new_record.chances`.
+    """
+    whitener = _whitener(covariance(lambda _: 1.0))
+    p, seen = len(whitener), whitener @ differences
+    if p == 0:
+        return JointTest(0.0, 0, 1.0)
+    chance = 0.0
+    for weight, factor in sizes_left_open():
+        sized = whitener @ covariance(factor) @ whitener.T
+        squares = float(seen @ np.linalg.solve(sized, seen))
+        chance += weight * f_survival(squares / p, p, np.inf)
+    return JointTest(float(seen @ seen), p, min(chance, 1.0))
+
+
+def joint_test_if_known(differences: Array, covariance: Callable[[Factor], Array]) -> JointTest:
+    """Test as `joint_test`, were errors known to have the sizes that they count with for U."""
+    counted = covariance(lambda dof: student_quantile(LEVEL, dof) / NORMAL_FACTOR)
+    return joint_test(differences, lambda _: counted)
+
+
+def _whitener(covariance: Array) -> Array:
+    """Independent combinations of quantities, each with the variance 1."""
+    sizes = np.sqrt(np.diagonal(covariance))
+    scale = np.where(sizes > 0.0, sizes, 1.0)
+    variances, directions = np.linalg.eigh(covariance / np.outer(scale, scale))
+    kept = variances > _RANK * max(variances.max(), 1.0)
+    return np.asarray((directions[:, kept] / np.sqrt(variances[kept])).T / scale)
 
 
 class _Pair(NamedTuple):

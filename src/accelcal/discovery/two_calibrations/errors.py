@@ -31,7 +31,7 @@ from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.propagation import ratio
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, calibration_errors
 from accelcal.discovery.new_record.errors_counted import HEAT, heat_of
-from accelcal.discovery.new_record.fixture import by_fixture
+from accelcal.discovery.new_record.same_clamping import by_fixture
 from accelcal.discovery.new_record.simulated import ERRORS
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import InputError

@@ -9,11 +9,15 @@ from accelcal.compensate.by_runs import said_of_runs
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.errors_counted import heat_of
-from accelcal.discovery.new_record.fixture import is_freed, said_of_fixture
 from accelcal.discovery.new_record.repeatability import hiding
-from accelcal.discovery.two_calibrations.coefficients import Coefficient, Name, parameter_of
+from accelcal.discovery.new_record.same_clamping import is_freed, said_of_fixture
+from accelcal.discovery.two_calibrations.coefficients import (
+    Coefficient,
+    Name,
+    effect_key,
+    parameter_of,
+)
 from accelcal.discovery.two_calibrations.errors import Side
-from accelcal.discovery.two_calibrations.sizes import effect_key
 from accelcal.effects.left_in_use import of_the_test
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.same_head import is_same_head

@@ -6,7 +6,7 @@ with one near that of a run it looks like drifts and decays.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +31,7 @@ _FAINT = 1e-6
 """Part of the largest square of some waves that the model leaves, below which it leaves none."""
 
 
-class _Oscillation(NamedTuple):
+class Oscillation(NamedTuple):
     """The oscillation that explains most in place of some effects."""
 
     ids: tuple[str, ...]  # of these effects
@@ -43,7 +43,11 @@ class _Oscillation(NamedTuple):
 
 
 def oscillation_in_place(
-    family: Family, found: Explanation, alpha: float, p_value: float
+    family: Family,
+    found: Explanation,
+    waves: Sequence[Oscillation],
+    alpha: float,
+    p_value: float,
 ) -> Unexplained | None:
     """Find a bias of one period, with a phase and a size in each run, that explains much better.
 
@@ -53,27 +57,15 @@ def oscillation_in_place(
     The p-value is the chance that noise alone disagrees as much with the model.
     """
     whole = float(family.comparison.seen @ family.comparison.seen)
-    for one in _oscillations(family.comparison, found):
+    for one in waves:
         better = min(one.gain, one.of_the_angle) >= 0.0
         if better and (found.passes or agrees(family, one.beside, CONTRADICTION * alpha)):
             return Unexplained(one.told, one.squares / whole, p_value)
     return None
 
 
-def oscillations_as_likely(
-    comparison: Comparison, found: Explanation, bound: float
-) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Find effects in place of which an oscillation is likelier than so much of their likelihood.
-
-    Yields their ids and what oscillates.
-    """
-    for one in _oscillations(comparison, found):
-        if one.gain > np.log(bound):
-            yield one.ids, one.told
-
-
-def _oscillations(comparison: Comparison, found: Explanation) -> Iterator[_Oscillation]:
-    """The best oscillation in place of all effects, and of each."""
+def in_place_of_each(comparison: Comparison, found: Explanation) -> Iterator[Oscillation]:
+    """Find the best oscillation in place of all effects, and of each."""
     space, c, seen = comparison.space, comparison.model.conditions, comparison.seen
     quickest = _QUICKEST * float(c.stroke.max())
     kind = oscillations(c, comparison.record.run_labels, _SLOWEST, quickest)
@@ -87,7 +79,7 @@ def _oscillations(comparison: Comparison, found: Explanation) -> Iterator[_Oscil
         best = first_largest(gains)
         own = slice(best * kind.each, (best + 1) * kind.each)
         of_the_angle = squares_in(orthonormal(without(patterns, taken)), without(seen, taken))
-        yield _Oscillation(
+        yield Oscillation(
             ids=ids,
             beside=orthonormal(np.hstack([taken, shown[:, own]])),
             squares=float(gains[best]),

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from accelcal.arrays import Array, Ints
-from accelcal.discovery.candidates import VISIBLE
-from accelcal.discovery.columns import coefficient_columns, dummies, saturated
+from accelcal.discovery.columns import SMALL_UNITS, coefficient_columns, dummies, saturated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.explanation import CONTRADICTION, Explanation
 from accelcal.discovery.family import NEW, Family, agrees
 from accelcal.discovery.instance import Instance, columns_of
+from accelcal.discovery.space import VISIBLE
 from accelcal.discovery.spans import first_largest, lengths, orthonormal, squares_in, without
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
 from accelcal.discovery.where import structure
@@ -42,8 +42,6 @@ _RATIOS = (2.0, 3.0, 4.0, 6.0, 9.0, 14.0)
 
 _WEIGHTS = {"oscillations": 0.3, "shifts of the bias": 1.0, "other shifts": 0.5, "strokes": 1.0}
 """Weights of the kinds: least where those of a size that matters stand out most."""
-
-SMALL_UNITS = {"bias": "ug", "scale factor": "ppm", "misalignment": "urad"}
 
 
 def passing(

@@ -16,10 +16,8 @@ from accelcal.discovery.columns import coefficient_columns, repeated
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance, columns_of
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
-from accelcal.discovery.unnamed.passing import SMALL_UNITS
-from accelcal.discovery.unnamed.wandering import half_waves
+from accelcal.discovery.unnamed.wandering import half_waves, size_in_a_run
 from accelcal.results.findings import Unexplained
-from accelcal.units import MICRO
 
 _MEMORY = (0.0, 0.5)
 """Correlations of neighbouring readings that their noise may have."""
@@ -59,12 +57,9 @@ def slow(
     share = 1.0 - float(lost @ lost) / float(comparison.seen @ comparison.seen)
     c = comparison.model.conditions
     acts = c.gain * coefficient_columns(c)[what]
-    rms = float(np.sqrt((change @ change) / (acts @ acts))) * MICRO
-    told = (
-        f"something slow: most like a {what} that wanders, as a random walk, by"
-        f" {float(f'{rms:.2g}'):g}"
-        f" {SMALL_UNITS[what]} rms in a run"
-    )
+    rms = float(np.sqrt((change @ change) / (acts @ acts)))
+    size = size_in_a_run(what, rms)
+    told = f"something slow: most like a {what} that wanders, as a random walk, by {size}"
     return Unexplained(told, min(max(share, 0.0), 1.0), float(trial.p_values[best]))
 
 

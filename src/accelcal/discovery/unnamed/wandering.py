@@ -14,12 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import coefficient_columns, dummies
+from accelcal.discovery.columns import SMALL_UNITS, coefficient_columns, dummies
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.numerics.sorting import distinct
+from accelcal.units import MICRO
 
 LIKELY, POSSIBLE = 0.1, 0.001
 """Likelihood of what wanders, over that with an effect: from the first on the effect gets no
@@ -33,6 +34,9 @@ _FASTEST = 24
 
 _SIZES = np.geomspace(0.01, 1000.0, 51)
 """Sizes of the wandering that are tried, in standard deviations of a reading."""
+
+_ABSURD = 1e-3
+"""Wandering in a run of which no accelerometer and no stand is capable [g, 1 or rad]."""
 
 
 class Wandering(NamedTuple):
@@ -58,6 +62,20 @@ class Wandering(NamedTuple):
     def is_as_likely(self, bound: float) -> bool:
         """Tell whether its likelihood is more than so much of that with the effect."""
         return self.log_likelihood > float(np.log(bound))
+
+
+def size_in_a_run(what: str, rms: float) -> str:
+    """Tell by how much something wanders, and whether nothing wanders by so much.
+
+    Examples
+    --------
+    >>> size_in_a_run("bias", 3.41e-5)
+    '34 ug rms in a run'
+    """
+    told = f"{float(f'{rms * MICRO:.2g}'):g} {SMALL_UNITS[what]} rms in a run"
+    if rms > _ABSURD:
+        told += " (absurdly much: look for a fault of the test)"
+    return told
 
 
 def wandering(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Wandering]:

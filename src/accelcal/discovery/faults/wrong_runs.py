@@ -1,4 +1,7 @@
-"""A unit that was mounted anew, or turned in its fixture, between runs at one temperature."""
+"""Runs unlike the others: mounted anew, in another unit, over another resistor.
+
+No residual shows another size: temperature laws, or free shifts of the scale factor, take it up.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,7 @@ from accelcal.estimate.launch import same_levels
 from accelcal.estimate.trend import moments
 from accelcal.gates.record import is_turn
 from accelcal.gates.verdict import angle
+from accelcal.geometry import accelerations
 from accelcal.numerics.probability import student_survival
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Fault
@@ -94,3 +98,48 @@ def _fault(record: TumbleRecord, own: _Tilt, reference: _Tilt, turn: float, erro
         2.0 * student_survival(abs(turn) / max(error, SMALLEST), own.dof),
         np.flatnonzero(own.readings).tolist(),
     )
+
+
+_OF_ANOTHER_SIZE = 0.2
+"""Part by which a run's scale factor must differ to be that of another unit or accelerometer."""
+
+
+def run_of_another_size(
+    record: TumbleRecord, delta0: float
+) -> tuple[tuple[Fault, ...], TumbleRecord]:
+    """Find the run whose scale factor is least that of the others, and bring it to their size.
+
+    There is a fault where it is further off than any temperature brings it, with a fixture angle
+    [rad]. The outputs of that run are taken over a power of ten, where that is what the others
+    differ by, else over the ratio of the scale factors.
+    """
+    size = _scale_factors(record, delta0)
+    usual = sorted(size.values())[(len(size) - 1) // 2] if len(size) > 1 else np.nan
+    ratio = {run: abs(own / usual) for run, own in size.items()} if usual else {}
+    odd = max(ratio, key=lambda run: abs(np.log(ratio[run])), default=-1)
+    if odd < 0 or not abs(ratio[odd] - 1.0) > _OF_ANOTHER_SIZE:
+        return (), record
+    factor = 10.0 ** round(np.log10(ratio[odd]))
+    factor = factor if abs(ratio[odd] / factor - 1.0) < _OF_ANOTHER_SIZE else ratio[odd]
+    readings = record.run == odd
+    finding = (
+        f"K1 of run {record.run_labels[odd]} is {ratio[odd]:.3g} times that of the others: another"
+        f" unit, resistor or accelerometer; taken over {factor:.3g}, mend that first"
+    )
+    mended = replace(record, output=np.where(readings, record.output / factor, record.output))
+    where = np.flatnonzero(readings).tolist()
+    return (order_fault("run of another size", finding, {}, 0.0, where),), mended
+
+
+def _scale_factors(record: TumbleRecord, delta0: float) -> dict[int, float]:
+    """Scale factor of each run that tells it [output unit / g]."""
+    sensed = accelerations(record.angle, delta0, record.mounting)
+    cross = sensed.cross
+    design = np.stack([np.ones(len(record)), sensed.input, cross], axis=1)
+    found = {}
+    for run in np.unique(record.run).tolist():
+        own = record.run == run
+        fitted, _, rank, _ = np.linalg.lstsq(design[own], record.output[own], rcond=1e-9)
+        if rank == design.shape[1]:
+            found[run] = float(fitted[1])
+    return found

@@ -1,0 +1,150 @@
+"""What explains the readings as well as a named effect, and no test of the catalogue finds.
+
+A bias that goes with the root of the time, or its square, looks like a drift or a warm-up, another
+k2 of one run like one that goes with the temperature, a voltmeter whose ranges differ like a term
+of the shape.
+
+And what an effect of the catalogue looks like that goes on for longer than the readings: a drift
+is the beginning of a warm-up. Beside a drift, K0 is the bias at the first reading; beside the
+warm-up what it comes to in the end, which no reading tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import compress
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from accelcal.arrays import Array
+from accelcal.discovery.columns import coefficient_columns
+from accelcal.discovery.comparison import Comparison
+from accelcal.discovery.doubts.dead_zone_or_cube import unlike
+from accelcal.discovery.explanation import explain_as_well, is_needed
+from accelcal.discovery.instance import Instance, replaced
+from accelcal.discovery.silence import silent_in
+from accelcal.discovery.spans import orthonormal, squares_in
+from accelcal.discovery.untold import scales
+from accelcal.effects.effect import Effect
+from accelcal.model import symbol_of
+from accelcal.numerics.sorting import distinct
+from accelcal.plural import listed
+
+_LAWS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
+    {
+        "root": np.sqrt,
+        "square": np.square,
+        "logarithm": lambda part: np.log1p(_EARLY * part),
+    }
+)
+"""Laws by which something slow goes with the part of the time that has passed."""
+
+_EARLY = 30.0
+"""Time that has passed over that after which a logarithm begins."""
+
+
+class NotListed(NamedTuple):
+    """A pattern: what it is, what would tell, and the change of the readings, shape (n,)."""
+
+    what: str
+    remedy: str
+    column: Array
+
+
+def not_listed(
+    comparison: Comparison, instances: Sequence[Instance]
+) -> Iterator[tuple[str, NotListed]]:
+    """Find what explains the readings best in place of each effect that is not due beside it.
+
+    Yields the id of the effect and the pattern.
+    """
+    found = [*_of_time(comparison), *_of_one_run(comparison), *_of_ranges(comparison)]
+    seen, shown = comparison.space.shown(np.stack([one.column for one in found], axis=1))
+    patterns, seen = list(compress(found, shown)), seen[:, shown]
+    for place, item in enumerate(instances):
+        others = comparison.span(replaced(instances, place))
+        beside = [orthonormal(np.hstack([others, column[:, None]])) for column in seen.T]
+        squares = [squares_in(basis, comparison.seen) for basis in beside]
+        best = int(np.argmax(squares))
+        if not is_needed(comparison, item, beside[best]):
+            yield item.effect.id, patterns[best]
+
+
+def _of_time(comparison: Comparison) -> Iterator[NotListed]:
+    """A coefficient that goes with the time of the record, or of each run, by some law."""
+    c = comparison.model.conditions
+    times = {"the record": c.time, "each run": c.run_time}
+    if np.ptp(c.run) == 0:
+        del times["each run"]
+    for what, acts in coefficient_columns(c).items():
+        for where, time in times.items():
+            part = time / (time.max() or 1.0)
+            for name, law in _LAWS.items():
+                said = f"a {what} that goes with the {name} of the time in {where}"
+                yield NotListed(said, "a longer record tells", c.gain * acts * law(part))
+
+
+def _of_one_run(comparison: Comparison) -> Iterator[NotListed]:
+    """A k2 or k3 that is another in one of several runs."""
+    c, labels = comparison.model.conditions, comparison.record.run_labels
+    remedy = "repeat that run at its temperature"
+    runs = distinct(c.run).tolist()
+    for run in runs if len(runs) > 1 else ():
+        for power in (2, 3):
+            column = np.where(c.run == run, c.gain * c.input**power, 0.0)
+            yield NotListed(f"another k{power} of run {labels[run]} alone", remedy, column)
+
+
+def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
+    """A voltmeter whose upper range, from between two positions on, has another zero or slope.
+
+    There is none beside silent readings, which a dead zone alone makes.
+    """
+    c = comparison.model.conditions
+    if silent_in(c).any():
+        return
+    size, sign = np.abs(c.input), np.sign(c.input)
+    levels = distinct(size.round(6))
+    for first, limit in enumerate((0.5 * (levels[1:] + levels[:-1])).tolist()):
+        beyond = np.maximum(size - limit, 0.0)
+        one, *others = (np.sign(beyond) * side for side in (1.0, sign, sign > 0.0, sign < 0.0))
+        zeros = [one, *others] if first else [one, *others[1:]]  # else it is a dead zone
+        slopes = [size * jump for jump in others] if first else []  # else it is an asymmetry
+        slopes += [beyond * jump for jump in others]
+        for what, columns in (("zero", zeros), ("slope", slopes)):
+            said = f"a voltmeter with another {what} beyond {limit:.2g} g"
+            for column in columns:
+                yield NotListed(said, "measure at positions between these", c.gain * column)
+
+
+def said_of_ends(
+    comparison: Comparison, instances: Sequence[Instance], entries: Sequence[Effect]
+) -> Iterator[str]:
+    """Say which of some effects explain the readings in place of one, however long they go on."""
+    named = {item.effect.id for item in instances}
+    unnamed = [entry for entry in entries if entry.id not in named]
+    for place, item in enumerate(instances):
+        for long, end in _at_the_end(comparison, unnamed):
+            others = replaced(instances, place, long)
+            if not explain_as_well(comparison, others, item):
+                continue
+            if hanging := unlike(comparison, instances, others):
+                yield (
+                    f"{long.effect.id} with {end} or any longer explains these readings as well as"
+                    f" {item.effect.id}, with other values of {listed(map(symbol_of, hanging))};"
+                    " nothing tells how long it lasts, and no U counts it; to tell:"
+                    f" {long.effect.to_tell_apart}"
+                )
+
+
+def _at_the_end(
+    comparison: Comparison, entries: Sequence[Effect]
+) -> Iterator[tuple[Instance, str]]:
+    """Effects with a time constant, at the end of the search."""
+    for effect in entries:
+        for parameter in scales(effect):
+            end = float(parameter.searched_at(comparison.model.conditions)[-1])
+            told = f"{parameter.name} of {end:.4g} {parameter.unit}"
+            yield Instance(effect, (1.0,), {parameter.name: end}), told
