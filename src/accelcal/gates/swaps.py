@@ -38,15 +38,6 @@ class SwapBlock(NamedTuple):
     least: Array  # shape (c,)
 
 
-class _Hope(NamedTuple):
-    """One and the other of the pairs of a stroke, and the tables where a swap may be so good."""
-
-    stroke: int
-    one: Places
-    other: Places
-    tables: Places
-
-
 def swap_blocks(basis: Array, strokes: Grouped) -> list[SwapBlock]:
     """Make ready for `best_swap` what depends on the plan alone: pairs of readings of one stroke.
 
@@ -106,8 +97,13 @@ def best_swap(
     return found
 
 
-def _hopes(residual: Array, blocks: Sequence[SwapBlock], least: Array) -> Iterator[_Hope]:
-    """Find where a swap may take so much off the squares; that is in few strokes of a table."""
+def _hopes(
+    residual: Array, blocks: Sequence[SwapBlock], least: Array
+) -> Iterator[tuple[int, Places, Places, Places]]:
+    """Find where a swap may take so much off the squares; that is in few strokes of a table.
+
+    Yields the stroke, one and the other of its pairs, and the tables.
+    """
     for stroke, one, other, share in blocks:
         for few in few_at_a_time(other, least.size):
             span = np.ptp(residual.take(other[few], axis=0), axis=1) ** 2
@@ -115,7 +111,7 @@ def _hopes(residual: Array, blocks: Sequence[SwapBlock], least: Array) -> Iterat
             for at in np.flatnonzero(enough.any(axis=1)).tolist():
                 place = few.start + at
                 tables = np.flatnonzero(enough[at])
-                yield _Hope(int(stroke[place]), one[place], other[place], tables)
+                yield int(stroke[place]), one[place], other[place], tables
 
 
 def _shares(basis: Array, one: Places, other: Places) -> Array:
