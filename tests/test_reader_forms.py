@@ -21,7 +21,7 @@ from accelcal.io.description import describe, summary
 from accelcal.io.tables import read_table, read_tables, survey
 from accelcal.io.values.cells import Column
 from accelcal.io.values.times import times
-from accelcal.io.words.vocabulary import read_heading
+from accelcal.io.words.headings import read_heading
 
 GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
 

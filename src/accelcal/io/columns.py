@@ -20,14 +20,8 @@ from accelcal.io.values.times import (
     one_date,
     with_year_first,
 )
-from accelcal.io.words.vocabulary import (
-    ACROSS,
-    UNITS_OF,
-    Heading,
-    has_unit,
-    is_unit_of,
-    split_unit,
-)
+from accelcal.io.words.headings import Heading, split_unit
+from accelcal.io.words.vocabulary import ACROSS, UNITS_OF, has_unit, is_unit_of
 from accelcal.io.words.wording import hint_of_triad, lines_named
 
 CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "count")

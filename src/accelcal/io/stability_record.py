@@ -25,7 +25,8 @@ from accelcal.io.readings import refuse_other_temperatures
 from accelcal.io.values.cells import Column, labels, numbers
 from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.times import in_seconds, times
-from accelcal.io.words.vocabulary import Heading, has_unit, name_and_unit
+from accelcal.io.words.headings import Heading, name_and_unit
+from accelcal.io.words.vocabulary import has_unit
 from accelcal.io.words.wording import all_outputs, lines_named, were
 from accelcal.pace import is_in_days
 from accelcal.plural import counted, listed

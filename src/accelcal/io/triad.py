@@ -24,8 +24,9 @@ from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.values.cells import Column, complete_numbers
 from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.places import in_degrees
+from accelcal.io.words.headings import Heading, name_and_unit, read_heading
 from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import Heading, has_unit, is_unit_of, name_and_unit, read_heading
+from accelcal.io.words.vocabulary import has_unit, is_unit_of
 from accelcal.plural import listed
 from accelcal.triad.record import TriadRecord, up_of_turn
 from accelcal.units import is_output_unit

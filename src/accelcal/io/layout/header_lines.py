@@ -8,15 +8,8 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.words.vocabulary import (
-    KEYS,
-    KINDS_OF,
-    UNITS_OF,
-    canonical_key,
-    is_unit_of,
-    name_and_unit,
-    split_unit,
-)
+from accelcal.io.words.headings import name_and_unit, split_unit
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF, UNITS_OF, canonical_key, is_unit_of
 from accelcal.units import UNITS, is_output_unit, size_of
 
 KeyOf = Callable[[str], str | None]

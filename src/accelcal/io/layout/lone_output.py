@@ -6,7 +6,8 @@ import re
 from collections.abc import Sequence
 
 from accelcal.io.layout.directions import way_of
-from accelcal.io.words.vocabulary import OUTPUTS, Heading, has_unit, name_and_unit, split_unit
+from accelcal.io.words.headings import Heading, name_and_unit, split_unit
+from accelcal.io.words.vocabulary import OUTPUTS, has_unit
 from accelcal.units import is_output_unit
 
 _MEANS = frozenset(
@@ -45,7 +46,7 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
 
     Examples
     --------
-    >>> from accelcal.io.words.vocabulary import read_heading
+    >>> from accelcal.io.words.headings import read_heading
     >>> lone_output([read_heading(text) for text in ("Zeit", "Strom in mA")])[1].unit
     'mA'
     """

@@ -9,7 +9,8 @@ from accelcal.arguments.kinds import shown
 from accelcal.io.layout.heading_rows import is_part_of_angle
 from accelcal.io.layout.lone_output import lone_output
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.words.vocabulary import OUTPUTS, Heading, has_unit, name_and_unit
+from accelcal.io.words.headings import Heading, name_and_unit
+from accelcal.io.words.vocabulary import OUTPUTS, has_unit
 from accelcal.units import is_output_unit
 
 _BEFORE_UNIT = " _/,[("

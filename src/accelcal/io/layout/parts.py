@@ -28,7 +28,7 @@ from accelcal.io.layout.pivot_names import named_below
 from accelcal.io.layout.rows_above import declarations_above, is_of_numbers
 from accelcal.io.layout.unit_rows import UNITS_ABOVE, headings_with_units
 from accelcal.io.layout.wide_blanks import with_tabs
-from accelcal.io.words.vocabulary import Heading
+from accelcal.io.words.headings import Heading
 from accelcal.io.words.wording import hint_of_triad, lines_named, were
 
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks

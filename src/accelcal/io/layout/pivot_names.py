@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from accelcal.io.layout.heading_rows import are_headings, read_headings, tell_places
-from accelcal.io.words.vocabulary import COLUMNS, Heading, read_heading
+from accelcal.io.words.headings import Heading, read_heading
+from accelcal.io.words.vocabulary import COLUMNS
 
 _NUMBERED: Mapping[str | None, str] = MappingProxyType(
     {

@@ -10,15 +10,9 @@ from accelcal.io.files.csv_text import in_quotes
 from accelcal.io.layout.heading_rows import blocks_of_columns
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
+from accelcal.io.words.headings import Heading, read_heading, split_unit
 from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import (
-    ACROSS,
-    LABELS,
-    Heading,
-    is_unit_of,
-    read_heading,
-    split_unit,
-)
+from accelcal.io.words.vocabulary import ACROSS, LABELS, is_unit_of
 from accelcal.io.words.wording import lines_named, were
 
 _KEY = frozenset(

@@ -32,14 +32,8 @@ from accelcal.io.ordinary.cell_blocks import (
     read_engine,
 )
 from accelcal.io.ordinary.rows import Group, Plain, Rules, records_of
-from accelcal.io.words.vocabulary import (
-    KEYS,
-    LABELS,
-    TIME_UNITS,
-    UNITS_OF,
-    Heading,
-    has_unit,
-)
+from accelcal.io.words.headings import Heading
+from accelcal.io.words.vocabulary import KEYS, LABELS, TIME_UNITS, UNITS_OF, has_unit
 from accelcal.record import TumbleRecord
 from accelcal.units import canonical_unit, degrees_in
 

@@ -24,7 +24,8 @@ from accelcal.io.layout.parts import Layout, split_headings, split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, TRIAD, StreamForm
 from accelcal.io.samples.unit_column import first_unit
-from accelcal.io.words.vocabulary import KEYS, Heading, has_unit
+from accelcal.io.words.headings import Heading
+from accelcal.io.words.vocabulary import KEYS, has_unit
 from accelcal.units import canonical_unit, size_of
 
 __all__ = ["SampleHeadings", "acceleration_unit", "read_sample_headings"]
