@@ -21,9 +21,9 @@ from accelcal.io.layout.output_columns import with_lone_output
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.layout.rearranged import with_units_below
-from accelcal.io.readings import refuse_other_temperatures
 from accelcal.io.values.cells import Column, labels, numbers
 from accelcal.io.values.markers import refuse_markers
+from accelcal.io.values.temperatures import notes_of_scale, refuse_other_temperatures
 from accelcal.io.values.times import in_seconds, times
 from accelcal.io.words.headings import Heading, name_and_unit
 from accelcal.io.words.vocabulary import has_unit
@@ -154,7 +154,7 @@ def read_stability(
         unit=unit,
         serial=serial,
         source=layout.source,
-        notes=(*notes, *of_unit, *of_serial),
+        notes=(*notes, *of_unit, *of_serial, *notes_of_scale(columns.get("temperature"))),
     )
 
 

@@ -128,6 +128,8 @@ def _unit_behind(heading: Heading, role: str) -> str | None:
     unit = name_and_unit(heading.text, is_own, behind_blanks=False)[1]
     if not unit:
         unit = name_and_unit(heading.text, lambda own: is_own(own) and len(own) > 1)[1]
+    if not unit and role == "temperature" and len(heading.text) > 1:
+        unit = heading.text
     return unit if is_own(unit) else None
 
 

@@ -38,6 +38,9 @@ _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 
+NO_READINGS = ("column headings but no readings", "add a row for each reading")
+"""Problem and remedy of a table without rows."""
+
 _AreHeadings = Callable[[Sequence[Heading]], bool]
 
 Recognise = Callable[[str], Heading]
@@ -357,8 +360,7 @@ def _rows(
     if comments:
         kept = sorted(set(kept).difference(comments))
     if not kept:
-        problem, remedy = "column headings but no readings", "add a row for each reading"
-        raise TableError(problem, remedy, source=source.name, line=headings.lines[-1])
+        raise TableError(*NO_READINGS, source=source.name, line=headings.lines[-1])
     if len(kept) < len(rows):
         rows = [lines[n - 1] for n in kept]
     return rows, kept, [n + source.skipped for n in comments]

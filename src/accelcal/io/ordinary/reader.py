@@ -35,7 +35,7 @@ from accelcal.io.ordinary.rows import Group, Plain, Rules, records_of
 from accelcal.io.words.headings import Heading
 from accelcal.io.words.vocabulary import KEYS, LABELS, TIME_UNITS, UNITS_OF, has_unit
 from accelcal.record import TumbleRecord
-from accelcal.units import canonical_unit, degrees_in
+from accelcal.units import canonical_unit, is_same_unit
 
 _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
@@ -303,8 +303,8 @@ def _has_its_unit(heading: Heading) -> bool:
     if heading.unit is None:
         return True
     role = heading.role or ""
-    if degrees_in(heading.unit) != 1.0:
-        return False
+    if role in ("temperature", "angle"):
+        return is_same_unit(heading.unit, UNITS_OF[role][0])
     return has_unit(role, heading.unit) if role in UNITS_OF else role in ("output", "std")
 
 

@@ -18,7 +18,7 @@ from accelcal.io.values.thousands import first_in_groups, without_blanks
 from accelcal.io.words.headings import read_heading
 from accelcal.io.words.signs import MISSING, is_missing, with_hyphen
 from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of
-from accelcal.units import is_same_unit
+from accelcal.units import celsius, is_same_unit
 
 _REMEDIES = {
     "position": "write its number J; head angles have the heading 'angle'",
@@ -168,7 +168,7 @@ def number_and_unit(text: str, decimal: str) -> tuple[str, str]:
 
 
 def numbers(column: Column) -> Array:
-    """Numbers of a column, NaN where a cell is missing.
+    """Numbers of a column, NaN where a cell is missing; temperatures in degC.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def numbers(column: Column) -> Array:
     else:
         values = np.array(_floats(column), dtype=np.float64)
     column.check(~np.isinf(values), "{} is infinite or too large", "write a finite number")
-    return values
+    return celsius(values, column.unit) if column.role == "temperature" else values
 
 
 def counts_rows(values: Array) -> bool:

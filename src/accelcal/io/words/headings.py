@@ -15,7 +15,7 @@ from accelcal.io.words.vocabulary import (
     is_unit_of,
     plain_name,
 )
-from accelcal.units import degrees_in
+from accelcal.units import degrees_in, is_same_unit
 
 _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(（]\s*([^\])）]*?)\s*[\])）]")
@@ -33,6 +33,8 @@ _SERIAL = re.compile(  # and a label with a digit, which a serial port does not 
     re.IGNORECASE,
 )
 _MEASURED = re.compile(r"(T *= *)?([-\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?) *(.*)")
+_OTHERWISE = re.compile(r"[0-9]{1,2} *K|[^°]*[0-9] *F", re.IGNORECASE)
+"""A number with a letter that may be of a stroke, or of the direction forward."""
 _CORNERS = (("position", "stroke"), ("angle", "stroke"), ("stroke", "position"))
 _COUNTED = re.compile(r"(?:no|nr|№|n°)_(?P<behind>.+)|(?P<before>.+)_(?:no|nr|№|n°|number|#)")
 
@@ -49,8 +51,8 @@ class Heading(NamedTuple):
     unit : str or None
         Unit given in the heading, as written.
     of : float, str or None
-        Stroke, direction, position, angle [deg], temperature [degC] or serial of an output of a
-        wide table.
+        Stroke, direction, position, angle [deg], temperature [degC; else a text with its unit] or
+        serial of an output of a wide table.
     """
 
     text: str
@@ -146,11 +148,25 @@ def _measured(text: str, name: str, unit: str | None) -> Heading:
     """Meaning of a heading such as ``45 deg``, ``20 degC`` or ``T=20``."""
     found = _MEASURED.fullmatch(name.strip())
     own = found[3].strip() if found else ""
-    is_temperature = has_unit("temperature", own) or bool(found and found[1] and not own)
-    if not found or not (is_temperature or (has_unit("angle", own) and not found[1])):
+    if found and (has_unit("temperature", own) or (found[1] and not own)):
+        return _temperature(text, found, unit)
+    if not found or found[1] or not has_unit("angle", own):
         return Heading(text, None)
-    number = float(with_hyphen(found[2].replace(",", "."))) * degrees_in(own)
-    return Heading(text, "temperatures" if is_temperature else "angles", unit, number)
+    return Heading(text, "angles", unit, float(_number(found)) * degrees_in(own))
+
+
+def _temperature(text: str, found: re.Match[str], unit: str | None) -> Heading:
+    """Meaning of a temperature, kept as it is written where it is not in degC."""
+    number, own = _number(found), found[3].strip()
+    if not own or is_same_unit(own, "degC"):
+        return Heading(text, "temperatures", unit, float(number))
+    if not found[1] and _OTHERWISE.fullmatch(found[0]):
+        return Heading(text, None)
+    return Heading(text, "temperatures", unit, f"{number} {own}")
+
+
+def _number(found: re.Match[str]) -> str:
+    return with_hyphen(found[2].replace(",", "."))
 
 
 def _role(folded: str) -> str | None:

@@ -122,7 +122,7 @@ _ANGLES = ("deg", *(own for own, name in spellings("angle").items() if name in (
 
 UNITS_OF: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "temperature": tuple(spellings("temperature")),
+        "temperature": tuple(spellings("scale")),
         "angle": _ANGLES,
         "clamping": _ANGLES,
         "time": tuple(TIME_UNITS),
@@ -155,7 +155,7 @@ _WRONG_ANGLES = (
     *("gon", "gons", "grads", "gradian", "gradians", "mdeg", "turn", "turns", "rev", "mil"),
 )
 _WRONG_UNITS = {
-    "temperature": ("K", "mK", "Kelvin", "F", "°F", "degF", "Fahrenheit"),
+    "temperature": ("mK", "°R", "Rankine"),
     "angle": _WRONG_ANGLES,
     "clamping": _WRONG_ANGLES,
 }
@@ -182,7 +182,7 @@ def is_unit_of(role: str, unit: str) -> bool:
 
     Examples
     --------
-    >>> is_unit_of("temperature", "K"), is_unit_of("stroke", "mA")
+    >>> is_unit_of("temperature", "mK"), is_unit_of("stroke", "mA")
     (True, False)
     """
     if role in ("std", *OUTPUTS):
@@ -195,7 +195,7 @@ def has_unit(quantity: str, unit: str) -> bool:
 
     Examples
     --------
-    >>> has_unit("temperature", "DEGC"), has_unit("temperature", "K")
+    >>> has_unit("temperature", "DEGC"), has_unit("temperature", "mK")
     (True, False)
     """
     units = UNITS_OF.get(quantity, ())
