@@ -319,8 +319,13 @@ ERRORS = {
     ),
     "angles in radians": (
         "T,angle,k,Y\n20,0,1,1\n20,1.5708,1,0\n20,3.1416,1,-1\n",
-        "3: angles of at most 3.1416 look like radians; write them in degrees, or with the"
-        " heading angle [rad] if they are radians",
+        "3: angles of at most 3.1416 look like radians; write their unit in the"
+        " heading, as angle [deg] or angle [rad]",
+    ),
+    "radians below degrees": (
+        "T,angle [deg],k,Y\n20,0,1,1\n20,0.785,1,0.7\n20,1.571,1,0\n",
+        "3: angles of at most 1.571 look like radians; write their unit in the"
+        " heading, as angle [deg] or angle [rad]",
     ),
     "a calibration": (
         '{\n "schema": "accelcal/calibration/1",\n "method": "least-squares"}',

@@ -662,13 +662,26 @@ def test_a_table_of_positions_may_have_one_stroke():
         ("stroke,position,20 degC,900 degC", ":1: temperature '900' is no temperature of a test"),
         ("temperature,1,2,3", "add a column position or angle, or a column stroke if these"),
         ("temperature,stroke,1 [mA],2 [V]", ":1: units 'mA' and 'V' in one table"),
-        ("temperature,stroke,0 deg,1.2 deg,2.4 deg", "look like radians"),
     ],
 )
 def test_columns_that_are_no_table_across(headings, said):
     row = ",".join(["20", "1", "1.3", "0.9", "0.5"][: headings.count(",") + 1])
     with pytest.raises(TableError, match=re.escape(said)):
         read(f"{headings}\n{row}\n")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "T,angle [deg],k,Y\n20,-1.5,1,-0.02\n20,0,1,0\n20,1.5,1,0.03\n",
+        "T,angle,k,Y\n20,-1.5°,1,-0.02\n20,0°,1,0\n20,1.5°,1,0.03\n",
+        "T,angle,k,Y\n20,-1°30',1,-0.02\n20,0°,1,0\n20,1°30',1,0.03\n",
+        "T,k,-1.5 deg,0 deg,1.5 deg\n20,1,-0.02,0,0.03\n",
+    ],
+)
+def test_degrees_of_a_tilt_are_no_radians_where_the_unit_is_written(text):
+    """They were refused, and the remedy was to write them in degrees."""
+    assert read(text).angle.tolist() == [-1.5, 0.0, 1.5]
 
 
 SIDE_BY_SIDE = "temperature,position,stroke,time,{},{},supply [V]\n"

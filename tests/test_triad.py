@@ -733,7 +733,7 @@ def test_angles_in_radians_are_refused_where_no_unit_says_so(tmp_path, capsys):
     path.write_text("\n".join([head, *map(",".join, turned)]), "utf-8")
     code, out, err = run(capsys, "triad", path)
     assert (code, out) == (2, "")
-    assert "look like radians; write them in degrees" in err
+    assert "look like radians; write their unit" in err
     told = "\n".join([head.replace("angle", "angle [rad]"), *map(",".join, turned)])
     in_degrees = "\n".join([head, *rows])
     found, expected = (read_triad(io.StringIO(text)) for text in (told, in_degrees))

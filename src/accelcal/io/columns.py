@@ -233,7 +233,8 @@ def _across(layout: Layout, name: str, outputs: Iterable[float | str]) -> Column
     """Column of what the headings of the outputs tell."""
     cells = [of if isinstance(of, str) else f"{of:.12g}" for of in outputs]
     lines = np.full(len(cells), layout.headings_line)
-    across = Column(name, name, None, cells, lines, layout.source)
+    unit = "deg" if name == "angle" else None  # in which headings have it
+    across = Column(name, name, unit, cells, lines, layout.source)
     return across.without_unit() if name == "temperature" else across
 
 
