@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from functools import partial
 from itertools import chain, compress
 from typing import NamedTuple
@@ -262,6 +263,10 @@ def written_otherwise(labels: Collection[str]) -> dict[str, str]:
 def _floats(column: Column) -> list[float]:
     cells: list[str] = list(column.cells)
     other = "," if column.decimal == "." else "."
+    text = "".join(cells)
+    if not (other in text or "_" in text):
+        with suppress(ValueError):  # all are plain numbers, in most tables
+            return [float(cell.replace(column.decimal, ".")) for cell in cells]
     values = []
     for index, cell in enumerate(cells):
         try:
