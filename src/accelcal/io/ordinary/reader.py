@@ -19,13 +19,13 @@ from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.declarations import declarations, notes_of_serial
+from accelcal.io.engines import BulkEngineGivesUp
 from accelcal.io.files.text import SourceText
 from accelcal.io.layout.header_lines import Declared, declare, notes_of_keys, table_key
 from accelcal.io.layout.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.ordinary.cell_blocks import (
     CellBlock,
-    Unreadable,
     cells_of_arrow,
     is_plain,
     parse_cells,
@@ -120,7 +120,7 @@ def read_arrow(
     rules, plain = found
     try:
         cells = cells_of_arrow(table, rules.roles, LABELS)
-    except Unreadable:
+    except BulkEngineGivesUp:
         return None
     return records_of(Group(rules, [plain._replace(rows=table.num_rows)], cells))[0]
 
@@ -151,7 +151,7 @@ def _parsed(
         body = b"".join([tables[i].body for i in part])
         try:
             cells = parse_cells(body, roles, LABELS, engine)
-        except Unreadable:
+        except BulkEngineGivesUp:
             even = [i for i in part if is_plain(tables[i].body, roles, LABELS)]
             half = len(part) // 2
             smaller = [part[half:], part[:half]] if len(even) == len(part) > 1 else [even]
