@@ -2473,3 +2473,25 @@ def test_a_temperature_that_is_missing_is_no_angle():
     row = "        180     -1.3455     -1.3456"
     with pytest.raises(accelcal.TableError, match=r"4: Temp\. is empty"):
         accelcal.read_table(io.StringIO(COLUMNS_OF_TEXT.format(row=row)))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "windows-1250"])
+@pytest.mark.parametrize(
+    "headings",
+    [
+        "# Jednostka: mA\nTemperatura [°C];Pozycja;Przejście;Kierunek;Wartość\n;naprzód;wstecz",
+        "# Jednotka: mA\nTeplota [°C];Poloha;Průchod;Směr;Hodnota\n;vpřed;zpět",
+        "# Eenheid: mA\nTemperatuur [°C];Positie;Doorgang;Richting;Meetwaarde\n;heen;terug",
+    ],
+    ids=["Polish", "Czech", "Dutch"],
+)
+def test_polish_czech_and_dutch_tables(headings, encoding):
+    """Their columns were not known, and Excel's windows-1250 was read as another encoding."""
+    headings, _, words = headings.rpartition("\n")
+    forth, back = words.split(";")[1:]
+    text = f"{headings}\n20,1;1;1;{forth};1,30\n20,1;5;1;{forth};-1,29\n20,1;1;2;{back};1,31\n"
+    record = read_table(io.BytesIO(text.encode(encoding)))
+    assert record.unit == "mA"
+    assert record.stroke.tolist() == [1, 1, 2]
+    assert record.output.tolist() == [1.3, -1.29, 1.31]
+    assert not any("set aside" in note for note in record.notes)

@@ -12,12 +12,14 @@ from accelcal.units import is_output_unit
 
 _MEANS = frozenset(
     {"mean", "average", "avg", "ave", "mittelwert", "moyenne", "media", "média", "среднее"}
+    | {"średnia", "průměr", "gemiddelde"}
 )
 """What a mean is called, of samples or of all strokes."""
 
 _MEASURED = _MEANS | {
     *("current", "voltage", "frequency", "strom", "spannung", "frequenz"),
     *("courant", "tension", "fréquence", "ток", "напряжение", "частота"),
+    *("prąd", "napięcie", "proud", "napětí", "stroom", "spanning"),
     *("corriente", "tensión", "frecuencia", "corrente", "tensão", "tensione"),
 }
 """What is measured, or how: of one such column without a unit the readings are."""
@@ -30,7 +32,8 @@ _CHANNEL = re.compile(
 
 _SUPPLIES = re.compile(
     r"suppl(?:y|ies)|excit|heater|batter|\b[uv](?:cc|dd|bat)\b|versorg|speise|speisung|heiz"
-    r"|batterie|aliment|chauff|питани|нагрев|riscald|calent",
+    r"|batterie|aliment|chauff|питани|нагрев|riscald|calent|zasil|grzał|grzej|napáj|ohřev"
+    r"|voeding|verwarm",
     re.IGNORECASE,
 )
 """What a column is called whose voltage or current is no output."""

@@ -13,46 +13,51 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "temperature": (
             *("temperature", "temp", "temperatur", "température", "temperatura"),
-            *("температура", "т", "温度"),
+            *("температура", "т", "温度", "teplota", "temperatuur"),
         ),
         "position": (
             *("position", "pos", "j", "stellung", "posición", "posição", "posizione"),
             *("положение", "положения", "позиция", "位置"),
+            *("pozycja", "położenie", "poloha", "pozice", "positie"),
         ),
         "angle": (
             *("angle", "theta", "th", "θ", "head_angle", "winkel", "ángulo", "ângulo", "angolo"),
-            *("угол", "角度"),
+            *("угол", "角度", "kąt", "úhel", "hoek"),
         ),
         "stroke": (
             *("stroke", "k", "hub", "durchlauf", "durchgang", "passage"),
             *("pasada", "passagem", "passata", "passaggio", "corsa"),
             *("ход", "хода", "проход", "прохода", "行程"),
+            *("skok", "przebieg", "przejście", "zdvih", "průchod", "slag", "doorgang"),
         ),
         "direction": (
             *("direction", "dir", "richtung", "sens", "sentido", "direzione", "направление"),
-            "方向",
+            *("方向", "kierunek", "směr", "richting"),
         ),
         "output": (
             *("output", "y", "value", "reading", "signal", "ausgang", "messwert", "wert"),
             *("salida", "lectura", "saída", "leitura", "uscita", "lettura", "valor", "valore"),
             *("sortie", "valeur", "выход", "выходной_сигнал", "показание", "значение"),
-            *("输出", "读数"),
+            *("输出", "读数", "wyjście", "odczyt", "wartość", "sygnał"),
+            *("výstup", "hodnota", "čtení", "signál"),
+            *("uitgang", "meetwaarde", "waarde", "aflezing"),
         ),
         "run": ("run", "lauf"),
         "time": (
             *("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время", "时间"),
-            *("tiempo", "tempo", "hora", "ora"),
+            *("tiempo", "tempo", "hora", "ora", "czas", "godzina", "čas", "tijd", "tijdstip"),
         ),
         "date": (
             *("date", "datum", "дата", "date_time", "datetime", "datum_uhrzeit", "zeitstempel"),
             *("horodatage", "fecha", "fecha_hora", "data_hora", "data_ora"),
-            *("дата_время", "дата_и_время", "日期"),
+            *("дата_время", "дата_и_время", "日期", "data_i_godzina", "datum_a_čas", "datum_tijd"),
         ),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
             *("seriennr", "serien_nr", "numéro_de_série", "n°_de_série", "nº_de_série"),
             *("número_de_serie", "número_de_série", "n°_serie", "nº_serie", "numero_di_serie"),
-            *("заводской_номер", "зав_№", "编号", "序列号"),
+            *("заводской_номер", "зав_№", "编号", "序列号", "numer_seryjny", "nr_seryjny"),
+            *("sériové_číslo", "výrobní_číslo", "serienummer", "serienr"),
         ),
         "mounting": ("mounting",),
         "clamping": ("clamping",),
@@ -60,10 +65,12 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("std", "sd", "sigma", "stdev", "stddev", "std_dev", "standard_deviation"),
             *("sdev", "standardabweichung", "stabw", "stdabw", "std_abw", "écart_type"),
             *("desviación_estándar", "desvio_padrão", "deviazione_standard", "ско", "标准差"),
+            *("odchylenie_standardowe", "směrodatná_odchylka", "standaardafwijking"),
         ),
         "count": ("count", "n", "samples"),
         "unit": (
             *("unit", "units", "einheit", "unité", "unidad", "unidade", "unità", "единица", "单位"),
+            *("jednostka", "jednotka", "eenheid"),
         ),
         "lot": ("lot", "los", "charge", "партия"),
     }
@@ -81,10 +88,12 @@ KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("g", "g_local", "local_gravity", "gravity", "fallbeschleunigung"),
             *("örtliche_fallbeschleunigung", "ortsschwere", "pesanteur", "pesanteur_locale"),
             *("ускорение_свободного_падения", "ускорение_силы_тяжести"),
+            *("przyspieszenie_ziemskie", "tíhové_zrychlení", "valversnelling"),
         ),
         "reference_temperature": (
             *("t0", "t_0", "tref", "t_ref", "reference_temperature", "bezugstemperatur"),
             *("referenztemperatur", "température_de_référence", "опорная_температура"),
+            *("temperatura_odniesienia", "referenční_teplota", "referentietemperatuur"),
         ),
         "positions": ("positions", "stellungen"),
         "head_uncertainty": (
@@ -96,8 +105,11 @@ KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "temperature_uncertainty": (
             *("temperature_uncertainty", "temperaturunsicherheit", "unsicherheit_der_temperatur"),
             *("incertitude_de_la_température", "неопределенность_температуры"),
+            *("niepewność_temperatury", "nejistota_teploty", "temperatuuronzekerheid"),
         ),
-        "resolution": ("resolution", "auflösung", "résolution", "разрешение"),
+        "resolution": (
+            *("resolution", "auflösung", "résolution", "разрешение", "rozdzielczość", "rozlišení"),
+        ),
         "delta0": ("delta0",),
         "date": ("date", "datum", "дата"),
         "runs": ("runs",),
