@@ -686,7 +686,7 @@ def test_message(name):
 MARKERS = ("999", "9999", "99999", "999999", "999.9", "999.99", "9999.9", "9999.99")
 
 
-@pytest.mark.parametrize("marker", [*MARKERS, "9.9e37", "9.91e37"])
+@pytest.mark.parametrize("marker", [*MARKERS, "9.9e37", "9.91e37", "9.9E36"])
 def test_all_markers_are_known(marker):
     assert "looks like a marker of a missing reading" in message(f"{OK}20,7,1,-{marker}\n")
 
