@@ -14,7 +14,7 @@ from accelcal.errors import AccelcalError, InputError, TableError
 from accelcal.io.tables import read_table, read_tables
 from accelcal.units import OUTPUT_UNITS
 
-GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
+GUIDE = Path(__file__).parents[1] / "docs" / "csv-words.md"
 
 H = "temperature,position,stroke,output\n"
 OK = H + "20,1,1,1.3\n20,3,1,0.01\n20,5,1,-1.3\n"

@@ -24,6 +24,7 @@ from accelcal.io.values.times import times
 from accelcal.io.words.headings import read_heading
 
 GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
+PAGES = (GUIDE, GUIDE.with_name("csv-words.md"))
 
 ROWS = [
     (temperature, position, stroke, round(1.3 * np.cos(np.pi * (position - 1) / 4) + k0, 6))
@@ -1702,7 +1703,8 @@ def test_check_declares_what_fit_declares(tmp_path, capsys):
 
 
 def samples():
-    return re.findall(r"```csv\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    return re.findall(r"```csv\n(.*?)```", text, re.DOTALL)
 
 
 @pytest.mark.parametrize("sample", samples())
@@ -1714,7 +1716,8 @@ def test_the_guide_lists_every_word():
     from accelcal.io.words.vocabulary import COLUMNS, KEYS, KINDS_OF
     from accelcal.units import spellings
 
-    prose = re.sub(r"```.*?```", "", GUIDE.read_text(encoding="utf-8"), flags=re.DOTALL)
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    prose = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
     told = {name.casefold() for name in re.findall(r"`([^`]+)`", prose)}
     words = {name for table in (COLUMNS, KEYS) for names in table.values() for name in names}
     kinds = {"scale"}.union(*KINDS_OF.values())
