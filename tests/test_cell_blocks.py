@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from accelcal.io.ordinary.cell_blocks import Unreadable, parse_cells
+from accelcal.io.engines import BulkEngineGivesUp
+from accelcal.io.ordinary.cell_blocks import parse_cells
 
 with_engines = pytest.mark.parametrize("engine", ["pyarrow", "pandas"])
 
@@ -46,7 +47,7 @@ def test_positions_and_strokes_of_any_number_of_digits(engine):
         found = parse_cells(text, ["position", "stroke"], set(), engine).numbers
         assert found["position"].tolist() == found["stroke"].tolist() == list(map(float, cells))
     for cell in ("x", "-", ".", " "):
-        with pytest.raises(Unreadable):
+        with pytest.raises(BulkEngineGivesUp):
             parse_cells(f"1,1\n{cell},1\n".encode(), ["position", "stroke"], set(), engine)
 
 
@@ -68,7 +69,7 @@ def test_numbers_close_to_the_middle_between_two(engine, values, places):
 def test_any_text_is_read_as_float_or_refused(engine, cells):
     try:
         found = parsed(cells, engine)
-    except Unreadable:
+    except BulkEngineGivesUp:
         return
     assert found.tobytes() == np.array(list(map(float, cells))).tobytes()
 
@@ -79,7 +80,7 @@ def test_any_text_is_read_as_float_or_refused(engine, cells):
     ["", "-", ".", "1.2.3", "--1", "1-2", "1_000", "e5", "1e", "x", "0x10", "na", "NA", "none"],
 )
 def test_no_numbers(engine, cell):
-    with pytest.raises(Unreadable):
+    with pytest.raises(BulkEngineGivesUp):
         parsed(["1.5", cell, "2.5"], engine)
 
 
@@ -104,5 +105,5 @@ def test_labels(engine, cells):
 )
 @pytest.mark.parametrize("labels", [set(), {"run"}])
 def test_rows_of_other_lengths(engine, text, labels):
-    with pytest.raises(Unreadable):
+    with pytest.raises(BulkEngineGivesUp):
         parse_cells(text, ["output", "run"], labels, engine)

@@ -124,7 +124,7 @@ def test_units_in_the_cells(run):
     [
         ("T,output\n20,NA\n20,1.3 mA", ":4: output '1.3 mA' has a unit, and its heading has none;"),
         ("T,output [uA]\n20,1.3 mA", "under a heading in uA; use one unit"),
-        ("T,output [mA]\n20 K,1.3 mA", "is in K; give it in degC"),
+        ("T,output [mA]\n20 K,1.3 mA", "has a unit, and its heading has none; write it in"),
         ("T,output [mA]\n20,1.3 mA\n20,1.3", "'1.3' after cells in mA; use one unit"),
     ],
 )
@@ -581,10 +581,18 @@ def test_the_temperature_of_all_samples_is_declared_as_in_tables(run, calibratio
     assert values(rows) == pytest.approx(accelcal.apply(calibration, [1.25], 20.0).value, rel=1e-14)
 
 
-def test_a_temperature_of_all_samples_in_kelvin_is_refused(run):
-    code, _, err = run(f"{HEAD}# temperature: 293 K\noutput\n1.25\n")
-    assert code == 2
-    assert "data.csv:3: temperature is given in 'K'; give it in degC" in err
+@pytest.mark.parametrize("rows", [1, 40_000])
+def test_temperatures_of_samples_in_another_unit_are_converted(run, rows):
+    """They were refused."""
+    plain = run(f"{HEAD}temperature,output\n" + "20,1.25\n" * rows)
+    for heading, cell in (("T [K]", "293.15"), ("temp_F", "68")):
+        found = run(f"{HEAD}{heading},output\n" + f"{cell},1.25\n" * rows)
+        assert found[:2] == plain[:2]
+        assert "note: temperatures are converted from " in found[2]
+    assert (
+        run(f"{HEAD}# temperature: 293.15 K\noutput\n1.25\n")[:2]
+        == run(f"{HEAD}# temperature: 20\noutput\n1.25\n")[:2]
+    )
 
 
 def test_cross_axis_in_metres_per_second_squared(run, calibration):
@@ -718,7 +726,7 @@ BAD = {
         "serial,output,temperature\nA,1,20\n",
         "data.csv: no sample of serial AL-15, but of A",
     ),
-    "kelvin": ("output,temperature [K]\n1,293\n", "data.csv:1: temperature in K; give it in degC"),
+    "mK": ("output,temperature [mK]\n1,293\n", "data.csv:1: temperature in mK; give it in degC"),
     "text": ("output,temperature\n1,20\n1.2x,20\n", "data.csv:3: output '1.2x' is not a number"),
     "infinite": ("output,temperature\n1,20\ninf,20\n", "data.csv:3: output 'inf' is infinite"),
     "cut short": (

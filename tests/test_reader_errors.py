@@ -14,7 +14,7 @@ from accelcal.errors import AccelcalError, InputError, TableError
 from accelcal.io.tables import read_table, read_tables
 from accelcal.units import OUTPUT_UNITS
 
-GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
+GUIDE = Path(__file__).parents[1] / "docs" / "csv-words.md"
 
 H = "temperature,position,stroke,output\n"
 OK = H + "20,1,1,1.3\n20,3,1,0.01\n20,5,1,-1.3\n"
@@ -151,8 +151,9 @@ ERRORS = {
         " unit, as '0 deg'",
     ),
     "kelvin": (
-        "temp [K],J,k,Y\n293,1,1,1\n",
-        "1: column 'temp [K]' is in K; give it in degC",
+        "temp [K],J,k,Y\n20,1,1,1\n20,3,1,0\n",
+        "2: temp [K] '20' is no temperature of a test, from -200 to 250 degC;"
+        " they are in K, by their heading or cells: correct the unit",
     ),
     "mrad": ("T,angle_mrad,k,Y\n20,1,1,1\n", "1: column 'angle_mrad' is in mrad; give it in deg"),
     "minutes of arc": (
@@ -160,16 +161,26 @@ ERRORS = {
         "1: column 'angle [arcmin]' is in arcmin; give it in deg",
     ),
     "kelvin in cells": (
-        "T,J,k,Y\nNA,2,1,1\n233 K,1,1,1\n",
-        "3: T '233 K' is in K; give it in degC",
+        "T [degC],J,k,Y\nNA,2,1,1\n233 K,1,1,1\n",
+        "3: T [degC] '233 K' under a heading in degC; use one unit in a column",
     ),
     "gon in cells": (
         "T,angle,k,Y\n20,0 gon,1,1\n20,3 gon,1,2\n",
         "2: angle '0 gon' is in gon; give it in deg",
     ),
-    "fahrenheit in a header line": (
-        "# temperature [F]: 68\nJ,k,Y\n1,1,1\n",
-        "1: temperature '68 F' is in F; give it in degC",
+    "T0 without a unit beside fahrenheit": (
+        "# T0: 20\n# temperature [F]: 68\nJ,k,Y\n1,1,1\n3,1,0\n",
+        "1: reference_temperature is '20' without a unit, in a table in F;"
+        " write its unit behind it, F or degC",
+    ),
+    "uncertainty without a unit beside fahrenheit": (
+        "# temperature_uncertainty: 0.2\nT [°F],J,k,Y\n68,1,1,1\n68,3,1,0\n",
+        "1: temperature_uncertainty is '0.2' without a unit, in a table in °F;"
+        " write its unit behind it, °F or degC",
+    ),
+    "headings alone, twice": (
+        "T,J,k,Y\nT,J,k,Y\n",
+        "1: column headings but no readings; add a row for each reading",
     ),
     # the rows
     "too many fields": (
@@ -278,13 +289,13 @@ ERRORS = {
     ),
     "cold": (
         OK + "-300,7,1,1\n",
-        "5: temperature '-300' is no temperature of a test, from -273.15 to 250 degC;"
-        " write temperatures in degC",
+        "5: temperature '-300' is no temperature of a test, from -200 to 250 degC;"
+        " write temperatures in degC, or with their unit, as in T [K]",
     ),
     "hot": (
         "# temperature: 293\nJ,k,Y\n1,1,1\n",
-        "1: temperature '293' is no temperature of a test, from -273.15 to 250 degC;"
-        " write temperatures in degC",
+        "1: temperature '293' is no temperature of a test, from -200 to 250 degC;"
+        " write temperatures in degC, or with their unit, as in T [K]",
     ),
     "position 0": (
         OK + "20,0,1,1\n",
@@ -313,8 +324,13 @@ ERRORS = {
     ),
     "angles in radians": (
         "T,angle,k,Y\n20,0,1,1\n20,1.5708,1,0\n20,3.1416,1,-1\n",
-        "3: angles of at most 3.1416 look like radians; write them in degrees, or with the"
-        " heading angle [rad] if they are radians",
+        "3: angles of at most 3.1416 look like radians; write their unit in the"
+        " heading, as angle [deg] or angle [rad]",
+    ),
+    "radians below degrees": (
+        "T,angle [deg],k,Y\n20,0,1,1\n20,0.785,1,0.7\n20,1.571,1,0\n",
+        "3: angles of at most 1.571 look like radians; write their unit in the"
+        " heading, as angle [deg] or angle [rad]",
     ),
     "a calibration": (
         '{\n "schema": "accelcal/calibration/1",\n "method": "least-squares"}',
@@ -675,7 +691,7 @@ def test_message(name):
 MARKERS = ("999", "9999", "99999", "999999", "999.9", "999.99", "9999.9", "9999.99")
 
 
-@pytest.mark.parametrize("marker", [*MARKERS, "9.9e37", "9.91e37"])
+@pytest.mark.parametrize("marker", [*MARKERS, "9.9e37", "9.91e37", "9.9E36"])
 def test_all_markers_are_known(marker):
     assert "looks like a marker of a missing reading" in message(f"{OK}20,7,1,-{marker}\n")
 

@@ -21,9 +21,10 @@ from accelcal.io.description import describe, summary
 from accelcal.io.tables import read_table, read_tables, survey
 from accelcal.io.values.cells import Column
 from accelcal.io.values.times import times
-from accelcal.io.words.vocabulary import read_heading
+from accelcal.io.words.headings import read_heading
 
 GUIDE = Path(__file__).parents[1] / "docs" / "csv-forms.md"
+PAGES = (GUIDE, GUIDE.with_name("csv-words.md"))
 
 ROWS = [
     (temperature, position, stroke, round(1.3 * np.cos(np.pi * (position - 1) / 4) + k0, 6))
@@ -662,13 +663,26 @@ def test_a_table_of_positions_may_have_one_stroke():
         ("stroke,position,20 degC,900 degC", ":1: temperature '900' is no temperature of a test"),
         ("temperature,1,2,3", "add a column position or angle, or a column stroke if these"),
         ("temperature,stroke,1 [mA],2 [V]", ":1: units 'mA' and 'V' in one table"),
-        ("temperature,stroke,0 deg,1.2 deg,2.4 deg", "look like radians"),
     ],
 )
 def test_columns_that_are_no_table_across(headings, said):
     row = ",".join(["20", "1", "1.3", "0.9", "0.5"][: headings.count(",") + 1])
     with pytest.raises(TableError, match=re.escape(said)):
         read(f"{headings}\n{row}\n")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "T,angle [deg],k,Y\n20,-1.5,1,-0.02\n20,0,1,0\n20,1.5,1,0.03\n",
+        "T,angle,k,Y\n20,-1.5°,1,-0.02\n20,0°,1,0\n20,1.5°,1,0.03\n",
+        "T,angle,k,Y\n20,-1°30',1,-0.02\n20,0°,1,0\n20,1°30',1,0.03\n",
+        "T,k,-1.5 deg,0 deg,1.5 deg\n20,1,-0.02,0,0.03\n",
+    ],
+)
+def test_degrees_of_a_tilt_are_no_radians_where_the_unit_is_written(text):
+    """They were refused, and the remedy was to write them in degrees."""
+    assert read(text).angle.tolist() == [-1.5, 0.0, 1.5]
 
 
 SIDE_BY_SIDE = "temperature,position,stroke,time,{},{},supply [V]\n"
@@ -872,6 +886,64 @@ def test_unit_in_a_heading(heading):
 )
 def test_what_is_no_known_unit_of_a_temperature_is_said(heading, notes):
     assert read(f"{heading},J,k,Y [mA]\n20,1,1,1\n20,5,1,2\n").notes == notes
+
+
+KELVIN = "temperatures are converted from K to degC, the first from 293.15 K to 20 degC"
+
+
+@pytest.mark.parametrize("heading", ["T [K]", "temp_K", "Temperature (K)", "t [K]", "Oven [K]"])
+def test_temperatures_in_kelvin(heading):
+    """They were refused."""
+    rows = [(f"{float(t) + 273.15:g}", *others) for t, *others in ROWS]
+    record = read(long_table(headings=(heading, *HEADINGS[1:]), rows=rows))
+    assert record == REFERENCE
+    assert KELVIN in record.notes
+
+
+@pytest.mark.parametrize("heading", ["T [degF]", "Temperature (°F)", "temp_F", "degF", "Temp F"])
+def test_temperatures_in_fahrenheit(heading):
+    rows = [(f"{1.8 * float(t) + 32:g}", *others) for t, *others in ROWS]
+    record = read(long_table(headings=(heading, *HEADINGS[1:]), rows=rows))
+    assert record == REFERENCE
+    note = "temperatures are converted from .* to degC, the first from 68 .* to 20 degC"
+    assert re.fullmatch(note, record.notes[-1])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "T,J,k,Y\n293.15 K,1,1,1\n293.15 K,5,1,-1\n",
+        "# temperature: 293.15 K\nJ,k,Y\n1,1,1\n5,1,-1\n",
+        "# temperature [K]: 293.15\nJ,k,Y\n1,1,1\n5,1,-1\n",
+        "Temperature [K]:;293,15\nJ;k;Y\n1;1;1,0\n5;1;-1,0\n",
+        "J,k,293.15 K\n1,1,1\n5,1,-1\n",
+        "T,J,k,Y\nK,,,\n293.15,1,1,1\n293.15,5,1,-1\n",
+    ],
+)
+def test_kelvin_in_cells_header_lines_and_headings(text):
+    record = read(text)
+    assert record.temperature.tolist() == [20.0, 20.0]
+    assert KELVIN in record.notes
+
+
+def test_a_pivot_table_in_fahrenheit():
+    """It was read in degC."""
+    record = read("temperature [°F],,68,140\nJ,k,,\n1,1,1,1.1\n5,1,-1,-1.1\n")
+    assert record.temperature.tolist() == [20.0, 20.0, 60.0, 60.0]
+
+
+def test_reference_temperature_and_uncertainty_in_the_unit_they_are_given_in():
+    lines = "# T0: 68 °F\n# temperature_uncertainty: 0.9 °F\n"
+    for heading, cell in (("T [K]", "293.15"), ("T [°F]", "68"), ("T", "20")):
+        record = read(f"{lines}{heading},J,k,Y\n{cell},1,1,1\n{cell},5,1,-1\n")
+        assert record.reference_temperature == 20.0
+        assert record.apparatus.temperature_uncertainty == 0.5
+
+
+def test_a_letter_behind_a_number_is_no_scale():
+    text = "T,J,1 F,1 B\n20,1,1.1,1.2\n20,5,-1.1,-1.2\n"
+    with pytest.raises(TableError, match="no column for output"):
+        read(text)
 
 
 def test_unit_in_the_cells():
@@ -1650,7 +1722,8 @@ def test_check_declares_what_fit_declares(tmp_path, capsys):
 
 
 def samples():
-    return re.findall(r"```csv\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    return re.findall(r"```csv\n(.*?)```", text, re.DOTALL)
 
 
 @pytest.mark.parametrize("sample", samples())
@@ -1662,10 +1735,12 @@ def test_the_guide_lists_every_word():
     from accelcal.io.words.vocabulary import COLUMNS, KEYS, KINDS_OF
     from accelcal.units import spellings
 
-    prose = re.sub(r"```.*?```", "", GUIDE.read_text(encoding="utf-8"), flags=re.DOTALL)
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    prose = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
     told = {name.casefold() for name in re.findall(r"`([^`]+)`", prose)}
     words = {name for table in (COLUMNS, KEYS) for names in table.values() for name in names}
-    units = {way for kinds in KINDS_OF.values() for kind in kinds for way in spellings(kind)}
+    kinds = {"scale"}.union(*KINDS_OF.values())
+    units = {way for kind in kinds for way in spellings(kind)}
     assert (words | {way.casefold() for way in units}) - told == set()
 
 
@@ -1776,7 +1851,7 @@ def test_a_unit_below_the_headings_may_be_in_them_in_other_words():
     text = "T [\xb0C],angle [deg],time [s],stroke,Y [mA]\ndegC,\xb0,sec,,Milliampere\n"
     text += "20,0,0,1,1.3\n20,180,9,1,-1.3\n"
     assert read(text).unit == "mA"
-    for odd in ("K,\xb0,sec,,Milliampere", "degC,\xb0,min,,mA", "degC,\xb0,s,,V"):
+    for odd in ("mK,\xb0,sec,,Milliampere", "degC,\xb0,min,,mA", "degC,\xb0,s,,V"):
         with pytest.raises(TableError, match=":2: "):
             read(text.replace("degC,\xb0,sec,,Milliampere", odd))
 
@@ -1796,7 +1871,7 @@ def test_units_below_the_headings_are_those_of_their_columns():
 @pytest.mark.parametrize(
     ("row", "told"),
     [
-        ("K,,,mA", ":1: column 'temperature \\[K\\]' is in K; give it in degC"),
+        ("mK,,,mA", ":1: column 'temperature \\[mK\\]' is in mK; give it in degC"),
         ("degC,,,furlong", ":2: output 'furlong' is not a number"),
         ("degC,,mm,V", ":2: "),
         ("20,,,mA", ":2: "),
@@ -2263,8 +2338,8 @@ def test_readings_below_one_heading_number_nothing():
 
 
 def test_one_heading_over_outputs_in_another_unit_of_temperature():
-    with pytest.raises(TableError, match="is in °F; give it in degC"):
-        read("T;J;Y [mA];\n°F;;1;2\n68;1;1,1;1,2\n68;2;1,2;1,3\n")
+    found = read("T;J;Y [mA];\n°F;;1;2\n68;1;1,1;1,2\n68;2;1,2;1,3\n")
+    assert found == read("T;J;Y [mA];\n°C;;1;2\n20;1;1,1;1,2\n20;2;1,2;1,3\n")
 
 
 def test_minutes_behind_the_decimal_mark_of_an_angle_are_told():
@@ -2420,3 +2495,25 @@ def test_a_temperature_that_is_missing_is_no_angle():
     row = "        180     -1.3455     -1.3456"
     with pytest.raises(accelcal.TableError, match=r"4: Temp\. is empty"):
         accelcal.read_table(io.StringIO(COLUMNS_OF_TEXT.format(row=row)))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "windows-1250"])
+@pytest.mark.parametrize(
+    "headings",
+    [
+        "# Jednostka: mA\nTemperatura [°C];Pozycja;Przejście;Kierunek;Wartość\n;naprzód;wstecz",
+        "# Jednotka: mA\nTeplota [°C];Poloha;Průchod;Směr;Hodnota\n;vpřed;zpět",
+        "# Eenheid: mA\nTemperatuur [°C];Positie;Doorgang;Richting;Meetwaarde\n;heen;terug",
+    ],
+    ids=["Polish", "Czech", "Dutch"],
+)
+def test_polish_czech_and_dutch_tables(headings, encoding):
+    """Their columns were not known, and Excel's windows-1250 was read as another encoding."""
+    headings, _, words = headings.rpartition("\n")
+    forth, back = words.split(";")[1:]
+    text = f"{headings}\n20,1;1;1;{forth};1,30\n20,1;5;1;{forth};-1,29\n20,1;1;2;{back};1,31\n"
+    record = read_table(io.BytesIO(text.encode(encoding)))
+    assert record.unit == "mA"
+    assert record.stroke.tolist() == [1, 1, 2]
+    assert record.output.tolist() == [1.3, -1.29, 1.31]
+    assert not any("set aside" in note for note in record.notes)

@@ -226,7 +226,7 @@ def test_a_place_that_stays_is_no_tumble_test():
         ("time,output,input [m/s^2]\n0,1,0\n1,2,1\n2,3,0\n", "in m/s^2; give it in g, mg or ug"),
         ("time,output\n0,1\n1,-9999\n2,3\n", ":3: output '-9999' looks like a marker of a missing"),
         ("time,output,temperature\n0,1,293\n1,2,293\n2,3,293\n", "is no temperature of a test"),
-        ("time,output,temperature [K]\n0,1,293\n1,2,293\n2,3,293\n", "in K; give it in degC"),
+        ("time,output,temperature [mK]\n0,1,293\n1,2,293\n2,3,293\n", "in mK; give it in degC"),
     ],
 )
 def test_a_bad_record_is_refused_in_one_line(text, message):

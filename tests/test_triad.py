@@ -733,7 +733,7 @@ def test_angles_in_radians_are_refused_where_no_unit_says_so(tmp_path, capsys):
     path.write_text("\n".join([head, *map(",".join, turned)]), "utf-8")
     code, out, err = run(capsys, "triad", path)
     assert (code, out) == (2, "")
-    assert "look like radians; write them in degrees" in err
+    assert "look like radians; write their unit" in err
     told = "\n".join([head.replace("angle", "angle [rad]"), *map(",".join, turned)])
     in_degrees = "\n".join([head, *rows])
     found, expected = (read_triad(io.StringIO(text)) for text in (told, in_degrees))
@@ -965,8 +965,8 @@ def test_a_temperature_may_stand_above_the_table_or_be_unknown():
         (SIX.format(20, 20, 20, 60, 60, 60), "temperatures from 20 to 60 degC in one calibration"),
         (SIX.format(20, 20, 20, "", 20, 20), ":5: T is empty; write it in every row, 'unknown'"),
         (SIX.format(*[293] * 6), ":2: T '293' is no temperature of a test"),
-        (SIX.format(*[293] * 6).replace("T,", "T [K],"), ":1: temperature in K; give it in degC"),
-        ("# temperature: 300 K\n" + SIX.replace("T,", "").replace("{},", ""), ":1: "),
+        (SIX.format(*[293] * 6).replace("T,", "T [mK],"), ":1: temperature in mK; give it in degC"),
+        ("# temperature: 300 rad\n" + SIX.replace("T,", "").replace("{},", ""), ":1: "),
     ],
 )
 def test_temperatures_that_cannot_be_used(text, message):

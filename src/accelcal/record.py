@@ -197,7 +197,7 @@ class TumbleRecord(EqualByContents):
             ("stroke", self.stroke >= 1, "1 or more"),
             ("run", (self.run >= 0) & (self.run < len(self.run_labels)), "an index of run_labels"),
             ("mounting", is_mounting(self.mounting), f"one of {', '.join(MOUNTINGS)}"),
-            ("temperature", known, "from -273.15 to 250 degC, or unknown"),
+            ("temperature", known, "from -200 to 250 degC, or unknown"),
         ]
         for name, good, rule in rules:
             if not good.all():

@@ -12,6 +12,9 @@ from accelcal.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
+    from numpy.typing import ArrayLike
+
+    from accelcal.arrays import Array
 
 MICRO = 1e6
 """So many ug are a g, so many urad a rad, and so many ppm the whole."""
@@ -89,7 +92,9 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
         ),
         "ratio": MappingProxyType({"1": 1.0, "%": 1e-2, "ppm": 1e-6, "ppb": 1e-9}),
         "temperature": MappingProxyType({"degC": 1.0}),
-        "temperature difference": MappingProxyType({"degC": 1.0, "K": 1.0, "mK": 1e-3}),
+        "temperature difference": MappingProxyType(
+            {"degC": 1.0, "K": 1.0, "mK": 1e-3, "degF": 5.0 / 9.0}
+        ),
         "time": MappingProxyType(
             {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": HOUR, "d": DAY}
         ),
@@ -99,6 +104,11 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
 
 An acceleration is a multiple of the local gravity, which is itself the kind ``"gravity"``.
 """
+
+SCALES: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {"degC": (0.0, 1.0), "K": (273.15, 1.0), "degF": (32.0, 5.0 / 9.0)}
+)
+"""Scale of temperatures -> its number at 0 degC, and its degree in degC."""
 
 _SPELLINGS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -129,7 +139,8 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "%": ("percent",),
         "degC": ("°C", "℃", "C", "deg_C", "deg C", "Celsius", "°\N{CYRILLIC CAPITAL LETTER ES}"),
-        "K": ("kelvin", "\N{CYRILLIC CAPITAL LETTER KA}"),
+        "K": ("kelvin", "°K", "\N{CYRILLIC CAPITAL LETTER KA}"),
+        "degF": ("°F", "℉", "F", "deg_F", "deg F", "Fahrenheit"),
         "mK": ("millikelvin", "м\N{CYRILLIC CAPITAL LETTER KA}"),
         "s": (
             *("sec", "secs", "second", "seconds", "Sekunden"),
@@ -156,7 +167,7 @@ _EXACT = {
     _OUTPUT: {way: name for name, others in OUTPUT_UNITS.items() for way in (name, *others)}
 } | {
     kind: {way: name for name in units for way in (name, *_SPELLINGS.get(name, ()))}
-    for kind, units in UNITS.items()
+    for kind, units in {**UNITS, "scale": SCALES}.items()
 }
 """Kind of quantity -> spelling of a unit -> its name."""
 _FOLDED = {
@@ -266,7 +277,9 @@ def conversion_factor(given: str, wanted: str) -> float | None:
 
 
 def spellings(kind: str) -> Mapping[str, str]:
-    """Ways of writing the units of a kind of quantity, of `UNITS`, each with the name of the unit.
+    """Ways of writing the units of a kind of quantity, each with the name of the unit.
+
+    The kind is one of `UNITS`, or ``"scale"`` for those of `SCALES`.
 
     Examples
     --------
@@ -351,5 +364,37 @@ def is_same_unit(one: str, other: str) -> bool:
     >>> is_same_unit("°", "deg"), is_same_unit("rad", "deg"), is_same_unit("Volts", "V")
     (True, False, True)
     """
-    sizes = [size_of(unit, "temperature", "angle", "time") for unit in (one, other)]
-    return sizes[0] == sizes[1] if any(sizes) else canonical_unit(one) == canonical_unit(other)
+    kinds = ("scale", "angle", "time", _OUTPUT)
+    name, *others = (
+        next(filter(None, (_name_of(unit.strip(), kind) for kind in kinds)), unit.strip())
+        for unit in (one, other)
+    )
+    return others == [name]
+
+
+def scale_of(unit: str | None) -> str:
+    """Name of the scale of temperatures that a unit is, one of `SCALES`; else degC.
+
+    Examples
+    --------
+    >>> scale_of("kelvin"), scale_of("°F"), scale_of("chamber"), scale_of(None)
+    ('K', 'degF', 'degC', 'degC')
+    """
+    return _name_of((unit or "").strip(), "scale") or "degC"
+
+
+def celsius(temperature: ArrayLike, unit: str | None) -> Array:
+    """Temperatures in degC of those in a unit as of `scale_of`, rounded to 1e-9 degC.
+
+    Those in degC stay as they are.
+
+    Examples
+    --------
+    >>> celsius([296.45, 293.15], "kelvin").tolist(), float(celsius(68, "°F"))
+    ([23.3, 20.0], 20.0)
+    """
+    import numpy as np  # which most units do without
+
+    zero, degree = SCALES[scale_of(unit)]
+    values: Array = np.asarray(temperature, dtype=np.float64)
+    return values if zero == 0.0 else np.round((values - zero) * degree, 9)

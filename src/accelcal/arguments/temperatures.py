@@ -9,8 +9,8 @@ from accelcal.arguments.numbers import check_number, number_array
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 
-LOWEST, HIGHEST = -273.15, 250.0
-"""Temperatures of a test; below or above are those in kelvin, and markers [degC]."""
+LOWEST, HIGHEST = -200.0, 250.0
+"""Temperatures of a test; below or above are those of another unit, and markers [degC]."""
 
 _RANGE = f"from {LOWEST:g} to {HIGHEST:g} degC"
 

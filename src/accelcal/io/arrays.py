@@ -19,7 +19,8 @@ from accelcal.io.declarations import declared_by_caller
 from accelcal.io.files.csv_text import cell_text, csv_text
 from accelcal.io.layout.heading_rows import is_apart
 from accelcal.io.tables import ONE_AT_A_TIME, read_table
-from accelcal.io.words.vocabulary import LABELS, read_heading, split_unit
+from accelcal.io.words.headings import read_heading, split_unit
+from accelcal.io.words.vocabulary import LABELS
 from accelcal.record import TumbleRecord
 
 if TYPE_CHECKING:

@@ -21,14 +21,8 @@ from accelcal.io.values.times import (
     one_date,
     with_year_first,
 )
-from accelcal.io.words.vocabulary import (
-    ACROSS,
-    UNITS_OF,
-    Heading,
-    has_unit,
-    is_unit_of,
-    split_unit,
-)
+from accelcal.io.words.headings import Heading, split_unit
+from accelcal.io.words.vocabulary import ACROSS, UNITS_OF, has_unit, is_unit_of
 from accelcal.io.words.wording import hint_of_triad, lines_named
 
 CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "count")
@@ -240,7 +234,9 @@ def _across(layout: Layout, name: str, outputs: Iterable[float | str]) -> Column
     """Column of what the headings of the outputs tell."""
     cells = [of if isinstance(of, str) else f"{of:.12g}" for of in outputs]
     lines = np.full(len(cells), layout.headings_line)
-    return Column(name, name, None, cells, lines, layout.source)
+    unit = "deg" if name == "angle" else None  # in which headings have it
+    across = Column(name, name, unit, cells, lines, layout.source)
+    return across.without_unit() if name == "temperature" else across
 
 
 def _claim(taken: dict[Any, int], key: str | float, index: int, layout: Layout) -> None:

@@ -20,8 +20,17 @@ from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.values.cells import Column, labels, number_and_unit
 from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import KEYS, KINDS_OF, canonical_key
-from accelcal.units import UNITS, conversion_factor, output_unit, scaled, size_of
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF, canonical_key, has_unit
+from accelcal.units import (
+    SCALES,
+    UNITS,
+    celsius,
+    conversion_factor,
+    output_unit,
+    scale_of,
+    scaled,
+    size_of,
+)
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))
 OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial", "serials")
@@ -30,6 +39,8 @@ OVERRIDES += ("date", "metadata")
 
 _QUANTITIES = (*APPARATUS, "reference_temperature")
 
+_ON_SCALE = "temperature"
+"""Kind of what is converted with the zero of its scale."""
 _DECIMAL_COMMA = re.compile(r"\d,\d")
 _FACTOR = re.compile(r"\bk\s*=|sigma\b|σ|\b9[59][0-9.,]*\s*%", re.IGNORECASE)
 
@@ -53,12 +64,17 @@ class Declarations(NamedTuple):
 
 
 def declarations(
-    layout: Layout, decimal: str, unit: str | None, overrides: Mapping[str, object]
+    layout: Layout,
+    decimal: str,
+    unit: str | None,
+    overrides: Mapping[str, object],
+    scale: str | None = None,
 ) -> Declarations:
     """Read the header lines.
 
     Overrides, as of `declared_by_caller`, win over the header; a quantity may be a text with its
-    unit, as ``"2 arcsec"``. The unit is that of the outputs in the table.
+    unit, as ``"2 arcsec"``. The unit is that of the outputs in the table, and the scale the unit of
+    its temperatures, where it is written.
 
     Raises
     ------
@@ -72,6 +88,8 @@ def declarations(
     values: dict[str, Any] = {key: text.value or None for key, text in declared.items()}
     for key in (*APPARATUS, "reference_temperature", "delta0"):
         if key in declared:
+            if key not in texts:
+                _refuse_without_unit(key, declared[key], decimal, scale)
             gravity = given.get("local_gravity", values.get("local_gravity"))
             mark = "." if key in texts else decimal
             values[key] = declared_number(key, declared[key], mark, unit, gravity)
@@ -203,6 +221,8 @@ def declared_number(
         raise declared.refuse(written, f"give it as a number{point}") from None
     if not np.isfinite(value):
         raise declared.refuse(f"{key} is {value}", "it is a finite number")
+    if unit and _ON_SCALE in KINDS_OF.get(key, ()):
+        value = float(celsius(value, unit))
     if key in APPARATUS:
         _check_apparatus(key, value, declared, written if unit else "")
     if key == "reference_temperature" and outside_tests(value):
@@ -211,6 +231,17 @@ def declared_number(
     if key == "delta0":
         located(checked_fixture_angle, value, source=declared.source, line=declared.line)
     return value
+
+
+def _refuse_without_unit(key: str, declared: Declared, decimal: str, scale: str | None) -> None:
+    """Refuse a temperature without a unit in a table whose temperatures are not in degC."""
+    if scale is None or scale_of(scale) == "degC":
+        return
+    kinds, bare = KINDS_OF.get(key, ()), number_and_unit(declared.value, decimal)[1] == ""
+    in_degrees = "temperature difference" in kinds and size_of(scale, *kinds) != 1.0
+    if bare and (_ON_SCALE in kinds or in_degrees):
+        problem = f"{key} is {shown(declared.value)} without a unit, in a table in {scale}"
+        raise declared.refuse(problem, f"write its unit behind it, {scale} or degC")
 
 
 def declared_temperature(layout: Layout, decimal: str) -> float | None:
@@ -241,7 +272,7 @@ def _size(
 ) -> float:
     """Size of the unit of a header line in that of the number to be stored."""
     kinds = KINDS_OF.get(key, ())
-    size = size_of(unit, *kinds)
+    size = 1.0 if _ON_SCALE in kinds and has_unit("temperature", unit) else size_of(unit, *kinds)
     if not kinds and output_unit:
         size = conversion_factor(unit, output_unit)
     if size is None and "acceleration" in kinds and (metres := size_of(unit, "gravity")):
@@ -250,7 +281,7 @@ def _size(
             raise declared.refuse(problem, "give it in g, or declare '# g: ...', in m/s^2")
         size = metres / gravity
     if size is None:
-        names = (name for kind in kinds for name in UNITS[kind])
+        names = (name for kind in kinds for name in (SCALES if kind == _ON_SCALE else UNITS[kind]))
         undeclared = "the output unit, or declare that unit, as in '# unit: mA'"
         right = ", ".join(names) or output_unit or undeclared
         raise declared.refuse(f"{key} is given in {shown(unit)}", f"give it in {right}")

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import shown
-from accelcal.arguments.temperatures import NO_TEMPERATURE, outside_tests
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
@@ -21,6 +20,7 @@ from accelcal.io.values.cells import Column, counts_rows, labels, numbers, refus
 from accelcal.io.values.lots import lots_of_rows
 from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.places import MAXIMUM_ANGLE, places_of_rows
+from accelcal.io.values.temperatures import temperatures_of
 from accelcal.io.values.times import DAY, HOUR, days, in_seconds, times
 from accelcal.io.words.signs import mounting_written
 from accelcal.io.words.wording import all_outputs, lines_named
@@ -342,22 +342,6 @@ def _refuse_no_readings(columns: Sequence[Column], outputs: Array) -> None:
 
 def _labels(columns: Mapping[str, Column], name: str) -> tuple[Ints | None, tuple[str, ...]]:
     return labels(columns[name]) if name in columns else (None, ())
-
-
-def temperatures_of(column: Column) -> Array:
-    """Temperatures of a column, NaN where they are not known [degC]."""
-    values = numbers(column)
-    blank = np.isnan(values)
-    if not isinstance(column.cells, np.ndarray):
-        blank = np.array([cell == "" for cell in column.cells])
-    column.check(~blank, "{} is empty", "write it in every row, 'unknown' where it is not known")
-    refuse_other_temperatures(column, values)
-    return values
-
-
-def refuse_other_temperatures(column: Column, values: Array) -> None:
-    """Refuse what is hardly a temperature in degC, such as one in kelvin or a marker."""
-    column.check(~outside_tests(values), f"{{}} {NO_TEMPERATURE}", "write temperatures in degC")
 
 
 def _mounting(column: Column | None, size: int) -> NDArray[np.str_]:

@@ -79,6 +79,7 @@ def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
     else:
         runs = Runs(readings.run, readings.run_labels)
         order = order_of_runs(readings.run, readings.run_labels, readings.time)
+        runs = runs if declared else replace(runs, notes=_reordered(runs, order))
     return _in_order(runs, declared or _by_appearance(runs, order), readings)
 
 
@@ -119,6 +120,20 @@ def are_counted(labels: tuple[str, ...]) -> bool:
         return False
     numbers = sorted(map(int, labels))
     return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+
+
+def _reordered(runs: Runs, order: Ints) -> tuple[str, ...]:
+    """Say where the runs are in another order than their rows."""
+    names, rows = _by_appearance(runs, order), _by_appearance(runs, np.arange(order.size))
+    if names == rows:
+        return ()
+    numbers = _by_appearance(runs, order_of_runs(runs.index, runs.labels, None))
+    what = "numbers" if names == numbers else "times"
+    return (f"the runs are in the order of their {what}, not of the rows: {_listed(names)}",)
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(names[:5]) + ", ..." * (len(names) > 5)
 
 
 def _by_appearance(runs: Runs, order: Ints) -> tuple[str, ...]:

@@ -11,8 +11,9 @@ from accelcal.io.columns import CONSTANTS
 from accelcal.io.files.csv_text import in_quotes
 from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout
+from accelcal.io.words.headings import read_heading
 from accelcal.io.words.signs import with_hyphen
-from accelcal.io.words.vocabulary import COLUMNS, KEYS, read_heading
+from accelcal.io.words.vocabulary import COLUMNS, KEYS
 
 _NUMBER = r"([+\-\u2212\u2013]?\d+(?:[.,]\d+)?)"
 _TEMPERATURE = re.compile(rf"(?:^|[\s_=(]){_NUMBER}[\s_]*(?:°[\s_]?C|℃|deg[\s_]?C)(?!\w)", re.I)

@@ -21,11 +21,12 @@ from accelcal.io.layout.output_columns import with_lone_output
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.layout.rearranged import with_units_below
-from accelcal.io.readings import refuse_other_temperatures
 from accelcal.io.values.cells import Column, labels, numbers
 from accelcal.io.values.markers import refuse_markers
+from accelcal.io.values.temperatures import notes_of_scale, refuse_other_temperatures
 from accelcal.io.values.times import in_seconds, times
-from accelcal.io.words.vocabulary import Heading, has_unit, name_and_unit
+from accelcal.io.words.headings import Heading, name_and_unit
+from accelcal.io.words.vocabulary import has_unit
 from accelcal.io.words.wording import all_outputs, lines_named, were
 from accelcal.pace import is_in_days
 from accelcal.plural import counted, listed
@@ -153,7 +154,7 @@ def read_stability(
         unit=unit,
         serial=serial,
         source=layout.source,
-        notes=(*notes, *of_unit, *of_serial),
+        notes=(*notes, *of_unit, *of_serial, *notes_of_scale(columns.get("temperature"))),
     )
 
 

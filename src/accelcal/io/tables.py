@@ -58,8 +58,10 @@ from accelcal.io.sheets import (
     with_name_of_sheet,
 )
 from accelcal.io.strokes import with_cycles
+from accelcal.io.values.cells import Column
 from accelcal.io.values.markers import notes_of_far
 from accelcal.io.values.places import notes_of_minutes
+from accelcal.io.values.temperatures import notes_of_scale
 from accelcal.io.values.thousands import notes_of_thousands
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
@@ -338,14 +340,16 @@ def _read_by(
     units = list(units_written(layout, table.outputs, table.columns.get("unit")))
     of_std = list(units_of_columns(layout, filter(None, [table.columns.get("std")])))
     unit, of_unit = unit_of_outputs(units or of_std, given, layout.source)
-    declared = declarations(layout, table.decimal, unit, overrides)
+    warmth = _warmth(table)
+    scale = warmth.unit if warmth is not None else None
+    declared = declarations(layout, table.decimal, unit, overrides, scale)
     readings = read_readings(table, declared.record["positions"])
     refuse_swapped(table, readings)
     factor = factor_of_std(of_std, units, given, layout.source)
     if readings.std is not None and factor != 1.0:
         readings = replace(readings, std=readings.std * factor)
     notes = (
-        *(*text.notes, *layout.notes, *table.notes),
+        *(*text.notes, *layout.notes, *table.notes, *notes_of_scale(warmth)),
         *notes_of_turn(readings, declared.record["positions"]),
         *notes_of_minutes(readings.angle),
         *notes_of_far(readings.output, readings.line),
@@ -359,6 +363,14 @@ def _read_by(
     common = {**declared.record, "source": layout.source, "notes": notes}
     common |= {"sha256": text.sha256, "date": overrides.get("date") or table.date or common["date"]}
     return _form(text, layout, table), records_of(layout, readings, declared, common)
+
+
+def _warmth(table: Table) -> Column | None:
+    """Column of the temperatures, or that of the headings which tell them."""
+    across = table.across
+    if across is not None and across.role == "temperature":
+        return across
+    return table.columns.get("temperature")
 
 
 def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:

@@ -19,13 +19,14 @@ from accelcal.io.declarations import (
 )
 from accelcal.io.files.text import Source, read_text
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
-from accelcal.io.readings import temperatures_of
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.values.cells import Column, complete_numbers
 from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.places import in_degrees
+from accelcal.io.values.temperatures import notes_of_scale, temperatures_of
+from accelcal.io.words.headings import Heading, name_and_unit, read_heading
 from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import Heading, has_unit, is_unit_of, name_and_unit, read_heading
+from accelcal.io.words.vocabulary import has_unit, is_unit_of
 from accelcal.plural import listed
 from accelcal.triad.record import TriadRecord, up_of_turn
 from accelcal.units import is_output_unit
@@ -104,7 +105,10 @@ def read_triad(
             local_gravity=given["local_gravity"] if "local_gravity" in given else _gravity(table),
             serial=serial,
             source=table.layout.source,
-            notes=(*table.layout.notes, *of_unit, *of_serial),
+            notes=(
+                *(*table.layout.notes, *of_unit, *of_serial),
+                *notes_of_scale(table.columns.get("temperature")),
+            ),
         ),
         source=table.layout.source,
     )

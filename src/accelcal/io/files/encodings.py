@@ -9,7 +9,7 @@ from accelcal.io.words.directions import BACK, FORWARD
 from accelcal.io.words.vocabulary import COLUMNS, KEYS
 from accelcal.units import OUTPUT_UNITS, UNITS, spellings
 
-ONE_BYTE = ("latin-1", "windows-1252", "windows-1251", "koi8-r", "cp866")
+ONE_BYTE = ("latin-1", "windows-1252", "windows-1250", "windows-1251", "koi8-r", "cp866")
 """Encodings of one byte a letter; each takes nearly any bytes."""
 
 ENCODINGS = (*ONE_BYTE, "gb18030")
@@ -74,7 +74,7 @@ def _known_words(start: bytes, encoding: str) -> int:
 def _words() -> frozenset[str]:
     """Words of headings, header lines and units, of two letters or more, one beyond ASCII."""
     names = [name for own in (*COLUMNS.values(), *KEYS.values()) for name in own]
-    units = [way for kind in UNITS for way in spellings(kind)]
+    units = [way for kind in (*UNITS, "scale") for way in spellings(kind)]
     units += [way for own in OUTPUT_UNITS.values() for way in own]
     every = " ".join([*names, *units, *FORWARD, *BACK]).casefold()
     return frozenset(w for w in _BETWEEN.split(every) if len(w) > 1 and not w.isascii())

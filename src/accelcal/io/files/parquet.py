@@ -13,7 +13,7 @@ from typing import IO, Any
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, not_installed
 from accelcal.io.files.csv_text import csv_text
-from accelcal.io.words.vocabulary import read_heading
+from accelcal.io.words.headings import read_heading
 
 _ROWS = 50_000  # that are turned into text together
 

@@ -10,7 +10,8 @@ from accelcal.io.layout.header_lines import keys_and_values
 from accelcal.io.layout.parts import headings_of, split_line
 from accelcal.io.layout.remarks import is_called_summary
 from accelcal.io.layout.rows_above import said_in_row
-from accelcal.io.words.vocabulary import ACROSS, KEYS, read_heading
+from accelcal.io.words.headings import read_heading
+from accelcal.io.words.vocabulary import ACROSS, KEYS
 
 _APART = frozenset({"serial", "temperature", "run", "stroke", "mounting", "clamping"})
 """What may be declared of a block alone."""

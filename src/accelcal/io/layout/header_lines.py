@@ -8,15 +8,8 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.words.vocabulary import (
-    KEYS,
-    KINDS_OF,
-    UNITS_OF,
-    canonical_key,
-    is_unit_of,
-    name_and_unit,
-    split_unit,
-)
+from accelcal.io.words.headings import name_and_unit, split_unit
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF, UNITS_OF, canonical_key, is_unit_of
 from accelcal.units import UNITS, is_output_unit, size_of
 
 KeyOf = Callable[[str], str | None]
@@ -33,7 +26,10 @@ _SHORTEST = 6  # letters of a key below which one that is nearly alike means som
 _ALIKE = 0.85  # least likeness of two keys, of difflib; one wrong letter of seven
 _OF_VOLTMETER = re.compile(r"\bbits?$|(?:½|[.,]5|1/2)\W*(?:digits?|stell\w*)$", re.IGNORECASE)
 _IN_BITS = "resolution_in_bits"
-_UNCERTAINTY = re.compile("uncertaint|unsicherheit|incertitude|неопредел|incertidumbre|incertezz?a")
+_UNCERTAINTY = re.compile(
+    "uncertaint|unsicherheit|incertitude|неопредел|incertidumbre|incertezz?a"
+    "|niepewno|nejistot|onzekerheid"
+)
 _UNCERTAINTIES = [key for key in KEYS if key.endswith("uncertainty")]
 _NAMES = [name for names in KEYS.values() for name in names if len(name) >= _SHORTEST]
 

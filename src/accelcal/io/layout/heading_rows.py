@@ -7,16 +7,8 @@ from itertools import chain, pairwise, product, zip_longest
 
 from accelcal.io.layout.directions import are_cycles, strokes_of, tells_direction, way_of
 from accelcal.io.layout.lone_output import is_mean, lone_output
-from accelcal.io.words.vocabulary import (
-    ACROSS,
-    COLUMNS,
-    OUTPUTS,
-    Heading,
-    canonical_key,
-    is_unit_of,
-    name_and_unit,
-    read_heading,
-)
+from accelcal.io.words.headings import Heading, name_and_unit, read_heading
+from accelcal.io.words.vocabulary import ACROSS, COLUMNS, OUTPUTS, canonical_key, is_unit_of
 from accelcal.units import is_output_unit, spellings
 
 _CORE = {"temperature", "position", "angle", "stroke", "output"}

@@ -6,17 +6,20 @@ import re
 from collections.abc import Sequence
 
 from accelcal.io.layout.directions import way_of
-from accelcal.io.words.vocabulary import OUTPUTS, Heading, has_unit, name_and_unit, split_unit
+from accelcal.io.words.headings import Heading, name_and_unit, split_unit
+from accelcal.io.words.vocabulary import OUTPUTS, has_unit
 from accelcal.units import is_output_unit
 
 _MEANS = frozenset(
     {"mean", "average", "avg", "ave", "mittelwert", "moyenne", "media", "média", "среднее"}
+    | {"średnia", "průměr", "gemiddelde"}
 )
 """What a mean is called, of samples or of all strokes."""
 
 _MEASURED = _MEANS | {
     *("current", "voltage", "frequency", "strom", "spannung", "frequenz"),
     *("courant", "tension", "fréquence", "ток", "напряжение", "частота"),
+    *("prąd", "napięcie", "proud", "napětí", "stroom", "spanning"),
     *("corriente", "tensión", "frecuencia", "corrente", "tensão", "tensione"),
 }
 """What is measured, or how: of one such column without a unit the readings are."""
@@ -29,7 +32,8 @@ _CHANNEL = re.compile(
 
 _SUPPLIES = re.compile(
     r"suppl(?:y|ies)|excit|heater|batter|\b[uv](?:cc|dd|bat)\b|versorg|speise|speisung|heiz"
-    r"|batterie|aliment|chauff|питани|нагрев|riscald|calent",
+    r"|batterie|aliment|chauff|питани|нагрев|riscald|calent|zasil|grzał|grzej|napáj|ohřev"
+    r"|voeding|verwarm",
     re.IGNORECASE,
 )
 """What a column is called whose voltage or current is no output."""
@@ -45,7 +49,7 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
 
     Examples
     --------
-    >>> from accelcal.io.words.vocabulary import read_heading
+    >>> from accelcal.io.words.headings import read_heading
     >>> lone_output([read_heading(text) for text in ("Zeit", "Strom in mA")])[1].unit
     'mA'
     """

@@ -9,7 +9,8 @@ from accelcal.arguments.kinds import shown
 from accelcal.io.layout.heading_rows import is_part_of_angle
 from accelcal.io.layout.lone_output import lone_output
 from accelcal.io.layout.parts import Layout, split_line
-from accelcal.io.words.vocabulary import OUTPUTS, Heading, has_unit, name_and_unit
+from accelcal.io.words.headings import Heading, name_and_unit
+from accelcal.io.words.vocabulary import OUTPUTS, has_unit
 from accelcal.units import is_output_unit
 
 _BEFORE_UNIT = " _/,[("
@@ -127,6 +128,8 @@ def _unit_behind(heading: Heading, role: str) -> str | None:
     unit = name_and_unit(heading.text, is_own, behind_blanks=False)[1]
     if not unit:
         unit = name_and_unit(heading.text, lambda own: is_own(own) and len(own) > 1)[1]
+    if not unit and role == "temperature" and len(heading.text) > 1:
+        unit = heading.text
     return unit if is_own(unit) else None
 
 

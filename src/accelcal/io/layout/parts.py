@@ -28,7 +28,7 @@ from accelcal.io.layout.pivot_names import named_below
 from accelcal.io.layout.rows_above import declarations_above, is_of_numbers
 from accelcal.io.layout.unit_rows import UNITS_ABOVE, headings_with_units
 from accelcal.io.layout.wide_blanks import with_tabs
-from accelcal.io.words.vocabulary import Heading
+from accelcal.io.words.headings import Heading
 from accelcal.io.words.wording import hint_of_triad, lines_named, were
 
 _MARKS = ("\t", ";", "|", ",")  # between cells, beside blanks
@@ -37,6 +37,9 @@ _WIDE_BLANKS = re.compile(r" {2,}")
 _PREAMBLE_LINES = 200
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
+
+NO_READINGS = ("column headings but no readings", "add a row for each reading")
+"""Problem and remedy of a table without rows."""
 
 _AreHeadings = Callable[[Sequence[Heading]], bool]
 
@@ -357,8 +360,7 @@ def _rows(
     if comments:
         kept = sorted(set(kept).difference(comments))
     if not kept:
-        problem, remedy = "column headings but no readings", "add a row for each reading"
-        raise TableError(problem, remedy, source=source.name, line=headings.lines[-1])
+        raise TableError(*NO_READINGS, source=source.name, line=headings.lines[-1])
     if len(kept) < len(rows):
         rows = [lines[n - 1] for n in kept]
     return rows, kept, [n + source.skipped for n in comments]

@@ -6,18 +6,19 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from accelcal.io.layout.heading_rows import are_headings, read_headings, tell_places
-from accelcal.io.words.vocabulary import COLUMNS, Heading, read_heading
+from accelcal.io.words.headings import Heading, read_heading
+from accelcal.io.words.vocabulary import COLUMNS, UNITS_OF
 
 _NUMBERED: Mapping[str | None, str] = MappingProxyType(
     {
         "stroke": "stroke {}",
         "position": "position {}",
-        "angle": "{} deg",
-        "temperature": "{} degC",
+        "angle": "{} {}",
+        "temperature": "{} {}",
         "serial": "S/N {}",
     }
 )
-"""What numbers side by side stand for -> the heading of one."""
+"""What numbers side by side stand for -> the heading of one, with its unit."""
 
 
 def named_below(above: Sequence[str], row: Sequence[str]) -> tuple[Heading, ...] | None:
@@ -37,8 +38,9 @@ def named_below(above: Sequence[str], row: Sequence[str]) -> tuple[Heading, ...]
     told = [cell for cell in above[: len(names)] if cell]
     if len(told) != 1 or [*row[: len(names)]] != names:
         return None
-    form = _NUMBERED.get(read_heading(told[0]).role)
+    what = read_heading(told[0])
+    form, unit = _NUMBERED.get(what.role), what.unit or UNITS_OF.get(what.role or "", ("",))[0]
     if form is None or not COLUMNS.keys() >= {read_heading(name).role for name in names}:
         return None
-    cells = read_headings([*names, *map(form.format, above[len(names) :])])
+    cells = read_headings([*names, *(form.format(own, unit) for own in above[len(names) :])])
     return cells if tell_places(cells) and are_headings(cells) else None

@@ -8,17 +8,11 @@ from itertools import pairwise
 from accelcal.arguments.kinds import shown
 from accelcal.io.files.csv_text import in_quotes
 from accelcal.io.layout.heading_rows import blocks_of_columns
-from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.layout.parts import NO_READINGS, Layout, split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
+from accelcal.io.words.headings import Heading, read_heading, split_unit
 from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import (
-    ACROSS,
-    LABELS,
-    Heading,
-    is_unit_of,
-    read_heading,
-    split_unit,
-)
+from accelcal.io.words.vocabulary import ACROSS, LABELS, is_unit_of
 from accelcal.io.words.wording import lines_named, were
 
 _KEY = frozenset(
@@ -150,6 +144,8 @@ def without_repeated_headings(layout: Layout) -> Layout:
         below = [place + 1 for place in repeated]
         repeated += [place for place in below if layout.rows[place : place + 1] == layout.rows[:1]]
     left = sorted(set(range(len(layout.rows))).difference(repeated))
+    if not left:
+        raise layout.refuse(*NO_READINGS)
     lines = [layout.lines[place] for place in sorted(repeated)]
     note = f"{were(lines, 'row')} of headings again, and left out ({lines_named(lines)})"
     return _if_told_apart(layout, layout.some(left)._replace(notes=(*layout.notes, note)))

@@ -15,6 +15,7 @@ _SUMMARIES = (
     *("sum", "total", "rms", "spread", r"max[ .]?[-\u2212\u2013][ ]?min"),
     *("mittelwert", "mittel", "spannweite", "summe"),
     *("moyenne", "médiane", "étendue", "somme"),
+    *("średnia", "suma", "průměr", "součet", "gemiddelde", "som"),
     *("среднее", "медиана", "макс", "максимум", "мин", "минимум", "размах", "сумма", "итого"),
     *(name.replace("_", r"[ _.\-]+") for name in COLUMNS["std"]),
 )

@@ -24,15 +24,8 @@ from accelcal.io.layout.header_lines import (
     keys_and_values,
     notes_of_keys,
 )
-from accelcal.io.words.vocabulary import (
-    KEYS,
-    KINDS_OF,
-    LONGEST,
-    Heading,
-    canonical_key,
-    read_heading,
-    split_unit,
-)
+from accelcal.io.words.headings import Heading, read_heading, split_unit
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF, LONGEST, canonical_key
 from accelcal.io.words.wording import lines_named
 from accelcal.units import is_output_unit
 

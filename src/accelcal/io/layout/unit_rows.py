@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from accelcal.io.words.headings import Heading, read_heading
 from accelcal.io.words.signs import MISSING
-from accelcal.io.words.vocabulary import Heading, is_unit_of, read_heading
+from accelcal.io.words.vocabulary import is_unit_of
 from accelcal.units import is_same_unit
 
 _NO_UNIT = MISSING | {"1"}

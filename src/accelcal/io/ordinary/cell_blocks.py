@@ -27,10 +27,6 @@ _NAME = b"[" + re.escape(_LABEL) + b"]++"
 _NUMBER = rb"-?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++)(?:[eE][-+]?+[0-9]++)?+"
 
 
-class Unreadable(Exception):  # noqa: N818  (a signal between two functions, no error)
-    """Some cell is not plain."""
-
-
 class CellBlock(NamedTuple):
     """Columns of many tables, one below the other.
 
@@ -91,7 +87,7 @@ def parse_cells(
 
     Raises
     ------
-    Unreadable
+    BulkEngineGivesUp
         If a row has another number of cells, or a cell is not plain.
 
     Examples
@@ -101,7 +97,7 @@ def parse_cells(
     ([1.5, 2.0], [0, 1], ['a', 'b'])
     """
     if not _has_plain_characters(body, roles, labels):
-        raise Unreadable
+        raise BulkEngineGivesUp
     parse = _by_pyarrow if engine == "pyarrow" else _by_pandas
     return parse(body, roles, labels)
 
@@ -132,11 +128,11 @@ def cells_of_arrow(table: Any, roles: Sequence[str], labels: Collection[str]) ->
 
     Raises
     ------
-    Unreadable
+    BulkEngineGivesUp
         If a cell is missing, a number has neither 64 bits nor is whole, or a label is not plain.
     """
     if table.num_columns != len(roles) or any(column.null_count for column in table.columns):
-        raise Unreadable
+        raise BulkEngineGivesUp
     found = CellBlock({}, {}, {})
     for role, column in zip(roles, table.columns, strict=True):
         if role in labels:
@@ -150,7 +146,7 @@ def _numbers_of_arrow(column: Any) -> Array:
     from pyarrow import types
 
     if not (types.is_float64(column.type) or types.is_integer(column.type)):
-        raise Unreadable
+        raise BulkEngineGivesUp
     return _values_of_arrow(column.combine_chunks()).astype(np.float64, copy=False)
 
 
@@ -164,11 +160,11 @@ def _labels_of_arrow(column: Any) -> tuple[Ints, list[str]]:
     if not (
         types.is_string(column.type.value_type) or types.is_large_string(column.type.value_type)
     ):
-        raise Unreadable
+        raise BulkEngineGivesUp
     whole = column.unify_dictionaries().combine_chunks()
     names = whole.dictionary.to_pylist()
     if None in names or "".join(names).encode().translate(None, _LABEL):
-        raise Unreadable
+        raise BulkEngineGivesUp
     return _values_of_arrow(whole.indices).astype(np.int64), names
 
 
@@ -199,7 +195,7 @@ def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> C
         )
         numbers = {role: _numbers_of_text(table.column(role).combine_chunks()) for role in whole}
     except pa.ArrowInvalid as error:
-        raise Unreadable from error
+        raise BulkEngineGivesUp from error
     others = [role for role in roles if role not in _WHOLE]
     cells = cells_of_arrow(table.select(others), others, labels)
     cells.numbers.update(numbers)
@@ -223,15 +219,12 @@ def _by_pandas(body: bytes, roles: Sequence[str], labels: Collection[str]) -> Ce
 
     row = b"," * (len(roles) - 1) + b"\n"
     if body.translate(None, _LABEL) != row * body.count(b"\n"):
-        raise Unreadable
+        raise BulkEngineGivesUp
     places = range(len(roles))
     numeric = [i for i in places if roles[i] not in labels]
-    try:
-        frame = read_frame(body, ",", len(roles), places, numeric, ".")
-    except BulkEngineGivesUp as error:
-        raise Unreadable from error
+    frame = read_frame(body, ",", len(roles), places, numeric, ".")
     if frame[numeric].isna().to_numpy().any():
-        raise Unreadable
+        raise BulkEngineGivesUp
     found = CellBlock({}, {}, {})
     for place, role in enumerate(roles):
         if role in labels:

@@ -19,29 +19,23 @@ from accelcal.errors import InputError
 from accelcal.frozen_mapping import FrozenMapping
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.declarations import declarations, notes_of_serial
+from accelcal.io.engines import BulkEngineGivesUp
 from accelcal.io.files.text import SourceText
 from accelcal.io.layout.header_lines import Declared, declare, notes_of_keys, table_key
 from accelcal.io.layout.output_unit import Written, unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.ordinary.cell_blocks import (
     CellBlock,
-    Unreadable,
     cells_of_arrow,
     is_plain,
     parse_cells,
     read_engine,
 )
 from accelcal.io.ordinary.rows import Group, Plain, Rules, records_of
-from accelcal.io.words.vocabulary import (
-    KEYS,
-    LABELS,
-    TIME_UNITS,
-    UNITS_OF,
-    Heading,
-    has_unit,
-)
+from accelcal.io.words.headings import Heading
+from accelcal.io.words.vocabulary import KEYS, LABELS, TIME_UNITS, UNITS_OF, has_unit
 from accelcal.record import TumbleRecord
-from accelcal.units import canonical_unit, degrees_in
+from accelcal.units import canonical_unit, is_same_unit
 
 _ORDINARY = frozenset(
     {"temperature", "position", "angle", "stroke", "output", "time", "std", "count"}
@@ -126,7 +120,7 @@ def read_arrow(
     rules, plain = found
     try:
         cells = cells_of_arrow(table, rules.roles, LABELS)
-    except Unreadable:
+    except BulkEngineGivesUp:
         return None
     return records_of(Group(rules, [plain._replace(rows=table.num_rows)], cells))[0]
 
@@ -157,7 +151,7 @@ def _parsed(
         body = b"".join([tables[i].body for i in part])
         try:
             cells = parse_cells(body, roles, LABELS, engine)
-        except Unreadable:
+        except BulkEngineGivesUp:
             even = [i for i in part if is_plain(tables[i].body, roles, LABELS)]
             half = len(part) // 2
             smaller = [part[half:], part[:half]] if len(even) == len(part) > 1 else [even]
@@ -309,8 +303,8 @@ def _has_its_unit(heading: Heading) -> bool:
     if heading.unit is None:
         return True
     role = heading.role or ""
-    if degrees_in(heading.unit) != 1.0:
-        return False
+    if role in ("temperature", "angle"):
+        return is_same_unit(heading.unit, UNITS_OF[role][0])
     return has_unit(role, heading.unit) if role in UNITS_OF else role in ("output", "std")
 
 

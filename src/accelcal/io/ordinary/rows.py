@@ -21,7 +21,7 @@ from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.plans import PLANNED, Plans, read_plans, without_gaps
 from accelcal.io.ordinary.stretches import Leading, Parts, Stretches, leading_of, parts_of
 from accelcal.io.readings import FEWEST_IN_TURN
-from accelcal.io.values.markers import FARTHEST, MARKERS
+from accelcal.io.values.markers import FARTHEST, are_markers
 from accelcal.io.values.places import notes_of_minutes
 from accelcal.pace import LATEST, QUICKEST
 from accelcal.record import TumbleRecord
@@ -120,9 +120,9 @@ def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
     cells = group.cells
     own = {role: values for role, values in cells.numbers.items() if role not in PLANNED}
     numbers, odd_row = without_gaps(own)
-    output, std, count = (numbers.get(role) for role in ("output", "std", "count"))
+    output, std, count = numbers["output"], numbers.get("std"), numbers.get("count")
     time = numbers["time"] * group.rules.factor if "time" in numbers else None
-    odd_row |= _is_marker(output)
+    odd_row |= are_markers(output)
     if std is not None:
         odd_row |= std < 0.0
     if count is not None:
@@ -139,12 +139,6 @@ def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
         odd |= cells.odd_labels("serial", parts.code)
     # a table with clampings is left to the general reader
     return {"output": output, "time": time, "std": std, "count": count, "clamping": None}, odd
-
-
-def _is_marker(output: Any) -> Any:
-    """Tell which readings may be what loggers write for a missing one."""
-    size = np.abs(output)
-    return np.isin(size, MARKERS) if size.max() >= min(MARKERS) else False
 
 
 def _has_far(output: Any, rows: Stretches) -> Mask:

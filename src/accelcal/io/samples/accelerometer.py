@@ -16,7 +16,7 @@ from accelcal.io.samples.headings import SampleHeadings, acceleration_unit
 from accelcal.io.samples.options import StreamOptions, acceleration_scale, output_factor
 from accelcal.io.samples.reader import SampleBlock
 from accelcal.io.samples.temperatures import OTHER_TEMPERATURES, SampleTemperatures
-from accelcal.io.values.markers import MARKERS
+from accelcal.io.values.markers import are_markers
 from accelcal.results.calibration import Calibration
 
 __all__ = ["Accelerometer"]
@@ -144,5 +144,5 @@ class Accelerometer:
     def _marked(self, used: Mapping[str, Array], far: Mask) -> Mask:
         """Samples, of some that are far off, whose output loggers write for a missing one."""
         marked: Mask = far.copy()
-        marked[far] = np.isin(np.abs(used["output"][far] / self._factors["output"]), MARKERS)
+        marked[far] = are_markers(used["output"][far] / self._factors["output"])
         return marked

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from accelcal.arguments.axes import AXES
 from accelcal.io.layout.parts import Recognise
 from accelcal.io.triad import triad_heading
-from accelcal.io.words.vocabulary import Heading, read_heading, split_unit
+from accelcal.io.words.headings import Heading, read_heading, split_unit
 
 __all__ = ["ACROSS_AXES", "ONE_ACCELEROMETER", "TRIAD", "StreamForm"]
 

@@ -24,8 +24,9 @@ from accelcal.io.layout.parts import Layout, split_headings, split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, TRIAD, StreamForm
 from accelcal.io.samples.unit_column import first_unit
-from accelcal.io.words.vocabulary import KEYS, Heading, has_unit
-from accelcal.units import canonical_unit, size_of
+from accelcal.io.words.headings import Heading
+from accelcal.io.words.vocabulary import KEYS, has_unit
+from accelcal.units import canonical_unit, scale_of, size_of
 
 __all__ = ["SampleHeadings", "acceleration_unit", "read_sample_headings"]
 
@@ -79,6 +80,11 @@ class SampleHeadings:
     def output_unit(self) -> str | None:
         """Unit of the outputs, None where nothing tells it."""
         return self.units.get("output")
+
+    @property
+    def scale(self) -> str:
+        """Scale of the temperatures in a column."""
+        return scale_of(self.units.get("temperature"))
 
     @property
     def source(self) -> str:
@@ -225,6 +231,8 @@ def read_sample_headings(
         of_rows, row = first_unit(row, place, readline, columns["unit"], separator)
     units = _units(layout, columns, form.outputs, of_rows, unit)
     notes = (*notes, *layout.notes, *notes_of_unused(layout, (*form.roles, "serials")))
+    if (scale := scale_of(units.get("temperature"))) != "degC":
+        notes = (*notes, f"temperatures are converted from {scale} to degC")
     return SampleHeadings(layout, columns, units, place, row, notes, of_rows)
 
 

@@ -43,7 +43,7 @@ from accelcal.io.samples.unit_column import refuse_other_units
 from accelcal.io.values.cells import Column, numbers
 from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import is_unit_of
-from accelcal.units import canonical_unit
+from accelcal.units import canonical_unit, celsius, scale_of
 
 __all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
 
@@ -219,6 +219,8 @@ class SampleReader:
         values = {role: frame[i].to_numpy() for role, i in headings.numeric.items()}
         if any(np.isinf(column).any() for column in values.values()):
             raise BulkEngineGivesUp
+        if "temperature" in values:
+            values["temperature"] = celsius(values["temperature"], headings.scale)
         texts = {role: frame[i].str.strip().tolist() for role, i in headings.texts.items()}
         return self._block(values, texts, self._line + np.arange(rows))
 
@@ -256,7 +258,8 @@ class SampleReader:
         column = Column(role, heading, unit, cells, lines, self.source, self._decimal)
         bare = column.without_unit(partial(is_unit_of, kind))
         written = canonical_unit(bare.unit) if bare.unit else None
-        if written != unit and kind == "output":
+        of_scale = kind == "temperature" and scale_of(bare.unit) == self.headings.scale
+        if written != unit and not (kind in ACROSS_AXES or of_scale):
             at = next(i for i, cell in enumerate(cells) if cell != bare.cells[i])
             remedy = f"write it in the heading, as {heading} [{bare.unit}]"
             raise column.refuse(at, "{} has a unit, and its heading has none", remedy)

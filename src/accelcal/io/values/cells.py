@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from functools import partial
 from itertools import chain, compress
 from typing import NamedTuple
@@ -15,9 +16,10 @@ from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.io.values.thousands import first_in_groups, without_blanks
+from accelcal.io.words.headings import read_heading
 from accelcal.io.words.signs import MISSING, is_missing, with_hyphen
-from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of, read_heading
-from accelcal.units import is_same_unit
+from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of
+from accelcal.units import celsius, is_same_unit
 
 _REMEDIES = {
     "position": "write its number J; head angles have the heading 'angle'",
@@ -167,7 +169,7 @@ def number_and_unit(text: str, decimal: str) -> tuple[str, str]:
 
 
 def numbers(column: Column) -> Array:
-    """Numbers of a column, NaN where a cell is missing.
+    """Numbers of a column, NaN where a cell is missing; temperatures in degC.
 
     Raises
     ------
@@ -179,7 +181,7 @@ def numbers(column: Column) -> Array:
     else:
         values = np.array(_floats(column), dtype=np.float64)
     column.check(~np.isinf(values), "{} is infinite or too large", "write a finite number")
-    return values
+    return celsius(values, column.unit) if column.role == "temperature" else values
 
 
 def counts_rows(values: Array) -> bool:
@@ -261,6 +263,10 @@ def written_otherwise(labels: Collection[str]) -> dict[str, str]:
 def _floats(column: Column) -> list[float]:
     cells: list[str] = list(column.cells)
     other = "," if column.decimal == "." else "."
+    text = "".join(cells)
+    if not (other in text or "_" in text):
+        with suppress(ValueError):  # all are plain numbers, in most tables
+            return [float(cell.replace(column.decimal, ".")) for cell in cells]
     values = []
     for index, cell in enumerate(cells):
         try:

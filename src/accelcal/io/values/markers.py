@@ -6,26 +6,40 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from accelcal.arrays import Array, Ints
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.values.cells import Column
 
-MARKERS = (
-    *(999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99, 999.25),
-    *(9.9e37, 9.91e37, 1e38, 1e20, 1e30, 3.4028235e38, float(np.finfo(np.float32).max)),
-)
-"""Sizes of what loggers write for a missing reading; those of voltmeters are by SCPI 1999, for an
-overload and for what is not a number, and that of the 3458A, which is older."""
+_NINES = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99, 999.25)
+"""Sizes of what loggers write for a missing reading."""
+
+_LARGEST = 1e20
+"""Outputs from here on are markers: 9.9e37 and 9.91e37 of voltmeters by SCPI 1999, 1e38 of the
+3458A, the largest number of 32 bits, or one of these with a digit lost."""
 
 _FAR = 10.0
-"""One of `MARKERS` is no reading where it is so many times the largest other output."""
+"""A marker is no reading where it is so many times the largest other output."""
 
 FARTHEST = 1e4
 """Nor is any output, most likely, that is so many times the largest other one."""
 
 
+def are_markers(outputs: Array) -> Mask:
+    """Tell which outputs are written as loggers and voltmeters do for a missing reading.
+
+    Examples
+    --------
+    >>> are_markers(np.array([-9999.0, 9.9e37, 1.35, np.nan])).tolist()
+    [True, True, False, False]
+    """
+    size = np.abs(outputs)
+    if not (size >= min(_NINES)).any():
+        return np.zeros(size.shape, dtype=bool)
+    return np.asarray(np.isin(size, _NINES) | (size >= _LARGEST))
+
+
 def refuse_markers(columns: Iterable[Column], outputs: Array) -> None:
     """Refuse -9999 and the like, as loggers write for a missing reading, far outside the others."""
-    marker = np.isin(np.abs(outputs), MARKERS)
+    marker = are_markers(outputs)
     size = np.abs(outputs[~marker & ~np.isnan(outputs)]).max(initial=0.0)
     if not marker.any() or size == 0.0:
         return

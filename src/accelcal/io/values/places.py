@@ -16,6 +16,9 @@ from accelcal.units import degrees_in
 MAXIMUM_ANGLE = 36000.0
 """Above it an angle is taken for a mistake: a hundred turns of the head [deg]."""
 
+_LEAST_STEP, _ROUNDED = 2.5, 0.02
+"""Fractions of a turn that radians are of [deg], and the part of one by which they are rounded."""
+
 _ANGLES = "head angles in degrees have the heading 'angle'"
 """Remedy where angles stand under `position`."""
 
@@ -65,8 +68,9 @@ def in_degrees(column: Column, angle: Array) -> Array:
     Raises
     ------
     TableError
-        At the first that is no whole number, if they are not told to be radians and look like them:
-        they go around in a few degrees, and not by whole ones.
+        At the first that is no whole number, if they look like radians and no unit is written: they
+        go around in a few degrees, and not by whole ones. Below a unit of degrees, as for a tilt,
+        where they are fractions of a turn in radians.
     """
     if (size := degrees_in(column.unit or "")) != 1.0:
         return angle * size
@@ -74,9 +78,10 @@ def in_degrees(column: Column, angle: Array) -> Array:
     if known.size == 0 or np.ptp(known) < 1.5 or np.abs(known).max() > 2.0001 * np.pi:
         return angle
     broken = np.flatnonzero(angle % 1.0 > 0.0)
-    if broken.size:
+    steps = np.degrees(known) / _LEAST_STEP
+    if broken.size and (column.unit is None or np.abs(steps - np.rint(steps)).max() < _ROUNDED):
         problem = f"angles of at most {np.abs(known).max():g} look like radians"
-        remedy = "write them in degrees, or with the heading angle [rad] if they are radians"
+        remedy = "write their unit in the heading, as angle [deg] or angle [rad]"
         raise TableError(problem, remedy, source=column.source, line=int(column.lines[broken[0]]))
     return angle
 

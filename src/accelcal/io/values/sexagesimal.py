@@ -37,7 +37,7 @@ def in_degrees(column: Column) -> Column:
     if isinstance(column.cells, np.ndarray) or not any(map(_is_divided, column.cells)):
         return column
     cells = [_decimal(column, index) for index in range(len(column.cells))]
-    return column._replace(cells=cells)
+    return column._replace(cells=cells, unit=column.unit or "deg")
 
 
 def with_parts(angle: Column, parts: Sequence[Column]) -> Column:
@@ -67,7 +67,7 @@ def with_parts(angle: Column, parts: Sequence[Column]) -> Column:
         values = np.nan_to_num(numbers(part))
         part.check((values >= 0.0) & (values < 60.0), "{} is not from 0 to below 60", _BELOW)
         size = size + values / of_degree
-    return angle._replace(cells=np.copysign(size, degrees))
+    return angle._replace(cells=np.copysign(size, degrees), unit=angle.unit or "deg")
 
 
 def _is_divided(cell: str) -> bool:

@@ -8,15 +8,8 @@ from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
-from accelcal.io.words.vocabulary import (
-    COLUMNS,
-    LONGEST,
-    Heading,
-    canonical_key,
-    is_unit_of,
-    name_and_unit,
-    plain_name,
-)
+from accelcal.io.words.headings import Heading, name_and_unit
+from accelcal.io.words.vocabulary import COLUMNS, LONGEST, canonical_key, is_unit_of, plain_name
 
 STANDARD = (
     *("standard_uncertainty", "standardunsicherheit", "incertitude_type"),

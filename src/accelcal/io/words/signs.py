@@ -4,7 +4,8 @@ from __future__ import annotations
 
 MISSING = frozenset(
     {"", "-", "--", "---", "?", "na", "n/a", "n.a.", "nan", "null", "none", "unknown", "missing"}
-    | {"#n/a", "#nv", "#n/d", "#н/д", "k.a.", "—", "–", "\\n"}  # of Excel, and of databases
+    | {"#n/a", "#nv", "#n/d", "#н/д", "#n/d!", "#n/b"}  # of Excel
+    | {"k.a.", "—", "–", "\\n"}  # the last one of databases
     | {f"{sign}{name}" for sign in ("-", "") for name in ("nan(ind)", "1.#ind", "1.#qnan")}
 )
 """Cells that stand for a missing value, in lower case."""
