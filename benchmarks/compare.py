@@ -1,8 +1,9 @@
-"""Coverage of `accelcal compare`: how often its intervals hold a change of zero.
+"""Coverage of `accelcal compare`: how often its intervals hold the change of a unit.
 
 Run ``python benchmarks/compare.py`` (minutes) or with ``--smoke`` (seconds). Both tests come from
 `tumble`, which shares no code with accelcal: one unit, measured twice on one head or on two, on the
-same side or on the other one. Regimes marked with a star are wider than needed, and say why.
+same side or on the other one. Nothing of it has changed, or what the last regimes name. Regimes
+marked with a star are wider than needed, and say why.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ LAUNCH = {"launch_uncertainty": 5e-6, "launch_sf_uncertainty": 5e-6}
 STAND = Stand(head=HEAD, launch=5e-6, launch_sf=5e-6)
 THREE = (20.0, 80.0, -40.0)
 SIX = 2 * THREE
+NAMES = ("k0", "K1", "delta", "k2", "k3", "delta_ip")
 LOWEST, HIGHEST = 93.0, 97.0
 
 
@@ -41,6 +43,7 @@ class Regime:
     positions: tuple[int, int] = (8, 8)
     strokes: tuple[int, int] = (6, 6)
     method: str = "least-squares"
+    changed: dict[str, float] = field(default_factory=dict)  # of the unit since the first test
 
 
 REGIMES = (
@@ -58,7 +61,7 @@ REGIMES = (
     Regime("* one head, one stroke both times", True, True, strokes=(1, 1)),
     Regime("one head, the other side", True, True, second=("o-",)),
     Regime("two heads, the other side", False, False, second=("o-",)),
-    Regime("one head, the other side, not told", True, None, second=("o-",)),
+    Regime("* one head, the other side, not told", True, None, second=("o-",)),
     Regime("* two heads, the other side, not told", False, None, second=("o-",)),
     Regime("one head, the other axis", True, True, ("o+", "p+"), ("p+",)),
     Regime("two heads, the other axis", False, False, ("o+", "p+"), ("p+",)),
@@ -73,7 +76,22 @@ REGIMES = (
     Regime("one head, both sides and then one", True, True, ("o+", "o-"), ("o-",)),
     Regime("two heads, both sides and then one", False, False, ("o+", "o-"), ("o-",)),
 )
+CHANGED = tuple(
+    replace(regime, name=f"{regime.name}, {what}", changed=changed)
+    for regime in REGIMES[:2]
+    for what, changed in (
+        ("k0 and k2 changed", {"k0": 1e-4, "k2": 8e-5}),
+        ("k3 and delta_ip changed", {"k3": 1e-4, "delta_ip": 5e-5}),
+    )
+)
 UNITS = {"o": Unit(), "p": Unit(delta=-0.4e-3, delta_ip=-12e-6)}
+
+
+def unit_of(regime: Regime, which: int, axis: str) -> Unit:
+    """The unit as it is in a test."""
+    unit = UNITS[axis]
+    now = {name: asdict(unit)[name] + which * by for name, by in regime.changed.items()}
+    return replace(unit, **now)
 
 
 def record_of(
@@ -83,7 +101,7 @@ def record_of(
     parts = []
     for mounting in (regime.first, regime.second)[which]:
         columns = readings(
-            UNITS[mounting[0]],
+            unit_of(regime, which, mounting[0]),
             STAND,
             rng,
             positions=regime.positions[which],
@@ -119,13 +137,17 @@ def heads(regime: Regime, rng: np.random.Generator) -> tuple[list[float], list[f
 
 
 def trial(regime: Regime, seed: int) -> tuple[list[list[bool]], list[list[float]], float]:
-    """Whether each interval holds zero, their half widths, and the chance of noise."""
+    """Whether each interval holds the change, their half widths, and the chance of noise."""
     rng = np.random.default_rng(seed)
     records = [record_of(regime, i, head, rng) for i, head in enumerate(heads(regime, rng))]
     calibration = accelcal.fit(records[0], method=regime.method)
     found = accelcal.compare(calibration, records[1], same_head=regime.told)
-    changes: list[list[Any]] = [[r.bias, r.scale_factor, r.misalignment] for r in found.runs]
-    held = [[abs(q.value) <= q.expanded_uncertainty for q in row] for row in changes]
+    truth = [regime.changed.get(name, 0.0) for name in NAMES]
+    changes: list[Any] = [run.changes for run in found.runs]
+    held = [
+        [abs(q.value - by) <= q.expanded_uncertainty for q, by in zip(row, truth, strict=True)]
+        for row in changes
+    ]
     return held, [[q.expanded_uncertainty for q in row] for row in changes], found.p_value
 
 
@@ -137,10 +159,10 @@ def main() -> int:
     asked = parser.parse_args()
     trials = 5 if asked.smoke else asked.trials
     print(f"{trials} trials a line; percent of intervals of 95 % that hold, and their half widths")
-    names = ("bias", "scale factor", "misalignment", "p < 0.05", "p < 0.01")
-    print(" " * 40 + "".join(f"{name:>14}" for name in names))
+    headings = ("bias", "K1", "delta", *NAMES[3:], "p < 0.05", "p < 0.01")
+    print(" " * 40 + "".join(f"{name:>13}" for name in headings))
     bad = 0
-    for regime in REGIMES:
+    for regime in (*REGIMES, *CHANGED):
         if asked.only not in regime.name:
             continue
         held, wide, p = zip(*(trial(regime, seed) for seed in range(trials)), strict=True)
@@ -149,7 +171,7 @@ def main() -> int:
         alarms = [100.0 * np.mean(np.array(p) < level) for level in (0.05, 0.01)]
         cells = [f"{s:.1f} ({w:.1f})" for s, w in zip(share, width, strict=True)]
         cells += [f"{share:.1f}" for share in alarms]
-        print(f"{regime.name:40}" + "".join(f"{cell:>14}" for cell in cells), flush=True)
+        print(f"{regime.name:40}" + "".join(f"{cell:>13}" for cell in cells), flush=True)
         starred = regime.name.startswith("*")
         bad += int(((share < LOWEST) | ((share > HIGHEST) & (not starred))).any())
     return 1 if bad and not asked.smoke else 0

@@ -308,7 +308,7 @@ def test_coverage_of_comparisons_runs():
     printed = run("compare.py", "--smoke", "--only", "one head, the other side")
     assert [line.split("  ")[0] for line in printed.splitlines()[2:]] == [
         "one head, the other side",
-        "one head, the other side, not told",
+        "* one head, the other side, not told",
     ]
 
 

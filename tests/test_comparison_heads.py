@@ -25,8 +25,7 @@ def measured(seed, noise=NOISE, **plan):
 
 def standard_uncertainties(record, **options):
     (run,) = accelcal.compare(accelcal.fit(measured(1)), record, **options).runs
-    changes = (run.bias, run.scale_factor, run.misalignment)
-    return [change.standard_uncertainty for change in changes]
+    return [change.standard_uncertainty for change in run.changes]
 
 
 # -- an oracle: all of it by matrices, from (1) and the angles alone -------------------------------
@@ -41,7 +40,7 @@ def columns(side=1.0):
 
 
 def oracle(side, one_head, strokes=6):
-    """Standard uncertainties of the changes of bias, scale factor and misalignment."""
+    """Standard uncertainties of the changes of all coefficients, as `RunChange.changes`."""
     X, Z = columns()
     V = U**2 * Z @ Z.T + S**2 / strokes * np.eye(9)
     estimator = np.linalg.inv(X.T @ np.linalg.inv(V) @ X) @ X.T @ np.linalg.inv(V)
@@ -50,7 +49,7 @@ def oracle(side, one_head, strokes=6):
     errors = [Z2 - through @ Z] if one_head else [Z2, through @ Z]
     whole = S**2 / strokes * (np.eye(9) + through @ through.T)
     whole += U**2 * sum(error @ error.T for error in errors)
-    changes = X2[:, [0, 1, 4]]
+    changes = X2[:, [0, 1, 4, 2, 3, 5]]
     inverse = np.linalg.inv(whole)
     return np.sqrt(np.diagonal(np.linalg.inv(changes.T @ inverse @ changes)))
 
@@ -117,11 +116,31 @@ def test_intervals_on_one_head_hold():
 
         calibration = accelcal.fit(test(2 * seed))
         (run,) = accelcal.compare(calibration, test(2 * seed + 1), same_head=True).runs
-        changes = (run.bias, run.scale_factor, run.misalignment)
-        held.append([abs(q.value) <= q.expanded_uncertainty for q in changes])
+        held.append([abs(q.value) <= q.expanded_uncertainty for q in run.changes])
     share = np.mean(held, axis=0)
     assert share.min() > 0.91  # 95 % less 2.6 standard errors of 200
     assert share[2] < 0.99
+
+
+def test_a_change_of_the_shape_is_none_of_the_bias():
+    """A bias 100 ug larger was told as 144 +- 14 ug beside a k2 larger by 80 ug/g^2."""
+    later = measured(2)
+    a_i = np.cos(np.deg2rad(later.angle))
+    more = {"bias": 1e-4, "k2": 8e-5, "k3": 1e-4}
+    moved = more["bias"] + more["k2"] * a_i**2 + more["k3"] * a_i**3
+    record = replace(later, output=later.output + 1.35 * moved)
+    (run,) = accelcal.compare(accelcal.fit(measured(1)), record, same_head=False).runs
+    for name in ("bias", "scale_factor", "k2", "k3"):
+        change = getattr(run, name)
+        assert change.value == pytest.approx(more.get(name, 0.0), abs=change.expanded_uncertainty)
+
+
+def test_a_bias_is_seen_better_than_the_shape_beside_it_leaves_of_it():
+    later = measured(2)
+    record = replace(later, output=later.output + 1.35 * 3e-5)
+    found = accelcal.compare(accelcal.fit(measured(1)), record, same_head=False)
+    assert found.verdict == "disagree"
+    assert found.runs[0].bias.expanded_uncertainty > 2.5e-5
 
 
 # -- which head it was -----------------------------------------

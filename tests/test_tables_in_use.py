@@ -13,7 +13,7 @@ from accelcal.planning.prediction import figures
 from accelcal.results.quantity import Quantity
 from accelcal.results.tables_in_use import nearest_of_mountings, tables_in_use
 from accelcal.results.temperature import nearest_level
-from accelcal.simulation import TumblePlan
+from accelcal.simulation import NoiseComponents, TumblePlan
 from accelcal.stability.record import Launch, StabilityRecord
 from accelcal.stability.scale_factor import scale_factor_from
 from accelcal.stand_uncertainty.budget import accelerometer_of
@@ -215,3 +215,16 @@ def test_the_picture_of_the_budget_is_of_the_main_mounting():
     ax = found.plot.budget()
     titles = [ax.get_title(loc=side) for side in ("left", "center")]
     assert any(title.endswith(f"run {own[0].run}") for title in titles)
+
+
+@pytest.mark.parametrize("method", ["least-squares", "closed-form"])
+def test_noise_of_a_method_averages_out_over_runs(method):
+    """By the closed form u of k2 was 12.4 for a scatter of 7.8: noise counted as common to runs."""
+    quiet = NoiseComponents(reading=2e-5, head=0.0, launch=0.0, launch_sf=0.0)
+
+    def sizes(runs):
+        plan = TumblePlan(temperatures=(20.0,) * runs)
+        calibration = accelcal.fit(accelcal.simulate(plan=plan, noise=quiet, seed=1), method=method)
+        return np.sqrt(np.diagonal(compensation(calibration).covariance)[:6])
+
+    np.testing.assert_allclose(sizes(4), 0.5 * sizes(1), rtol=0.15)

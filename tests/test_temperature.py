@@ -521,6 +521,17 @@ def test_one_side_missing_is_said():
     )
 
 
+def test_slopes_that_no_level_tells_are_said_where_errors_of_the_temperature_matter():
+    """Of bilinear laws that break by ten at T0, 52 of 100 intervals of k0 held."""
+    said = "errors of the temperature at T0 = 20 degC count by the slopes above alone"
+    told = laws((20.0, 80.0), temperature_uncertainty=0.3).warnings
+    assert [said in text for text in told] == [False, True]
+    for more in ((20.0, 80.0, -40.0), (30.0, 80.0)):
+        assert not any(said in text for text in laws(more, temperature_uncertainty=0.3).warnings)
+    small = laws((20.0, 80.0), temperature_uncertainty=1e-3, head_uncertainty=2e-5)
+    assert not any(said in text for text in small.warnings)
+
+
 @pytest.mark.parametrize(
     ("by", "scatter"), [("tables", 1.0), ("readings", 0.5), ("readings", 1.0), ("readings", 2.0)]
 )

@@ -20,8 +20,11 @@ from accelcal.compensate.coefficients import (
 )
 from accelcal.compensate.covariance import errors_of_table
 from accelcal.errors import InputError
+from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
+from accelcal.estimate.tables import prepare
 from accelcal.geometry import accelerations
-from accelcal.model import CROSS_AXES, ERROR_TERMS
+from accelcal.model import COEFFICIENTS, CROSS_AXES, ERROR_TERMS
+from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
 from accelcal.results.table import TableCalibration
@@ -116,3 +119,31 @@ def _tested(table: TableCalibration, delta0: float) -> tuple[float, float]:
         return (-1.0, 1.0)
     a_i = accelerations(table.residuals.angle_deg, delta0).input
     return float(a_i.min()), float(a_i.max())
+
+
+def estimator_of(calibration: Calibration, table: TableCalibration) -> LinearEstimator:
+    """The estimator that made a table, from the angles of its readings.
+
+    Raises
+    ------
+    InputError
+        If no fit can have made it.
+    """
+    angle = np.array(table.residuals.angle_deg)
+    n = angle.size
+    level = np.nan if table.temperature_degC is None else table.temperature_degC
+    record = TumbleRecord(
+        output=np.cos(np.deg2rad(angle)),  # what the readings were does not matter here
+        angle=angle,
+        temperature=np.full(n, level),
+        stroke=np.array(table.residuals.stroke, dtype=np.int64),
+        run=np.zeros(n, dtype=np.int64),
+        run_labels=(table.run,),
+        mounting=np.full(n, table.mounting),
+        position=np.zeros(n, dtype=np.int64),
+    )
+    known = {name for name, q in table.coefficients.items() if q.value is not None}
+    told = [name for name in COEFFICIENTS if name in known]
+    asked = told if calibration.method == METHODS[0] else COEFFICIENTS
+    prepared = prepare(record, delta0=calibration.delta0_rad, asked=asked)
+    return linear_estimator(prepared, calibration.method, calibration.delta0_rad)

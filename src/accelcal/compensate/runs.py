@@ -10,10 +10,10 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.compensate.coefficients import PARAMETERS
 from accelcal.compensate.covariance import by_quotients, errors_of_table
-from accelcal.compensate.of_table import values_of
+from accelcal.compensate.of_table import estimator_of, values_of
+from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL, same_levels
-from accelcal.geometry import accelerations
-from accelcal.model import COEFFICIENTS, LAWS, design_matrix
+from accelcal.model import LAWS
 from accelcal.reference import LEAST_RISE
 from accelcal.results.calibration import Calibration
 from accelcal.results.fixture_angle import FixtureAngle
@@ -164,13 +164,16 @@ def _of_readings(calibration: Calibration, table: TableCalibration) -> Array:
     The smallest variance that the budget has for a coefficient tells the size: what is more came
     through the errors of the head that all tables show together.
     """
-    names, angle = table.covariance_names, table.residuals.angle_deg
-    size = np.array([table.budget.get(name, {}).get("reading", 0.0) for name in names])
-    if not names or not angle:
+    names = table.covariance_names
+    if not names or not table.residuals.angle_deg:
         return np.zeros((2, _SIZE, _SIZE))
-    seen = accelerations(angle, calibration.delta0_rad, table.mounting)
-    design = design_matrix(seen, table.mounting)[:, [COEFFICIENTS.index(name) for name in names]]
-    unscaled = np.linalg.pinv(design.T @ design)
+    try:
+        found = estimator_of(calibration, table)
+    except InputError:  # of a document whose readings no fit has seen
+        return np.zeros((2, _SIZE, _SIZE))
+    size = np.array([table.budget.get(name, {}).get("reading", 0.0) for name in names])
+    by_reading = found.map[[found.names.index(name) for name in names]]
+    unscaled = by_reading @ by_reading.T
     noise = (size**2 / np.diagonal(unscaled)).min()
     jacobian = by_quotients(calibration, table)
     return _with_freedom(

@@ -87,9 +87,8 @@ def estimability(
     'K1 + K3'
     """
     check_names(asked)
-    kept, shares = _sort_out(design, [name for name in _PRIORITY if name in asked])
-    found = Estimability(tuple(name for name in COEFFICIENTS if name in kept), shares)
-    if "K1" not in kept or "K1" in found.absorbed_by.get("K0", ()):
+    found = told_apart(design, asked)
+    if "K1" not in found.kept or "K1" in found.absorbed_by.get("K0", ()):
         raise DesignError(
             "the readings do not determine the scale factor K1; a tumble test needs readings at"
             " two or more angles where the input axis senses different accelerations"
@@ -99,6 +98,18 @@ def estimability(
             "; ".join(found.sentences()) + "; add positions or ask for fewer coefficients"
         )
     return found
+
+
+def told_apart(design: Array, asked: Sequence[str] = COEFFICIENTS) -> Estimability:
+    """Find what a design matrix, shape (n, 6), determines, be it K1 or not.
+
+    Examples
+    --------
+    >>> told_apart(np.ones((1, 6))).kept
+    ('K1',)
+    """
+    kept, shares = _sort_out(design, [name for name in _PRIORITY if name in asked])
+    return Estimability(tuple(name for name in COEFFICIENTS if name in kept), shares)
 
 
 def check_names(asked: Sequence[str]) -> None:

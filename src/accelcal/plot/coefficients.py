@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from accelcal.results.table import TableCalibration
 
 _SHOWN = [row[:3] for row in SHOWN_COEFFICIENTS]  # name, symbol, coefficient whose budget it has
-_SYMBOLS = {"K1": "$K_1$", "k0": "$k_0$", "k2": "$k_2$", "k3": "$k_3$"}
-_SYMBOLS |= {"delta": r"$\delta$", "delta_ip": r"$\delta_{ip}$"}
+SYMBOLS = {"K1": "$K_1$", "k0": "$k_0$", "k2": "$k_2$", "k3": "$k_3$"}
+SYMBOLS |= {"delta": r"$\delta$", "delta_ip": r"$\delta_{ip}$"}
+"""Of coefficients, as TeX."""
+
 _MOST_NAMED = 8
 _LETTERS = 32  # of all names below a panel, where some are longer than "20 (2)"
 _SHORT = 6
@@ -41,7 +43,7 @@ def coefficients(calibration: Calibration, axes: Any) -> Any:
     names = run_labels(_run_names(calibration.tables), calibration.tables)
     for ax, (name, symbol, _) in zip(panels, _SHOWN, strict=True):
         draw_runs(ax, [table.quantities[symbol] for table in calibration.tables], names)
-        ax.set_title(f"{name.capitalize()} {_SYMBOLS[symbol]}")
+        ax.set_title(f"{name.capitalize()} {SYMBOLS[symbol]}")
     return panels
 
 
@@ -118,7 +120,7 @@ def budget(calibration: Calibration, ax: Axes | None, *, run: str | int | None) 
     ax = canvas(ax, (7.2, 3.4))
     ax.grid(visible=False, axis="y")
     _stack(ax, [table.budget[row[2]] for row in shown])
-    ax.set_yticks(range(len(shown)), [f"{name} {_SYMBOLS[symbol]}" for name, symbol, _ in shown])
+    ax.set_yticks(range(len(shown)), [f"{name} {SYMBOLS[symbol]}" for name, symbol, _ in shown])
     ax.invert_yaxis()
     for place, (_, symbol, _) in enumerate(shown):
         told = f"u = {_uncertainty(table, symbol)}"

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.discovery.new_record.compare import residuals_of
-from accelcal.plot.coefficients import draw_runs, run_labels
+from accelcal.plot.coefficients import SYMBOLS, draw_runs, run_labels
 from accelcal.plot.discovery import draw_where
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import Readings, draw_by_angle
 from accelcal.plot.style import canvas, canvases, entitled, palette, styled
 from accelcal.results.agreement import ALPHA
-from accelcal.results.disagreement import Disagreement
+from accelcal.results.disagreement import QUANTITIES, Disagreement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,19 +61,19 @@ class DisagreementPlot(Pictures[Disagreement]):
         Parameters
         ----------
         axes : array-like of Axes, optional
-            Three axes to draw into.
+            Six axes to draw into.
 
         Returns
         -------
-        ndarray of Axes, shape (3,)
-            Changes of bias, scale factor and misalignment with 95 % intervals.
+        ndarray of Axes, shape (6,)
+            Changes of bias, scale factor, misalignment, k2, k3 and delta_ip with 95 % intervals.
         """
-        panels = canvases(axes, 1, 3, (10.0, 3.4))
+        panels = canvases(axes, 2, 3, (10.0, 5.2))
         names = run_labels(self.result.run_names, self.result.runs)
-        for ax, name in zip(panels, ("bias", "scale_factor", "misalignment"), strict=True):
+        for ax, name in zip(panels, QUANTITIES, strict=True):
             draw_runs(ax, [getattr(change, name) for change in self.result.runs], names)
             ax.axhline(0.0, color=palette().ink, lw=0.8)
-            ax.set_title(f"Change of {name.replace('_', ' ')}")
+            ax.set_title(f"Change of {SYMBOLS.get(name, name.replace('_', ' '))}")
         return panels
 
     @styled

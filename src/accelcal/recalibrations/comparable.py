@@ -22,7 +22,8 @@ FEWEST = 3
 """Calibrations that a drift with an interval needs."""
 
 _ONE_LEVEL = 2.0  # degC; runs closer than this are at one level
-_ALIKE = 0.05  # degC; smaller differences change a scale factor by 25 ppm at most
+ALIKE = 0.05
+"""Difference of temperatures that changes a scale factor by 25 ppm at most [degC]."""
 
 _WEEK = 7.0 / 365.25  # years; tests closer than this that agree are of one mounting, or nearly
 
@@ -190,7 +191,7 @@ def _said_of_level(held: Array, others: str) -> Iterator[str]:
             " (choose by temperature)"
         )
     spread = float(np.ptp(held))
-    if spread > _ALIKE:
+    if spread > ALIKE:
         yield (
             f"temperatures differ by {spread:.2g} degC, which nothing corrects for: what usual"
             f" slopes make of it ({1e6 * BIAS_PER_DEGREE:g} ug/degC and"

@@ -11,6 +11,8 @@ from accelcal.results.disagreement import Disagreement
 from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
+_NOT_TOLD = "not told"
+
 
 def disagreement_text(found: Disagreement) -> str:
     """Tell a comparison in lines of at most 100 characters."""
@@ -41,6 +43,8 @@ def _verdict(found: Disagreement) -> Iterator[str]:
 def _runs(found: Disagreement) -> Iterator[str]:
     yield "Changes since the calibration, run by run (95 %)"
     yield from aligned(run_rows(found), right={1, 2, 3, 4, 5}, indent="  ")
+    if rows := shape_rows(found):
+        yield from aligned(rows, right={1, 2, 3}, indent="  ")
 
 
 def run_rows(found: Disagreement) -> list[tuple[str, ...]]:
@@ -62,5 +66,15 @@ def run_rows(found: Disagreement) -> list[tuple[str, ...]]:
     return rows
 
 
+def shape_rows(found: Disagreement) -> list[tuple[str, ...]]:
+    """Tell how the shape has changed in each run, with a heading; empty where no run tells it."""
+    rows = [
+        (name, *map(_micro, (change.k2, change.k3, change.delta_ip)))
+        for name, change in zip(found.run_names, found.runs, strict=True)
+    ]
+    told = any(set(cells) != {_NOT_TOLD} for _, *cells in rows)
+    return [("run", "k2/(ug/g^2)", "k3/(ug/g^3)", "delta_ip/(ug/g^2)"), *rows] if told else []
+
+
 def _micro(quantity: Quantity) -> str:
-    return "not told" if quantity.value is None else " +- ".join(in_millionths(quantity))
+    return _NOT_TOLD if quantity.value is None else " +- ".join(in_millionths(quantity))

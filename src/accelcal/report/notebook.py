@@ -19,7 +19,7 @@ from accelcal.report.calibration_rows import (
     temperature_laws,
     without_uncertainty,
 )
-from accelcal.report.disagreement import run_rows
+from accelcal.report.disagreement import run_rows, shape_rows
 from accelcal.report.discovery import (
     CHANGE_HEADINGS,
     NOT_SURE,
@@ -131,11 +131,13 @@ def disagreement_html(found: Disagreement) -> str:
     """Write where a comparison found differences, and what has changed run by run."""
     gap = significant(MICRO * found.rms) if found.rms else "0"
     rms, chi2 = f"rms {gap} µg", f"reduced χ² {found.reduced_chi2:.3g}"
+    rows = shape_rows(found)
     return result(
         f"Comparison of {found.serial or found.source}",
         [found.verdict, p_value(found.p_value), rms, chi2],
         _where(found.where) if found.structure else "",
         long_table("changes since the calibration (95 %)", *_headed(run_rows(found))),
+        long_table("changes of the shape (95 %)", *_headed(rows)) if rows else "",
         notes=[found.structure, *found.notes],
     )
 

@@ -89,14 +89,14 @@ def chance_if_known(change: Quantity) -> float:
 
 
 def least_of(chances: Sequence[float]) -> float:
-    """Least of several chances, honest for their number (Bonferroni).
+    """Least of several chances, honest for their number (Bonferroni); 1 of none.
 
     Examples
     --------
     >>> least_of([0.01, 0.8])
     0.02
     """
-    return min(len(chances) * min(chances), 1.0)
+    return min([1.0, *(len(chances) * chance for chance in chances)])
 
 
 def hidden_by_errors(sources: Iterable[ErrorSource]) -> str:

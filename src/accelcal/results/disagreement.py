@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
+from accelcal.model import ERROR_UNITS
 from accelcal.results.agreement import explained_by_errors, hidden_by_errors, verdict_of
 from accelcal.results.checked import Kind, checked, member, number
 from accelcal.results.fields import StoredPart
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["SCHEMA", "Disagreement", "RunChange"]
 
 SCHEMA = "accelcal/comparison/1"
+
+QUANTITIES = ("bias", "scale_factor", "misalignment", "k2", "k3", "delta_ip")
+"""What may change in a run, by its name in `RunChange`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +44,14 @@ class RunChange(StoredPart):
         of the run do not tell it from the others.
     mounting : str
         Mounting; both sides of one axis where the run has both, as in ``"o+, o-"``.
+    k2, k3, delta_ip : Quantity
+        Change of k2 [g/g^2], of k3 [g/g^3] and of delta_ip [g/g^2]. In documents that do not have
+        it there is no value, and what changed in them is in the others.
     """
+
+    _MISSING: ClassVar[Mapping[str, Any]] = {
+        name: Quantity(None, None, ERROR_UNITS[name]) for name in ("k2", "k3", "delta_ip")
+    }
 
     run: str
     temperature_degC: float | None
@@ -48,12 +59,15 @@ class RunChange(StoredPart):
     bias: Quantity
     scale_factor: Quantity
     misalignment: Quantity
-    mounting: str = "o+"
+    mounting: str
+    k2: Quantity
+    k3: Quantity
+    delta_ip: Quantity
 
     @property
-    def changes(self) -> tuple[Quantity, Quantity, Quantity]:
-        """Change of k0, of K1 and of delta."""
-        return self.bias, self.scale_factor, self.misalignment
+    def changes(self) -> tuple[Quantity, ...]:
+        """Change of each of `QUANTITIES`."""
+        return tuple(getattr(self, name) for name in QUANTITIES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,8 +202,8 @@ class Disagreement(StoredResult, TabularResult):
                 "mounting": change.mounting,
                 "temperature_degC": change.temperature_degC,
                 "quantity": name,
-                **getattr(change, name).to_document(),
+                **quantity.to_document(),
             }
             for change in self.runs
-            for name in ("bias", "scale_factor", "misalignment")
+            for name, quantity in zip(QUANTITIES, change.changes, strict=True)
         ]

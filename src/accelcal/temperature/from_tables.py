@@ -205,7 +205,8 @@ def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
     hysteresis = _hysteresis(levels, fitted[:, 0, count:], maps[:, 0, count:], stack, loop)
     off = _off_the_law(levels, fitted, design, loop)
     said = law_sentences(
-        sides, off, hysteresis, stack.shift_source, stack.reference, stack.temperature
+        *(sides, off, hysteresis, stack.shift_source),
+        *(stack.reference, stack.temperature, levels.share_of_heat),
     )
     laws, maps = _laws(levels, fitted[..., :count], maps[:, :, :count], sides)
     return _Group(stack, levels, maps, laws, hysteresis, of_each(said, len(off)))

@@ -173,6 +173,16 @@ class Levels(NamedTuple):
         """Covariance of the values of each quantity, shape (R, 3, n, n)."""
         return np.asarray(sum(part.covariance for part in self.components.values()))
 
+    @property
+    def share_of_heat(self) -> Array:
+        """Largest share of a variance at each level that errors of its temperature make, (R, n)."""
+        if not self.by_heat.any():
+            return np.zeros_like(self.values[:, 0])
+        whole = np.diagonal(self.covariance, axis1=-2, axis2=-1)
+        heat = np.broadcast_to(self.by_heat**2, whole.shape)
+        share = np.divide(heat, whole, out=np.zeros_like(whole), where=whole > 0.0)
+        return np.asarray(share.max(axis=1))
+
     def at_uncertain_levels(self, by_heat: Array, dof: Array, by_loop: Array) -> Levels:
         """Add what errors of the temperatures do, and runs off the middle of a loop.
 

@@ -38,6 +38,7 @@ _CONFOUNDED = {
 }
 _QUANTITIES = ("bias", "scale factor", "misalignment")
 _SIGNIFICANT = 0.001
+_MATTERS = 0.01  # share of a variance; its error is a tenth of the standard uncertainty
 
 
 def law_sentences(
@@ -47,6 +48,7 @@ def law_sentences(
     shift_source: str,
     reference: Array,
     temperature: Array,
+    by_heat: Array,
 ) -> Iterator[Sentence]:
     """Say what is missing in the laws of R records alike.
 
@@ -65,11 +67,14 @@ def law_sentences(
         T0 [degC].
     temperature : ndarray, shape (R, n)
         The levels [degC].
+    by_heat : ndarray, shape (R, n)
+        Share of their variances that errors of their temperature make.
     """
     for side, text in _NOT_MEASURED.items():
         if side not in sides:
             yield Sentence(True, text)
     yield from _of_other_slopes(sides, reference, temperature)
+    yield from _of_end_level(sides, reference, temperature, by_heat)
     for name, is_off in zip(_QUANTITIES, off.T, strict=True):
         yield Sentence(
             is_off,
@@ -97,6 +102,28 @@ def _of_other_slopes(
             f" {here} is taken, +- all of it; give T0 at a measured level"
         ),
         [at, reference],
+    )
+
+
+def _of_end_level(
+    sides: Sequence[str], reference: Array, temperature: Array, by_heat: Array
+) -> Iterator[Sentence]:
+    """Say that the errors of temperatures at T0 count by the slopes of one side alone.
+
+    No reading tells the slopes of the other side, on which one of two such errors lies.
+    """
+    if len(sides) != 1:
+        return
+    at_T0 = np.abs(temperature - reference[:, None]) <= SAME_LEVEL
+    (measured,) = sides
+    beyond = {"above": "below", "below": "above"}[measured]
+    yield Sentence(
+        np.asarray((at_T0 & (by_heat > _MATTERS)).any(axis=1)),
+        lambda t0: (
+            f"errors of the temperature at T0 = {t0:g} degC count by the slopes {measured} alone:"
+            f" where those {beyond} are larger, U at T0 is too small; measure a level {beyond} T0"
+        ),
+        [reference],
     )
 
 

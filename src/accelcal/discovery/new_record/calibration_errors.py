@@ -21,7 +21,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.compensate.coefficients import OF_ONE_AXIS, PARAMETERS, SLOPES, Compensation
-from accelcal.compensate.of_table import cross_name
+from accelcal.compensate.of_table import cross_name, estimator_of
 from accelcal.discovery.new_record.repeatability import known_noise
 from accelcal.discovery.new_record.simulated import (
     ERRORS,
@@ -30,13 +30,11 @@ from accelcal.discovery.new_record.simulated import (
     simulated_readings,
 )
 from accelcal.errors import InputError
-from accelcal.estimate.linear import METHODS, LinearEstimator, linear_estimator
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.linear import METHODS, LinearEstimator
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.covariance import covariance_root
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
-from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration
 from accelcal.results.tables_in_use import nearest_of_mountings, tables_in_use
@@ -275,25 +273,8 @@ def _is_told(calibration: Calibration) -> bool:
 def _tables(calibration: Calibration, found: Compensation) -> Iterator[_Table]:
     bare = replace(calibration, effects=())  # of a step, a table has no place that it knows
     for table in calibration.tables:
-        angle = np.array(table.residuals.angle_deg)
-        n = angle.size
-        level = np.nan if table.temperature_degC is None else table.temperature_degC
-        record = TumbleRecord(
-            output=np.cos(np.deg2rad(angle)),  # what the readings were does not matter here
-            angle=angle,
-            temperature=np.full(n, level),
-            stroke=np.array(table.residuals.stroke, dtype=np.int64),
-            run=np.zeros(n, dtype=np.int64),
-            run_labels=(table.run,),
-            mounting=np.full(n, table.mounting),
-            position=np.zeros(n, dtype=np.int64),
-        )
-        known = {name for name, q in table.coefficients.items() if q.value is not None}
-        told = [name for name in COEFFICIENTS if name in known]
-        asked = told if calibration.method == METHODS[0] else COEFFICIENTS
-        prepared = prepare(record, delta0=calibration.delta0_rad, asked=asked)
-        estimator = linear_estimator(prepared, calibration.method, calibration.delta0_rad)
-        simulated = simulated_readings(bare, found, record)
+        estimator = estimator_of(calibration, table)
+        simulated = simulated_readings(bare, found, estimator.table.record)
         yield _Table(table, estimator, simulated)
 
 
@@ -316,11 +297,15 @@ def _tell(
         by_head[_DELTA0 + axis] = (minus - plus) / 2.0
 
 
+def places_of(by_error: Array) -> list[int]:
+    """Places of the parameters among `ERRORS`, for readings in one cross axis of `by_error`."""
+    return _ACROSS if by_error[:, _OTHER].any() else _MAIN
+
+
 def _influence(table: _Table, positions: Array) -> Array:
     """What the error of each position does to the parameters of a table, shape (6, J)."""
     simulated = table.simulated.by_error
-    is_main = bool(simulated[:, _DELTA].any())
-    places = np.array(_MAIN if is_main else _ACROSS)[table.told]
+    places = np.array(places_of(simulated))[table.told]
     whole = np.zeros((len(PARAMETERS), positions.size))
     design = table.estimator.table.design[:, table.told]
     whole[table.told] = np.linalg.pinv(simulated[:, places]) @ design @ table.absorbed(positions)

@@ -1,5 +1,8 @@
 """What has changed in each run since a calibration, with intervals.
 
+All that the positions of a run tell apart is fitted at once: a change of k2 alone would look like
+one of the bias.
+
 The differences of a run are fitted with the weights of generalised least squares, in whose
 covariance what few degrees of freedom tell counts as larger. The interval of a change has each part
 of its variance as it is told, and Student's factor for the mean of their degrees of freedom,
@@ -8,21 +11,24 @@ harmonic and weighted by their shares, as `accelcal.estimate.uncertainty` has it
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
+from accelcal.discovery.new_record.calibration_errors import CalibrationErrors, places_of
 from accelcal.discovery.new_record.simulated import Simulated
-from accelcal.discovery.noise.covariance import Covariance, whitener_of
-from accelcal.model import CROSS_AXES
+from accelcal.discovery.noise.covariance import Covariance, Whitener, whitener_of
+from accelcal.estimate.at_positions import said_of_positions
+from accelcal.estimate.estimability import told_apart
+from accelcal.model import COEFFICIENTS, CROSS_AXES, ERROR_UNITS
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
-from accelcal.results.disagreement import RunChange
+from accelcal.results.disagreement import QUANTITIES, RunChange
 from accelcal.results.quantity import Quantity
 
 _RANK = 1e-9
@@ -30,6 +36,21 @@ _RANK = 1e-9
 
 _TOLD = 1e-6
 """A change is told where less than this part of it may be that of another one."""
+
+_NAMES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "K0": ("bias", "g"),
+        "K1": ("scale_factor", "1"),
+        "M": ("misalignment", "rad"),
+        "K2": ("k2", ERROR_UNITS["k2"]),
+        "K3": ("k3", ERROR_UNITS["k3"]),
+        "M_ip": ("delta_ip", ERROR_UNITS["delta_ip"]),
+    }
+)
+"""Coefficient of (1) -> name and unit of its change."""
+
+_ALWAYS = "K0", "K1", "M"
+"""What is told apart from each other or not at all; they take up others that are not told."""
 
 
 class Uncertain(NamedTuple):
@@ -52,6 +73,11 @@ class Uncertain(NamedTuple):
         This size over the estimate of it, and the degrees of freedom of that.
     one_head : bool
         Whether what they did to the calibration is in `by_head`.
+    lost : list of int
+        Places among the errors of what the calibration does not determine.
+    columns : ndarray, shape (n, 18)
+        What a change of each error does to the readings [g per unit]; one that is `lost` without
+        what the calibration took up of it.
     """
 
     spread: Covariance
@@ -63,45 +89,94 @@ class Uncertain(NamedTuple):
     head_factor: float
     head_dof: float
     one_head: bool
+    lost: list[int]
+    columns: Array
 
 
-def changes(record: TumbleRecord, simulated: Simulated, known: Uncertain) -> Iterator[RunChange]:
-    """Fit bias, scale factor and misalignment of each run beside those of the calibration.
+class Changed(NamedTuple):
+    """What has changed in a run.
+
+    Attributes
+    ----------
+    told : RunChange
+        Changes that are fitted at once.
+    seen : mapping of str to Quantity
+        The same, of bias, scale factor and misalignment as if the shape had not changed, by which
+        they are seen better; without those that nothing tells.
+    """
+
+    told: RunChange
+    seen: Mapping[str, Quantity]
+
+
+def changes(record: TumbleRecord, simulated: Simulated, known: Uncertain) -> Iterator[Changed]:
+    """Fit the coefficients of each run beside those of the calibration.
 
     There are two of a run with readings in both cross axes, of which each has a misalignment.
     """
-    c, residual = simulated.conditions, simulated.residual
-    columns = c.gain[:, None] * np.stack([np.ones_like(c.input), c.indicated, c.cross], axis=1)
     for label, own in _runs_and_axes(record):
-        weights, variances, told = _weights(columns, known.spread, own)
-        bias, scale_factor, misalignment = (
-            _quantity(float(w @ residual), variance, w, simulated.by_error.T @ w, known, unit)
-            if is_told
-            else Quantity(None, None, unit)
-            for w, variance, unit, is_told in zip(
-                weights, variances, ("g", "1", "rad"), told, strict=True
-            )
-        )
+        run = _run(simulated, known, own)
         level = record.select(own).mean_temperature
-        yield RunChange(
+        together, of_three = _fitted(run, run.told), _fitted(run, _ALWAYS)
+        told = RunChange(
             run=label,
             temperature_degC=level if np.isfinite(level) else None,
-            rms=float(np.sqrt(np.mean(residual[own] ** 2))),
-            bias=bias,
-            scale_factor=scale_factor,
-            misalignment=misalignment,
+            rms=float(np.sqrt(np.mean(simulated.residual[own] ** 2))),
             mounting=", ".join(distinct(record.mounting[own]).tolist()),
+            **together,
         )
+        pairs = [*together.items(), *of_three.items()]
+        yield Changed(told, {name: change for name, change in pairs if change.value is not None})
 
 
-def _weights(columns: Array, spread: Covariance, own: Mask) -> tuple[Array, Array, Mask]:
-    """Weights of the readings in each change of a run, (3, n), its variance and if it is told."""
-    whitener = whitener_of(spread.among(own))
-    inverse = np.asarray(np.linalg.pinv(whitener.whitened(columns[own]), rcond=_RANK))
-    weights = np.zeros((columns.shape[1], columns.shape[0]))
-    weights[:, own] = whitener.transposed(inverse.T).T
-    told = np.abs(weights @ columns - np.eye(columns.shape[1])).max(axis=1) < _TOLD
-    return weights, (inverse**2).sum(axis=1), np.asarray(told)
+def notes_of_positions(record: TumbleRecord, simulated: Simulated) -> Iterator[str]:
+    """Say how positions were taken, and which coefficients those of a run do not tell apart."""
+    yield from said_of_positions(record)
+    said: dict[str, None] = {}
+    for _, own in _runs_and_axes(record):
+        columns = simulated.by_error[own]
+        said |= dict.fromkeys(told_apart(columns[:, places_of(columns)]).sentences())
+    yield from (f"changes in this record: {sentence}" for sentence in said)
+
+
+class _Run(NamedTuple):
+    """The n readings of a record, those of a run and axis among them."""
+
+    simulated: Simulated
+    known: Uncertain
+    own: Mask
+    places: list[int]  # of the coefficients among the errors
+    columns: Array  # of the coefficients, (n, 6)
+    whitener: Whitener
+    whitened: Array  # columns of the own readings
+
+    @property
+    def told(self) -> list[str]:
+        """Coefficients to fit: those of `_ALWAYS`, and others that the positions tell apart."""
+        apart = told_apart(self.columns[self.own]).kept
+        return [name for name in COEFFICIENTS if name in (*_ALWAYS, *apart)]
+
+
+def _run(simulated: Simulated, known: Uncertain, own: Mask) -> _Run:
+    places, whitener = places_of(known.columns[own]), whitener_of(known.spread.among(own))
+    columns = known.columns[:, places]
+    return _Run(simulated, known, own, places, columns, whitener, whitener.whitened(columns[own]))
+
+
+def _fitted(run: _Run, names: Sequence[str]) -> dict[str, Quantity]:
+    """Change of each coefficient, some of them fitted; without a value where nothing tells it."""
+    found = {name: Quantity(None, None, unit) for name, unit in _NAMES.values()}
+    kept = [COEFFICIENTS.index(name) for name in names]
+    inverse = np.asarray(np.linalg.pinv(run.whitened[:, kept], rcond=_RANK))
+    weights = np.zeros((len(kept), len(run.own)))
+    weights[:, run.own] = run.whitener.transposed(inverse.T).T
+    told = np.abs(weights @ run.columns[:, kept] - np.eye(len(kept))).max(axis=1) < _TOLD
+    variances = (inverse**2).sum(axis=1)
+    for place, w, variance, is_told in zip(kept, weights, variances, told, strict=True):
+        if is_told and run.places[place] not in run.known.lost:
+            name, unit = _NAMES[COEFFICIENTS[place]]
+            found[name] = _quantity(run, w, variance, unit)
+    return found
 
 
 def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, Mask]]:
@@ -113,14 +188,12 @@ def _runs_and_axes(record: TumbleRecord) -> Iterator[tuple[str, Mask]]:
                 yield label, own
 
 
-def _quantity(
-    value: float, whole: float, w: Array, v: Array, known: Uncertain, unit: str
-) -> Quantity:
-    """Quantity of the weights w of the readings, and v of the errors of the calibration.
+def _quantity(run: _Run, w: Array, whole: float, unit: str) -> Quantity:
+    """Change of weights w of the readings.
 
-    It has no value where an error is among these that nothing bounds.
+    It has no value where an error of the calibration is in it that nothing bounds.
     """
-    errors = known.errors
+    known, errors, v = run.known, run.known.errors, run.simulated.by_error.T @ w
     if np.any(np.abs(v[errors.unbounded]) > _TOLD):
         return Quantity(None, None, unit)
     noise = known.sigma**2 * (w @ w)
@@ -136,12 +209,14 @@ def _quantity(
     dof = float(variance / over_dof) if over_dof > 0.0 else np.inf
     u = float(variance**0.5)
     expanded = student_quantile(LEVEL, dof) * u
+    value = float(w @ run.simulated.residual)
     return Quantity(value, u, unit, expanded, None if np.isinf(dof) else dof)
 
 
 def wider(one: RunChange, two: RunChange) -> RunChange:
     """Take the wider interval of each change of a run, by what may be uncertain in it."""
-    names = ("bias", "scale_factor", "misalignment")
-    pairs = {name: (getattr(one, name), getattr(two, name)) for name in names}
-    found = {n: max(pair, key=lambda q: q.expanded_uncertainty or 0.0) for n, pair in pairs.items()}
+    pairs = zip(QUANTITIES, one.changes, two.changes, strict=True)
+    found: dict[str, Any] = {
+        name: max(pair, key=lambda q: q.expanded_uncertainty or 0.0) for name, *pair in pairs
+    }
     return replace(one, **found)

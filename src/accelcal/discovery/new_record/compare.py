@@ -12,6 +12,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.choice import compensation
 from accelcal.compensate.coefficients import Compensation
 from accelcal.discovery.new_record.calibration_errors import calibration_errors
+from accelcal.discovery.new_record.changes import notes_of_positions
 from accelcal.discovery.new_record.errors_counted import (
     coefficient_notes,
     counted,
@@ -39,7 +40,6 @@ from accelcal.discovery.noise.of_readings import refuse_too_many, sources
 from accelcal.discovery.untimed import simulated_in_pauses
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import AccelcalWarning
-from accelcal.estimate.at_positions import said_of_positions
 from accelcal.record import TumbleRecord, naming
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import BY_OTHERS
@@ -91,10 +91,13 @@ def compare(
 
     Notes
     -----
-    Nothing is fitted to the record. What may differ without disagreeing is the noise of its
+    The verdict needs no fit to the record. What may differ without disagreeing is the noise of its
     readings (from replicates, else as the calibration has it, with its degrees of freedom), head,
     launch and temperature errors as declared, and the uncertainty of the calibration. Where few
     degrees of freedom tell that, it counts as larger by its coverage factor over the normal one.
+
+    The changes of a run are fitted at once, as far as its positions tell them apart. The verdict
+    takes bias, scale factor and misalignment also as if the shape had not changed.
 
     Where both declare the local gravity, the readings are compared at theirs, in the local g of the
     calibration.
@@ -129,7 +132,7 @@ def compare(
     same = is_one_head(calibration, record, errors, same_head)
     return Disagreement(
         rms=float(np.sqrt(np.mean(simulated.residual**2))),
-        **judge(seen, same)._asdict(),
+        **judge(seen, same).told(),
         noise=counting,
         same_head=same,
         effects=tuple(effect.id for effect in calibration.effects),
@@ -139,7 +142,7 @@ def compare(
             *notes(calibration, record, declared, own),
             *(*said, *said_of_usual_slopes(fixtures, simulated, declared)),
             *head_notes(calibration, declared, same, bool(errors.positions.size)),
-            *(*fixtures.notes(record), *said_of_positions(converted)),
+            *(*fixtures.notes(record), *notes_of_positions(converted, simulated)),
         ),
         serial=record.serial,
         readings=len(record),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from accelcal.discovery.columns import head_columns, saturated
 from accelcal.discovery.factors import blocks
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.chances import Estimated, chances
-from accelcal.discovery.new_record.changes import Uncertain, changes, wider
+from accelcal.discovery.new_record.changes import Changed, Uncertain, changes, wider
 from accelcal.discovery.new_record.errors_counted import (
     HEAT,
     freedom,
@@ -24,7 +24,11 @@ from accelcal.discovery.new_record.errors_counted import (
 )
 from accelcal.discovery.new_record.same_clamping import Fixtures, head_difference, is_turned_over
 from accelcal.discovery.new_record.simulated import Simulated
-from accelcal.discovery.new_record.undetermined import by_usual_heat, of_undetermined
+from accelcal.discovery.new_record.undetermined import (
+    by_usual_heat,
+    of_undetermined,
+    undetermined,
+)
 from accelcal.discovery.noise.covariance import Covariance, whitener_of
 from accelcal.discovery.noise.of_readings import ReadingNoise, acting, covariance
 from accelcal.discovery.space import Space, space_of
@@ -43,7 +47,7 @@ from accelcal.results.agreement import (
 )
 from accelcal.results.disagreement import RunChange
 from accelcal.results.findings import Share
-from accelcal.results.quantity import ErrorSource
+from accelcal.results.quantity import ErrorSource, Quantity
 
 _LEVEL = 0.5 * ALPHA
 """Chance below which a factor disagrees: it is one of two tests, see `_chance_of_runs`."""
@@ -65,14 +69,19 @@ class Seen(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """What disagrees, by what was taken as uncertain."""
+    """What disagrees, by what was taken as uncertain; changes as they are `seen` best."""
 
     where: tuple[Share, ...]
     reduced_chi2: float
     structure: str
     runs: tuple[RunChange, ...]
     p_value: float
+    seen: tuple[Quantity, ...]
     explained_by: tuple[str, ...] = ()
+
+    def told(self) -> dict[str, Any]:
+        """What a result has of it."""
+        return {name: own for name, own in self._asdict().items() if name != "seen"}
 
 
 def judge(seen: Seen, same: bool | None) -> Judged:
@@ -83,7 +92,7 @@ def judge(seen: Seen, same: bool | None) -> Judged:
     judged = _whatever_the_head(seen, same)
     if judged.p_value < ALPHA:
         return judged._replace(explained_by=_untold(seen, same))
-    known = least_of([chance_if_known(own) for run in judged.runs for own in run.changes])
+    known = least_of([chance_if_known(own) for own in judged.seen])
     if known >= _LEVEL:
         return judged
     return judged._replace(explained_by=too_little_told(seen.fixtures.calibration, seen.known))
@@ -156,28 +165,40 @@ def _judged(seen: Seen, same: bool) -> Judged:
         head_factor=factor,
         head_dof=dof,
         one_head=same,
+        lost=undetermined(seen.fixtures.found),
+        columns=_columns(seen),
     )
-    by_factors, runs = by_factor(where), tuple(changes(seen.record, seen.simulated, known))
+    by_factors, found = by_factor(where), list(changes(seen.record, seen.simulated, known))
     return Judged(
         where=by_factors,
         reduced_chi2=float(coordinates @ coordinates) / coordinates.size,
         structure=told,
-        runs=runs,
-        p_value=least_of([min(own.p_value for own in by_factors), _chance_of_runs(seen, runs)]),
+        runs=tuple(run.told for run in found),
+        p_value=least_of([min(own.p_value for own in by_factors), _chance_of_runs(seen, found)]),
+        seen=tuple(own for run in found for own in run.seen.values()),
     )
 
 
-def _chance_of_runs(seen: Seen, runs: Sequence[RunChange]) -> float:
+def _columns(seen: Seen) -> Array:
+    """What a change of each error does to the readings, see `Uncertain`."""
+    calibration, found, _ = seen.fixtures
+    columns = seen.simulated.by_error.copy()
+    columns[:, undetermined(found)] = columns @ of_undetermined(calibration, found)
+    return columns
+
+
+def _chance_of_runs(seen: Seen, runs: Sequence[Changed]) -> float:
     """Chance of any change in a run.
 
     A factor has many directions. Where few degrees of freedom tell the launches, a change in one
     of them is seen by itself only. Its own degrees of freedom are those of 95 %; farther out, those
     of what shifts it from launch to launch count.
     """
-    told = (seen.known.get(name) for name in ("launch_uncertainty", "launch_sf_uncertainty"))
-    fewest = [*(np.inf if own is None else freedom(own) for own in told), np.inf]
-    pairs = (pair for run in runs for pair in zip(run.changes, fewest, strict=True))
-    return least_of([chance_of(*pair) for pair in pairs])
+    shifted = {"bias": "launch_uncertainty", "scale_factor": "launch_sf_uncertainty"}
+    told = {name: seen.known.get(error) for name, error in shifted.items()}
+    fewest = {name: freedom(source) for name, source in told.items() if source is not None}
+    seen_by_name = [pair for run in runs for pair in run.seen.items()]
+    return least_of([chance_of(own, fewest.get(name, np.inf)) for name, own in seen_by_name])
 
 
 def _estimated(seen: Seen, same: bool, larger: Array) -> Estimated:

@@ -12,14 +12,14 @@ from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
 from accelcal.discovery.new_record.errors_counted import heat_of
 from accelcal.discovery.new_record.same_clamping import Fixtures
 from accelcal.discovery.new_record.simulated import ERRORS, Simulated
-from accelcal.recalibrations.comparable import BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
+from accelcal.geometry import accelerations
+from accelcal.model import design_matrix
+from accelcal.recalibrations.comparable import ALIKE, BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE
 from accelcal.results.calibration import Calibration
 from accelcal.results.tables_in_use import tables_in_use
 
 _USUAL = dict(zip(SLOPES, 2 * (BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE, 0.0), strict=True))
 """Standard uncertainty of slopes that nothing tells."""
-
-_ALIKE = 0.05  # degC; smaller differences change nothing that matters
 
 
 def with_usual_slopes(errors: CalibrationErrors, found: Compensation) -> CalibrationErrors:
@@ -71,11 +71,11 @@ def said_of_usual_slopes(
 ) -> list[str]:
     """Say that a record is beside the one level of its calibration, or may be."""
     away, heat = float(np.abs(simulated.conditions.excess).max()), max(_heat(fixtures, declared))
-    if fixtures.found.several_levels or max(away, heat) <= _ALIKE:
+    if fixtures.found.several_levels or max(away, heat) <= ALIKE:
         return []
     told = (
         f"readings are up to {away:.2g} degC off the calibration, which tells"
-        if away > _ALIKE
+        if away > ALIKE
         else f"temperatures have errors of {heat:.2g} degC, and the calibration tells"
     )
     return [
@@ -84,18 +84,22 @@ def said_of_usual_slopes(
     ]
 
 
+def undetermined(found: Compensation) -> list[int]:
+    """Places among `ERRORS` of what a calibration does not determine."""
+    symbols = (*found.symbols, *(found.other.symbols if found.other else ()))
+    return [place for place, symbol in enumerate(symbols) if symbol in found.undetermined]
+
+
 def of_undetermined(calibration: Calibration, found: Compensation) -> Array:
     """What each coefficient that is not determined does to `ERRORS`, shape (18, k).
 
     Those that are determined stand for what they took up of it at the angles of the calibration:
     beside a K3 that is taken as 0, K1 is K1 + K3 in steps of 90 deg.
     """
-    symbols = (*found.symbols, *(found.other.symbols if found.other else ()))
-    lost = [place for place, symbol in enumerate(symbols) if symbol in found.undetermined]
+    lost = undetermined(found)
     acting = np.eye(len(ERRORS))[:, lost]
-    angle = np.deg2rad(tables_in_use(calibration, found.T0_degC).main.residuals.angle_deg)
-    a_i, a_p = np.cos(angle), np.sin(angle)
-    columns = np.stack([np.ones_like(a_i), a_i, a_i**2, a_i**3, a_p, a_i * a_p], axis=1)
+    angle = tables_in_use(calibration, found.T0_degC).main.residuals.angle_deg
+    columns = design_matrix(accelerations(angle))
     told = [place for place in range(len(PARAMETERS)) if place not in lost]
     of_main = columns @ acting[: len(PARAMETERS)]
     acting[told] -= np.linalg.pinv(columns[:, told]) @ of_main

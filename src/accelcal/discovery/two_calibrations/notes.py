@@ -23,9 +23,8 @@ from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.same_head import is_same_head
 from accelcal.model import COEFFICIENT_OF, SLOPES
 from accelcal.plural import are, listed
+from accelcal.recalibrations.comparable import ALIKE
 from accelcal.results.tables_in_use import tables_in_use
-
-_ALIKE = 0.05  # degC; smaller differences of temperature change nothing that matters
 
 _NOT_TOLD = "not determined"
 _ELSEWHERE = " elsewhere a difference of g looks like a change of K1"
@@ -88,7 +87,7 @@ def left_out(
 
 
 def _references_differ(old: Side, new: Side) -> bool:
-    return abs((old.found.T0_degC or 0.0) - (new.found.T0_degC or 0.0)) > _ALIKE
+    return abs((old.found.T0_degC or 0.0) - (new.found.T0_degC or 0.0)) > ALIKE
 
 
 def _angles_differ(old: Side, new: Side, axis: str) -> bool:
@@ -221,10 +220,10 @@ def _of_temperature(old: Side, new: Side, temperature: float | None) -> Iterator
     for own in (old, new):
         away = abs(temperature - (own.found.T0_degC or 0.0))
         heat = heat_of(own.calibration) or 0.0
-        if not own.found.several_levels and max(away, heat) > _ALIKE:
+        if not own.found.several_levels and max(away, heat) > ALIKE:
             off = (
                 f"is {away:.2g} degC off this temperature"
-                if away > _ALIKE
+                if away > ALIKE
                 else (f"has temperatures with errors of {heat:.2g} degC")
             )
             yield (
