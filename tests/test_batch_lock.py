@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from accelcal.archive.journal import open_journal
+from accelcal.archive.block import Block, Told
+from accelcal.archive.journal import Journal, open_journal
 from accelcal.archive.lock import alone_in
 from accelcal.archive.settings import Settings
 from accelcal.errors import InputError
@@ -145,3 +146,11 @@ def test_what_the_disk_refuses_is_no_other_batch(tmp_path, monkeypatch, home, na
     opened = open_journal(str(tmp_path / "r.csv"), Settings(), "csv", resume=False)
     with pytest.raises(InputError, match=rf"cannot be made \({refusal.strerror}\)"), opened:
         pass
+
+
+def test_blocks_that_tell_something_else_are_not_taken_up(folder, monkeypatch):
+    """Those of a journal from before the warnings were counted ended in a traceback."""
+    block, settings = Block((), None), Settings()
+    now = Journal(folder, settings, "csv").path(block)
+    monkeypatch.setattr(Told, "_fields", ("errors", "fitted", "failed", "serials"))
+    assert Journal(folder, settings, "csv").path(block) != now

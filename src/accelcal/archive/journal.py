@@ -49,7 +49,7 @@ class Journal:
 
     def __init__(self, folder: Path, settings: Settings, form: str) -> None:
         self.folder, self.settings, self.form = folder, settings, form
-        self._common = f"{settings.fingerprint()}\0{form}"
+        self._common = "\0".join([settings.fingerprint(), form, *Told._fields])
 
     def path(self, block: Block) -> Path:
         """File of a block."""
