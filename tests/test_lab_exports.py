@@ -274,7 +274,7 @@ def test_a_block_of_another_temperature_has_the_positions_of_the_file():
 @pytest.mark.parametrize("row", ["Head uncertainty (gon);2", "T0 (Fahrenheit);68", "T0;68;°F"])
 def test_a_number_in_a_foreign_unit_is_refused_in_rows_of_a_form(row):
     """It was set aside as text."""
-    with pytest.raises(TableError, match="is given in"):
+    with pytest.raises(TableError, match=r"is given in|temperatures of the table have no unit"):
         read(long_table(row, "T;J;k;Y", form="{};{};{};{}"))
 
 
@@ -346,7 +346,7 @@ def test_row_numbers_are_no_outputs_nor_numbers_of_samples():
     assert record.notes == ("column 'n' counts the rows and was set aside",)
 
 
-@pytest.mark.parametrize("cell", ["-9.9e36", "1354758"])
+@pytest.mark.parametrize("cell", ["-9.9e15", "1354758"])
 def test_an_output_far_from_all_others_is_told(cell):
     """It went into the fit without a word; it is told, as readings of any size may be written."""
     record = read(f"T,J,k,Y\n20,1,1,1.3547\n20,5,1,-1.33\n20,3,1,{cell}\n")

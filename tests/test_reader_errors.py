@@ -178,6 +178,11 @@ ERRORS = {
         "1: temperature_uncertainty is '0.2' without a unit, in a table in °F;"
         " write its unit behind it, °F or degC",
     ),
+    "T0 in fahrenheit beside numbers without a unit": (
+        "# T0: 68 degF\nT,J,k,Y\n68,1,1,1\n68,3,1,0\n",
+        "1: reference_temperature is '68 degF', and the temperatures of the table have no unit;"
+        " write theirs, as in T [degF] or T [degC]",
+    ),
     "headings alone, twice": (
         "T,J,k,Y\nT,J,k,Y\n",
         "1: column headings but no readings; add a row for each reading",

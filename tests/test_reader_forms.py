@@ -926,15 +926,16 @@ def test_kelvin_in_cells_header_lines_and_headings(text):
     assert KELVIN in record.notes
 
 
-def test_a_pivot_table_in_fahrenheit():
-    """It was read in degC."""
-    record = read("temperature [°F],,68,140\nJ,k,,\n1,1,1,1.1\n5,1,-1,-1.1\n")
+@pytest.mark.parametrize("unit", ["°F", "F"])
+def test_a_pivot_table_in_fahrenheit(unit):
+    """It was read in degC; with F alone its temperatures were no headings."""
+    record = read(f"temperature [{unit}],,68,140\nJ,k,,\n1,1,1,1.1\n5,1,-1,-1.1\n")
     assert record.temperature.tolist() == [20.0, 20.0, 60.0, 60.0]
 
 
 def test_reference_temperature_and_uncertainty_in_the_unit_they_are_given_in():
     lines = "# T0: 68 °F\n# temperature_uncertainty: 0.9 °F\n"
-    for heading, cell in (("T [K]", "293.15"), ("T [°F]", "68"), ("T", "20")):
+    for heading, cell in (("T [K]", "293.15"), ("T [°F]", "68"), ("T [°C]", "20")):
         record = read(f"{lines}{heading},J,k,Y\n{cell},1,1,1\n{cell},5,1,-1\n")
         assert record.reference_temperature == 20.0
         assert record.apparatus.temperature_uncertainty == 0.5
@@ -1090,6 +1091,13 @@ def test_labels_above_a_table_may_have_their_values_in_the_row_below(rows):
     """The label beside a key was its value: the serial was Operator, the date T0."""
     record = read(f"{rows}\nTemperature;20;\n{FORM}")
     assert (record.serial, record.date) == ("A-7", "31.05.2024")
+
+
+def test_labels_above_a_table_may_have_a_digit():
+    """The serial was 'g', and T0 was lost."""
+    record = read("T0 [K],Serial,g\n293.15,A-7,9.81\nT [degC],J,k,Y\n20,1,1,1\n20,5,1,-1\n")
+    assert (record.serial, record.reference_temperature) == ("A-7", 20.0)
+    assert record.apparatus.local_gravity == 9.81
 
 
 def test_a_word_is_no_date():
@@ -1880,6 +1888,13 @@ def test_units_below_the_headings_are_those_of_their_columns():
 def test_a_row_that_is_not_all_units_is_one_of_readings(row, told):
     with pytest.raises(TableError, match=told):
         read(TEXT.replace("\n", f"\n{row}\n", 1))
+
+
+@pytest.mark.parametrize(("own", "below"), [("Oven [K]", "°F"), ("Oven [degC]", "K")])
+def test_a_name_has_no_unit_below_that_contradicts_its_own(own, below):
+    """The lower one counted: 293.15 under K and °F was 145 degC."""
+    with pytest.raises(TableError, match=r":2: .*'mA' is not a number"):
+        read(f"{own},J,k,Y\n{below},,,mA\n293.15,1,1,1\n293.15,5,1,-1\n")
 
 
 def test_a_unit_above_and_another_below_is_refused():

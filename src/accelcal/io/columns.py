@@ -236,7 +236,10 @@ def _across(layout: Layout, name: str, outputs: Iterable[float | str]) -> Column
     lines = np.full(len(cells), layout.headings_line)
     unit = "deg" if name == "angle" else None  # in which headings have it
     across = Column(name, name, unit, cells, lines, layout.source)
-    return across.without_unit() if name == "temperature" else across
+    if name == "temperature":
+        across = across.without_unit()
+        return across._replace(unit=across.unit or "degC")
+    return across
 
 
 def _claim(taken: dict[Any, int], key: str | float, index: int, layout: Layout) -> None:

@@ -88,8 +88,7 @@ def declarations(
     values: dict[str, Any] = {key: text.value or None for key, text in declared.items()}
     for key in (*APPARATUS, "reference_temperature", "delta0"):
         if key in declared:
-            if key not in texts:
-                _refuse_without_unit(key, declared[key], decimal, scale)
+            _refuse_other_scale(key, declared[key], decimal, scale)
             gravity = given.get("local_gravity", values.get("local_gravity"))
             mark = "." if key in texts else decimal
             values[key] = declared_number(key, declared[key], mark, unit, gravity)
@@ -233,15 +232,28 @@ def declared_number(
     return value
 
 
-def _refuse_without_unit(key: str, declared: Declared, decimal: str, scale: str | None) -> None:
-    """Refuse a temperature without a unit in a table whose temperatures are not in degC."""
-    if scale is None or scale_of(scale) == "degC":
-        return
-    kinds, bare = KINDS_OF.get(key, ()), number_and_unit(declared.value, decimal)[1] == ""
-    in_degrees = "temperature difference" in kinds and size_of(scale, *kinds) != 1.0
-    if bare and (_ON_SCALE in kinds or in_degrees):
-        problem = f"{key} is {shown(declared.value)} without a unit, in a table in {scale}"
+def _refuse_other_scale(key: str, declared: Declared, decimal: str, scale: str | None) -> None:
+    """Refuse a temperature without a unit where those of the table have another than degC.
+
+    And one in another where they have none.
+    """
+    own = number_and_unit(declared.value, decimal)[1]
+    written = f"{key} is {shown(declared.value)}"
+    if not own and _differs(key, scale):
+        problem = f"{written} without a unit, in a table in {scale}"
         raise declared.refuse(problem, f"write its unit behind it, {scale} or degC")
+    if scale is None and _differs(key, own):
+        problem = f"{written}, and the temperatures of the table have no unit"
+        raise declared.refuse(problem, f"write theirs, as in T [{own}] or T [degC]")
+
+
+def _differs(key: str, unit: str | None) -> bool:
+    """Whether what is declared has another number in a unit of temperatures than in degC."""
+    kinds = KINDS_OF.get(key, ())
+    if scale_of(unit) == "degC":
+        return False
+    differs = "temperature difference" in kinds and size_of(unit or "", *kinds) != 1.0
+    return differs or _ON_SCALE in kinds
 
 
 def declared_temperature(layout: Layout, decimal: str) -> float | None:

@@ -14,7 +14,7 @@ _NUMBERED: Mapping[str | None, str] = MappingProxyType(
         "stroke": "stroke {}",
         "position": "position {}",
         "angle": "{} {}",
-        "temperature": "{} {}",
+        "temperature": "T={} {}",
         "serial": "S/N {}",
     }
 )

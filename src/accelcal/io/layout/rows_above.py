@@ -161,7 +161,8 @@ def _each_with_its_value(
 
 def _pairs(labels: list[str], values: list[str]) -> list[str]:
     """Labels with their values; none unless two are keys, with digits in the values alone."""
-    if len(labels) != len(values) or any(map(_SAYS.search, labels)):
+    others = [name for name in labels if not canonical_key(split_unit(name)[0])]  # than T0
+    if len(labels) != len(values) or any(map(_SAYS.search, others)):
         return []
     pairs = list(zip(labels, values, strict=True))
     of_keys = [value for name, value in pairs if label(name)[0]]

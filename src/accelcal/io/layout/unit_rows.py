@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from accelcal.io.words.headings import Heading, read_heading
+from accelcal.io.words.headings import Heading, read_heading, split_unit
 from accelcal.io.words.signs import MISSING
 from accelcal.io.words.vocabulary import is_unit_of
 from accelcal.units import is_same_unit
@@ -40,7 +40,10 @@ def _is_unit(heading: Heading, cell: str) -> bool:
 
 
 def _may_be_unit(heading: Heading, cell: str) -> bool:
-    is_other = heading.unit and is_unit_of(heading.role or "", cell)
+    told = heading.unit or split_unit(heading.text)[1]
+    roles = [heading.role] if heading.role else ["temperature", "output"]
+    is_other = told and any(is_unit_of(role, cell) and is_unit_of(role, told) for role in roles)
+    is_other = is_other and not is_same_unit(told, cell)
     worded = heading.role in _WORDED and not (any(map(str.isdigit, cell)) or is_other)
     is_merged = cell == heading.text  # one cell over both rows
     return is_merged or worded or cell.casefold() in _NO_UNIT or _is_unit(heading, cell)
