@@ -47,7 +47,7 @@ def _runs(found: Disagreement) -> Iterator[str]:
         yield from aligned(rows, right={1, 2, 3}, indent="  ")
     changes = [change for run in found.runs for change in run.changes]
     if found.verdict == "disagree" and not any(map(_is_off_zero, changes)):
-        yield "  each interval holds 0, as it leaves the other coefficients free; the factors see more"
+        yield "  each interval holds 0, as it leaves the others free; the factors above see more"
 
 
 def run_rows(found: Disagreement) -> list[tuple[str, ...]]:
