@@ -254,3 +254,17 @@ def test_errors_known_from_few_degrees_of_freedom_are_told(dof, told):
     notes = accelcal.compare(replace(calibration, error_sources=tuple(sources)), second).notes
     (few,) = (note for note in notes if "from few degrees of freedom" in note)
     assert ("launch_uncertainty" in few) is told
+
+
+def test_report_says_so_where_readings_disagree_but_each_interval_holds_zero():
+    noise = accelcal.NoiseComponents(reading=5e-6, head=2e-5, launch=5e-6, launch_sf=5e-6)
+    calibration = accelcal.fit(accelcal.simulate(noise=noise, seed=1))
+    moved = replace(accelcal.AL15, bias=replace(accelcal.AL15.bias, at_T0=0.003324 + 28e-6))
+    record = accelcal.simulate(moved, noise=noise, seed=101)
+    found = accelcal.compare(calibration, record, same_head=False)
+    sizes = [abs(q.value) / q.expanded_uncertainty for run in found.runs for q in run.changes]
+    assert found.verdict == "disagree"
+    assert max(sizes) < 1.0
+    assert "each interval holds 0" in str(found)
+    taken_as_one = accelcal.compare(calibration, record, same_head=True)
+    assert "each interval holds 0" not in str(taken_as_one)

@@ -45,6 +45,9 @@ def _runs(found: Disagreement) -> Iterator[str]:
     yield from aligned(run_rows(found), right={1, 2, 3, 4, 5}, indent="  ")
     if rows := shape_rows(found):
         yield from aligned(rows, right={1, 2, 3}, indent="  ")
+    changes = [change for run in found.runs for change in run.changes]
+    if found.verdict == "disagree" and not any(map(_is_off_zero, changes)):
+        yield "  each interval holds 0, as it leaves the others free; the factors above see more"
 
 
 def run_rows(found: Disagreement) -> list[tuple[str, ...]]:
@@ -74,6 +77,11 @@ def shape_rows(found: Disagreement) -> list[tuple[str, ...]]:
     ]
     told = any(set(cells) != {_NOT_TOLD} for _, *cells in rows)
     return [("run", "k2/(ug/g^2)", "k3/(ug/g^3)", "delta_ip/(ug/g^2)"), *rows] if told else []
+
+
+def _is_off_zero(change: Quantity) -> bool:
+    value, half_width = change.value, change.expanded_uncertainty
+    return value is not None and half_width is not None and abs(value) > half_width
 
 
 def _micro(quantity: Quantity) -> str:
