@@ -485,6 +485,18 @@ def test_what_a_calibration_does_not_determine_is_no_change():
         assert accelcal.compare(calibration, moved, same_head=False).verdict == "disagree"
 
 
+def test_a_change_of_what_stands_for_two_coefficients_says_so():
+    """k3 alone changed, after a calibration on 4 positions: the scale factor did, said no note."""
+    four, eight = (TumblePlan(temperatures=(20.0,), positions=n) for n in (4, 8))
+    calibration = accelcal.fit(simulate(plan=four, seed=1))
+    bent = replace(accelcal.AL15, k3=accelcal.AL15.k3 + 2e-4)
+    found = accelcal.compare(calibration, simulate(bent, eight, seed=2), same_head=False)
+    (change,) = found.runs
+    assert change.k3.value is None
+    assert abs(change.scale_factor.value - 2e-4) < change.scale_factor.expanded_uncertainty
+    assert any(note.endswith("; K1 stands for K1 + K3") for note in found.notes)
+
+
 def test_a_calibration_tells_nothing_of_another_head_that_nobody_declared():
     """It counted as good as that of the calibration: 12 of 43 unchanged records disagreed."""
     plan = TumblePlan(positions=24, temperatures=(20.0,))
