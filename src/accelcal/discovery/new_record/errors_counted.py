@@ -195,12 +195,12 @@ def coefficient_notes(
             " their sign, or give the calibration of this accelerometer"
         )
     if found.undetermined:
-        nearest = tables_in_use(calibration, found.T0_degC).nearest
-        stands = [f"; {k} stands for {what}" for t in nearest for k, what in t.stands_for.items()]
+        main = tables_in_use(calibration, found.T0_degC).main
+        stands = [f"; {name} stands for {what}" for name, what in main.stands_for.items()]
         yield (
             f"{', '.join(found.undetermined)} not determined by the calibration: taken as 0, so"
             " that what they do counts as a disagreement, and as a change of the others"
-            f"{''.join(dict.fromkeys(stands))}"
+            f"{''.join(stands)}"
         )
     of_other = found.other.symbols if found.other else ()
     bare = list(compress((*found.symbols, *of_other), unbounded))
