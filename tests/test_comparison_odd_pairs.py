@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import accelcal
+from accelcal.compensate.choice import compensation
 from accelcal.simulation import NoiseComponents, TumblePlan, simulate
 
 ONE_LEVEL = TumblePlan(temperatures=(20.0,))
@@ -483,6 +484,35 @@ def test_what_a_calibration_does_not_determine_is_no_change():
         own = simulate(plan=plan, seed=seed)
         moved = replace(own, output=own.output * (1.0 + 3e-4))
         assert accelcal.compare(calibration, moved, same_head=False).verdict == "disagree"
+
+
+def test_a_change_of_what_stands_for_two_coefficients_says_so():
+    """k3 alone changed, after a calibration on 4 positions: the scale factor did, said no note."""
+    four, eight = (TumblePlan(temperatures=(20.0,), positions=n) for n in (4, 8))
+    calibration = accelcal.fit(simulate(plan=four, seed=1))
+    bent = replace(accelcal.AL15, k3=accelcal.AL15.k3 + 2e-4)
+    found = accelcal.compare(calibration, simulate(bent, eight, seed=2), same_head=False)
+    (change,) = found.runs
+    assert change.k3.value is None
+    assert abs(change.scale_factor.value - 2e-4) < change.scale_factor.expanded_uncertainty
+    assert any(note.endswith("; K1 stands for K1 + K3") for note in found.notes)
+
+
+def test_what_the_first_axis_determines_is_not_lost_by_the_second():
+    """k3 of eight positions counted as 0 where the other axis was measured at four."""
+    plan = TumblePlan(temperatures=(20.0,), mountings=("o+", "p+"))
+    whole = simulate(plan=plan, seed=3)
+    four = (whole.mounting == "o+") | (whole.angle % 90.0 == 0.0)
+    calibration = accelcal.fit(whole.select(four))
+    assert all("K3" not in told for told in compensation(calibration).assumptions)
+    bent = replace(accelcal.AL15, k3=accelcal.AL15.k3 + 2e-4)
+    found = accelcal.compare(calibration, simulate(bent, plan, seed=4), same_head=False)
+    first, second = found.runs
+    for change in (first, second):
+        assert abs(change.k3.value - 2e-4) < change.k3.expanded_uncertainty
+        assert abs(change.scale_factor.value) < change.scale_factor.expanded_uncertainty
+    assert first.delta_ip.value is not None
+    assert second.delta_ip.value is None
 
 
 def test_a_calibration_tells_nothing_of_another_head_that_nobody_declared():

@@ -86,8 +86,8 @@ def lost_symbols(groups: Sequence[Sequence[TableCalibration]]) -> tuple[str, ...
     """
     found = (
         symbol_of(ERROR_TERMS[name], cross_name(tables[0].mounting))
-        for tables in groups
-        for name in undetermined(tables)
+        for tables, lost in zip(groups, undetermined(groups), strict=True)
+        for name in lost
     )
     return tuple(dict.fromkeys(found))
 

@@ -11,6 +11,8 @@ from accelcal.results.calibration import Calibration
 from accelcal.results.table import TableCalibration
 from accelcal.results.triad import TriadCalibration
 
+_OF_ONE_AXIS = "M", "M_ip"
+
 
 def is_misprinted(calibration: Calibration) -> bool:
     """Whether a calibration is by the printed equations, which mix up the coefficients."""
@@ -98,12 +100,12 @@ def not_determined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
     Parameters
     ----------
     groups : sequence of sequence of TableCalibration
-        Tables that stand for one another, in each group of one mounting.
+        Tables that stand for one another, in each group of one mounting, see `undetermined`.
     """
     said = []
-    for group in groups:
-        lost = undetermined(group)
-        stands = [f"{name} stands for {what}" for name, what in group[0].stands_for.items()]
+    for place, (group, lost) in enumerate(zip(groups, undetermined(groups), strict=True)):
+        told = group[0].stands_for.items()
+        stands = [f"{name} stands for {what}" for name, what in told if _tells(place, name)]
         if lost:
             verb = "was" if len(lost) == 1 else "were"
             what = f"{', '.join(lost)} {verb} not determined and taken as 0"
@@ -111,7 +113,20 @@ def not_determined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
     return list(dict.fromkeys(said))
 
 
-def undetermined(tables: Sequence[TableCalibration]) -> list[str]:
-    """List the coefficients of (1) that no table determines."""
-    names = tables[0].coefficients
-    return [n for n in names if all(t.coefficients[n].value is None for t in tables)]
+def undetermined(groups: Sequence[Sequence[TableCalibration]]) -> list[list[str]]:
+    """List the coefficients of (1) that no table of each group determines.
+
+    The first group tells all of them, one of the other cross axis those of its axis alone.
+    """
+    return [
+        [
+            name
+            for name in tables[0].coefficients
+            if _tells(place, name) and all(t.coefficients[name].value is None for t in tables)
+        ]
+        for place, tables in enumerate(groups)
+    ]
+
+
+def _tells(place: int, name: str) -> bool:
+    return place == 0 or name in _OF_ONE_AXIS

@@ -138,7 +138,7 @@ def compare(
         effects=tuple(effect.id for effect in calibration.effects),
         notes=(
             *filter(None, [worse, said_of_noise]),
-            *coefficient_notes(found, simulated, errors.unbounded),
+            *coefficient_notes(calibration, found, simulated, errors.unbounded),
             *notes(calibration, record, declared, own),
             *(*said, *said_of_usual_slopes(fixtures, simulated, declared)),
             *head_notes(calibration, declared, same, bool(errors.positions.size)),

@@ -26,6 +26,7 @@ from accelcal.results.agreement import NOISE
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import ErrorSource
 from accelcal.results.table import TableCalibration
+from accelcal.results.tables_in_use import tables_in_use
 
 HEAT = "temperature_uncertainty"
 """What declares the errors of temperatures, which no readings tell."""
@@ -179,7 +180,9 @@ def notes(
     yield from _few_degrees(known)
 
 
-def coefficient_notes(found: Compensation, simulated: Simulated, unbounded: Mask) -> Iterator[str]:
+def coefficient_notes(
+    calibration: Calibration, found: Compensation, simulated: Simulated, unbounded: Mask
+) -> Iterator[str]:
     """Say where the coefficients of the calibration cannot be those of the record.
 
     Of its errors, shape (18,), some are `unbounded`.
@@ -192,9 +195,12 @@ def coefficient_notes(found: Compensation, simulated: Simulated, unbounded: Mask
             " their sign, or give the calibration of this accelerometer"
         )
     if found.undetermined:
+        main = tables_in_use(calibration, found.T0_degC).main
+        stands = [f"; {name} stands for {what}" for name, what in main.stands_for.items()]
         yield (
             f"{', '.join(found.undetermined)} not determined by the calibration: taken as 0, so"
-            " that what they do counts as a disagreement"
+            " that what they do counts as a disagreement, and as a change of the others"
+            f"{''.join(stands)}"
         )
     of_other = found.other.symbols if found.other else ()
     bare = list(compress((*found.symbols, *of_other), unbounded))
