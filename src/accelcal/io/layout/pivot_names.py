@@ -32,7 +32,7 @@ def named_below(above: Sequence[str], row: Sequence[str]) -> tuple[Heading, ...]
     >>> [(cell.role, cell.of) for cell in named_below(*rows)][1:]
     [('position', None), ('strokes', 1), ('strokes', 2)]
     >>> named_below(["temperature", "20", "60"], ["position"])[1].text
-    '20 degC'
+    'T=20 degC'
     """
     names = [cell for cell in row if cell]
     told = [cell for cell in above[: len(names)] if cell]
