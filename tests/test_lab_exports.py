@@ -9,6 +9,7 @@ from accelcal.dates import date_of
 from accelcal.errors import TableError
 from accelcal.io import engines
 from accelcal.io.ordinary.reader import Content, read_ordinary
+from accelcal.io.tables import survey
 
 LONG = [(20, 1, 1, 1.35), (20, 5, 1, -1.33), (20, 5, 2, -1.34), (20, 1, 2, 1.36)]
 WIDE = {20: [(1, 1.35, 1.36), (5, -1.33, -1.34)], 60: [(1, 1.45, 1.46), (5, -1.43, -1.44)]}
@@ -50,9 +51,27 @@ def test_a_pivot_table_of_one_index():
     assert readings(read(own)) == {row for row in TWO if row[0] == 20}
 
 
-def test_a_pivot_table_by_temperature():
-    own = read("temperature,,20,60\nposition,stroke,,\n1,1,1.35,1.45\n5,1,-1.33,-1.43\n")
+@pytest.mark.parametrize(
+    ("what", "levels", "first"),
+    [
+        ("temperature", "20,60", "temperature 20"),
+        ("Temp [K]", "293.15,333.15", "Temp [K] 293.15"),
+        ("T [°F]", "68.0,140.0", "T [°F] 68.0"),
+        ("T", '"20,0","60,0"', "T 20,0"),
+    ],
+)
+def test_a_pivot_table_by_temperature(what, levels, first):
+    """Numbers with decimals were no headings."""
+    body = "1,1,1.35,1.45\n5,1,-1.33,-1.43\n"
+    form, (own,) = survey(io.StringIO(f"{what},,{levels}\nposition,stroke,,\n{body}"))
     assert readings(own) == {row for row in TWO if row[2] == 1}
+    assert first in form.columns.values()
+
+
+def test_a_pivot_table_by_angles_of_half_degrees():
+    body = "".join(f"{t},1,1.35,1.21\n" for t in (20, 60))
+    own = read(f"angle,,0,22.5\nT,stroke,,\n{body}")
+    assert own.angle.tolist() == [0.0, 22.5] * 2
 
 
 @pytest.mark.parametrize(
@@ -129,7 +148,8 @@ def test_columns_of_a_data_logger(headings, unit, factor):
 
 
 @pytest.mark.parametrize(
-    "headings", ["Oven [°C],Room [°C],J,k,Y", "Remark C,Room,J,k,Y", "a,CH2 (C),J,k,ADC"]
+    "headings",
+    ["Oven [°C],Room [°C],J,k,Y", "Remark C,Room,J,k,Y", "a,CH2 (C),J,k,ADC", "C [F],a,J,k,Y"],
 )
 def test_columns_that_may_be_something_else_are_not_taken(headings):
     with pytest.raises(TableError, match="no column for"):
@@ -584,6 +604,14 @@ def test_temperatures_over_blocks_that_share_their_positions(above):
         side = side[0], [[j, *own] for j, *own in WIDE[60]]
     rows = "".join(",".join(map(str, one + other)) + "\n" for one, other in zip(*side, strict=True))
     assert readings(read(above + rows)) == TWO
+
+
+def test_temperatures_over_blocks_have_the_decimal_mark_of_the_table():
+    """It was made a point, which did not fit the outputs."""
+    above = ";20,0 °C;;60,0 °C;\nJ;Y1;Y2;Y1;Y2\n"
+    sides = zip(WIDE[20], WIDE[60], strict=True)
+    rows = [";".join(map(str, (*one, *other[1:]))).replace(".", ",") for one, other in sides]
+    assert readings(read(above + "\n".join(rows))) == TWO
 
 
 @pytest.mark.parametrize("mark", [" ", "\t", ","])

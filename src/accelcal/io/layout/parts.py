@@ -265,10 +265,13 @@ def _in_rows(lines: list[str], own: _Headings) -> _Headings:
 
 def _named_below(lines: list[str], own: _Headings) -> _Headings | None:
     """Take a row below numbers that names the columns beside them, as pandas writes it."""
-    row = _split_headings(lines[own.below], own.separator) if own.below < len(lines) else []
-    cells = named_below([cell.text for cell in own.cells], row) if row else None
-    end = own.below + 1
-    return own._replace(cells=cells, lines=(*own.lines, end), below=end) if cells else None
+    first = own.lines[0]
+    for start, end in ((first, own.below + 1), (first - 1, first)):
+        if start > 0 and end <= len(lines):
+            row = [_split_headings(lines[number - 1], own.separator) for number in (start, end)]
+            if cells := named_below(*row):
+                return own._replace(cells=cells, lines=(start, end), below=max(end, own.below))
+    return None
 
 
 def _with_row_above(lines: list[str], own: _Headings) -> _Headings:

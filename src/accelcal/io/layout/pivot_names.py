@@ -31,8 +31,8 @@ def named_below(above: Sequence[str], row: Sequence[str]) -> tuple[Heading, ...]
     >>> rows = ["stroke", "", "1", "2"], ["temperature", "position"]
     >>> [(cell.role, cell.of) for cell in named_below(*rows)][1:]
     [('position', None), ('strokes', 1), ('strokes', 2)]
-    >>> named_below(["temperature", "20", "60"], ["position"])[1].text
-    'T=20 degC'
+    >>> named_below(["T [K]", "293.15", "333.15"], ["position"])[1][0::3]
+    ('T [K] 293.15', '293.15 K')
     """
     names = [cell for cell in row if cell]
     told = [cell for cell in above[: len(names)] if cell]
@@ -42,5 +42,9 @@ def named_below(above: Sequence[str], row: Sequence[str]) -> tuple[Heading, ...]
     form, unit = _NUMBERED.get(what.role), what.unit or UNITS_OF.get(what.role or "", ("",))[0]
     if form is None or not COLUMNS.keys() >= {read_heading(name).role for name in names}:
         return None
-    cells = read_headings([*names, *(form.format(own, unit) for own in above[len(names) :])])
-    return cells if tell_places(cells) and are_headings(cells) else None
+    numbers = above[len(names) :]
+    cells = read_headings([*names, *(form.format(own, unit) for own in numbers)])
+    if not (tell_places(cells) and are_headings(cells)):
+        return None
+    texts = [*names, *(f"{told[0]} {own}" for own in numbers)]
+    return tuple(own._replace(text=text) for own, text in zip(cells, texts, strict=True))

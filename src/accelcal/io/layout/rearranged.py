@@ -200,8 +200,12 @@ def with_blocks_below(layout: Layout) -> Layout:
 
 
 def _told(labels: Sequence[Heading]) -> list[str]:
-    """Cell of what stands above a block."""
-    return [own.of if isinstance(own.of, str) else f"{own.of:g}" for own in labels]
+    """Cell of what stands above a block, with the decimal mark that it has there."""
+    if not labels or labels[0].role == "serials":
+        return [str(own.of) for own in labels]
+    (own,) = labels
+    number = own.of if isinstance(own.of, str) else f"{own.of:.12g}"
+    return [number.replace(".", "," if "," in own.text else ".")]
 
 
 def _if_told_apart(before: Layout, after: Layout) -> Layout:
