@@ -112,8 +112,8 @@ def test_no_command_shows_the_help(capsys):
         ),
         ("fit x --t0 warm", "invalid value for '--t0': 'warm' is not a finite number; see"),
         (
-            "fit x --t0 293K",
-            "invalid value for '--t0': '293K' has another unit; it is one of degC; see",
+            "fit x --t0 293mK",
+            "invalid value for '--t0': '293mK' has another unit; it is one of degC, K, degF; see",
         ),
         (
             "fit x --t0 20,5",

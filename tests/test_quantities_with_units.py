@@ -132,11 +132,23 @@ def test_options_have_their_own_first_units():
     [
         (("g", "acceleration"), "-1 g, 500 mg", (-1.0, 0.5)),
         (("degC", "temperature"), "-40 °C,20C", (-40.0, 20.0)),
+        (("degC", "temperature"), "233.15 K,68 °F", (-40.0, 20.0)),
         (("deg", "angle"), "0,90,180", (0.0, 90.0, 180.0)),
     ],
 )
 def test_each_number_of_a_list_may_have_a_unit(kind, text, values):
     assert quantities(*kind)(text) == values
+
+
+@pytest.mark.parametrize("t0", ["293.15 K", "68°F"])
+def test_t0_may_be_in_the_unit_of_the_table(t0, tmp_path, monkeypatch, capsys):
+    """It was refused as an option; in a file it was read."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "table.csv").write_text("T [degC]" + TABLE.removeprefix("temperature"))
+    assert ": 20 degC" in of_check(capsys, "--t0", t0)[1]
+    (tmp_path / "table.csv").write_text(TABLE)
+    code, told = of_check(capsys, "--t0", t0)
+    assert (code, told.endswith(" or T [degC], or give this one in degC\n")) == (2, True)
 
 
 @pytest.mark.parametrize("text", ["1,500 mg", "0 g,1"])

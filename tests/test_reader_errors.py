@@ -181,7 +181,7 @@ ERRORS = {
     "T0 in fahrenheit beside numbers without a unit": (
         "# T0: 68 degF\nT,J,k,Y\n68,1,1,1\n68,3,1,0\n",
         "1: reference_temperature is '68 degF', and the temperatures of the table have no unit;"
-        " write theirs, as in T [degF] or T [degC]",
+        " write theirs, as in T [degF] or T [degC], or give this one in degC",
     ),
     "headings alone, twice": (
         "T,J,k,Y\nT,J,k,Y\n",

@@ -19,6 +19,7 @@ from accelcal.cli.values import (
     size,
     step_of_output,
     target,
+    temperature_of_table,
     temperature_of_test,
 )
 
@@ -155,7 +156,7 @@ def format_option(*forms: str) -> Callable[[Function], Function]:
 
 
 reference_temperature_option = valued_option(
-    temperature_of_test,
+    temperature_of_table,
     "--t0",
     "DEG",
     "Reference temperature T0 [degC].",

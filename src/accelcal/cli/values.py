@@ -10,7 +10,17 @@ from typing import TypeVar
 import click
 
 from accelcal.errors import InputError
-from accelcal.units import OUTPUT_UNITS, UNITS, is_output_unit, scaled, size_of
+from accelcal.io.words.vocabulary import has_unit
+from accelcal.units import (
+    OUTPUT_UNITS,
+    SCALES,
+    UNITS,
+    celsius,
+    is_output_unit,
+    scale_of,
+    scaled,
+    size_of,
+)
 
 Value = TypeVar("Value")
 
@@ -70,8 +80,10 @@ def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
     """Make the type of an option that is a number, perhaps with a unit as in ``2 arcsec``.
 
     The unit is that of the value, and of a number that has none; the kinds are of
-    `accelcal.units.UNITS`.
+    `accelcal.units.UNITS`. A temperature may be in one of `accelcal.units.SCALES`.
     """
+    if kinds == ("temperature",):
+        return temperature
 
     def converted(text: str) -> float:
         value, own = _number_and_unit(text)
@@ -161,14 +173,33 @@ def fixture_angle(text: str) -> float:
         raise click.BadParameter(f"{error}.") from None
 
 
+def temperature(text: str) -> float:
+    """Type of an option: a temperature [degC], perhaps in its unit, such as ``293.15 K``."""
+    value, own = _number_and_unit(text)
+    if not own:
+        return number(value)
+    if not has_unit("temperature", own):
+        raise click.BadParameter(f"{text!r} has another unit; it is one of {', '.join(SCALES)}.")
+    return float(celsius(number(value), own))
+
+
 def temperature_of_test(text: str) -> float:
-    """Type of an option: a temperature of a test [degC], perhaps with its unit."""
+    """Type of an option: a temperature of a test [degC], perhaps in its unit."""
     from accelcal.arguments.temperatures import NO_TEMPERATURE, outside_tests
 
-    value = quantity("degC", "temperature")(text)
+    value = temperature(text)
     if outside_tests(value):
         raise click.BadParameter(f"{text!r} {NO_TEMPERATURE}.")
     return value
+
+
+def temperature_of_table(text: str) -> float | str:
+    """Type of an option: the same, declared of a table, whose temperatures must tell their scale.
+
+    In K or degF it stays a text, as only the table tells whether it has one.
+    """
+    value = temperature_of_test(text)
+    return value if scale_of(_number_and_unit(text)[1]) == "degC" else text.strip()
 
 
 def setting(text: str) -> tuple[str, float]:

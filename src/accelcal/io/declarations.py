@@ -244,7 +244,8 @@ def _refuse_other_scale(key: str, declared: Declared, decimal: str, scale: str |
         raise declared.refuse(problem, f"write its unit behind it, {scale} or degC")
     if scale is None and _differs(key, own):
         problem = f"{written}, and the temperatures of the table have no unit"
-        raise declared.refuse(problem, f"write theirs, as in T [{own}] or T [degC]")
+        theirs = f"write theirs, as in T [{own}] or T [degC]"
+        raise declared.refuse(problem, f"{theirs}, or give this one in degC")
 
 
 def _differs(key: str, unit: str | None) -> bool:
