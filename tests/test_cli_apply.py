@@ -726,7 +726,10 @@ BAD = {
         "serial,output,temperature\nA,1,20\n",
         "data.csv: no sample of serial AL-15, but of A",
     ),
-    "mK": ("output,temperature [mK]\n1,293\n", "data.csv:1: temperature in mK; give it in degC"),
+    "mK": (
+        "output,temperature [mK]\n1,293\n",
+        "data.csv:1: column 'temperature [mK]' is in mK; give it in degC",
+    ),
     "text": ("output,temperature\n1,20\n1.2x,20\n", "data.csv:3: output '1.2x' is not a number"),
     "infinite": ("output,temperature\n1,20\ninf,20\n", "data.csv:3: output 'inf' is infinite"),
     "cut short": (

@@ -965,7 +965,10 @@ def test_a_temperature_may_stand_above_the_table_or_be_unknown():
         (SIX.format(20, 20, 20, 60, 60, 60), "temperatures from 20 to 60 degC in one calibration"),
         (SIX.format(20, 20, 20, "", 20, 20), ":5: T is empty; write it in every row, 'unknown'"),
         (SIX.format(*[293] * 6), ":2: T '293' is no temperature of a test"),
-        (SIX.format(*[293] * 6).replace("T,", "T [mK],"), ":1: temperature in mK; give it in degC"),
+        (
+            SIX.format(*[293] * 6).replace("T,", "T [mK],"),
+            ":1: column 'T [mK]' is in mK; give it in degC",
+        ),
         ("# temperature: 300 rad\n" + SIX.replace("T,", "").replace("{},", ""), ":1: "),
     ],
 )

@@ -24,6 +24,7 @@ from accelcal.io.values.times import (
 from accelcal.io.words.headings import Heading, split_unit
 from accelcal.io.words.vocabulary import ACROSS, UNITS_OF, has_unit, is_unit_of
 from accelcal.io.words.wording import hint_of_triad, lines_named
+from accelcal.units import scale_of
 
 CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "count")
 """Columns that a header line may stand for."""
@@ -120,12 +121,14 @@ def places_of(
     Raises
     ------
     TableError
-        If one of them is missing, or a role is there twice.
+        If one of them is missing, a role is there twice, or a temperature is in another unit.
     """
     found: dict[str, int] = {}
     for index, heading in enumerate(layout.headings):
         if heading.role and (among is None or heading.role in among):
             _claim(found, heading.role, index, layout)
+            if heading.role == "temperature":
+                _require_unit(layout, heading)
     for role in needed:
         if role not in found:
             raise layout.refuse(f"no column {role} among {_headings(layout)}", remedy)
@@ -255,16 +258,23 @@ def _has_right_unit(heading: Heading) -> bool:
 
 
 def _check_unit(layout: Layout, heading: Heading) -> None:
+    """Refuse a unit that is known to be of something else; another word may be a remark."""
+    if is_unit_of(heading.role or "", heading.unit or ""):
+        _require_unit(layout, heading)
+
+
+def _require_unit(layout: Layout, heading: Heading) -> None:
+    """Demand one of the units that a column may be given in, where it has a unit."""
     allowed = UNITS_OF.get(heading.role or "")
-    wrong = is_unit_of(heading.role or "", heading.unit or "")
-    if allowed and not _has_right_unit(heading) and wrong:
+    if allowed and heading.unit and not _has_right_unit(heading):
         problem = f"column {shown(heading.text)} is in {heading.unit}"
         raise layout.refuse(problem, f"give it in {allowed[0]}")
 
 
 def _require(layout: Layout, roles: Mapping[str, int], across: str) -> None:
     given = {*roles, across}
-    wanted = [("temperature", "temperature", "a column temperature or a line '# temperature: 20'")]
+    one = f"a column temperature or a line '# temperature: 20'{_or_warmth(layout)}"
+    wanted = [("temperature", "temperature", one)]
     if not {"position", "angle"} & given:
         numbered = across == "stroke"
         beside = ", or a column stroke if these numbers are positions" if numbered else ""
@@ -277,6 +287,17 @@ def _require(layout: Layout, roles: Mapping[str, int], across: str) -> None:
         if name not in given and (name in ("position", "output") or name not in layout.declared):
             problem = f"no column for {what} among {_headings(layout)}"
             raise layout.refuse(problem, f"add {remedy}{_other_command(layout, given)}")
+
+
+def _or_warmth(layout: Layout) -> str:
+    """A column of unknown name in a unit of temperatures; F may be farad."""
+    for own in layout.headings:
+        unit = split_unit(own.text)[1]
+        if not own.role and has_unit("temperature", unit):
+            unit = "degF" if scale_of(unit) == "degF" else unit
+            call = shown(f"temperature [{unit}]")
+            return f", or call column {shown(own.text)} {call} if it is one"
+    return ""
 
 
 def _or_counter(layout: Layout) -> str:

@@ -20,7 +20,7 @@ from accelcal.errors import TableError
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout, split_line
 from accelcal.io.values.cells import Column, numbered
-from accelcal.io.values.sexagesimal import in_degrees
+from accelcal.io.values.sexagesimal import with_decimal_degrees
 from accelcal.io.values.thousands import thousands_mark, without_mark
 from accelcal.io.words.signs import MISSING
 from accelcal.io.words.vocabulary import ACROSS
@@ -315,7 +315,7 @@ def _column(layout: Layout, index: int, cells: Any, lines: Any, decimal: str) ->
     )
     if isinstance(cells, np.ndarray) or not _is_numeric(layout, index):
         return column
-    column = in_degrees(column) if heading.role in _ANGLES else numbered(column)
+    column = with_decimal_degrees(column) if heading.role in _ANGLES else numbered(column)
     return column.without_unit()
 
 

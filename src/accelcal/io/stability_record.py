@@ -26,7 +26,6 @@ from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.temperatures import notes_of_scale, refuse_other_temperatures
 from accelcal.io.values.times import in_seconds, times
 from accelcal.io.words.headings import Heading, name_and_unit
-from accelcal.io.words.vocabulary import has_unit
 from accelcal.io.words.wording import all_outputs, lines_named, were
 from accelcal.pace import is_in_days
 from accelcal.plural import counted, listed
@@ -214,8 +213,6 @@ def _launches(columns: Roles, output: Array) -> list[Launch]:
 
 
 def _degrees(column: Column) -> Array:
-    if column.unit and not has_unit("temperature", column.unit):
-        raise column.refuse(0, f"{{}} in {column.unit}", "give it in degC")
     found = numbers(column)
     refuse_other_temperatures(column, found)
     return found

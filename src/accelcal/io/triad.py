@@ -159,8 +159,6 @@ def _temperature(table: SmallTable) -> Array | None:
     """Temperature of each attitude, by a column or the header line."""
     column = table.columns.get("temperature")
     if column is not None:
-        if column.unit and not has_unit("temperature", column.unit):
-            raise table.layout.refuse(f"temperature in {column.unit}", "give it in degC")
         return temperatures_of(column)
     value = declared_temperature(table.layout, table.columns["x"].decimal)
     return None if value is None else np.full(len(table.columns["x"].lines), value)

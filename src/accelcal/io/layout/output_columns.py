@@ -97,7 +97,7 @@ def with_lone_output(layout: Layout) -> Layout:
 def with_lone_conditions(layout: Layout) -> Layout:
     r"""Take columns for temperature and angle, where nothing tells them and one alone has the unit.
 
-    A lone letter is a unit in brackets, or behind a comma, a slash or ``in``.
+    A lone letter is a unit in brackets, or behind a comma, a slash or ``in``; but F may be farad.
 
     Examples
     --------
@@ -130,7 +130,7 @@ def _unit_behind(heading: Heading, role: str) -> str | None:
         unit = name_and_unit(heading.text, lambda own: is_own(own) and len(own) > 1)[1]
     if not unit and role == "temperature" and len(heading.text) > 1:
         unit = heading.text
-    return unit if is_own(unit) else None
+    return unit if is_own(unit) and unit.casefold() != "f" else None
 
 
 def _taken(layout: Layout, place: int, taken: Heading, what: str) -> Layout:

@@ -25,7 +25,7 @@ from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, TRIAD, StreamForm
 from accelcal.io.samples.unit_column import first_unit
 from accelcal.io.words.headings import Heading
-from accelcal.io.words.vocabulary import KEYS, has_unit
+from accelcal.io.words.vocabulary import KEYS
 from accelcal.units import canonical_unit, scale_of, size_of
 
 __all__ = ["SampleHeadings", "acceleration_unit", "read_sample_headings"]
@@ -325,8 +325,6 @@ def _units(
 
 def _unit_to_give(role: str, unit: str) -> str:
     """Unit that a column has to have; empty where its own will do."""
-    if role == "temperature":
-        return "" if has_unit("temperature", unit) else "degC"
     if role in ACROSS_AXES:
         return "" if acceleration_unit(unit) else "g, mg, ug or m/s^2"
     return ""

@@ -20,7 +20,7 @@ _BELOW = "minutes and seconds are below 60"
 _COLONS = re.compile(rf"{_SIGN}([0-9]+):{_NUMBER}(?::{_NUMBER})?")
 
 
-def in_degrees(column: Column) -> Column:
+def with_decimal_degrees(column: Column) -> Column:
     """Turn cells such as ``45°30'`` or ``45:30:15`` into decimal degrees.
 
     Raises
@@ -31,7 +31,7 @@ def in_degrees(column: Column) -> Column:
     Examples
     --------
     >>> cells = ["0°", "22°30'", "-0:00:36"]
-    >>> in_degrees(Column("angle", "angle", None, cells, np.arange(3), "a.csv")).cells
+    >>> with_decimal_degrees(Column("angle", "angle", None, cells, np.arange(3), "a.csv")).cells
     ['0', '22.5', '-0.01']
     """
     if isinstance(column.cells, np.ndarray) or not any(map(_is_divided, column.cells)):
