@@ -111,6 +111,9 @@ ORDINARY = {
         headings="serial," + HEADINGS,
         cells=[(s, *row) for s in ("S1", "S2", "S3") for row in rows(seed=len(s))],
     ),
+    "measured temperatures": table(
+        cells=[(round(t + 0.1 * (5 * j % 7), 1), j, *row) for t, j, *row in rows()]
+    ),
     "exponents": table(cells=[(t, j, k, f"{y:+.9e}"[y > 0 :], r) for t, j, k, y, r in rows()]),
     "known delta0": table(header=HEADER + "# delta0: 0.001\n# g: 9.81\n"),
     "gzip": gzip.compress(table().encode()),
@@ -141,6 +144,7 @@ ODD = {
         cells=[(*row[:4], n) for n, row in enumerate(rows(), 1)],
     ),
     "a resolution of a voltmeter": table(HEADER + "# resolution: 24 bit\n"),
+    "a temperature far from all others": table().replace("60.0,1,1,", "68.0,1,1,", 1),
     "an output far from all others": table().replace(",1.35", ",1.35e9", 1),
     "radians": table(
         headings="temperature,angle [rad],stroke,output,run\n",

@@ -634,3 +634,59 @@ def test_rows_of_several_outputs_that_end_early_are_told():
     told = "the last outputs count as missing in rows that end early (line 3)"
     assert record.notes == (told, "1 missing reading was left out (line 3)")
     assert len(read("T,J,Y1,Y2\n20,1,1.35,1.36\n20,5,-1.34,\n").notes) == 1
+
+
+TURN = [(j, k, f"{1.35 - 0.3 * j - 0.001 * k:g}") for k in (1, 2) for j in range(1, 10)]
+
+
+@pytest.mark.parametrize(
+    ("first", "others", "told"),
+    [
+        ("26.0", "20.0", "temperature 26 degC (line 2)"),
+        ("2.1", "20.{}", "temperature 2.1 degC (line 2)"),
+        ("200", "20.{}", "temperature 200 degC (line 2)"),
+        ("20.1", "20.0", None),
+        ("23.0", "20.{}", None),
+    ],
+)
+def test_a_temperature_with_a_wrong_digit_is_told(first, others, told):
+    """It moved the mean of its run, and no gate of the fit sees it."""
+    rows = [f"{others.format(j)},{j},{k},{y},1" for j, k, y in TURN]
+    rows[0] = rows[0].replace(rows[0].split(",")[0], first, 1)
+    notes = read("\n".join(["T,J,k,Y,run", *rows])).notes
+    assert [note.partition(" is far from all others of run 1")[0] for note in notes] == (
+        [told] if told else []
+    )
+
+
+def test_a_wrong_temperature_of_a_row_of_strokes_is_told_once():
+    rows = [
+        f"{29 if j == 4 else 20},{j},{1.35 - 0.3 * j:g},{1.36 - 0.3 * j:g},1" for j in range(1, 10)
+    ]
+    (note,) = read("\n".join(["T,J,Y1,Y2,run", *rows])).notes
+    assert note.startswith("temperature 29 degC (line 5) is far from all others of run 1, 20 to 20")
+
+
+@pytest.mark.parametrize(
+    ("at", "wrong", "told"),
+    [
+        (5, "3000", "from line 7 to line 8"),
+        (5, "30", "from line 6 to line 7"),
+        (0, "900", "from line 2 to line 3"),
+        (17, "1", "from line 18 to line 19"),
+        (5, "350", None),
+    ],
+)
+def test_a_time_out_of_the_order_of_all_others_is_told(at, wrong, told):
+    times = [str(60 * i) for i in range(len(TURN))]
+    times[at] = wrong
+    rows = [f"{t},20,{j},{k},{y}" for t, (j, k, y) in zip(times, TURN, strict=True)]
+    notes = read("\n".join(["t [s],T,J,k,Y", *rows])).notes
+    assert notes == ((f"the time steps back once, {told}: is it right in both?",) if told else ())
+
+
+def test_times_that_begin_anew_in_a_run_are_in_order():
+    rows = [
+        f"{60 * i},{t},{row[0]},{row[1]},{row[2]}" for t in (20, 60) for i, row in enumerate(TURN)
+    ]
+    assert not any("steps back" in own for own in read("\n".join(["t [s],T,J,k,Y", *rows])).notes)

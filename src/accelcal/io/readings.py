@@ -21,9 +21,9 @@ from accelcal.io.values.lots import lots_of_rows
 from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.places import MAXIMUM_ANGLE, places_of_rows
 from accelcal.io.values.temperatures import temperatures_of
-from accelcal.io.values.times import DAY, HOUR, days, in_seconds, times
+from accelcal.io.values.times import days, in_seconds, times
 from accelcal.io.words.signs import mounting_written
-from accelcal.io.words.wording import all_outputs, lines_named
+from accelcal.io.words.wording import all_outputs
 from accelcal.numerics.grouping import Grouped
 from accelcal.numerics.sorting import distinct
 from accelcal.pace import too_quick
@@ -214,33 +214,6 @@ def notes_of_turn(readings: Readings, positions: int) -> list[str]:
     return [
         f"positions {last + 1} to {positions + 1} never occur in a turn of {positions}; if position"
         f" {last} is the return to 1, declare '# positions: {last - 1}'"
-    ]
-
-
-def notes_of_midnight(readings: Readings) -> list[str]:
-    """Say where clock times without a date were taken to be of the next day."""
-    if readings.time is None or readings.time.dtype.kind != "m":
-        return []
-    passed = readings.time // DAY
-    found = passed > 0
-    found[1:] &= np.diff(passed) != 0
-    where = lines_named(readings.line[found])
-    return [f"the clock passes midnight: another day begins at {where}"] if found.any() else []
-
-
-def notes_of_clock(readings: Readings) -> list[str]:
-    """Say where dates, which otherwise go on from row to row, once step back by an hour or less."""
-    if readings.time is None or readings.time.dtype.kind == "f":
-        return []
-    step = np.diff(readings.time)
-    back = np.flatnonzero(step < np.timedelta64(0))
-    if back.size != 1 or step[back[0]] < -HOUR:
-        return []
-    where = lines_named(readings.line[back + 1])
-    return [
-        f"the time steps back at {where}; if the clock was put back there, as at the end of"
-        " daylight saving, write times of UTC or with their zone, such as"
-        " 2024-10-27T02:30:00+01:00"
     ]
 
 

@@ -14,9 +14,11 @@ from accelcal.dates import date_of
 from accelcal.errors import TableError, located
 from accelcal.io.declarations import Declarations
 from accelcal.io.layout.parts import Layout
-from accelcal.io.readings import Readings, notes_of_clock, notes_of_pace
+from accelcal.io.readings import Readings, notes_of_pace
 from accelcal.io.runs import runs_of
 from accelcal.io.values.lots import lot_of_column
+from accelcal.io.values.temperatures import notes_of_lone
+from accelcal.io.values.times import notes_of_order
 from accelcal.io.words.wording import lines_named, were
 from accelcal.record import TumbleRecord
 from accelcal.serials import notes_of_alike
@@ -70,7 +72,8 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     if not kept.all():
         notes.append(_left_out(readings.line[~kept], "repeated reading"))
     readings = readings.select(kept)
-    notes += (*notes_of_pace(readings.time), *notes_of_clock(readings))
+    notes += (*notes_of_pace(readings.time), *notes_of_order(readings.time, readings.line))
+    notes += notes_of_lone(readings.temperature, runs.index[kept], readings.line, runs.labels)
     _require_change(readings)
     time, start = _seconds(readings.time, common["date"])
     days = _days(readings.day) if common["date"] is None else []

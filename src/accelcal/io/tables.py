@@ -45,7 +45,6 @@ from accelcal.io.layout.rearranged import (
 from accelcal.io.layout.remarks import without_remarks
 from accelcal.io.of_serial import records_called
 from accelcal.io.readings import (
-    notes_of_midnight,
     notes_of_turn,
     read_readings,
     refuse_swapped,
@@ -63,6 +62,7 @@ from accelcal.io.values.markers import notes_of_far
 from accelcal.io.values.places import notes_of_minutes
 from accelcal.io.values.temperatures import notes_of_scale
 from accelcal.io.values.thousands import notes_of_thousands
+from accelcal.io.values.times import notes_of_midnight
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 
@@ -353,7 +353,7 @@ def _read_by(
         *notes_of_turn(readings, declared.record["positions"]),
         *notes_of_minutes(readings.angle),
         *notes_of_far(readings.output, readings.line),
-        *notes_of_midnight(readings),
+        *notes_of_midnight(readings.time, readings.line),
         *readings.stroke_notes,
         *notes_of_thousands(
             [own.cells for own in table.outputs], unit, (c.cells for c in table.columns.values())

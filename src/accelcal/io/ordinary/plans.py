@@ -20,6 +20,7 @@ from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.stretches import Stretches, met_before
 from accelcal.io.runs import LEVEL_GAP, are_counted
 from accelcal.io.values.places import MAXIMUM_ANGLE
+from accelcal.io.values.temperatures import FEWEST_OTHERS, LONE
 from accelcal.io.words.signs import mounting_written
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
@@ -137,7 +138,9 @@ def _runs(
     start = np.flatnonzero(tests.changes(code))
     owner = tests.of_row[start]
     odd[owner[met_before(owner, code[start])]] = True
-    run = np.repeat(np.arange(start.size), np.diff(start, append=code.size))
+    runs = Stretches(start, np.diff(start, append=code.size))
+    odd[owner[_may_have_lone(temperature, runs)]] = True
+    run = runs.of_row
     if "run" in cells.codes:
         labels = [cells.labels["run"][i] for i in code[start].tolist()]
     else:
@@ -147,6 +150,15 @@ def _runs(
     if "run" in cells.codes:
         odd |= _come_unlike_counted(own)
     return run - np.repeat(first[:-1], tests.size), own, odd
+
+
+def _may_have_lone(temperature: Array, runs: Stretches) -> Mask:
+    """Tell which runs may have a temperature far from all others, by how far off their mean is."""
+    low, high = runs.lowest(temperature), runs.highest(temperature)
+    mean = np.add.reduceat(temperature, runs.start) / runs.size
+    least = FEWEST_OTHERS / (FEWEST_OTHERS + 1) * LONE / (LONE + 1.0)
+    off = np.maximum(high - mean, mean - low) > least * (high - low) * (1.0 - 1e-9)
+    return np.asarray(off & (high > low) & (runs.size > FEWEST_OTHERS))
 
 
 def _come_unlike_counted(labels: Sequence[tuple[str, ...]]) -> Mask:

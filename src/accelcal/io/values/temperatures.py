@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from accelcal.arguments.temperatures import NO_TEMPERATURE, outside_tests
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Ints
 from accelcal.io.values.cells import Column, numbers
 from accelcal.units import celsius, scale_of
 
@@ -59,3 +59,50 @@ def notes_of_scale(column: Column | None) -> Iterator[str]:
     if known.size:
         first = f"{known[0]:.10g} {unit} to {float(celsius(known[0], unit)):.10g} degC"
         yield f"temperatures are converted from {unit} to degC, the first from {first}"
+
+
+LONE = 5.0
+"""A temperature stands alone where it is as many times the range of all others away from them."""
+
+FEWEST_OTHERS = 8
+"""Rows of a run of whose temperatures one may be told to stand alone."""
+
+
+def notes_of_lone(temperature: Array, run: Ints, line: Ints, labels: Sequence[str]) -> list[str]:
+    """Name a temperature that is far from all others of its run, as one with a wrong digit.
+
+    One that differs from equal ones by their last decimal is none. Temperatures are in degC, and
+    `run` counts the labels.
+
+    Examples
+    --------
+    >>> temperature, line = np.array([20.0] * 8 + [29.5]), np.arange(2, 11)
+    >>> for note in notes_of_lone(temperature, np.zeros(9, dtype=int), line, ["1"]):
+    ...     print(note)
+    temperature 29.5 degC (line 10) is far from all others of run 1, 20 to 20 degC: is it right?
+    """
+    ends = np.cumsum(np.bincount(run, minlength=len(labels)))[:-1]
+    runs = np.split(np.argsort(run, kind="stable"), ends)
+    pairs = zip(runs, labels, strict=True)
+    return [said for own, label in pairs for said in _lone_of(temperature[own], line[own], label)]
+
+
+def _lone_of(temperature: Array, line: Ints, label: str) -> Iterator[str]:
+    rows, first = np.unique(line, return_index=True)
+    if rows.size <= FEWEST_OTHERS:
+        return
+    order = first[np.argsort(temperature[first])]
+    own = temperature[order]
+    for at, others in ((0, own[1:]), (-1, own[:-1])):
+        away, span = abs(own[at] - others[at]), others[-1] - others[0]
+        if away > max(LONE * span, 1.5 * _step(own)):
+            yield (
+                f"temperature {own[at]:.10g} degC (line {line[order[at]]}) is far from all others"
+                f" of run {label}, {others[0]:.10g} to {others[-1]:.10g} degC: is it right?"
+            )
+
+
+def _step(values: Array) -> float:
+    """One of the last decimal that one of some values has, down to a millionth."""
+    found = (n for n in range(6) if np.allclose(values, np.round(values, n), rtol=0.0, atol=1e-9))
+    return float(10.0 ** -next(found, 6))

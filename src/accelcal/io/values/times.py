@@ -16,6 +16,7 @@ from accelcal.dates import date_of
 from accelcal.io.values.cells import Column, numbers
 from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import TIME_UNITS
+from accelcal.io.words.wording import lines_named
 from accelcal.pace import LATEST
 
 DAY = np.timedelta64(1, "D")
@@ -244,3 +245,53 @@ def _with_midnights(clock: NDArray[np.timedelta64], group: Ints | None) -> NDArr
         step = np.diff(clock[own], prepend=clock[own][:1])
         since[own] += np.cumsum(step < -_HALF_A_DAY) * DAY
     return since
+
+
+# -- notes -----------------------------------------------------------------------------------------
+
+_FEWEST = 9
+"""Readings among which one that is out of the order of the others is told."""
+
+
+def notes_of_midnight(time: NDArray[Any] | None, line: Ints) -> list[str]:
+    """Say where clock times without a date were taken to be of the next day."""
+    if time is None or time.dtype.kind != "m":
+        return []
+    passed = time // DAY
+    found = passed > 0
+    found[1:] &= np.diff(passed) != 0
+    where = lines_named(line[found])
+    return [f"the clock passes midnight: another day begins at {where}"] if found.any() else []
+
+
+def notes_of_order(time: NDArray[Any] | None, line: Ints) -> list[str]:
+    """Say where times, which otherwise go on from row to row, once step back.
+
+    That is by an hour or less where they are dates, else where without one of the rows all are in
+    order.
+
+    Examples
+    --------
+    >>> time = np.array([0.0, 60.0, 1200.0, 180.0, 240.0, 300.0, 360.0, 420.0, 480.0])
+    >>> for note in notes_of_order(time, np.arange(2, 11)):
+    ...     print(note)
+    the time steps back once, from line 4 to line 5: is it right in both?
+    """
+    step = np.diff(time) if time is not None else np.empty(0)
+    back = np.flatnonzero(step < step.dtype.type(0))
+    if time is None or back.size != 1:
+        return []
+    at = int(back[0])
+    if time.dtype.kind != "f" and step[at] >= -HOUR:
+        return [
+            f"the time steps back at {lines_named(line[back + 1])}; if the clock was put back"
+            " there, as at the end of daylight saving, write times of UTC or with their zone, such"
+            " as 2024-10-27T02:30:00+01:00"
+        ]
+    rest = (np.delete(time, place) for place in (at, at + 1))
+    if time.size < _FEWEST or not any((own[1:] >= own[:-1]).all() for own in rest):
+        return []
+    return [
+        f"the time steps back once, from line {line[at]} to line {line[at + 1]}: is it right in"
+        " both?"
+    ]
