@@ -690,3 +690,64 @@ def test_times_that_begin_anew_in_a_run_are_in_order():
         f"{60 * i},{t},{row[0]},{row[1]},{row[2]}" for t in (20, 60) for i, row in enumerate(TURN)
     ]
     assert not any("steps back" in own for own in read("\n".join(["t [s],T,J,k,Y", *rows])).notes)
+
+
+PAIRS = [(j, WIDE[20][i][1:], WIDE[60][i][1:]) for i, j in enumerate((1, 5))]
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "Temperature [°C],20,,60,\nPosition,Stroke 1,Stroke 2,Stroke 1,Stroke 2\n",
+        "T [K],293.15,293.15,333.15,333.15\nJ,Y1,Y2,Y1,Y2\n",
+        "Position,20 °C,,60 °C,\n,Stroke 1,Stroke 2,Stroke 1,Stroke 2\n",
+        "Position,20 °C,,60 °C,\n,Fwd,Rev,Fwd,Rev\n",
+        "Temperature,20,20,60,60\nPosition,Fwd,Rev,Fwd,Rev\n",
+    ],
+)
+def test_temperatures_over_strokes_as_a_spreadsheet_merges_them(above):
+    """They were refused, as the columns of the strokes are called alike."""
+    rows = "".join(",".join(map(str, (j, *one, *other))) + "\n" for j, one, other in PAIRS)
+    assert readings(read(above + rows)) == TWO
+
+
+def test_strokes_called_alike_below_nothing_are_refused():
+    with pytest.raises(TableError, match="'Fwd' and 'Fwd' mean the same"):
+        read("T,J,Fwd,Rev,Fwd,Rev\n20,1,1.35,1.36,1.35,1.36\n")
+
+
+@pytest.mark.parametrize(
+    "headings",
+    [
+        "Temperature_degC_,Position,Stroke,Output_mA_",  # of MATLAB
+        "Temperature__C_,J,k,Current_mA_",
+        "102 (C),J,k,101 (mA)",  # of a Keysight 34970A
+        "temp_C,J,k,voltage_mA,voltage_std_mA",
+        "Температура,Номер положения,Номер прохода,Выходной ток [мА]",
+        "Température,Numéro de position,N° de passage,Courant [mA]",
+        "温度[℃],位置,行程,出力[mA]",
+        "温度(℃),ポジション,ストローク,電流(mA)",
+    ],
+)
+def test_headings_of_other_programs_and_countries(headings):
+    own = read(long_table(headings, form="{},{},{},{}" + ",1e-5" * (headings.count(",") - 3)))
+    assert readings(own) == {*LONG}
+
+
+def test_a_channel_beside_no_stroke_is_a_stroke():
+    with pytest.raises(TableError, match="no column for position or angle"):
+        read("T,101 (mA),102 (mA)\n20,1.35,1.36\n")
+
+
+def test_japanese_text_of_a_spreadsheet(tmp_path):
+    path = tmp_path / "a.csv"
+    cells = "".join(f"20,{j},{'往' if k == 1 else '復'},{y}\n" for _, j, k, y in LONG)
+    path.write_text(f"# 往復\n# stroke: 1\n温度,位置,往復,出力\n{cells}", encoding="shift_jis")
+    record = accelcal.read_table(path)
+    assert readings(record) == {*LONG}
+    assert "the text is not UTF-8 and was read as cp932" in record.notes
+
+
+def test_a_table_on_its_side_with_angles_beside_position():
+    text = "# temperature: 20\nPosition;0°;180°\nHub 1;1,35;-1,33\nHub 2;1,36;-1,34\n"
+    assert {row[2:] for row in readings(read(text))} == {row[2:] for row in LONG}

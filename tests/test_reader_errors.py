@@ -207,6 +207,11 @@ ERRORS = {
         "2: columns '1, 2, 3' differ as positions do, and rows as strokes; call the first column"
         " stroke, or these Y1, Y2, ... if they are strokes indeed",
     ),
+    "positions in rows taken for strokes": (
+        "# temperature: 20\nStroke,1,2\n1,1.35,1.36\n2,0.95,0.96\n3,0.01,0.02\n4,-0.9,-0.91\n",
+        "2: columns '1, 2' differ as strokes do, and rows as positions; call the first column"
+        " position, or these J1, J2, ... if they are positions indeed",
+    ),
     "thousands mark of Germany": (
         H.replace(",", ";") + "20;1;1;601\n20;2;1;96.029\n20;3;1;-94.903\n20;4;1;-134.550\n",
         "3: output '96.029' is one of numbers without decimals or with three: '.' is no decimal"

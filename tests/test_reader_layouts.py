@@ -278,3 +278,12 @@ def test_a_summary_may_have_marks_of_missing_values():
 def test_blank_fields_behind_a_header_line_are_no_part_of_its_value(mark):
     rows = "\n".join(["T,J,Y1,Y2", *lines_of(TWO_TEMPERATURES)]).replace(",", mark)
     assert read(f"# serial: A-7{mark * 5}\n{mark * 5}\n{rows}").serial == "A-7"
+
+
+def test_numbered_positions_that_differ_as_strokes_do_are_refused():
+    """A heading over the numbers of the columns was taken for that of the rows."""
+    rows = [f"{j},{1.3 - 0.3 * j:g},{1.301 - 0.3 * j:g}" for j in range(1, 6)]
+    text = "\n".join(["# temperature: 20", "Stroke,{0}1,{0}2", *rows])
+    with pytest.raises(TableError, match="columns '1, 2' differ as strokes do, and rows as posi"):
+        read(text.format(""))
+    assert len(read(text.format("J"))) == 10

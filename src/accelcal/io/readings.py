@@ -25,7 +25,7 @@ from accelcal.io.values.times import days, in_seconds, times
 from accelcal.io.words.signs import mounting_written
 from accelcal.io.words.wording import all_outputs
 from accelcal.numerics.grouping import Grouped
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.sorting import distinct, median
 from accelcal.pace import too_quick
 from accelcal.units import degrees_in
 
@@ -34,6 +34,9 @@ FEWEST_IN_TURN = 5
 
 _ALONG, _DOWN = 0.5, 0.25
 """Parts of the span of all outputs: more than the one along a row, less than the other down it."""
+
+_OTHER = {"stroke": ("position", "Y1, Y2"), "position": ("stroke", "J1, J2")}
+"""What numbered columns may be of -> what else they may be, and how to call them if not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,25 +232,29 @@ def notes_of_pace(time: NDArray[Any] | None) -> list[str]:
 def refuse_swapped(table: Table, readings: Readings) -> None:
     """Refuse numbered columns of strokes that differ as positions do, while the rows do not.
 
+    And those of positions that differ as strokes do, while the rows do as positions.
+
     Raises
     ------
     TableError
-        If outputs of one position span most of all outputs, and those of one column a small part.
+        If outputs of one position span most of all outputs, and those of one stroke a small part.
     """
     across = table.across
     numbered = [own.heading for own in table.outputs if own.heading[:1].isdigit()]
-    if across is None or across.role != "stroke" or len(numbered) < len(table.outputs):
+    if across is None or across.role not in _OTHER or len(numbered) < len(table.outputs):
         return
     span = float(np.ptp(readings.output))
-    along = _spread(readings.output, readings.line) / span if span else 0.0
+    column = readings.stroke if across.role == "stroke" else readings.position
+    groups = (readings.line, column) if across.role == "stroke" else (column, readings.line)
+    along = _spread(readings.output, groups[0]) / span if span else 0.0
     if along < _ALONG or span < _DOWN * np.abs(readings.output).max():
         return  # readings of one position differ by noise alone
-    if _spread(readings.output, readings.stroke) < _DOWN * span:
-        problem = (
-            f"columns {shown(', '.join(numbered))} differ as positions do, and rows as strokes"
-        )
-        remedy = "call the first column stroke, or these Y1, Y2, ... if they are strokes indeed"
+    if _spread(readings.output, groups[1]) < _DOWN * span:
+        (other, meant), names = _OTHER[across.role], shown(", ".join(numbered))
+        problem = f"columns {names} differ as {other}s do, and rows as {across.role}s"
+        remedy = f"call the first column {across.role}, or these {meant}, ... if they are"
         line = int(across.lines[0])
+        remedy = f"{remedy} {across.role}s indeed"
         raise TableError(problem, remedy, source=readings.source, line=line)
 
 
@@ -257,7 +264,7 @@ def _spread(output: Array, group: Ints) -> float:
     top, low = np.full(groups.size, -np.inf), np.full(groups.size, np.inf)
     np.maximum.at(top, index, output)
     np.minimum.at(low, index, output)
-    return float(np.median(top - low))
+    return median(top - low)
 
 
 def _where(columns: Mapping[str, Column], positions: int) -> dict[str, NDArray[Any]]:

@@ -12,8 +12,9 @@ from accelcal.units import OUTPUT_UNITS, UNITS, spellings
 ONE_BYTE = ("latin-1", "windows-1252", "windows-1250", "windows-1251", "koi8-r", "cp866")
 """Encodings of one byte a letter; each takes nearly any bytes."""
 
-ENCODINGS = (*ONE_BYTE, "gb18030")
-"""What a text that is not UTF-8 may be in. GB18030 has the letters of GBK and GB2312."""
+ENCODINGS = (*ONE_BYTE, "gb18030", "cp932")
+"""What a text that is not UTF-8 may be in. GB18030 has the letters of GBK and GB2312, and CP932
+those of Shift JIS."""
 
 _START = 1 << 16
 """Bytes in which headings and header lines stand."""
@@ -41,6 +42,8 @@ def encoding_of(data: bytes) -> str:
     ['koi8-r', 'windows-1251']
     >>> encoding_of("温度,位置,输出\n".encode("gbk"))
     'gb18030'
+    >>> encoding_of("温度,位置,出力\n".encode("shift_jis"))
+    'cp932'
     """
     start = data[: data.rfind(b"\n", 0, _START) + 1] or data[:_START]  # letters may be of two bytes
     counts = [_known_words(start, encoding) for encoding in ENCODINGS]

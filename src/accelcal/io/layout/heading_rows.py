@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import chain, pairwise, product, zip_longest
 
 from accelcal.io.layout.directions import are_cycles, strokes_of, tells_direction, way_of
-from accelcal.io.layout.lone_output import is_mean, lone_output
+from accelcal.io.layout.lone_output import is_channel, is_mean, lone_output
 from accelcal.io.words.headings import Heading, name_and_unit, read_heading
 from accelcal.io.words.vocabulary import ACROSS, COLUMNS, OUTPUTS, canonical_key, is_unit_of
 from accelcal.units import is_output_unit, spellings
@@ -50,7 +50,8 @@ def are_headings(cells: Sequence[Heading]) -> bool:
     told = {cell.role for cell in cells if cell.role}
     roles = told - {"date"}
     numbered = [cell for cell in cells if cell.role in ACROSS]
-    if len(numbered) > 2 and all(cell.text[0].isalpha() for cell in numbered):
+    is_of_words = all(cell.text[0].isalpha() for cell in numbered)
+    if len(numbered) > 2 and is_of_words and "direction" not in told:
         return True  # "Pos. 1, Pos. 2, Pos. 3" alone, all else declared above or missing
     if len(numbered) > 2 and roles == {"angle", "angles"}:
         return True  # "Angle, 0 deg, 90 deg, 180 deg", of a table on its side
@@ -88,7 +89,9 @@ def read_headings(texts: Sequence[str]) -> tuple[Heading, ...]:
     A date with its time, such as Date/Time, tells nothing beside a date. Degrees and minutes,
     perhaps with seconds, are one angle where nothing else tells the place. An output forward is
     stroke 1, and the one back stroke 2, where nothing else tells strokes or outputs; with a number
-    those of a cycle, and beside a column of cycles those of each.
+    those of a cycle, and beside a column of cycles those of each. A channel of a data logger, such
+    as 101 (VDC), is no stroke beside a column of these. Blocks that repeat side by side are read
+    each for itself.
 
     Examples
     --------
@@ -99,7 +102,22 @@ def read_headings(texts: Sequence[str]) -> tuple[Heading, ...]:
     >>> [cell[2:] for cell in read_headings(["J", "Hin [mA]", "Rück [mA]"])]
     [(None, None), ('mA', 1), ('mA', 2)]
     """
-    return _with_minutes(_with_directions(_dated_once(tuple(map(read_heading, texts)))))
+    lead, width = blocks_of_columns(texts)
+    if width:  # those of one block are what those of the first are
+        first = read_headings(texts[: lead + width])
+        again = (first[lead:] * len(texts))[: len(texts) - lead - width]
+        return (*first, *again)
+    cells = _without_channels(tuple(map(read_heading, texts)))
+    return _with_minutes(_with_directions(_dated_once(cells)))
+
+
+def _without_channels(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
+    roles = {cell.role for cell in cells}
+    if "stroke" not in roles or roles.isdisjoint(("position", "angle")):
+        return cells
+    return tuple(
+        Heading(c.text, None) if c.role == "strokes" and is_channel(c.text) else c for c in cells
+    )
 
 
 def _dated_once(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
@@ -264,22 +282,6 @@ def blocks_of_columns(texts: Sequence[str]) -> tuple[int, int]:
             if count > 1 and padded == padded[:width] * count:
                 return lead, width
     return 0, 0
-
-
-def labels_of_blocks(cells: Sequence[str], width: int) -> tuple[Heading, ...]:
-    """What a row above blocks of columns tells of each: its temperature or serial; else nothing.
-
-    Examples
-    --------
-    >>> [own.of for own in labels_of_blocks(["20 °C", "", "", "60 °C"], 3)]
-    [20.0, 60.0]
-    """
-    told = [read_heading(cell) for cell in cells if cell]
-    starts = [place for place, cell in enumerate(cells) if cell]
-    roles = {own.role for own in told}
-    is_apart = len(starts) > 1 and starts[0] < width
-    is_apart = is_apart and starts == [*range(starts[0], len(starts) * width, width)]
-    return tuple(told) if is_apart and roles in ({"temperatures"}, {"serials"}) else ()
 
 
 def numbers_alone(cells: Sequence[Heading]) -> bool:

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 from accelcal.io.layout.directions import way_of
 from accelcal.io.words.headings import Heading, name_and_unit, split_unit
-from accelcal.io.words.vocabulary import OUTPUTS, has_unit
+from accelcal.io.words.vocabulary import COLUMNS, OUTPUTS, has_unit, plain_name
 from accelcal.units import is_output_unit
 
 _MEANS = frozenset(
-    {"mean", "average", "avg", "ave", "mittelwert", "moyenne", "media", "média", "среднее"}
+    {"mean", "average", "avg", "ave", "mittelwert", "moyenne", "media", "média", "среднее", "平均"}
     | {"średnia", "průměr", "gemiddelde"}
 )
 """What a mean is called, of samples or of all strokes."""
@@ -20,12 +20,14 @@ _MEASURED = _MEANS | {
     *("current", "voltage", "frequency", "strom", "spannung", "frequenz"),
     *("courant", "tension", "fréquence", "ток", "напряжение", "частота"),
     *("prąd", "napięcie", "proud", "napětí", "stroom", "spanning"),
+    *("電流", "電圧", "周波数"),
     *("corriente", "tensión", "frecuencia", "corrente", "tensão", "tensione"),
 }
 """What is measured, or how: of one such column without a unit the readings are."""
 
 _CHANNEL = re.compile(
-    r"(?:ch|chan|channel|kanal|canal|canale|voie|канал)[ _.]*[0-9]+|[0-9]+ *<.*>", re.IGNORECASE
+    r"(?:ch|chan|channel|kanal|canal|canale|voie|канал)[ _.]*[0-9]+|[0-9]+ *<.*>|[1-9][0-9]{2}",
+    re.IGNORECASE,
 )
 """A channel of a data logger, which is no serial number."""
 
@@ -56,9 +58,9 @@ def lone_output(headings: Sequence[Heading]) -> tuple[int, Heading] | None:
     if any(heading.role in OUTPUTS for heading in headings):
         return None
     unknown = [i for i, own in enumerate(headings) if own.role is None]
-    unknown = [i for i in unknown if not is_supply(headings[i].text)]
+    unknown = [i for i in unknown if not is_supply(headings[i].text) and not _is_std(headings[i])]
     units = {i: unit for i in unknown if (unit := _unit_of(headings[i]))}
-    channels = [i for i in unknown if _is_channel(headings[i])]
+    channels = [i for i in unknown if is_channel(headings[i].text) and not _is_warmth(headings[i])]
     by_name = [i for i in unknown if headings[i].text.strip().casefold() in _MEASURED]
     others = channels if by_name or len(channels) > 1 else []
     plain = [i for i in units if i not in others and not units[i].upper().endswith("DC")]
@@ -86,10 +88,25 @@ def is_supply(text: str) -> bool:
     return _SUPPLIES.search(text) is not None
 
 
-def _is_channel(heading: Heading) -> bool:
-    """Whether a column is a channel of a data logger, other than one of temperatures."""
-    name, unit = split_unit(heading.text)
-    return bool(_CHANNEL.fullmatch(name.strip())) and not has_unit("temperature", unit)
+def _is_std(heading: Heading) -> bool:
+    """Whether a word of a name is one for a standard deviation, as in voltage_std_V."""
+    return not {*COLUMNS["std"]}.isdisjoint(plain_name(heading.text).split("_"))
+
+
+def _is_warmth(heading: Heading) -> bool:
+    return has_unit("temperature", split_unit(heading.text)[1])
+
+
+def is_channel(text: str) -> bool:
+    """Tell whether a heading is that of a channel of a data logger; a number alone has its unit.
+
+    Examples
+    --------
+    >>> [is_channel(text) for text in ("CH1", "101 <Iout> (VDC)", "101 (C)", "101")]
+    [True, True, True, False]
+    """
+    name, unit = split_unit(text)
+    return bool(_CHANNEL.fullmatch(name.strip())) and (bool(unit) or not name.isdecimal())
 
 
 def is_mean(heading: Heading) -> bool:
@@ -106,8 +123,8 @@ def _unit_of(heading: Heading) -> str | None:
     name, unit = name_and_unit(heading.text, is_output_unit)
     if not unit and len(name) > 1:
         unit = name
-    is_channel = _CHANNEL.fullmatch(name.strip())
-    unit = "A DC" if is_channel and unit == "ADC" else unit  # which may be counts elsewhere
-    has_digit = any(map(str.isdecimal, name)) and not is_channel
+    of_channel = _CHANNEL.fullmatch(name.strip())
+    unit = "A DC" if of_channel and unit == "ADC" else unit  # which may be counts elsewhere
+    has_digit = any(map(str.isdecimal, name)) and not of_channel
     is_ratio = heading.text[len(name) :].lstrip().startswith("/") and _unit_of(Heading(name, None))
     return unit if is_output_unit(unit) and not (has_digit or is_ratio) else None

@@ -12,13 +12,13 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.files.encodings import ENCODINGS
 from accelcal.io.files.text import SourceText, refuse_document
+from accelcal.io.layout.block_labels import labels_of_blocks, with_merged_names
 from accelcal.io.layout.directions import tells_direction
 from accelcal.io.layout.header_lines import Declared, header_line, refuse_declaration, uncommented
 from accelcal.io.layout.heading_rows import (
     are_headings,
     blocks_of_columns,
     joined,
-    labels_of_blocks,
     numbers_alone,
     over_time,
     read_headings,
@@ -240,12 +240,15 @@ def _find_over_time(above: list[tuple[int, str]], name: str, remedy: str) -> _He
 
 
 def _below_numbers(lines: list[str], top: _Headings) -> _Headings:
-    """Take headings below a row of numbered outputs, which may be a part of them."""
-    start = top.below
-    if start == len(lines) or not numbers_alone(top.cells):
+    """Take headings below a row of numbered outputs, or of what blocks of columns are of."""
+    texts, is_alone, start = [c.text for c in top.cells], numbers_alone(top.cells), top.below
+    if start == len(lines) or not (is_alone or len({*texts}) < len(texts)):
         return top
     own = _headings(lines[start], start + 1)
-    return own if own and own.separator == top.separator else top
+    if own is None or own.separator != top.separator:
+        return top
+    blocks = blocks_of_columns([cell.text for cell in own.cells])
+    return own if is_alone or (blocks[1] and labels_of_blocks(texts, *blocks)) else top
 
 
 def _in_rows(lines: list[str], own: _Headings) -> _Headings:
@@ -276,14 +279,17 @@ def _named_below(lines: list[str], own: _Headings) -> _Headings | None:
 
 def _with_row_above(lines: list[str], own: _Headings) -> _Headings:
     """Take the row above headings that has their units, or tells what blocks of them are of."""
-    (lead, width), first = blocks_of_columns([cell.text for cell in own.cells]), own.lines[0]
+    texts, first = [cell.text for cell in own.cells], own.lines[0]
     row = _split_headings(lines[first - 2], own.separator) if first > 1 else []
-    labels = labels_of_blocks(row[lead:], width) if width and not any(row[:lead]) else ()
+    lead, width = blocks_of_columns(texts)
+    if merged := with_merged_names(texts, row[:lead]):
+        row[:lead] = [""] * lead
+    labels = labels_of_blocks(row, lead, width) if width else ()
     cells = headings_with_units(own.cells, row)
     if cells is None and (not labels or len(labels) != -(-(len(own.cells) - lead) // width)):
         return own
     notes = (UNITS_ABOVE.format(first - 1),) if cells else ()
-    taken = own._replace(cells=cells or own.cells, labels=labels, notes=notes)
+    taken = own._replace(cells=cells or merged or own.cells, labels=labels, notes=notes)
     return taken._replace(lines=(first - 1, *own.lines))
 
 

@@ -38,13 +38,25 @@ def named_below(above: Sequence[str], row: Sequence[str]) -> tuple[Heading, ...]
     told = [cell for cell in above[: len(names)] if cell]
     if len(told) != 1 or [*row[: len(names)]] != names:
         return None
-    what = read_heading(told[0])
-    form, unit = _NUMBERED.get(what.role), what.unit or UNITS_OF.get(what.role or "", ("",))[0]
-    if form is None or not COLUMNS.keys() >= {read_heading(name).role for name in names}:
-        return None
     numbers = above[len(names) :]
-    cells = read_headings([*names, *(form.format(own, unit) for own in numbers)])
+    headings = numbered_by(told[0], numbers)
+    if not headings or not COLUMNS.keys() >= {read_heading(name).role for name in names}:
+        return None
+    cells = read_headings([*names, *headings])
     if not (tell_places(cells) and are_headings(cells)):
         return None
     texts = [*names, *(f"{told[0]} {own}" for own in numbers)]
     return tuple(own._replace(text=text) for own, text in zip(cells, texts, strict=True))
+
+
+def numbered_by(name: str, numbers: Sequence[str]) -> list[str]:
+    """Headings that numbers side by side are, by the name before them; none by another name.
+
+    Examples
+    --------
+    >>> numbered_by("Temp [K]", ["293.15", ""]), numbered_by("Table", ["1"])
+    (['T=293.15 K', ''], [])
+    """
+    what = read_heading(name)
+    form, unit = _NUMBERED.get(what.role), what.unit or UNITS_OF.get(what.role or "", ("",))[0]
+    return [form.format(own, unit) if own else "" for own in numbers] if form else []

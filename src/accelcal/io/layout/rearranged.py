@@ -299,7 +299,9 @@ def with_strokes_in_rows(layout: Layout) -> Layout:
 
 
 def _across(side: str, heading: Heading) -> Heading | None:
-    """Heading of a column by its number, or None where it is something else."""
+    """Heading of a column by its number or angle, or None where it is something else."""
+    if heading.role == "angles":
+        return heading
     if side == "position":
         return heading if heading.role == "strokes" and heading.text[:1].isdigit() else None
     angle = read_heading(f"{heading.text.rstrip('°')} deg")

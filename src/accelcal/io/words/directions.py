@@ -4,13 +4,14 @@ from __future__ import annotations
 
 FORWARD = frozenset(
     {"forward", "forwards", "fwd", "fw", "f", "+", "+1", "1"}
-    | {"vorwärts", "vor", "hin", "aller", "ida", "andata", "прямой", "прямо", "正向"}
+    | {"vorwärts", "vor", "hin", "aller", "ida", "andata", "прямой", "прямо", "正向", "往", "往路"}
     | {"naprzód", "tam", "vpřed", "vooruit", "heen"}
 )
 BACK = frozenset(
     {"back", "backward", "backwards", "bwd", "bw", "b", "return", "reverse", "rev", "r", "-", "-1"}
     | {"rückwärts", "rück", "zurück", "retour", "vuelta", "volta", "ritorno"}
     | {"обратный", "обратно", "反向", "wstecz", "powrót", "vzad", "zpět", "achteruit", "terug"}
+    | {"復", "復路"}
 )
 """What a direction may be called, in lower case."""
 

@@ -36,7 +36,9 @@ _MEASURED = re.compile(r"(T *= *)?([-\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?) *(.*)"
 _OTHERWISE = re.compile(r"[0-9]{1,2} *K|[^°]*[0-9] *F", re.IGNORECASE)
 """A number with a letter that may be of a stroke, or of the direction forward."""
 _CORNERS = (("position", "stroke"), ("angle", "stroke"), ("stroke", "position"))
-_COUNTED = re.compile(r"(?:no|nr|№|n°)_(?P<behind>.+)|(?P<before>.+)_(?:no|nr|№|n°|number|#)")
+_COUNTED = re.compile(
+    r"(?:no|nr|№|n°|номер|numéro|número|numero)_(?:d[ei]_)?(?P<behind>.+)|(?P<before>.+)_(?:no|nr|№|n°|number|#)"
+)
 
 
 class Heading(NamedTuple):
@@ -118,7 +120,11 @@ def name_and_unit(
 
 
 def _with_units_behind(text: str, behind_blanks: bool = True) -> Iterator[tuple[str, str]]:
-    """Ways to split a text into a name and what may be its unit, the longest unit first."""
+    """Ways to split a text into a name and what may be its unit, the longest unit first.
+
+    MATLAB writes ``_`` for a bracket, also for the last one.
+    """
+    text = text.rstrip("_")
     for mark in _BEFORE_UNIT.finditer(text[:LONGEST]):
         name, unit = text[: mark.start()], text[mark.end() :]
         if name and unit and (behind_blanks or mark[1] is None):

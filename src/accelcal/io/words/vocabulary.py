@@ -17,7 +17,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "position": (
             *("position", "pos", "j", "stellung", "posición", "posição", "posizione"),
-            *("положение", "положения", "позиция", "位置"),
+            *("положение", "положения", "позиция", "位置", "ポジション"),
             *("pozycja", "położenie", "poloha", "pozice", "positie"),
         ),
         "angle": (
@@ -27,12 +27,12 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "stroke": (
             *("stroke", "k", "hub", "durchlauf", "durchgang", "passage"),
             *("pasada", "passagem", "passata", "passaggio", "corsa"),
-            *("ход", "хода", "проход", "прохода", "行程"),
+            *("ход", "хода", "проход", "прохода", "行程", "ストローク"),
             *("skok", "przebieg", "przejście", "zdvih", "průchod", "slag", "doorgang"),
         ),
         "direction": (
             *("direction", "dir", "richtung", "sens", "sentido", "direzione", "направление"),
-            *("方向", "kierunek", "směr", "richting"),
+            *("方向", "往復", "kierunek", "směr", "richting"),
         ),
         "output": (
             *("output", "y", "value", "reading", "signal", "ausgang", "messwert", "wert"),
@@ -41,16 +41,19 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("输出", "读数", "wyjście", "odczyt", "wartość", "sygnał"),
             *("výstup", "hodnota", "čtení", "signál"),
             *("uitgang", "meetwaarde", "waarde", "aflezing"),
+            *("出力", "測定値", "読み値"),
         ),
         "run": ("run", "lauf"),
         "time": (
             *("time", "timestamp", "zeit", "uhrzeit", "temps", "heure", "время", "时间"),
             *("tiempo", "tempo", "hora", "ora", "czas", "godzina", "čas", "tijd", "tijdstip"),
+            *("時刻", "時間"),
         ),
         "date": (
             *("date", "datum", "дата", "date_time", "datetime", "datum_uhrzeit", "zeitstempel"),
             *("horodatage", "fecha", "fecha_hora", "data_hora", "data_ora"),
             *("дата_время", "дата_и_время", "日期", "data_i_godzina", "datum_a_čas", "datum_tijd"),
+            *("日付", "日時", "測定日"),
         ),
         "serial": (
             *("serial", "sn", "s_n", "serial_number", "serial_no", "seriennummer"),
@@ -59,6 +62,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("número_de_serie", "número_de_série", "n°_serie", "nº_serie", "numero_di_serie"),
             *("заводской_номер", "зав_№", "编号", "序列号", "numer_seryjny", "nr_seryjny"),
             *("sériové_číslo", "výrobní_číslo", "serienummer", "serienr"),
+            *("シリアル番号", "製造番号"),
         ),
         "mounting": ("mounting",),
         "clamping": ("clamping",),
@@ -67,11 +71,12 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("sdev", "standardabweichung", "stabw", "stdabw", "std_abw", "écart_type"),
             *("desviación_estándar", "desvio_padrão", "deviazione_standard", "ско", "标准差"),
             *("odchylenie_standardowe", "směrodatná_odchylka", "standaardafwijking"),
+            "標準偏差",
         ),
         "count": ("count", "n", "samples"),
         "unit": (
             *("unit", "units", "einheit", "unité", "unidad", "unidade", "unità", "единица", "单位"),
-            *("jednostka", "jednotka", "eenheid"),
+            *("jednostka", "jednotka", "eenheid", "単位"),
         ),
         "lot": ("lot", "los", "charge", "партия"),
     }
