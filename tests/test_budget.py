@@ -914,3 +914,15 @@ def test_runs_at_levels_without_laws_say_what_lacks(names, rule):
     calibration = accelcal.fit(accelcal.simulate(seed=1), coefficients=names)
     with pytest.raises(InputError, match=rule):
         budget(calibration, 0.0)
+
+
+@pytest.mark.parametrize("factor", [0.1, -0.1, 1000.0])
+def test_the_unit_of_the_output_and_its_sign_do_not_count(factor):
+    record = accelcal.simulate(seed=1)
+    other = replace(record, output=factor * record.output)
+    plain, found = (
+        budget(accelcal.fit(each), [0.5, 1.0], a_p=0.5, temperature=80.0)
+        for each in (record, other)
+    )
+    np.testing.assert_allclose(found.systematic, plain.systematic, rtol=1e-6)
+    np.testing.assert_allclose(found.expanded_uncertainty, plain.expanded_uncertainty, rtol=1e-4)

@@ -328,7 +328,15 @@ def test_a_large_fixture_angle_is_said_with_what_it_takes_off_the_scale_factor()
     (said,) = (text for text in wrong.warnings if text.startswith("delta is 36"))
     assert "K1 is 651 ppm too small, and delta0 is -0.0361 rad" in said
     assert 1e6 * (k1[1] / k1[0] - 1.0) == pytest.approx(650.0, abs=2.0)
-    assert not any(text.startswith("M/K1") for text in right.warnings)
+    assert not any("is the fixture angle or the zero" in text for text in right.warnings)
+
+
+@pytest.mark.parametrize("angle", [-0.2, 0.2])
+def test_a_misalignment_that_no_unit_has_is_no_fixture_angle_either(angle):
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0,), delta0=angle), seed=2)
+    found = accelcal.fit(record, delta0=0.0)
+    assert found.tables[0].error_model["delta"].value == pytest.approx(-angle, rel=0.05)
+    assert not any("is the fixture angle or the zero" in text for text in found.warnings)
 
 
 def test_both_sides_tell_which_fixture_angle_the_tables_lack():
@@ -346,7 +354,7 @@ def test_both_sides_tell_which_fixture_angle_the_tables_lack():
     assert 1e6 * (k1[1] / k1[0] - 1.0) == pytest.approx(609.0, abs=3.0)
     silent = " ".join(right.warnings)
     assert "both sides tell" not in silent
-    assert "M/K1" not in silent
+    assert "is the fixture angle or the zero" not in silent
 
 
 def test_one_stroke_that_shows_too_little_is_said():

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from one_record import estimate_of_record
+from scipy.special import digamma, polygamma
 from tumble_oracle import AL15, Apparatus, forward, record, turn
 
-from accelcal.estimate.declared_scatter import declared_scatter
+from accelcal.estimate.declared_scatter import _bias_of_log, _variance_of_log, declared_scatter
 from accelcal.estimate.tables import prepare
 
 ANGLES = turn(8, 2)
@@ -107,3 +108,10 @@ def test_what_is_declared_of_one_sample_stands():
 def test_extreme_deviations_give_finite_weights(size):
     scatter, *_ = declared([size] + [1.0] * 8, np.full(9, 2.0))
     assert np.all(np.isfinite(scatter) & (scatter > 0.0))
+
+
+@pytest.mark.parametrize(("dof", "share"), [(1.0, 0.081), (2.0, 0.014), (5.0, 1e-3), (30.0, 1e-5)])
+def test_the_logarithm_of_a_scatter_has_the_mean_and_the_variance_of_chi_squared(dof, share):
+    assert _variance_of_log(np.array(dof)) == pytest.approx(polygamma(1, dof / 2.0), rel=share)
+    bias = np.log(dof / 2.0) - digamma(dof / 2.0)
+    assert _bias_of_log(np.array(dof)) == pytest.approx(bias, rel=share)

@@ -466,12 +466,24 @@ def test_backlash(strokes, size, positions):
     )
 
 
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_the_largest_difference_of_the_directions_is_told_whatever_its_sign(sign):
+    """Forward less back goes from 50 to 150 ug, above zero or below it."""
+    size = float(f"{sign}1e-4")
+    fault = added(lambda th: -size * (1.0 + 0.5 * math.cos(th)), strokes=(2, 4, 6))
+    told = rf"^mean {sign}(9\d\.\d|10\d) ug, largest {sign}1[3-6]\d ug at (0|45|315) deg"
+    assert_said(warnings_of(fitted(fault)), AGAINST, told)
+
+
 @pytest.mark.parametrize(("strokes", "size"), [(3, 1e-4), (6, 6e-5), (6, -1.0), (6, 0.05)])
 @pytest.mark.parametrize(("j", "k"), [(5, 2), (1, 1), (9, 3), (3, 3)])
 def test_outlier(strokes, size, j, k):
     warned = warnings_of(fitted(added(size, strokes=(k,), rows=(j,)), strokes=strokes))
     place = f"stroke {k} at {45 * (j - 1)} deg (line {line_of(j, k)}) is "
     assert warned["outlier"].startswith(place)
+    number, unit = re.search(r" is (\S+) ([um]?g) from the other", warned["outlier"]).groups()
+    away = float(number) * {"g": 1.0, "mg": 1e-3, "ug": 1e-6}[unit]
+    assert away == pytest.approx(size, rel=0.1, abs=3e-5)
     assert UNITS not in warned
 
 

@@ -16,12 +16,11 @@ from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.documents.recalibrations import read_entries
 from accelcal.recalibrations import jumps
-from accelcal.recalibrations.apart import farthest
 from accelcal.recalibrations.comparable import comparable
 from accelcal.recalibrations.entries import entries_of, year
 from accelcal.recalibrations.history import _told
 from accelcal.recalibrations.jumps import line_with_steps, search_jumps
-from accelcal.recalibrations.regression import fit_line, proportions
+from accelcal.recalibrations.regression import farthest, fit_line, proportions
 from accelcal.recalibrations.wandering import line_of_a_walk
 from accelcal.results.result import all_to_json
 

@@ -59,7 +59,7 @@ FLOORS = (
     {"model"},
     {"geometry", "head_angles", "apparatus", "pace", "serials", "targets", "shown_units"},
     {"units", "numerics", "atomic", "sentences", "arguments", "dates"},
-    {"errors", "version", "logs", "equality", "plural", "arrays", "frozen_mapping"},
+    {"errors", "version", "logs", "plural", "arrays", "frozen_mapping"},
     {"escapes"},
 )
 """The rooms, top floor first. Imports point downwards, and never to a room of the same floor."""

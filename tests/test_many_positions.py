@@ -94,6 +94,29 @@ def test_errors_seen_are_the_best_linear_prediction(case, size, monkeypatch):
 
 
 @pytest.mark.parametrize("case", CASES)
+def test_another_noise_is_another_unit(case, monkeypatch):
+    many, unit = found_of(tables_of(**case), monkeypatch).many, 1.7
+    noise, head = np.array([[0.7]]), np.array([[1e-10]])
+    spread, squares = many.in_units_of(np.array([unit])).deviance(noise, head)
+    plain, same = many.deviance(noise * unit**2, head)
+    assert_allclose(squares, same, rtol=1e-9)
+    assert_allclose(spread, plain - many.number[:, None] * np.log(unit**2), rtol=1e-9)
+
+
+def test_without_an_error_of_the_head_all_residuals_are_noise(monkeypatch):
+    found = found_of(tables_of(strokes=1, gaps=0.0), monkeypatch)
+    for lack in (found.dense, found.many):
+        told = told_apart(lack, found.dof, 0.0)
+        assert_allclose((told.noise, told.noise_dof, told.head), [[1.0], [found.dof], [0.0]])
+
+
+def test_the_largest_error_counts_with_either_sign(monkeypatch):
+    many = found_of(tables_of(), monkeypatch).many
+    mirrored = many._replace(shown=-many.shown)
+    assert mirrored.largest() == many.largest() == pytest.approx(4e-5, rel=0.5)  # of 2e-5 in 40
+
+
+@pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("head", [0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3])
 def test_sums_are_those_over_the_contrasts(case, head, monkeypatch):
     found, noise = found_of(tables_of(**case), monkeypatch), 0.7

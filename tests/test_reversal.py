@@ -249,3 +249,10 @@ def test_each_clamping_has_a_fixture_angle_of_its_own():
     assert [item.clamping_deg for item in found] == [0.0, 90.0]
     for item, truth in zip(found, (DELTA0, -2e-3), strict=True):
         assert abs(item.angle.value - truth) < 2.0 * item.angle.expanded_uncertainty
+
+
+@pytest.mark.parametrize("asked", [("K0", "K1", "M"), ("K0", "K1", "M", "M_ip")])
+def test_couplings_are_told_where_they_were_estimated(asked):
+    plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "o-"))
+    (found,) = accelcal.fit(accelcal.simulate(plan=plan, seed=1), coefficients=asked).fixture_angle
+    assert ("delta_ip_1" in found.covariance_names) is ("M_ip" in asked)

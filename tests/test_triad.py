@@ -531,9 +531,11 @@ def test_angles_counted_the_wrong_way_round_are_told(shafts):
 @pytest.mark.parametrize(
     ("column", "told"), [(0, "outputs x and z tell one and the same axis"), (None, "output z is")]
 )
-def test_a_column_twice_or_constant_is_refused(column, told):
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_a_column_twice_or_constant_is_refused(column, told, unit):
     up = directions(np.random.default_rng(19), 12)
-    output = outputs(up, FULL)
+    output = unit * outputs(up, FULL)
+    assert accelcal.calibrate_triad(output, up).scale_factors
     output[:, 2] = 0.3 if column is None else output[:, column]
     with pytest.raises(accelcal.InputError, match=told):
         accelcal.calibrate_triad(output, up)
@@ -565,6 +567,18 @@ def test_as_many_attitudes_as_parameters_leave_no_uncertainty():
     assert found.parameters["b_x"].standard_uncertainty is None
     assert gate(found, "attitudes").verdict == "warn"
     assert "the noise is unknown" in str(found)
+
+
+@pytest.mark.parametrize(("more", "verdict"), [(2, "warn"), (3, "pass")])
+@pytest.mark.parametrize("known", [True, False])
+def test_few_degrees_of_freedom_make_wide_intervals(known, more, verdict):
+    rng = np.random.default_rng(11)
+    up = directions(rng, (4 if known else 9) + more)
+    found = accelcal.calibrate_triad(outputs(up, LOWER, rng, 1e-4), up if known else None)
+    said = gate(found, "attitudes")
+    assert said.verdict == verdict
+    assert said.finding.startswith(f"{len(up)} attitudes leave {more} degrees of freedom")
+    assert ("the intervals are wide" in said.finding) is (verdict == "warn")
 
 
 @pytest.mark.parametrize(

@@ -28,8 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arguments.kinds import as_given
 from accelcal.arguments.numbers import check_number, number_array
-from accelcal.arrays import Array, Mask
-from accelcal.equality import equal
+from accelcal.arrays import Array, Mask, equal
 from accelcal.errors import InputError
 
 __all__ = [

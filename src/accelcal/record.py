@@ -19,8 +19,7 @@ from accelcal.apparatus import Apparatus
 from accelcal.arguments.kinds import as_given
 from accelcal.arguments.options import check_choice, check_text, check_texts, check_written
 from accelcal.arguments.temperatures import check_temperature, outside_tests
-from accelcal.arrays import Array, Ints, Mask, Places, kept
-from accelcal.equality import EqualByContents
+from accelcal.arrays import Array, EqualByContents, Ints, Mask, Places, kept
 from accelcal.errors import InputError
 from accelcal.frozen_mapping import kept_mapping
 from accelcal.geometry import MOUNTINGS, is_mounting

@@ -26,9 +26,8 @@ from accelcal.archive.through import InMemory, Progress, work_through
 from accelcal.arguments.kinds import ending_of, path_text, several
 from accelcal.arguments.numbers import check_number, check_whole
 from accelcal.arguments.options import check_flag, check_function, check_options, check_text
-from accelcal.arrays import Labels
+from accelcal.arrays import Labels, equal
 from accelcal.calibrate.options import FitOptions, Options
-from accelcal.equality import equal
 from accelcal.errors import InputError
 from accelcal.io.declarations import declared_by_caller
 from accelcal.io.files.csv_text import is_batch_result

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from accelcal.arrays import Array, Mask
-from accelcal.equality import EqualByContents
+from accelcal.arrays import Array, EqualByContents, Mask
 from accelcal.plural import counted
 
 if TYPE_CHECKING:

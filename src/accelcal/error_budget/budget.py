@@ -14,7 +14,12 @@ from accelcal.arrays import Array
 from accelcal.compensate.propagation import Part, linear_sum, ratio
 from accelcal.effects.without_sources import without_sources
 from accelcal.error_budget.coefficients import Coefficients, coefficients_of
-from accelcal.error_budget.components import SLOPES, random_components, systematic_components
+from accelcal.error_budget.components import (
+    SLOPES,
+    effect_components,
+    random_components,
+    systematic_components,
+)
 from accelcal.error_budget.conditions import Conditions, conditions
 from accelcal.error_budget.correlation import (
     Added,
@@ -23,7 +28,6 @@ from accelcal.error_budget.correlation import (
     correlations_of_other_axis,
     covariance,
 )
-from accelcal.error_budget.effects import effect_components
 from accelcal.error_budget.random_part import RandomPart, random_part
 from accelcal.error_budget.weaknesses import weaknesses
 from accelcal.estimate.uncertainty import combined

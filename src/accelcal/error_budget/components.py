@@ -1,4 +1,7 @@
-"""The components of (4), each with its value, its bound and its standard uncertainty."""
+"""The components of (4), each with its value, its bound and its standard uncertainty.
+
+Effects that a calibration was freed of are components beside them.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.effects.static import Samples, StaticEffects, static_effects
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.conditions import Conditions
 from accelcal.error_budget.random_part import RandomBound, RandomPart
-from accelcal.model import acceleration_error, bias_bound
+from accelcal.estimate.uncertainty import combined
+from accelcal.model import CROSS_AXES, acceleration_error, bias_bound
+from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorComponent
 from accelcal.results.quantity import Quantity
 
@@ -132,6 +138,61 @@ def _with_temperature(
     x = sensitivity(name, points)
     dof = coefficients.slope(name, points.rise, "dof")
     return without_bound(symbol, title, standard * x, change * x, dof)
+
+
+def effect_components(
+    calibration: Calibration, coefficients: Coefficients, points: Conditions
+) -> Iterator[ErrorComponent]:
+    """Make the components of static effects.
+
+    Yields
+    ------
+    ErrorComponent
+        One for each: what it adds to the indication, and the uncertainty of its size.
+    """
+    scale = coefficients.at_T0.get("K1")
+    found = static_effects(calibration, (scale and scale.value) or 1.0, coefficients.reference)
+    if found is None:
+        return
+    samples = _samples(coefficients, points)
+    for one in found.each():
+        yield _of_effect(one, samples, points.acceleration.input)
+
+
+def _of_effect(one: StaticEffects, samples: Samples, a_i: Array) -> ErrorComponent:
+    (item,) = one.disturbances
+    variances, freedom = zip(*one.parts(samples, a_i), strict=True)
+    told = combined(variances, [np.asarray(dof) for dof in freedom])
+    value = one.total(samples, a_i)
+    return without_bound(item.effect.id, item.effect.name, told.standard, value, told.dof)
+
+
+def _samples(coefficients: Coefficients, points: Conditions) -> Samples:
+    """What effects depend on beside a_i, by the coefficients of (4)."""
+    value = {name: quantity.value or 0.0 for name, quantity in coefficients.at_T0.items()}
+    change = {
+        name: coefficients.slope(name, points.rise, "value") * points.rise
+        for name in coefficients.slopes
+    }
+    still, cross = np.zeros(points.rise.size), []
+    tilt, linear = still, np.ones(still.size)
+    for axis in CROSS_AXES.values():
+        delta = axis.misalignment
+        if delta in value:
+            along = getattr(points.acceleration, axis.name)
+            tilt = tilt + (value[delta] + change.get(delta, still)) * along
+            linear = linear + value.get(axis.coupling, 0.0) * along
+            cross.append(along)
+    return Samples(
+        rise=points.rise,
+        cross=cross,
+        bias=value["k0"] + change.get("k0", still),
+        tilt=tilt,
+        linear=linear,
+        second=value.get("k2", 0.0),
+        third=value.get("k3", 0.0),
+        scale=value.get("K1", 1.0) * (1.0 + change.get("K1", still)),
+    )
 
 
 def random_components(random: RandomPart, points: Conditions) -> Iterator[ErrorComponent]:

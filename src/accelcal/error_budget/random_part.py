@@ -260,7 +260,7 @@ def _from_stability(stability: Stability) -> dict[str, RandomBound]:
         remedy = "analyse it with the scale factor, such as that of the calibration"
         raise DocumentError(f"the stability test is in {stability.unit} in place of g; {remedy}")
     known = stability.components
-    sizes = {name: abs(component.value) for name, component in known.items() if component.value}
+    sizes = {name: component.value for name, component in known.items() if component.value}
     found = {
         name: RandomBound(
             sizes[bound],
@@ -273,7 +273,7 @@ def _from_stability(stability: Stability) -> dict[str, RandomBound]:
     }
     step = known.get("threshold")
     if step is not None and step.value is not None:
-        found["threshold"] = RandomBound(abs(step.value), _RECTANGULAR, "stability test")
+        found["threshold"] = RandomBound(step.value, _RECTANGULAR, "stability test")
     drift = known.get("gamma_D")
     return found if drift is None else found | _drift(drift)
 

@@ -2,7 +2,7 @@
 
 `joint.estimate_stack` wires them: `tables` makes each table ready, `solver` solves it, `noise`
 finds the noise of the readings, `head` and `launch` find what the head and the runs add, and
-`uncertainty` makes standard and expanded uncertainties of these components. `closed_form` has the
+`uncertainty` makes standard and expanded uncertainties of these components. `linear` has the
 equations (6), `stacked_tables` takes plain arrays of tables, and `self_calibration` estimates a
 head together with the units that were measured on it.
 

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.arguments.kinds import as_given, several
 from accelcal.arguments.numbers import check_whole, number_array, refuse_other_order
 from accelcal.arguments.options import check_flag
-from accelcal.arrays import Array, Ints
-from accelcal.equality import equal
+from accelcal.arrays import Array, Ints, equal
 from accelcal.errors import InputError
 from accelcal.estimate.estimability import estimability
 from accelcal.estimate.robust import pseudo_values

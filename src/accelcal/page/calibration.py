@@ -41,6 +41,7 @@ from accelcal.report.calibration_rows import (
     coefficient_rows,
     correlations,
     first_alarms,
+    rows_of_mean,
     strong_correlations,
     table_title,
     temperature_laws,
@@ -48,7 +49,6 @@ from accelcal.report.calibration_rows import (
     without_uncertainty,
 )
 from accelcal.report.lines import sentence
-from accelcal.report.mean_of_runs import rows_of_mean
 from accelcal.report.numbers import significant
 from accelcal.report.typeset import typeset
 from accelcal.results.calibration import Calibration

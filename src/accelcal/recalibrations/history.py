@@ -15,7 +15,6 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR
 from accelcal.plural import listed
-from accelcal.recalibrations.apart import farthest
 from accelcal.recalibrations.bends import bend_of, jumps_like_bends
 from accelcal.recalibrations.comparable import (
     BIAS_PER_DEGREE,
@@ -31,7 +30,7 @@ from accelcal.recalibrations.jumps import (
     line_with_steps,
     search_jumps,
 )
-from accelcal.recalibrations.regression import Fit, fit_line
+from accelcal.recalibrations.regression import Fit, farthest, fit_line
 from accelcal.recalibrations.wandering import chance_of_neighbours, line_of_a_walk
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity

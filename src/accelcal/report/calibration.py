@@ -16,6 +16,7 @@ from accelcal.report.calibration_rows import (
     grouped_alarms,
     residual_grid,
     residuals_by_angle,
+    rows_of_mean,
     strong_correlations,
     temperature_laws,
     without_uncertainty,
@@ -125,7 +126,6 @@ def scale_factor_elsewhere(table: TableCalibration, local_gravity: float | None)
 def _mean_of_runs(calibration: Calibration) -> Iterator[str]:
     if calibration.temperature_model is None and len(calibration.tables) > 1:
         from accelcal.compensate.at_temperature import means_of_runs
-        from accelcal.report.mean_of_runs import rows_of_mean
 
         for mean in means_of_runs(calibration):
             yield f"Mean of {mean.runs}"

@@ -15,6 +15,7 @@ from accelcal.results.table import quotients_by_coefficients
 
 if TYPE_CHECKING:
     from accelcal.arrays import Array
+    from accelcal.compensate.at_temperature import MeanOfRuns
     from accelcal.results.calibration import Calibration
     from accelcal.results.quantity import Gate, Quantity
     from accelcal.results.table import TableCalibration
@@ -274,6 +275,16 @@ def meaning_of(table: TableCalibration, symbol: str, coefficient: str) -> str:
     if absorbed is None:
         return ""
     return absorbed if symbol == coefficient else f"({absorbed})/K1"
+
+
+def rows_of_mean(found: MeanOfRuns) -> list[LawRow]:
+    """Make a line of each coefficient of the mean of several runs at one level."""
+    rows = []
+    for name, symbol, coefficient, factor, unit in SHOWN_COEFFICIENTS:
+        own = found.coefficients[symbol]
+        meaning = meaning_of(found.first, symbol, coefficient) or symbol
+        rows.append(law_row(name, meaning, own, factor, unit or own.unit))
+    return rows
 
 
 def _few_digits(value: float) -> str:

@@ -16,6 +16,7 @@ from accelcal.report.calibration_rows import (
     LAW_HEADINGS,
     coefficient_rows,
     grouped_alarms,
+    rows_of_mean,
     temperature_laws,
     without_uncertainty,
 )
@@ -30,7 +31,6 @@ from accelcal.report.discovery import (
 )
 from accelcal.report.findings import chance, factor_rows, p_value
 from accelcal.report.html import items, long_table, preformatted, result, safe, table
-from accelcal.report.mean_of_runs import rows_of_mean
 from accelcal.report.numbers import is_number_of, matching_digits, significant
 from accelcal.report.stability import HEADING, bound_rows, component_rows, noise_rows
 from accelcal.report.stand_discovery import head_rows, title

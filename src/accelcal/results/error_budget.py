@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from accelcal.equality import EqualByContents
+from accelcal.arrays import Array, EqualByContents, Mask
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
@@ -33,7 +33,6 @@ from accelcal.results.result import StoredResult, TabularResult
 if TYPE_CHECKING:
     import pandas as pd
 
-    from accelcal.arrays import Array, Mask
     from accelcal.plot.error_budget import ErrorBudgetPlot
 
 __all__ = ["ErrorBudget", "ErrorComponent"]

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from accelcal.arguments.options import check_choice
-from accelcal.arrays import Array, Mask
-from accelcal.equality import EqualByContents
+from accelcal.arrays import Array, EqualByContents, Mask
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.results.checked import (

@@ -16,8 +16,7 @@ from accelcal.arguments.kinds import each_of, expect
 from accelcal.arguments.numbers import check_number, check_side_by_side, number_array
 from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arguments.temperatures import refuse_other_temperatures
-from accelcal.arrays import Array, kept
-from accelcal.equality import EqualByContents
+from accelcal.arrays import Array, EqualByContents, kept
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted

@@ -176,8 +176,6 @@ class Levels(NamedTuple):
     @property
     def share_of_heat(self) -> Array:
         """Largest share of a variance at each level that errors of its temperature make, (R, n)."""
-        if not self.by_heat.any():
-            return np.zeros_like(self.values[:, 0])
         whole = np.diagonal(self.covariance, axis1=-2, axis2=-1)
         heat = np.broadcast_to(self.by_heat**2, whole.shape)
         share = np.divide(heat, whole, out=np.zeros_like(whole), where=whole > 0.0)

@@ -94,13 +94,10 @@ def _number(record: TriadRecord, found: Solution) -> Gate:
     told = f"{len(record.output)} attitudes leave {degrees_of_freedom(found.dof)}"
     if not found.dof:
         return Gate("attitudes", "warn", f"{told}: the noise is unknown; add attitudes")
-    if found.dof < _FEW_DOF:
-        told += ": the intervals are wide; add attitudes"
-    if found.noise_untold:
-        told += _GO_AGAIN
-    if found.dof < _FEW_DOF:
-        return Gate("attitudes", "warn", told)
-    return Gate("attitudes", "pass", told)
+    few = found.dof < _FEW_DOF
+    told += ": the intervals are wide; add attitudes" if few else ""
+    told += _GO_AGAIN if found.noise_untold else ""
+    return Gate("attitudes", "warn" if few else "pass", told)
 
 
 def _spread(found: Solution) -> Gate:

@@ -18,8 +18,7 @@ from accelcal.arguments.kinds import several
 from accelcal.arguments.numbers import refuse_other_order
 from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arguments.temperatures import temperature_array
-from accelcal.arrays import Array, Ints
-from accelcal.equality import EqualByContents
+from accelcal.arrays import Array, EqualByContents, Ints
 from accelcal.errors import InputError
 from accelcal.head_angles import SAME_POSITION
 from accelcal.numerics.grouping import places_of_equals
