@@ -257,6 +257,10 @@ def test_the_samples_of_two_files_that_are_copies_are_refused(tmp_path):
         read_stability_records([EXAMPLE, EXAMPLE])
 
 
+def test_a_launch_of_one_sample_has_one(capsys):
+    assert "launch 1.1: 1 sample; a launch has" in run(capsys, EXAMPLE, "--launch-gap", "1")[2]
+
+
 # -- command ---------------------------------------------------------------------------------------
 
 

@@ -124,7 +124,8 @@ class Command(click.Command):
         options = (param for param in self.params if isinstance(param, click.Option))
         for param in options:
             given = ctx.params.get(param.name or "")
-            if given == "" or (isinstance(given, tuple) and "" in given):
+            texts = given if isinstance(given, tuple) else (given,)
+            if any(isinstance(text, str) and not text.strip() for text in texts):
                 raise click.BadParameter(
                     "it is empty; write it, or leave the option out.", ctx, param
                 )
