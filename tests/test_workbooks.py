@@ -105,7 +105,7 @@ FACTS = [
 def test_a_sheet_without_a_table_tells_the_facts_of_the_test(tmp_path):
     """They were lost: only that it has no table was told."""
     bare = ROWS[9:]
-    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", {"Info": FACTS, "Test": bare}))
+    found = accelcal.read_table(book_of(tmp_path / "no #1.xlsx", {"Info": FACTS, "Test": bare}))
     assert (found.serial, found.date, found.metadata) == ("A-7", "2024-05-31", {"Operator": "Mia"})
     told = "Operator, serial, date, reference_temperature: told by the sheet 'Info'"
     assert told in found.notes

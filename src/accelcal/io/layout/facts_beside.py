@@ -32,11 +32,11 @@ def with_facts(
     >>> info = SourceText("a.xlsx#Info", "Serial\tA-7\nOperator\tMia\n", "workbook", sheet="Info")
     >>> found, notes = with_facts({}, SourceText("a.xlsx", "", "workbook", beside=(info,)), set())
     >>> found["serial"].value, found["Operator"].value, notes
-    ('A-7', 'Mia', ["serial, Operator: told by the sheet 'Info'"])
+    ('A-7', 'Mia', ["Operator, serial: told by the sheet 'Info'"])
     """
     found, notes = dict(declared), []
-    known = {*declared, *roles} | ({"serial"} if "#" in source.name else set())
-    if "serials" in known:
+    known = {*declared, *roles}
+    if "serials" in known or source.name.endswith(f"#{source.sheet}"):  # one of several tables
         known.add("serial")
     for sheet in source.beside:
         try:
