@@ -164,7 +164,7 @@ def test_columns_without_axes_count_in_their_order_and_half_named_ones_are_refus
 
 def test_what_is_of_one_accelerometer_is_refused():
     triad, output = calibrated(), outputs(np.eye(3))
-    for name, value in {"temperature": 20.0, "a_p": 0.0, "run": "1"}.items():
+    for name, value in {"temperature": 20.0, "a_p": 0.0, "run": "1", "extrapolate": True}.items():
         with pytest.raises(InputError, match=f"^{name}=... is given for a triad; leave it out"):
             applied(triad, output, **{name: value})
     with pytest.raises(InputError, match="the last axis holds x, y, z"):
@@ -286,6 +286,7 @@ def test_units_and_headings_of_a_stream(run):
         ("# serial: C9\n" + STREAM, (), "serial C9 is asked for, but it holds the calibration of"),
         (STREAM, ("--run", "1"), "is given for a triad; leave it out"),
         (STREAM, ("--temperature", "20"), "is given for a triad; leave it out"),
+        (STREAM, ("--extrapolate",), "--extrapolate is given for a triad; leave it out"),
         (STREAM.replace("2.48", "2.4x"), (), "data.csv:3: "),
     ],
 )

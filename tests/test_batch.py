@@ -324,6 +324,7 @@ def test_no_bar_in_a_pipe(archive, run_cli, tmp_path):
         (["-", "-o", "x.csv"], "error: - is standard input, which accelcal fit reads; batch"),
         (["a", "-o", "x.xlsx"], "error: x.xlsx: the name ends in none of .csv, .csv.gz, .par"),
         (["a", "-o", "no/x.csv"], "error: no/x.csv: its folder does not exist; create it or"),
+        (["a", "-o", "s3://no/x.csv"], "error: s3://no/x.csv is a URL; name a file on this"),
         (["a/t000.csv", "-o", "a/t000.csv"], "error: a/t000.csv is a file to be read; name"),
         (["a", "-o", "x.csv", "--coefficients", "K9"], "error: "),
         (["a", "-o", "x.csv", "--head-uncertainty", "-1"], "error: invalid value for '--head-unc"),

@@ -757,6 +757,7 @@ def test_stability_file(saved, tmp_path, capsys):
     assert run(saved, "--stability", path) == 2
     told = capsys.readouterr().err.splitlines()[-1]
     assert f"{path}: the stability test is in mA in place of g; analyse it with the scale" in told
+    assert "--scale-factor" in told
 
 
 @pytest.mark.parametrize(

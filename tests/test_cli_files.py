@@ -107,6 +107,30 @@ def test_no_file_is_written_twice(run, command, said):
 
 
 @pytest.mark.parametrize(
+    "command",
+    [
+        "fit table.txt {}",
+        "discover table.txt {}",
+        "head table.txt {}",
+        "stability table.txt {} --scale-factor 1.3",
+        "history table.txt {}",
+        "report table.txt -o x.html --data table.txt --data {}",
+        "compare cal.json table.txt --effects table.txt --effects {}",
+    ],
+)
+def test_no_file_is_read_twice(run, command):
+    """It counted twice: as a second unit, or as launches of its own."""
+    said = "error: table.txt is given twice; name each file once\n"
+    assert run(command.format("table.txt")) == (2, "", said)
+    said = "error: ./table.txt is the file table.txt; name each file once\n"
+    assert run(command.format("./table.txt")) == (2, "", said)
+
+
+def test_a_file_may_be_read_for_two_things(run):
+    assert run("compare cal.json cal.json --format json")[0] == 0
+
+
+@pytest.mark.parametrize(
     ("command", "said"),
     [
         ("fit table.txt --format csv -o x.csv", "x.csv would hold JSON; end its name in .json"),

@@ -375,6 +375,8 @@ def test_coefficients_that_are_asked_for_are_told_or_refused(run):
         (["--coefficients", ""], "'--coefficients': it is empty; write it, or leave the option"),
         (["--serials", ""], "'--serials': it is empty"),
         (["--spec", ""], "'--spec': it is empty"),
+        (["-o", " "], "'-o' / '--output': it is empty"),
+        (["--effects", " "], "'--effects': it is empty"),
         (["--g", "12"], "local gravity 12.0 m/s^2 is found nowhere on Earth"),
         (["--head-uncertainty", "-1"], "'--head-uncertainty': '-1' is below 0; it is 0 or more"),
         (["--launch-uncertainty", "-1ug"], "'-1ug' is below 0"),

@@ -5,6 +5,7 @@ import dataclasses
 import io
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -388,6 +389,22 @@ def test_rows_tell_the_angles_of_tests_that_have_no_number_of_positions():
     frame = accelcal.design(positions=(), angles=angles, **options).to_frame()
     assert frame["angles"].unique().tolist() == ["0 45 90 180 270", "0 60 90 180 270"]
     assert frame["positions"].dtype == "float64"
+    assert frame["angles"].dtype == frame["stands_for"].dtype  # of which no cell has a text
+
+
+def test_lists_of_as_many_angles_have_names_of_their_own():
+    """Both were '5 angles x 2', and what cannot be told apart was told of the last one alone."""
+    angles = [[0, 90, 180, 270], [0, 45, 180, 270], [0, 90, 180]]
+    options = {"temperatures": (20.0,), "effects": False}
+    found = accelcal.design(positions=[4], angles=angles, strokes=(2,), **options)
+    names = ["4 x 2", "4 angles (1) x 2", "4 angles (2) x 2", "3 angles x 2"]
+    assert [test.label for test in found.designs] == names
+    assert "4 angles (2): 0, 45, 180, 270 deg\n" in str(found)
+    assert re.findall(r"^  (4 angles.*):$", str(found), re.M) == ["4 angles (1)", "4 angles (2)"]
+    assert accelcal.DesignComparison.from_json(found.to_json()) == found
+    few = accelcal.design(positions=[], angles=angles, strokes=(2,), hours=3.15, **options)
+    assert [test.label for test in few.designs] == ["3 angles x 2"]
+    assert re.findall(r"4 angles \(\d\) x 2", few.notes[0]) == names[1:3]
 
 
 def test_reversal_frees_the_fixture_angle():

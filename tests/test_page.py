@@ -511,6 +511,20 @@ def test_report_of_a_discovery(folder, record):
     assert "Signature of backlash" in out.read_text("utf-8")
 
 
+def test_signatures_are_drawn_over_the_readings_that_were_searched(folder, record, capsys):
+    """Those of any other table were taken, and its residuals shown as what was explained."""
+    searched, other = folder / "searched.csv", folder / "other.csv"
+    accelcal.write_table(record, searched)
+    accelcal.write_table(accelcal.simulate(seed=5), other)
+    found = accelcal.discover(accelcal.read_table(searched))
+    found.to_json(folder / "of_file.json")
+    arguments = ["report", str(folder / "of_file.json"), "-o", str(folder / "x.html"), "--data"]
+    assert main([*arguments, str(other)]) == 2
+    told = f"error: {other} is not the file in which the effects were found; give {searched}, unch"
+    assert capsys.readouterr().err.startswith(told)
+    assert main([*arguments, str(searched)]) == 0
+
+
 def test_fit_and_discover_report_at_once(folder, record, monkeypatch):
     monkeypatch.chdir(folder)
     accelcal.write_table(record, "table.csv")

@@ -246,6 +246,21 @@ def test_several_files_are_several_launches(tmp_path):
         read_stability_records([*paths, tmp_path / "volts.csv"])
 
 
+def test_the_samples_of_two_files_that_are_copies_are_refused(tmp_path):
+    """Launches that count twice make the interval of sigma_L too narrow."""
+    copy = tmp_path / "copy.csv"
+    copy.write_bytes(Path(EXAMPLE).read_bytes())
+    told = "copy.csv: the samples of launch '1' are those of .*stability.csv; give each file once"
+    with pytest.raises(InputError, match=told):
+        read_stability_records([EXAMPLE, copy])
+    with pytest.raises(InputError, match="the samples of launch '1' are those of"):
+        read_stability_records([EXAMPLE, EXAMPLE])
+
+
+def test_a_launch_of_one_sample_has_one(capsys):
+    assert "launch 1.1: 1 sample; a launch has" in run(capsys, EXAMPLE, "--launch-gap", "1")[2]
+
+
 # -- command ---------------------------------------------------------------------------------------
 
 

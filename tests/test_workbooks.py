@@ -94,6 +94,59 @@ def test_the_one_sheet_with_a_table_is_found_and_the_others_are_told(text, tmp_p
     assert "sheet 'Test' is read; there is no table in 'Notes'" in found.notes
 
 
+FACTS = [
+    ["Serial number", "A-7"],
+    ["Date", dt.date(2024, 5, 31)],
+    ["Operator", "Mia"],
+    ["T0", "20 °C"],
+]
+
+
+def test_a_sheet_without_a_table_tells_the_facts_of_the_test(tmp_path):
+    """They were lost: only that it has no table was told."""
+    bare = ROWS[9:]
+    found = accelcal.read_table(book_of(tmp_path / "no #1.xlsx", {"Info": FACTS, "Test": bare}))
+    assert (found.serial, found.date, found.metadata) == ("A-7", "2024-05-31", {"Operator": "Mia"})
+    told = "Operator, serial, date, reference_temperature: told by the sheet 'Info'"
+    assert told in found.notes
+    itself = [["# serial: B-8"], ["# date: 2025-01-01"], *bare]
+    found = accelcal.read_table(book_of(tmp_path / "b.xlsx", {"Info": FACTS, "Test": itself}))
+    assert (found.serial, found.date, found.metadata["Operator"]) == ("B-8", "2025-01-01", "Mia")
+
+
+@pytest.mark.parametrize(
+    ("more", "note"),
+    [
+        (
+            [["date", "2024-06-01"]],
+            "facts of the sheet 'Info' were set aside: date is '2024-06-01'",
+        ),
+        (
+            [["Voltmeter", "HP"], ["S/N", "U2"]],
+            "sheet 'Info': serials 'A-7, U2' above the headings",
+        ),
+        ([["Temperature", "20, 80, -40"], ["7", "8"]], "told by the sheet 'Info'"),
+    ],
+)
+def test_facts_in_doubt_refuse_no_table(more, note, tmp_path):
+    sheets = {"Info": [["Acceptance test"], *FACTS, *more], "Test": ROWS[9:]}
+    assert note in " ".join(accelcal.read_table(book_of(tmp_path / "a.xlsx", sheets)).notes)
+
+
+def test_a_sheet_of_facts_beside_several_tables_tells_no_serial(tmp_path):
+    """It may be that of the first unit, or of a fixture."""
+    units = {name: [[f"# serial: {name}"], *ROWS[9:]] for name in ("A1", "A2")}
+    found = accelcal.read_tables(book_of(tmp_path / "a.xlsx", {"Info": FACTS, **units}))
+    assert [(each.serial, each.date) for each in found] == [
+        ("A1", "2024-05-31"),
+        ("A2", "2024-05-31"),
+    ]
+    rows = [row[:4] for row in ROWS[9:64]]
+    runs = {"A-1": rows, "A-2": rows}
+    with pytest.raises(TableError, match="the same temperature, position and stroke as in"):
+        accelcal.read_table(book_of(tmp_path / "b.xlsx", {"Info": FACTS, **runs}))
+
+
 def test_sheets_are_accelerometers_each_of_its_own(text, tmp_path):
     path = book_of(
         tmp_path / "a.xlsx",
@@ -119,7 +172,7 @@ def test_sheets_of_one_unit_are_parts_of_one_table(text, told, header, tmp_path)
         rows = [row[told != "column" :] for row in [ROWS[9], *ROWS[start:end]]]
         level = [[f"# temperature: {ROWS[start][0]:g} \u00b0C"]] if told == "header line" else []
         sheets[name if told == "name of the sheet" else f"Sheet{number}"] = above + level + rows
-    path = book_of(tmp_path / "a.xlsx", {"cover": NOTES, **sheets})
+    path = book_of(tmp_path / "a.xlsx", {"cover": NOTES[:1], **sheets})
     found = accelcal.read_table(path)
     assert found == text
     assert found.source == str(path)

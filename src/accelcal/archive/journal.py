@@ -28,6 +28,7 @@ from accelcal.archive.columns import LAWS, ROWS
 from accelcal.archive.formats import open_frame, results
 from accelcal.archive.lock import alone_in
 from accelcal.archive.settings import Settings
+from accelcal.archive.sources import is_url
 from accelcal.atomic import open_atomically, replacing
 from accelcal.errors import InputError
 
@@ -209,6 +210,8 @@ def _refusals_told(folder: Path, output: str) -> Iterator[None]:
 
 
 def _require_writable(target: Path, output: str) -> None:
+    if is_url(output):
+        raise InputError(f"{output} is a URL; name a file on this machine for the results")
     if target.is_dir():
         raise InputError(f"{output} is a folder; name a file in it")
     if target.exists() and not target.is_file():

@@ -1,4 +1,4 @@
-"""The files that a command reads and writes: none is written that is read, and none twice."""
+"""The files that a command reads and writes: none is written that is read, and none named twice."""
 
 from __future__ import annotations
 
@@ -108,9 +108,9 @@ class Command(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """Look at the options and the names of the files, and run the command."""
         self._refuse_empty(ctx)
-        read = [path for _, path in self._files(ctx, FileToRead)]
-        if read.count("-") > 1:
-            raise InputError("- is given twice; standard input can be read once, so name it once")
+        given = [*self._files(ctx, FileToRead)]
+        _refuse_twice(given)
+        read = [path for _, path in given]
         written = list(self._files(ctx, FileToWrite))
         if written:
             places = [_place(path) for path in read if path != "-"]
@@ -124,7 +124,8 @@ class Command(click.Command):
         options = (param for param in self.params if isinstance(param, click.Option))
         for param in options:
             given = ctx.params.get(param.name or "")
-            if given == "" or (isinstance(given, tuple) and "" in given):
+            texts = given if isinstance(given, tuple) else (given,)
+            if any(isinstance(text, str) and not text.strip() for text in texts):
                 raise click.BadParameter(
                     "it is empty; write it, or leave the option out.", ctx, param
                 )
@@ -146,6 +147,19 @@ def refuse_source(source: str, path: str | None) -> None:
         )
 
 
+def _refuse_twice(read: Sequence[tuple[click.Parameter, str]]) -> None:
+    """Refuse one of many files again, and standard input anywhere: all of it is read once."""
+    seen: dict[object, str] = {}
+    for param, path in read:
+        if path == "-" and "-" in seen:
+            raise InputError("- is given twice; standard input can be read once, so name it once")
+        key = "-" if path == "-" else (param.name, *_place_and_sheet(path))
+        if key in seen:
+            what = "is given twice" if path == seen[key] else f"is the file {seen[key]}"
+            raise InputError(f"{path} {what}; name each file once")
+        seen[key] = path
+
+
 def _refuse_to_overwrite(read: Sequence[str], written: Sequence[tuple[str, str]]) -> None:
     places: dict[str, str] = {}
     for option, path in written:
@@ -163,6 +177,11 @@ def _refuse_to_overwrite(read: Sequence[str], written: Sequence[tuple[str, str]]
 
 def _place(path: str) -> str:
     """Where the file of a table is; that of a sheet is its workbook."""
+    return _place_and_sheet(path)[0]
+
+
+def _place_and_sheet(path: str) -> tuple[str, str | None]:
     from accelcal.io.files.text import file_and_sheet
 
-    return os.path.realpath(file_and_sheet(path)[0])
+    file, sheet = file_and_sheet(path)
+    return os.path.realpath(file), sheet

@@ -127,6 +127,8 @@ def apply(
         check_choice(BY, by=by)
         levels = None if by == BY[0] else by
         refuse_for_triad(a_p=a_p, a_o=a_o, run=run, by=levels, temperature_uncertainty=heat)
+        if calibration.temperature_degC is None:
+            refuse_for_triad(extrapolate=extrapolate or None)
         refuse_other_order({"output": output, "temperature": temperature})
         warn_of(assumptions_of_triad(calibration, same_launch=same_launch))
         calibrated = calibration.temperatures

@@ -257,7 +257,10 @@ def _from_calibration(calibration: Calibration, factor: float) -> dict[str, Rand
 def _from_stability(stability: Stability) -> dict[str, RandomBound]:
     expect(stability, Stability)
     if stability.unit != "g":
-        remedy = "analyse it with the scale factor, such as that of the calibration"
+        remedy = (
+            "analyse it with the scale factor: --calibration or --scale-factor of accelcal"
+            " stability, scale_factor of accelcal.analyse"
+        )
         raise DocumentError(f"the stability test is in {stability.unit} in place of g; {remedy}")
     known = stability.components
     sizes = {name: component.value for name, component in known.items() if component.value}

@@ -47,6 +47,9 @@ _LARGEST = 1e30
 _SHORTEST = 1e-9
 """Steps of time below it are none [s]."""
 
+_FEWEST = 8
+"""Different outputs below which two launches may agree in all samples by chance."""
+
 _IN_DAYS = "name the column 'time [d]', or 'time [s]' if it is in seconds, or write dates"
 
 Roles = dict[str, Column]
@@ -83,6 +86,7 @@ def read_stability_records(
         found = sorted({str(getattr(r, what)) for r in records if getattr(r, what) is not None})
         if len(found) > 1:
             raise InputError(f"{what} {listed(found)} in one test; give files of one {what}")
+    _refuse_copies(records)
     return StabilityRecord(
         launches=tuple(
             _renamed(launch, record) for record in records for launch in record.launches
@@ -92,6 +96,21 @@ def read_stability_records(
         source=f"{records[0].source} and {len(records) - 1} more",
         notes=tuple(f"{record.source}: {note}" for record in records for note in record.notes),
     )
+
+
+def _refuse_copies(records: Sequence[StabilityRecord]) -> None:
+    """Refuse a launch that is in two files: sigma_L would have more degrees of freedom than it has.
+
+    Few different outputs, as of a coarse step, may agree by chance.
+    """
+    seen: dict[bytes, StabilityRecord] = {}
+    for record in records:
+        for launch in record.launches:
+            before = seen.setdefault(launch.output.tobytes(), record)
+            if before is not record and np.unique(launch.output).size >= _FEWEST:
+                told = f"the samples of launch {shown(launch.label)}"
+                problem = f"{told} are those of {before.source}"
+                raise InputError(f"{record.source}: {problem}; give each file once")
 
 
 def read_stability(

@@ -130,11 +130,16 @@ def _with_headings(sheets: dict[str, SourceText], name: str) -> Iterator[SourceT
     if not tables:
         remedy = f"name one, as {name}#{next(iter(sheets))}"
         raise TableError(f"no table in the sheets {others}", remedy, source=name)
+    beside = tuple(
+        read._replace(name=f"{name}#{sheet}")
+        for sheet, read in sheets.items()
+        if sheet not in tables and "output" not in found.get(sheet, ())
+    )
     for sheet in tables:
         place = name if len(tables) == 1 else f"{name}#{sheet}"
         note = f"sheet {shown(sheet)} is read; there is no table in {others}"
         notes = (*([note] if others else []), *sheets[sheet].notes)
-        yield sheets[sheet]._replace(name=place, notes=notes)
+        yield sheets[sheet]._replace(name=place, notes=notes, beside=beside)
 
 
 def _roles(sheet: SourceText) -> set[str | None]:

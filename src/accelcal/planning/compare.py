@@ -130,8 +130,13 @@ def design(
         design_of(plan, noise, pace, accelerometer, declared=declare, effects=effects)
         for plan in _fitting(choices, several(strokes), pace, hours)
     )
-    told = compared(found, noise, resolution, pace, asked, declared=declare)
-    return replace(told, notes=_left_out(choices, several(strokes), pace, hours))
+    which = _choices_of_angles(choices)
+    named = tuple(
+        replace(each, choice=which.get(each.angles)) if each.positions is None else each
+        for each in found
+    )
+    told = compared(named, noise, resolution, pace, asked, declared=declare)
+    return replace(told, notes=_left_out(choices, which, several(strokes), pace, hours))
 
 
 def compared(
@@ -168,6 +173,18 @@ def _choices(given: Any) -> tuple[Any, ...]:
     """Choices of lists; a flat list is the only choice."""
     found = several(given)
     return (found,) if any(isinstance(each, str | Real) for each in found) else found
+
+
+def _choices_of_angles(plans: Sequence[TumblePlan]) -> dict[tuple[float, ...], int]:
+    """Number lists of angles, from 1, where several have as many."""
+    lists: dict[int, list[tuple[float, ...]]] = {}
+    for plan in plans:
+        stops = tuple(plan.stops.tolist())
+        alike = lists.setdefault(len(set(stops)), [])
+        if plan.angles is not None and stops not in alike:
+            alike.append(stops)
+    several_alike = (alike for alike in lists.values() if len(alike) > 1)
+    return {stops: n for alike in several_alike for n, stops in enumerate(alike, 1)}
 
 
 def blank_plan(pace: Pace, resolution: float, accelerometer: Accelerometer) -> TumblePlan:
@@ -208,7 +225,11 @@ def _fitting(
 
 
 def _left_out(
-    choices: Sequence[TumblePlan], strokes: Sequence[int], pace: Pace, hours: float | None
+    choices: Sequence[TumblePlan],
+    which: Mapping[tuple[float, ...], int],
+    strokes: Sequence[int],
+    pace: Pace,
+    hours: float | None,
 ) -> tuple[str, ...]:
     """Say which choices are not compared, as the quickest test of them takes too many hours."""
     if hours is None:
@@ -219,7 +240,8 @@ def _left_out(
         took = hours_of(plan, pace)
         if took > hours * (1.0 + 1e-9):
             where = plan.positions if plan.angles is None else None
-            long.append(f"{label(where, plan.stops.tolist(), number)} ({took:.4g} h)")
+            stops = tuple(plan.stops.tolist())
+            long.append(f"{label(where, stops, number, which.get(stops))} ({took:.4g} h)")
     if not long:
         return ()
     return (f"left out, as it takes more than {hours:g} h: {', '.join(dict.fromkeys(long))}",)

@@ -217,7 +217,7 @@ def _among(unit: UnitOfFleet, searched: int, judged: int, due: float | None) -> 
     found = []
     if any(trend.jumps for trend in unit.trends):
         found.append("jump" + DOUBT * _is_doubtful(jumps))
-    if any(_is_sure(trend.drift_of_a_walk) for trend in unit.trends):
+    if any(trend.drift_of_a_walk.is_off_zero for trend in unit.trends):
         found.append("drift" + DOUBT * _is_doubtful(drifts))
     if unit.remarks:
         found.append("remark")
@@ -230,11 +230,6 @@ def _among(unit: UnitOfFleet, searched: int, judged: int, due: float | None) -> 
 def _is_doubtful(by_chance: float | None) -> bool:
     """Whether noise alone shows as much in one unit or more of such a fleet."""
     return by_chance is not None and by_chance >= 1.0
-
-
-def _is_sure(drift: Quantity) -> bool:
-    """Whether the interval of a drift leaves out 0."""
-    return abs(drift.value or 0.0) > (drift.expanded_uncertainty or math.inf)
 
 
 def _urgency(unit: UnitOfFleet) -> tuple[bool | float | str, ...]:

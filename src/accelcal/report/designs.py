@@ -126,6 +126,9 @@ def _legend(found: DesignComparison) -> Iterator[str]:
         yield f"at {', '.join(f'{t:g}' for t in levels)} degC, mounting {', '.join(sides)}"
     if any(len(levels) > 1 for levels, _ in sets):
         yield "K0 to M_ip are those of one run in each mounting, the nearest to T0"
+    lists = {d.stops: d.angles for d in found.designs if d.choice}
+    for stops, angles in lists.items():
+        yield from wrapped(f"{stops}: {', '.join(f'{angle:g}' for angle in angles)} deg")
 
 
 def _expanded(found: DesignComparison, names: Sequence[str]) -> Iterator[str]:

@@ -46,7 +46,7 @@ def _runs(found: Disagreement) -> Iterator[str]:
     if rows := shape_rows(found):
         yield from aligned(rows, right={1, 2, 3}, indent="  ")
     changes = [change for run in found.runs for change in run.changes]
-    if found.verdict == "disagree" and not any(map(_is_off_zero, changes)):
+    if found.verdict == "disagree" and not any(change.is_off_zero for change in changes):
         yield "  each interval holds 0, as it leaves the others free; the factors above see more"
 
 
@@ -77,11 +77,6 @@ def shape_rows(found: Disagreement) -> list[tuple[str, ...]]:
     ]
     told = any(set(cells) != {_NOT_TOLD} for _, *cells in rows)
     return [("run", "k2/(ug/g^2)", "k3/(ug/g^3)", "delta_ip/(ug/g^2)"), *rows] if told else []
-
-
-def _is_off_zero(change: Quantity) -> bool:
-    value, half_width = change.value, change.expanded_uncertainty
-    return value is not None and half_width is not None and abs(value) > half_width
 
 
 def _micro(quantity: Quantity) -> str:

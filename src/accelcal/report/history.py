@@ -85,10 +85,7 @@ def _interval(quantity: Quantity) -> str:
 
 
 def _significance(quantity: Quantity) -> str:
-    value, wide = quantity.value, quantity.expanded_uncertainty
-    if value is None or wide is None or abs(value) > wide:
-        return ""
-    return ", which may be none"
+    return "" if quantity.is_off_zero else ", which may be none"
 
 
 def _scatter(trend: Trend, unit: str) -> str:

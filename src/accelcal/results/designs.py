@@ -117,6 +117,8 @@ class TestDesign(StoredPart):
         Which effects it would show; empty where that was not asked for or cannot be told.
     notes : tuple of str
         What else is to be known.
+    choice : int or None
+        Which of several lists of as many angles it has, from 1; None where there is one.
 
     Examples
     --------
@@ -127,6 +129,7 @@ class TestDesign(StoredPart):
     """
 
     __test__ = False  # for pytest this would be a class of tests
+    _MISSING: ClassVar[Mapping[str, Any]] = {"choice": None}
 
     positions: int | None
     angles: tuple[float, ...]
@@ -139,6 +142,7 @@ class TestDesign(StoredPart):
     lost: tuple[str, ...] = ()
     effects: tuple[Visibility, ...] = ()
     notes: tuple[str, ...] = ()
+    choice: int | None = None
 
     def forecast(self, name: str, mounting: str | None = None) -> Forecast | None:
         """Forecast of one coefficient.
@@ -161,7 +165,7 @@ class TestDesign(StoredPart):
     @property
     def label(self) -> str:
         """The test in a few characters, as ``"8 x 6"``: positions and strokes."""
-        return label(self.positions, self.angles, self.strokes)
+        return label(self.positions, self.angles, self.strokes, self.choice)
 
     @property
     def stops(self) -> str:
@@ -177,9 +181,15 @@ class TestDesign(StoredPart):
         return f"<TestDesign {self.label}: {self.readings} readings, {self.hours:.4g} h>"
 
 
-def label(positions: int | None, angles: Iterable[float], strokes: int) -> str:
-    """Name a test by its positions in a turn, else by the number of its angles, and its strokes."""
-    return f"{positions or f'{len(set(angles))} angles'} x {strokes}"
+def label(
+    positions: int | None, angles: Iterable[float], strokes: int, choice: int | None = None
+) -> str:
+    """Name a test by its positions in a turn, else by the number of its angles, and its strokes.
+
+    Of several lists of as many angles a choice tells which.
+    """
+    which = f" ({choice})" if choice else ""
+    return f"{positions or f'{len(set(angles))} angles{which}'} x {strokes}"
 
 
 def _pace(document: Any) -> dict[str, float]:

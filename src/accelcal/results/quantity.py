@@ -110,6 +110,12 @@ class Quantity(StoredPart):
             return None
         return self.expanded_uncertainty / self.standard_uncertainty
 
+    @property
+    def is_off_zero(self) -> bool:
+        """Whether its 95 % interval leaves out 0; no where there is no value or no interval."""
+        value, half = self.value, self.expanded_uncertainty
+        return value is not None and half is not None and abs(value) > half
+
 
 @dataclass(frozen=True, slots=True)
 class Gate(StoredPart):

@@ -334,7 +334,7 @@ def frame_of(
     Returns
     -------
     pandas.DataFrame
-        Numbers are numbers, dates ``datetime64``, also where none is known.
+        Numbers are numbers, texts are texts, dates ``datetime64``, also where none is known.
         ``frame.attrs["units"]`` maps columns to units; ``"unit"`` means the unit in that column of
         the same row.
 
@@ -354,8 +354,9 @@ def frame_of(
         for suffix, unit in _SUFFIXES.items():
             if column.endswith(suffix):
                 known.setdefault(column, unit)
-    numbers = (name for name in {*known, *units, *_OTHER_NUMBERS} if name in frame)
-    kinds = {name: "float64" for name in numbers if frame[name].isna().all()}
+    numbers, text = {*known, *units, *_OTHER_NUMBERS}, pd.Series([""]).dtype
+    unknown = [name for name in frame if frame[name].isna().all()]
+    kinds = {name: "float64" if name in numbers else text for name in unknown}
     kinds |= {name: "datetime64[us]" for name in _DATES if name in frame}
     frame = frame.astype(kinds)  # NaN in place of None, which neither compares nor adds
     frame.attrs["units"] = known | units

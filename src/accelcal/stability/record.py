@@ -175,7 +175,7 @@ def _check(launch: Launch) -> None:
         refuse_other_temperatures(launch.temperature, f"launch {launch.label}: ")
     if launch.time.size < 3:
         raise InputError(
-            f"launch {launch.label}: {launch.time.size} samples; a launch has at least 3"
+            f"launch {launch.label}: {counted(launch.time.size, 'sample')}; a launch has at least 3"
         )
     known = (launch.time, launch.output, *([] if launch.input is None else [launch.input]))
     if not all(np.isfinite(values).all() for values in known):

@@ -50,7 +50,7 @@ def action(discovery: Discovery, record: TumbleRecord, effect: str | None = None
     Raises
     ------
     InputError
-        If no such effect was found, or the record is too small.
+        If no such effect was found, or the record is too small, or of another file.
 
     Examples
     --------
@@ -62,6 +62,11 @@ def action(discovery: Discovery, record: TumbleRecord, effect: str | None = None
     """
     expect(record, TumbleRecord)
     check_text(effect=effect)
+    if record.sha256 and discovery.sha256 and record.sha256 != discovery.sha256:
+        raise InputError(
+            f"{record.source} is not the file in which the effects were found; give"
+            f" {discovery.source}, unchanged"
+        )
     ids = [item.id for item in discovery.effects]
     if not ids:
         raise InputError("no effect was found; there is no signature to show")

@@ -72,6 +72,8 @@ class SourceText(NamedTuple):
         What is to be told of how it was read.
     sheet : str
         Name of the sheet of a workbook; empty where it is none.
+    beside : tuple of SourceText
+        Sheets of the workbook that have no table, and may tell of the test.
     """
 
     name: str
@@ -82,6 +84,7 @@ class SourceText(NamedTuple):
     skipped: int = 0
     notes: tuple[str, ...] = ()
     sheet: str = ""
+    beside: tuple[SourceText, ...] = ()
 
 
 Texts = tuple[SourceText, ...]

@@ -14,6 +14,7 @@ from accelcal.io.files.encodings import ENCODINGS
 from accelcal.io.files.text import SourceText, refuse_document
 from accelcal.io.layout.block_labels import labels_of_blocks, with_merged_names
 from accelcal.io.layout.directions import tells_direction
+from accelcal.io.layout.facts_beside import with_facts
 from accelcal.io.layout.header_lines import Declared, header_line, refuse_declaration, uncommented
 from accelcal.io.layout.heading_rows import (
     are_headings,
@@ -117,6 +118,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     headings = _with_row_above(lines, headings)
     above = [item for item in _filled(lines[: headings.below]) if item[0] not in headings.lines]
     declared, aside = declarations_above(above, source.name, headings.separator, headings.cells)
+    declared, beside = with_facts(declared, source, {own.role for own in headings.cells})
     rows, numbers, comments = _rows(lines, headings, source)
     if comments:
         aside.append(f"{were(comments, 'comment line')} set aside ({lines_named(comments)})")
@@ -128,7 +130,7 @@ def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
         separator=headings.separator,
         rows=rows,
         lines=[number + source.skipped for number in numbers] if source.skipped else numbers,
-        notes=(*headings.notes, *aside),
+        notes=(*headings.notes, *aside, *beside),
         labels=headings.labels,
     )
 

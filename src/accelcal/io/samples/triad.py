@@ -54,7 +54,8 @@ class Triad:
         by = None if options.by == "laws" else options.by
         refuse_for_triad(temperature_uncertainty=heat, run=options.run, by=by)
         if found.temperature_degC is None:
-            refuse_for_triad(temperature=options.temperature)
+            wide = options.extrapolate or None
+            refuse_for_triad(temperature=options.temperature, extrapolate=wide)
         self._found = found
         self.assumptions = assumptions_of_triad(found, same_launch=options.same_launch)
         self._noise = options.output_uncertainty
