@@ -146,7 +146,7 @@ def judged_history(
     chosen = comparable(entries, serial, mounting, temperature)
     followed = (_bias(chosen), _scale_factor(chosen))
     trends, told = zip(*(_trend(each, chosen, alpha) for each in followed), strict=True)
-    remarks, warned = (*told[0], *told[1]), _warned(chosen)
+    remarks, warned = (*told[0], *told[1], *_redated(chosen)), _warned(chosen)
     history = History(
         serial=chosen.entries[0].serial,
         mounting=chosen.entries[0].mounting,
@@ -165,6 +165,20 @@ def _few(chosen: Comparable) -> tuple[str, ...]:
     if count >= FEWEST:
         return ()
     return (f"{count} calibrations are too few to look for jumps and bends, which needs {FEWEST}",)
+
+
+def _redated(chosen: Comparable) -> Iterator[str]:
+    """Ask for calibrations whose values are the same in all digits, which noise does not leave."""
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for entry in chosen.entries:
+        values = (*entry.bias[:2], *entry.scale_factor[:2])
+        alike.setdefault(tuple(f"{value:.10g}" for value in values), []).append(day(entry.date))
+    for days in alike.values():
+        if len(days) > 1:
+            yield (
+                f"the calibrations of {listed(days)} have the same values in all digits: one test"
+                " under several dates? compare their files, and leave out the copies"
+            )
 
 
 def _warned(chosen: Comparable) -> tuple[str, ...]:
