@@ -325,6 +325,16 @@ def test_a_fit_tells_what_disturbed_its_head_and_the_head_tells_which_record_did
         assert [w[:31] for w in warnings if "disturbed the calibration" in w] == told
 
 
+def test_records_of_one_unit_are_named_by_their_sources():
+    given = [("A", "2023.csv"), ("A", "2024.csv"), ("B", "b.csv"), (None, "c.csv")]
+    records = [
+        dataclasses.replace(accelcal.simulate(seed=seed), serial=serial, source=source)
+        for seed, (serial, source) in enumerate(given)
+    ]
+    units = accelcal.calibrate_head(records).units
+    assert [unit.name for unit in units] == ["2023.csv", "2024.csv", "B", "c.csv"]
+
+
 def test_what_all_runs_tell_of_the_noise_together_counts_once():
     # four runs of one stroke: four returns to the first position, and Student's factor of 4
     _, _, (record,) = measured(12, strokes=1, clampings=(0.0, 90.0, 180.0, 270.0))

@@ -11,6 +11,7 @@ the start, and where nothing tells more, it stays.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -166,19 +167,25 @@ def calibrate_head(
         harmonics=tuple(_harmonics(positions, errors, covariance, declared)),
         units=tuple(
             UnitOnHead(
-                name=unit.record.serial or unit.record.source,
+                name=name,
                 sha256=unit.record.sha256,
                 information=rows_of(unit.cautious.information),
                 pull=tuple(unit.cautious.pull.tolist()),
                 coefficients=_changes(unit, units, (errors, covariance), declared),
             )
-            for unit in units
+            for name, unit in zip(_names(records), units, strict=True)
         ),
         gates=(_clampings(records), _left_over(units, declared)),
         source=", ".join(dict.fromkeys(record.source for record in records)),
         software=SOFTWARE,
         **names,
     )
+
+
+def _names(records: Sequence[TumbleRecord]) -> list[str]:
+    """Serial numbers; of a unit with several records, and of one without a number, the sources."""
+    count = Counter(record.serial for record in records)
+    return [r.serial if r.serial and count[r.serial] == 1 else r.source for r in records]
 
 
 def _tables(record: TumbleRecord, delta0: float | None) -> list[PreparedTable]:

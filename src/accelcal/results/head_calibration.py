@@ -74,7 +74,7 @@ class UnitOnHead(StoredPart):
     Attributes
     ----------
     name : str
-        Serial number, or source.
+        Serial number; source where it has none, or several records have it.
     sha256 : str or None
         SHA-256 of its table, by which a fit knows it again.
     information : tuple of tuple of float, shape (J, J)
