@@ -776,6 +776,13 @@ def test_a_range_that_ends_below_the_largest_readings(word, sign, by):
     assert_said(warned, "resolution", rf"^\d+ readings have the {word} output, -?[\d.]+ mA,")
 
 
+@pytest.mark.parametrize("end", [1.3, 1.35, 1.354])
+def test_a_range_that_ends_at_a_round_number(end):
+    """Its few digits passed for those of all readings of this size."""
+    warned = warnings_of(fitted(lambda own, _: [[r, j, k, min(y, end)] for r, j, k, y in own]))
+    assert_said(warned, "resolution", rf"^12 readings have the largest output, {end} mA,")
+
+
 @pytest.mark.parametrize("digits", [5, 6, 7])
 @pytest.mark.parametrize("quiet", [0.0, 0.1])
 def test_readings_of_little_noise_at_the_ends_are_no_end_of_a_range(digits, quiet):
