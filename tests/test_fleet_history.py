@@ -103,9 +103,20 @@ def test_units_are_due_by_their_last_date(frame):
 
 def test_the_text_tells_what_a_remark_is(fleet):
     told = " ".join(str(fleet).split())
-    assert (
-        "remark: a calibration stands apart, the unit wanders, its drift slows or grows, or" in told
-    )
+    assert "remark: a calibration stands apart, the unit wanders, its drift slows or grows," in told
+
+
+def test_a_fault_of_the_readings_is_a_remark_and_a_gate_that_noise_trips_is_none():
+    """A record with swapped readings stood among the calm units, with a U of 14 mg a year."""
+    rng = np.random.default_rng(4)
+    calm = [unit(name, rng, 4) for name in ("GOOD", "NOISY", "SWAPPED")]
+    for own, gate in zip(calm[1:], ("drift", "order_of_positions"), strict=True):
+        own[f"gate_{gate}"] = ["pass", "warn", "pass", "pass"]
+    fleet = accelcal.fleet_history(pd.concat(calm))
+    assert [own.serial for own in fleet.units if "remark" in own.attention] == ["SWAPPED"]
+    (note,) = fleet.units[0].remarks
+    assert note.endswith("(order of positions)")
+    assert fleet.to_frame()["notes"].str.contains("warn").sum() == 2
 
 
 def test_units_that_are_due_alone_are_sorted_by_their_last_dates(frame):

@@ -47,7 +47,7 @@ def readings_of(*, seed=0, positions=8, strokes=6, head=1e-5, missing=0.0, runs=
                     yield [run, j, k, SCALE_FACTOR * (y + rng.gauss(0.0, noise))]
 
 
-def text_of(readings, positions=8, levels=(20.0, 60.0), declared=""):
+def text_of(readings, positions=8, levels=(20.0, 60.0, -20.0), declared=""):
     lines = [f"# unit: mA\n# positions: {positions}\nrun,temperature,position,stroke,output"]
     lines += [f"{run},{levels[run - 1]},{j},{k},{y:.8f}" for run, j, k, y in readings]
     return declared + "\n".join(lines) + "\n"
@@ -431,6 +431,17 @@ def test_first_run_in_other_units():
     assert_said(warned, "agreement of tables", "^K1 of run 2 is 1000 times that of the others")
 
 
+def test_run_of_the_other_sign():
+    """Its scale factor is nearer in size to the usual one than that of a warmer run."""
+    factors = {1: -1.0, 2: 1.05, 3: 1.0}
+
+    def fault(readings, _):
+        return [[r, j, k, y * factors[r]] for r, j, k, y in readings]
+
+    warned = warnings_of(fitted(fault, runs=3, strokes=2))
+    assert_said(warned, "agreement of tables", "^K1 of run 1 is -1 times that of the others")
+
+
 # -- closure, direction, outlier -------------------------------------------------------------------
 
 
@@ -775,6 +786,13 @@ def test_a_range_that_ends_below_the_largest_readings(word, sign, by):
 
     warned = warnings_of(fitted(clipped))
     assert_said(warned, "resolution", rf"^\d+ readings have the {word} output, -?[\d.]+ mA,")
+
+
+@pytest.mark.parametrize("end", [1.3, 1.35, 1.354])
+def test_a_range_that_ends_at_a_round_number(end):
+    """Its few digits passed for those of all readings of this size."""
+    warned = warnings_of(fitted(lambda own, _: [[r, j, k, min(y, end)] for r, j, k, y in own]))
+    assert_said(warned, "resolution", rf"^12 readings have the largest output, {end} mA,")
 
 
 @pytest.mark.parametrize("digits", [5, 6, 7])

@@ -311,6 +311,30 @@ def test_small_disturbances_are_told_and_noise_is_not():
     assert sum(shown[1::2]) >= 20
 
 
+def test_a_fit_tells_what_disturbed_its_head_and_the_head_tells_which_record_did():
+    """k2 was off by twice its U, with a head whose residuals were 5 times too large."""
+    _, _, (record,) = measured(3)
+    wave = 1.3 * 3e-5 * np.cos(2 * np.deg2rad(record.angle)) * (record.run == 1)
+    bad = dataclasses.replace(record, output=record.output + wave, source="bad.csv", sha256=None)
+    good, tested = measured(4)[2][0], one_clamping(measured(5)[2][0])
+    clean, disturbed = (accelcal.calibrate_head(own) for own in ([good], [good, bad]))
+    (finding,) = (gate.finding for gate in disturbed.gates if gate.verdict == "warn")
+    assert "those of bad.csv most" in finding
+    for head, told in ((clean, []), (disturbed, ["U does not count what disturbed"])):
+        warnings = accelcal.fit(tested, head=head).warnings
+        assert [w[:31] for w in warnings if "disturbed the calibration" in w] == told
+
+
+def test_records_of_one_unit_are_named_by_their_sources():
+    given = [("A", "2023.csv"), ("A", "2024.csv"), ("B", "b.csv"), (None, "c.csv")]
+    records = [
+        dataclasses.replace(accelcal.simulate(seed=seed), serial=serial, source=source)
+        for seed, (serial, source) in enumerate(given)
+    ]
+    units = accelcal.calibrate_head(records).units
+    assert [unit.name for unit in units] == ["2023.csv", "2024.csv", "B", "c.csv"]
+
+
 def test_what_all_runs_tell_of_the_noise_together_counts_once():
     # four runs of one stroke: four returns to the first position, and Student's factor of 4
     _, _, (record,) = measured(12, strokes=1, clampings=(0.0, 90.0, 180.0, 270.0))

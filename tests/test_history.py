@@ -582,6 +582,18 @@ def test_a_calibration_in_a_table_and_a_document_is_told_as_such():
     assert notes[1].endswith("their mean counts: 2021.csv; give one of each")
 
 
+def test_a_test_under_two_dates_is_told():
+    """Saved anew it has another SHA-256, and made the unit look stable."""
+    table = frame()
+    table.loc[7, ["k0", "K1"]] = table.loc[4, ["k0", "K1"]]
+    told = "the calibrations of 2014-01-01 and 2017-01-01 have the same values in all digits"
+    assert [told in note for note in accelcal.history(table).notes].count(True) == 1
+    (unit,) = accelcal.fleet_history(table).units
+    assert any(told in remark for remark in unit.remarks)
+    table.loc[7, "K1"] *= 1.0 + 1e-8  # a hundredth of the noise of another test
+    assert not any("in all digits" in note for note in accelcal.history(table).notes)
+
+
 def test_runs_and_copies_of_a_test_are_told_apart():
     runs = pd.concat([frame(5, run="1"), frame(5, seed=2, run="again")])
     found = accelcal.history(runs)

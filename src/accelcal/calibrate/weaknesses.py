@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from accelcal.calibrate.stack import CalibrationStack
     from accelcal.discovery.in_use.correction import Correction
     from accelcal.results.discovery import Discovery
+    from accelcal.results.head_calibration import HeadCalibration
 
 _FEW_REPEATS = 5
 """Degrees of freedom of a variance below which a report says that it is hardly known."""
@@ -91,6 +92,7 @@ def warnings_of(stack: CalibrationStack) -> Warned:
         *_of_readings(_said_of_readings(stack)),
         *_of_effects(stack.options.model, stack.known),
         *_of_unbounded(stack.unbounded),
+        *_of_calibrated_head(stack.options.head),
         Sentence(
             stack.options.left_out(stack.plan.records),
             "the head was calibrated from this table too: what this table told is left out here;"
@@ -130,6 +132,15 @@ def _of_effects(model: Discovery | None, known: Sequence[Correction]) -> Iterato
         yield Sentence(own, f"{listed(names)}: not sure, as the notes of the discovery say")
     if model.has_more or (model.unexplained and not model.effects):
         yield Sentence(True, f"{NOT_COUNTED} what the discovery found and no known effect explains")
+
+
+def _of_calibrated_head(head: HeadCalibration | None) -> Iterator[Sentence]:
+    if head is not None and head.is_disturbed:
+        yield Sentence(
+            True,
+            f"{NOT_COUNTED} what disturbed the calibration of the head, whose residuals are too"
+            " large; calibrate it again without the readings that accelcal head names",
+        )
 
 
 def _of_unbounded(unbounded: Sequence[tuple[str, ...]]) -> Iterator[Sentence]:

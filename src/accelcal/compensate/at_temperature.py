@@ -142,7 +142,8 @@ def coefficients_at(
     -------
     CoefficientsAt
         ``"k0"`` [g], ``"K1"`` [output unit / g], ``"k2"`` [g/g^2], ``"k3"`` [g/g^3], ``"delta"``
-        [rad] and ``"delta_ip"`` [g/g^2], of the mounting of the laws; without a value where the
+        [rad] and ``"delta_ip"`` [g/g^2], of the mounting of the laws (of another axis give
+        ``calibration.of_mounting("p+")``); without a value where the
         calibration does not determine it, and without an uncertainty outside the only level of a
         run, or of a calibration without laws. `covariance` has the covariance of them.
 

@@ -11,6 +11,7 @@ the start, and where nothing tells more, it stays.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -42,7 +43,12 @@ from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle
 from accelcal.results.covariance import rows_of
 from accelcal.results.findings import Change
-from accelcal.results.head_calibration import HeadCalibration, HeadHarmonic, UnitOnHead
+from accelcal.results.head_calibration import (
+    LEFT_OVER,
+    HeadCalibration,
+    HeadHarmonic,
+    UnitOnHead,
+)
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.version import SOFTWARE
 
@@ -161,19 +167,25 @@ def calibrate_head(
         harmonics=tuple(_harmonics(positions, errors, covariance, declared)),
         units=tuple(
             UnitOnHead(
-                name=unit.record.serial or unit.record.source,
+                name=name,
                 sha256=unit.record.sha256,
                 information=rows_of(unit.cautious.information),
                 pull=tuple(unit.cautious.pull.tolist()),
                 coefficients=_changes(unit, units, (errors, covariance), declared),
             )
-            for unit in units
+            for name, unit in zip(_names(records), units, strict=True)
         ),
         gates=(_clampings(records), _left_over(units, declared)),
         source=", ".join(dict.fromkeys(record.source for record in records)),
         software=SOFTWARE,
         **names,
     )
+
+
+def _names(records: Sequence[TumbleRecord]) -> list[str]:
+    """Serial numbers; of a unit with several records, and of one without a number, the sources."""
+    count = Counter(record.serial for record in records)
+    return [r.serial if r.serial and count[r.serial] == 1 else r.source for r in records]
 
 
 def _tables(record: TumbleRecord, delta0: float | None) -> list[PreparedTable]:
@@ -355,6 +367,26 @@ def _clampings(records: Sequence[TumbleRecord]) -> Gate:
 def _left_over(units: Sequence[_Unit], declared: float) -> Gate:
     """Whether head and coefficients explain the readings within their noise.
 
+    Of several records, the one whose own readings they explain least is named.
+    """
+    square, dof, pure = _beside_head(units, declared)
+    if dof < 1 or not (pure or all(math.isinf(unit.dof) for unit in units)):
+        return Gate(LEFT_OVER, "not assessed", "too few readings")
+    chance = f_survival(square, dof, pure or math.inf)
+    times = math.sqrt(square)
+    told = f"residuals are {times:.2f} times what noise and head explain (p = {chance:.2g})"
+    if chance < _FALSE_ALARM:
+        if len(units) > 1:
+            worst = max(units, key=lambda unit: _beside_head([unit], declared)[0])
+            told += f", those of {worst.record.source} most"
+        told += "; something else disturbs them, which accelcal discover names, or the head is"
+        return Gate(LEFT_OVER, "warn", f"{told} worse than declared")
+    return Gate(LEFT_OVER, "pass", told)
+
+
+def _beside_head(units: Sequence[_Unit], declared: float) -> tuple[float, float, float]:
+    """Mean square beside noise and head, and the degrees of freedom of it and of the replicates.
+
     Beside the coefficients, readings scatter by the noise and the head as declared; the sum of
     squares in the measure of both is that beside the noise alone less what the head explains.
     Replicates tell the noise, and what is left beside them is held against it.
@@ -364,13 +396,4 @@ def _left_over(units: Sequence[_Unit], declared: float) -> Gate:
     of_head = float(np.sum([own.pull for own in exact], axis=0) @ together(exact, declared)[0])
     pure = sum(unit.pure for unit in units)
     dof = float(dofs - pure)
-    if dof < 1 or not (pure or all(math.isinf(unit.dof) for unit in units)):
-        return Gate("what is left", "not assessed", "too few readings")
-    square = max(float(squares - of_head - pure), 0.0) / dof
-    chance = f_survival(square, dof, pure or math.inf)
-    times = math.sqrt(square)
-    told = f"residuals are {times:.2f} times what noise and head explain (p = {chance:.2g})"
-    if chance < _FALSE_ALARM:
-        told += "; something else disturbs them, which accelcal discover names, or the head is"
-        return Gate("what is left", "warn", f"{told} worse than declared")
-    return Gate("what is left", "pass", told)
+    return max(float(squares - of_head - pure), 0.0) / max(dof, 1.0), dof, pure

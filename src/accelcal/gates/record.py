@@ -182,7 +182,8 @@ def _agreement(stack: RecordStack) -> GateStack:
     copies = _copies(stack)
     bias, k1 = (np.ascontiguousarray(stack.coefficients[..., i].T) for i in (BIAS, SCALE_FACTOR))
     scale_factor = k1 / np.sort(k1, axis=0)[(len(k1) - 1) // 2]
-    odd = np.abs(np.log(np.maximum(np.abs(scale_factor), _SMALLEST))).argmax(axis=0)
+    far = np.abs(np.log(np.maximum(np.abs(scale_factor), _SMALLEST)))
+    odd = np.where(scale_factor < 0.0, np.inf, far).argmax(axis=0)
     apart, spread = np.ptp(scale_factor, axis=0), np.ptp(bias / k1, axis=0)
     over = np.maximum(apart / _LARGEST_SPREAD["K1"], spread / _LARGEST_SPREAD["K0"])
     turned = _turned(stack)

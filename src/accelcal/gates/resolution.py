@@ -128,15 +128,17 @@ def _is_no_chance(stack: TableStack, table: int, equal: Mask, far: Mask, step: f
 
     Of others m agree with one by the m-th power of the chance that two do, for each choice of m
     among those at the positions of the equal ones. The noise is that at the other end, as it may
-    be smaller at the ends than between them; the step is no finer than the digits of the reading,
-    as numbers of so many digits have coarser ones where they are larger.
+    be smaller at the ends than between them; the step is no finer than the digits of readings of
+    this size, as numbers of so many digits have coarser ones where they are larger. The digits of
+    the equal ones alone would not tell it: a range often ends at a round number.
     """
     head, output = stack.plan.head, stack.output[:, table]
     noise, there = float(stack.noise[table] * stack.scatter[table]), output[head == head[far][0]]
     if there.size > 1:
         noise = min(noise, float(np.std(there, ddof=1)))
     smallest = float(np.spacing(np.abs(output).max()))
-    written = max(step, decimal_step(output[equal][:1]))
+    decade = 10.0 ** np.floor(np.log10(max(float(np.abs(output[equal][0])), smallest)))
+    written = max(step, decimal_step(output[np.abs(output) >= decade]))
     share = chance_of_agreement(written, noise, smallest)
     others, near = int(equal.sum()) - 1, int(np.isin(head, head[equal]).sum())
     return share < _FINE and math.comb(near - 1, others) * share**others < NO_CHANCE

@@ -45,6 +45,9 @@ __all__ = ["history", "history_of"]
 QUANTITIES = 2
 """Bias and scale factor: a chance of either is twice that of one."""
 
+_FAULTS = frozenset({"order of positions", "proportions", "units", "agreement of tables"})
+"""Gates that no good record makes warn: what warns is a fault of the readings."""
+
 _ALIKE = 0.02
 """Chance of neighbours as much alike by independent scatter, below which a note says it."""
 
@@ -125,7 +128,7 @@ def check_options(
 
 
 class Judged(NamedTuple):
-    """A history, and those of its notes that tell what was found in the values."""
+    """A history, and those of its notes that tell what was found in values and readings."""
 
     history: History
     remarks: tuple[str, ...]
@@ -142,17 +145,18 @@ def judged_history(
     chosen = comparable(entries, serial, mounting, temperature)
     followed = (_bias(chosen), _scale_factor(chosen))
     trends, told = zip(*(_trend(each, chosen, alpha) for each in followed), strict=True)
-    remarks = (*told[0], *told[1])
+    remarks, warned = (*told[0], *told[1], *_redated(chosen)), _warned(chosen)
     history = History(
         serial=chosen.entries[0].serial,
         mounting=chosen.entries[0].mounting,
         temperature_degC=chosen.temperature,
         trends=trends,
         alpha=alpha,
-        notes=(*chosen.notes, *remarks, *_few(chosen), *_warned(chosen)),
+        notes=(*chosen.notes, *remarks, *_few(chosen), *warned),
         software=SOFTWARE,
     )
-    return Judged(history, remarks)
+    faulty = any(_FAULTS.intersection(entry.warned) for entry in chosen.entries)
+    return Judged(history, (*remarks, *warned) if faulty else remarks)
 
 
 def _few(chosen: Comparable) -> tuple[str, ...]:
@@ -160,6 +164,20 @@ def _few(chosen: Comparable) -> tuple[str, ...]:
     if count >= FEWEST:
         return ()
     return (f"{count} calibrations are too few to look for jumps and bends, which needs {FEWEST}",)
+
+
+def _redated(chosen: Comparable) -> Iterator[str]:
+    """Ask for calibrations whose values are the same in all digits, which noise does not leave."""
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for entry in chosen.entries:
+        values = (*entry.bias[:2], *entry.scale_factor[:2])
+        alike.setdefault(tuple(f"{value:.10g}" for value in values), []).append(day(entry.date))
+    for days in alike.values():
+        if len(days) > 1:
+            yield (
+                f"the calibrations of {listed(days)} have the same values in all digits: one test"
+                " under several dates? compare their files, and leave out the copies"
+            )
 
 
 def _warned(chosen: Comparable) -> tuple[str, ...]:

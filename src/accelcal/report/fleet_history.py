@@ -82,7 +82,8 @@ def _legend(fleet: FleetHistory) -> Iterator[str]:
     yield from hanging(
         "Drifts of the bias [ug/year] and of the scale factor [ppm/year] have the U of units that"
         " may wander. drift: beyond its U. remark: a calibration stands apart, the unit wanders,"
-        " its drift slows or grows, or a jump may be a bend or come from the temperature."
+        " its drift slows or grows, a jump may be a bend or come from the temperature, or checks"
+        " find readings that are swapped, out of proportion or in another unit."
     )
     yield from hanging(
         f"{DOUBT}: noise alone shows as much in one unit or more of such a fleet. Without it, in"

@@ -79,7 +79,8 @@ class UnitOfFleet(StoredPart):
         Number of units in which noise alone makes as much, if none of the fleet jumps or drifts:
         the p-value times the number of units that were searched.
     remarks : tuple of str
-        Calibrations that stand apart, wandering, jumps that may be bends or are not named.
+        Calibrations that stand apart, wandering, jumps that may be bends or are not named, faults
+        of readings.
     notes : tuple of str
         All else that its history tells, or why it cannot be judged.
     """

@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 __all__ = ["HeadCalibration", "HeadHarmonic", "UnitOnHead"]
 
 
+LEFT_OVER = "what is left"
+"""Gate on the residuals of the readings that told of the head."""
+
 _ROUNDED = 1e-9  # part of the largest entry by which one of a document may be off
 
 
@@ -71,7 +74,7 @@ class UnitOnHead(StoredPart):
     Attributes
     ----------
     name : str
-        Serial number, or source.
+        Serial number; source where it has none, or several records have it.
     sha256 : str or None
         SHA-256 of its table, by which a fit knows it again.
     information : tuple of tuple of float, shape (J, J)
@@ -189,6 +192,11 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
     def uncertainty(self) -> float:
         """Root mean square of the standard uncertainties of the positions [rad]."""
         return float(np.sqrt(np.mean(np.diagonal(self.covariance))))
+
+    @property
+    def is_disturbed(self) -> bool:
+        """Whether noise and head do not explain the readings that told the errors."""
+        return any(gate.name == LEFT_OVER and gate.verdict == "warn" for gate in self.gates)
 
     @property
     def plot(self) -> HeadPlot:
