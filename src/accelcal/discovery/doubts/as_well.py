@@ -112,7 +112,7 @@ def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
         one, *others = (np.sign(beyond) * side for side in (1.0, sign, sign > 0.0, sign < 0.0))
         zeros = [one, *others] if first else [one, *others[1:]]  # else it is a dead zone
         slopes = [size * jump for jump in others] if first else []  # else it is an asymmetry
-        slopes += [beyond * jump for jump in others]
+        slopes += [beyond * jump for jump in (one, *others)]
         for what, columns in (("zero", zeros), ("slope", slopes)):
             said = f"a voltmeter with another {what} beyond {limit:.2g} g"
             for column in columns:
