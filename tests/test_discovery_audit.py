@@ -627,12 +627,28 @@ def step_of_gain(th):
     return 8e-4 * np.sign(a) * np.maximum(np.abs(a) - 0.2, 0.0)
 
 
-def test_an_effect_that_a_voltmeter_of_two_ranges_explains_as_well_is_not_sure():
-    """On 16 positions, where two patterns of its kind show, it was certain."""
-    found = accelcal.discover(patterned(16, step_of_gain))
-    assert [item.id for item in found.effects] == ["odd-quadratic"]
-    assert found.doubtful == ("odd-quadratic",)
+def fold(th):
+    """The output bends alike on both sides, from 0.2 g on."""
+    return 2e-4 * np.maximum(np.abs(np.cos(th)) - 0.2, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "name"), [(step_of_gain, "odd-quadratic"), (fold, "fourth-order")]
+)
+def test_an_effect_that_a_voltmeter_of_two_ranges_explains_as_well_is_not_sure(pattern, name):
+    """On 16 positions, where two and three patterns of their kind show, they were certain."""
+    found = accelcal.discover(patterned(16, pattern))
+    assert [item.id for item in found.effects] == [name]
+    assert found.doubtful == (name,)
     assert any("a voltmeter with another slope beyond " in note for note in found.notes)
+
+
+def test_an_effect_that_shows_what_no_pattern_of_its_kind_has_is_sure():
+    """A dead zone mostly goes with the sign of sin th, of which kind 12 positions show two."""
+    plan = TumblePlan(positions=12, temperatures=(T0,), timed=True)
+    found = accelcal.discover(simulate(plan=plan, effects=[effect("dead-zone").of(1e-4)], seed=1))
+    assert [item.id for item in found.effects] == ["dead-zone"]
+    assert found.doubtful == ()
 
 
 def test_a_settling_by_a_logarithm_is_no_sure_warm_up():

@@ -127,6 +127,30 @@ def u_of_bias(hidden, seed, plan, start=0.0):
     return model, (bias.expanded_uncertainty, own.expanded_uncertainty)
 
 
+def beside_a_drift(*temperatures):
+    """A discovery in a record of a long warm-up and an opposed drift, as two effects."""
+    plan = TumblePlan(timed=True, temperatures=temperatures)
+    both = [accelcal.effect("warm-up").of(1e-4, tau=1800.0), accelcal.effect("bias-drift").of(6e-5)]
+    return accelcal.discover(accelcal.simulate(plan=plan, effects=both, seed=1))
+
+
+def test_a_drift_that_hides_beside_a_warm_up_is_told():
+    """The warm-up alone was named, with a bias 66 ug off and a slope off by 12 U."""
+    found = beside_a_drift(20.0, 80.0, -40.0)
+    assert [item.id for item in found.effects] == ["warm-up"]
+    (said,) = (note for note in found.notes if note.startswith("bias-drift of "))
+    assert "with other values of k0, lam1 and lam2; no U counts it" in said
+    again = beside_a_drift(20.0, 80.0, -40.0, 20.0)
+    assert {item.id for item in again.effects} == {"warm-up", "bias-drift"}
+    assert not any(note.startswith("bias-drift of ") for note in again.notes)
+
+
+def test_no_drift_hides_beside_a_short_warm_up():
+    hidden = accelcal.effect("warm-up").of(1e-4, tau=600.0)
+    found = accelcal.discover(simulated(hidden, 1, TIMED))
+    assert not any(note.startswith("bias-drift of ") for note in found.notes)
+
+
 @pytest.mark.parametrize("plan", [ONE_RUN, EACH_LEVEL_ONCE, BACK_AGAIN])
 @pytest.mark.parametrize(("tau", "seed"), [(4000.0, 1), (9000.0, 3), (9000.0, 10), (30_000.0, 3)])
 def test_the_bias_is_within_u_where_a_warm_up_lasts_longer_than_the_runs(plan, tau, seed):

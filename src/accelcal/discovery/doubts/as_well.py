@@ -6,13 +6,14 @@ of the shape.
 
 And what an effect of the catalogue looks like that goes on for longer than the readings: a drift
 is the beginning of a warm-up. Beside a drift, K0 is the bias at the first reading; beside the
-warm-up what it comes to in the end, which no reading tells.
+warm-up what it comes to in the end, which no reading tells. And a drift beside a warm-up, which
+makes it look shorter or longer.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import compress
+from itertools import compress, product
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -26,11 +27,12 @@ from accelcal.discovery.explanation import explain_as_well, is_needed
 from accelcal.discovery.instance import Instance, replaced
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.spans import orthonormal, squares_in
-from accelcal.discovery.untold import scales
+from accelcal.discovery.untold import fitted_sizes, scales
 from accelcal.effects.effect import Effect
 from accelcal.model import symbol_of
 from accelcal.numerics.sorting import distinct
 from accelcal.plural import listed
+from accelcal.units import MICRO
 
 _LAWS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
     {
@@ -40,6 +42,9 @@ _LAWS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
     }
 )
 """Laws by which something slow goes with the part of the time that has passed."""
+
+_OTHER_SCALES = (1.5, 1.0 / 1.5)
+"""Time constants over that of a named effect, beside which a drift is looked for."""
 
 _EARLY = 30.0
 """Time that has passed over that after which a logarithm begins."""
@@ -112,7 +117,7 @@ def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
         one, *others = (np.sign(beyond) * side for side in (1.0, sign, sign > 0.0, sign < 0.0))
         zeros = [one, *others] if first else [one, *others[1:]]  # else it is a dead zone
         slopes = [size * jump for jump in others] if first else []  # else it is an asymmetry
-        slopes += [beyond * jump for jump in others]
+        slopes += [beyond * jump for jump in (one, *others)]
         for what, columns in (("zero", zeros), ("slope", slopes)):
             said = f"a voltmeter with another {what} beyond {limit:.2g} g"
             for column in columns:
@@ -122,7 +127,10 @@ def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
 def said_of_ends(
     comparison: Comparison, instances: Sequence[Instance], entries: Sequence[Effect]
 ) -> Iterator[str]:
-    """Say which of some effects explain the readings in place of one, however long they go on."""
+    """Say which of some effects explain the readings in place of one, however long they go on.
+
+    And where a drift does so beside one.
+    """
     named = {item.effect.id for item in instances}
     unnamed = [entry for entry in entries if entry.id not in named]
     for place, item in enumerate(instances):
@@ -137,6 +145,30 @@ def said_of_ends(
                     " nothing tells how long it lasts, and no U counts it; to tell:"
                     f" {long.effect.to_tell_apart}"
                 )
+    yield from _of_drifts(comparison, instances, entries)
+
+
+def _of_drifts(
+    comparison: Comparison, instances: Sequence[Instance], entries: Sequence[Effect]
+) -> Iterator[str]:
+    """Say beside which effects with a time constant, of another length then, a drift would hide."""
+    named = {item.effect.id for item in instances}
+    drift = [Instance(e, (1.0,), {}) for e in entries if e.id == "bias-drift" and e.id not in named]
+    for place, item in enumerate(instances if drift else ()):
+        for p, times in product(scales(item.effect), _OTHER_SCALES):
+            other = item.at(p.name, times * item.shape[p.name])
+            others = (*replaced(instances, place, other), *drift)
+            if not explain_as_well(comparison, others, item):
+                continue
+            if hanging := unlike(comparison, instances, others):
+                rate = fitted_sizes(comparison, others).of_each[-1][0] * MICRO
+                yield (
+                    f"bias-drift of {rate:.2g} ug/h beside {item.effect.id} with {p.name} of"
+                    f" {other.shape[p.name]:.3g} {p.unit} explains these readings as well, with"
+                    f" other values of {listed(map(symbol_of, hanging))}; no U counts it; to tell:"
+                    " a run at the first level once more"
+                )
+                break
 
 
 def _at_the_end(

@@ -15,9 +15,9 @@ import numpy as np
 from accelcal.arrays import Array, Mask
 from accelcal.discovery.columns import dummies
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.explanation import Explanation
-from accelcal.discovery.family import Family
-from accelcal.discovery.spans import lengths, squares_in, without
+from accelcal.discovery.explanation import BENT, Explanation, chance_beside
+from accelcal.discovery.family import NEW, Family
+from accelcal.discovery.spans import lengths, orthonormal, squares_in, without
 
 _OF_POSITION = 0.9
 """Part of an effect's squares that must be the same in all strokes and runs."""
@@ -57,7 +57,8 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     """Tell how often any pattern of the position would get such names.
 
     It is told for all effects that depend on the position alone, for those of them that are
-    functions of cos th, and for those that change their signs alike with cos th and with sin th.
+    functions of cos th, and for those that change their signs alike with cos th and with sin th;
+    not where the readings show what the effects do beside all patterns of that kind.
 
     Notes
     -----
@@ -70,13 +71,20 @@ def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:
     for parity in (None, _OF_INPUT, *_PARITIES) if static.any() else ():
         patterns = _patterns(comparison, parity)
         own = static & _within(patterns, named.directions)
-        if own.any():
+        if own.any() and not _show_more(comparison, named.directions, patterns, own):
             yield _told(family, named, patterns, own)
 
 
 def of_position(comparison: Comparison, directions: Array) -> Mask:
     """Tell which effects depend on the position alone, by their unit vectors, shape (n, h)."""
     return _within(_patterns(comparison, None), directions)
+
+
+def _show_more(comparison: Comparison, directions: Array, patterns: Array, own: Mask) -> bool:
+    """Whether the readings show of some effects what no pattern of a kind has."""
+    beside = orthonormal(np.hstack([patterns, directions[:, ~own]]))
+    more = without(directions[:, own], beside)
+    return chance_beside(comparison, more[:, lengths(more) > NEW], beside) < BENT
 
 
 def _told(family: Family, named: Explanation, patterns: Array, own: Mask) -> AnyPattern:
