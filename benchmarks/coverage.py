@@ -13,6 +13,7 @@ import os
 import re
 import sys
 import time
+import warnings
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
@@ -25,7 +26,7 @@ import numpy as np
 from tumble import Stand, Unit, readings, samples
 
 import accelcal
-from accelcal.estimate.uncertainty import combined
+from accelcal.estimate.uncertainty import combined, counted
 
 COEFFICIENTS = ("K0", "K1", "K2", "K3", "M", "M_ip")
 LOWEST, HIGHEST = 93.5, 96.5
@@ -48,6 +49,7 @@ class Regime:
     returns: bool = True
     robust: bool = False
     samples: str = ""  # kind of `tumble.samples`
+    mean: bool = False  # whether the mean of the runs is looked at
 
 
 HEAD = 2e-5
@@ -93,6 +95,38 @@ SAMPLED = tuple(
     )
     for kind, text in (("angle", "larger near 0 and 180"), ("random", "differing by chance,"))
     for strokes in (6, 2)
+)
+FEW_SAMPLES = tuple(
+    Regime(
+        f"* few samples, std of {kind}, {strokes} stroke{'s' * (strokes > 1)}",
+        Stand(),
+        NO_HEAD,
+        strokes=strokes,
+        samples=kind,
+        aside=aside,
+    )
+    for kind, aside in (
+        ("2 samples", "two samples tell little of their noise"),
+        ("5 samples without n", "taken at its word"),
+    )
+    for strokes in (1, 6)
+)
+ACROSS = tuple(
+    Regime(
+        f"{'* ' * (strokes < 4)}noise 3 ug to 12 ug by the angle, {text}",
+        Stand(reading=3e-6, across=4.0),
+        NO_HEAD | LAUNCH_FREE,
+        (20.0,) * runs,
+        strokes=strokes,
+        aside="few replicates tell it" * (strokes < 4),
+    )
+    for runs, strokes, text in (
+        (1, 6, "six strokes"),
+        (1, 4, "four strokes"),
+        (1, 3, "three strokes"),
+        (1, 2, "two strokes"),
+        (3, 2, "three runs of two strokes"),
+    )
 )
 UNDERSTATED = tuple(
     Regime(
@@ -265,8 +299,30 @@ REGIMES = (
             ("3 temperatures there and back", (20.0, 80.0, 20.0, -40.0, 20.0)),
         )
     ),
+    Regime(
+        "* few repeats, launches not declared",
+        Stand(head=HEAD, launch=1e-5, launch_sf=1e-5),
+        {"head_uncertainty": HEAD},
+        (20.0, 80.0, 20.0, -40.0, 20.0),
+        strokes=2,
+        aside="no honest interval: the report says so",
+    ),
+    *(
+        Regime(
+            f"* mean of {runs} runs, launches of {launch:g} not declared",
+            Stand(launch=launch, launch_sf=launch),
+            NO_HEAD,
+            (20.0,) * runs,
+            mean=True,
+            aside="no honest interval: the report says so",
+        )
+        for runs in (2, 3)
+        for launch in (3e-6, 1e-5, 3e-5)
+    ),
     *CORRELATED,
     *SAMPLED,
+    *FEW_SAMPLES,
+    *ACROSS,
     *UNDERSTATED,
     Regime(
         "* launch neither declared nor repeated",
@@ -296,19 +352,23 @@ def record_of(columns: dict[str, list[float]], declared: dict[str, float]) -> ac
     )
 
 
+def _never(*_: object) -> bool:
+    return False
+
+
 class Choice(NamedTuple):
     """Another value of what the estimates use, and the regimes that told against it."""
 
     name: str
     what: str
-    value: float
+    value: Any
     regimes: tuple[Regime, ...]
 
 
 CHOICES = (
     Choice(
         "head estimated with all of the noise taken off",
-        "accelcal.estimate.head._CAUTION",
+        "accelcal.estimate.uncertainty._CAUTION",
         0.0,
         tuple(
             Regime(f"head {size:g} estimated", Stand(head=size)) for size in (3e-6, 5e-6, 6.7e-6)
@@ -337,6 +397,12 @@ CHOICES = (
         "accelcal.estimate.declared_scatter._SIGNIFICANT",
         0.0,
         SAMPLED,
+    ),
+    Choice(
+        "one noise for all positions",
+        "accelcal.estimate.uneven_noise.is_noise",
+        _never,
+        ACROSS,
     ),
     Choice(
         "readings taken as independent",
@@ -378,11 +444,12 @@ def one_table(
             temperature_laws=regime.laws or "tables",
             robust=regime.robust,
         )
-    compared = (
-        laws_against_truth(calibration, unit)
-        if regime.laws
-        else tables_against_truth(calibration, unit)
-    )
+    if regime.laws:
+        compared = laws_against_truth(calibration, unit)
+    elif regime.mean:
+        compared = mean_against_truth(calibration, unit)
+    else:
+        compared = tables_against_truth(calibration, unit)
     if regime in UNDERSTATED:
         compared += widened(calibration, compared)
     hits = {key: abs(q.value - truth) <= q.expanded_uncertainty for key, q, truth, _ in compared}
@@ -417,6 +484,14 @@ def tables_against_truth(calibration: accelcal.Calibration, unit: Unit) -> Compa
         for table in calibration.tables[:3]
         for name in COEFFICIENTS
     ]
+
+
+def mean_against_truth(calibration: accelcal.Calibration, unit: Unit) -> Compared:
+    """The same for the bias and the scale factor of the mean of all runs, as `apply` takes it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", accelcal.AccelcalWarning)  # of the few repeats
+        found = accelcal.coefficients_at(calibration, 20.0)
+    return [(("mean", name), found[name], getattr(unit, name), 1.0) for name in ("k0", "K1")]
 
 
 def laws_against_truth(calibration: accelcal.Calibration, unit: Unit) -> Compared:
@@ -481,29 +556,29 @@ def _choices(tables: int, seed: int, pool: Any) -> None:
         print(f"\n## {choice.name}")
         for regime in choice.regimes:
             _show(regime, measure(regime, choice, tables, seed, pool))
-    print(
-        "\n## One source of two degrees of freedom beside known ones, by its share of the variance"
-    )
-    print(f"{'share':>8s}{'by squares (GUM G.4)':>24s}{'by shares':>12s}")
-    for share in np.linspace(0.0, 1.0, 11):
-        welch, harmonic = _of_two_sources(share, max(200 * tables, 12_000), seed)
-        print(f"{share:8.1f}{welch:24.1f}{harmonic:12.1f}")
+    for dof in (1, 2):
+        print(f"\n## One source of {dof} dof beside known ones, by its share of the variance")
+        print(f"{'share':>8s}{'by squares (GUM G.4)':>24s}{'by shares':>12s}{'as counted':>12s}")
+        for share in (*np.linspace(0.0, 0.9, 10), 0.95, 1.0):
+            cells = _of_two_sources(share, dof, max(200 * tables, 12_000), seed)
+            print(f"{share:8.2f}{cells[0]:24.1f}{cells[1]:12.1f}{cells[2]:12.1f}")
 
 
-def _of_two_sources(share: float, draws: int, seed: int) -> tuple[float, float]:
-    """Coverage [%] by Welch and Satterthwaite, and by the mean of the degrees of freedom."""
+def _of_two_sources(share: float, freedom: int, draws: int, seed: int) -> tuple[float, ...]:
+    """Coverage [%] by Welch and Satterthwaite, by the mean of the dof, and by that as counted."""
     rng = np.random.default_rng(seed)
     error = np.abs(rng.standard_normal((draws, 1)))
-    found = share * rng.chisquare(2, (draws, 1)) / 2
+    found = share * rng.chisquare(freedom, (draws, 1)) / freedom
     rest = np.full_like(found, 1.0 - share)
-    dof = np.full_like(found, 2.0)
+    dof = np.full_like(found, float(freedom))
     # the harmonic mean of dof / share is what Welch and Satterthwaite have
     with np.errstate(divide="ignore"):
         squared = combined(
             [found, rest], [dof * (found + rest) / found, np.full_like(found, np.inf)]
         )
     plain = combined([found, rest], [dof, np.full_like(found, np.inf)])
-    return tuple(100.0 * float(np.mean(error <= one.expanded)) for one in (squared, plain))
+    cut = combined([found, rest], [counted(dof), np.full_like(found, np.inf)])
+    return tuple(100.0 * float(np.mean(error <= one.expanded)) for one in (squared, plain, cut))
 
 
 def _show(regime: Regime, figures: dict[tuple[str, str], tuple[float, float]]) -> list[str]:

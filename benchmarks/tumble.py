@@ -49,6 +49,7 @@ class Stand:
     """Standard deviations of the errors of a stand, and how they come."""
 
     reading: float = 5e-6
+    across: float = 1.0  # the noise near 90 and 270 deg over that near 0 and 180
     neighbours: float = 0.0  # correlation of the noise of each reading with the next
     head: float = 0.0
     launch: float = 0.0
@@ -102,7 +103,7 @@ def readings(
                     + k["K3"] * a_i * a_i * a_i
                     + k["M"] * a_p
                     + k["M_ip"] * a_i * a_p
-                    + k["K1"] * stand.reading * noise
+                    + k["K1"] * stand.reading * noise * (1.0 + (stand.across - 1.0) * abs(a_p))
                 )
                 if stand.wrong and rng.random() < stand.wrong:
                     output += k["K1"] * stand.reading * rng.uniform(-30.0, 30.0)
@@ -117,10 +118,17 @@ def readings(
 def samples(
     columns: dict[str, list[float]], unit: Unit, kind: str, rng: np.random.Generator
 ) -> dict[str, list[float]]:
-    """Columns std and count of readings of 10,000 samples, whose scatter the strokes do not show.
+    """Columns std and, unless the kind says without, count of the samples of each reading.
 
-    It is five times larger near 0 and 180 deg, or differs from reading to reading by chance.
+    Of a few samples, as "5", the std is theirs. Of 10,000 it is of what the strokes do not show: it
+    is five times larger near 0 and 180 deg, or differs from reading to reading by chance.
     """
+    if kind[0].isdigit():
+        few, size = int(kind.split()[0]), len(columns["angle"])
+        u = 5e-6 * unit.K1 * np.sqrt(rng.chisquare(few - 1, size) / (few - 1))
+        if kind.endswith("without n"):
+            return {"std": u.tolist()}
+        return {"std": (u * math.sqrt(few)).tolist(), "count": [float(few)] * size}
     turned = np.abs(np.cos(np.radians(columns["angle"])))
     random = np.exp(0.7 * rng.standard_normal(turned.size))
     std = 6e-6 * unit.K1 * (random if kind == "random" else 1.0 + 4.0 * turned)

@@ -45,7 +45,8 @@ def assert_same(one, other):
             assert column.tolist() == other[name].tolist(), name
         else:
             scale = np.nanmax(np.abs(column), initial=1e-300)
-            assert_allclose(column, other[name], rtol=1e-9, atol=1e-14 * scale, err_msg=name)
+            rtol = 1e-8 if name.endswith("_dof") else 1e-9  # a shift may be a small difference
+            assert_allclose(column, other[name], rtol=rtol, atol=1e-14 * scale, err_msg=name)
 
 
 def of_record(columns, place):

@@ -147,7 +147,7 @@ def test_the_chance_of_another_head_of_unknown_error_is_what_it_claims_to_be():
 
 def test_launches_that_were_estimated_as_nothing_count_by_the_noise_they_were_seen_through():
     # three levels met twice: 3 degrees of freedom. K0 and K1 of one stroke have 0.61 and 1.54 of
-    # the noise of a reading (least squares on 8 positions); half of its variance was taken off
+    # the noise of a reading (least squares on 8 positions); a third of its variance was taken off
     plan = TumblePlan(temperatures=(20.0, 80.0, -40.0) * 2)
     undeclared = {"launch_uncertainty": None, "launch_sf_uncertainty": None}
     first, second = (
@@ -160,7 +160,7 @@ def test_launches_that_were_estimated_as_nothing_count_by_the_noise_they_were_se
     found = accelcal.compare(replace(calibration, error_sources=tuple(nothing)), second)
     counted = {source.name: source.value for source in found.noise}
     for name, of_noise in (("launch", 0.61), ("launch_sf", 1.54)):
-        seen_through = np.sqrt(0.5) * of_noise * QUIET.reading / np.sqrt(6.0)
+        seen_through = np.sqrt(3.0 / (3.0 + 6.0)) * of_noise * QUIET.reading / np.sqrt(6.0)
         assert counted[name] == pytest.approx(T_3 / 1.959964 * seen_through, rel=0.12)
 
 

@@ -383,9 +383,9 @@ def test_each_run_has_its_shift_from_the_others():
     assert_allclose(found.dof_of_run, [1.0, 1.0, 1.0, 2.0])
 
 
-def test_noise_is_taken_off_the_shift_by_half():
+def test_little_of_the_noise_is_taken_off_a_shift_of_few_degrees_of_freedom():
     found = run_shift(None, np.array([1.0, 3.0]), np.array([1.0, 1.0]), [20.0, 20.0])
-    assert found.uncertainty == pytest.approx(math.sqrt(2.0 - 0.5))
+    assert found.uncertainty == pytest.approx(math.sqrt(2.0 - 1.0 / 7.0))
     assert run_shift(None, np.zeros(2), np.ones(2), [20.0, 20.0]).uncertainty == 0.0
 
 

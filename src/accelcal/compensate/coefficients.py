@@ -165,7 +165,8 @@ class KnownErrors:
         variance = np.diagonal(self.covariance)
         over_dof = np.diagonal(self.over_dof) if self.over_dof else np.zeros(variance.size)
         endless = np.full(variance.size, np.inf)
-        return np.asarray(np.divide(variance, over_dof, out=endless, where=over_dof > 0.0))
+        found = np.divide(variance, over_dof, out=endless, where=over_dof > 0.0)
+        return np.asarray(np.maximum(found, 1.0))
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from accelcal.compensate.covariance import by_quotients, errors_of_table
 from accelcal.compensate.of_table import estimator_of, values_of
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL, same_levels
+from accelcal.estimate.uncertainty import counted
 from accelcal.model import LAWS
 from accelcal.reference import LEAST_RISE
 from accelcal.results.calibration import Calibration
@@ -92,7 +93,7 @@ def level_run(
 
 def _with_freedom(covariance: Array, freedom: float) -> Array:
     """A covariance, and it over its degrees of freedom."""
-    return np.stack([covariance, covariance / freedom])
+    return np.stack([covariance, covariance / counted(freedom)])
 
 
 def _is_part(own: Array, whole: Array) -> bool:

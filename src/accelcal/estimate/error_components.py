@@ -17,7 +17,7 @@ from accelcal.estimate.launch import RunShift
 from accelcal.estimate.linear import LinearEstimator
 from accelcal.estimate.many_positions import ManyPositions, SeenAtMany
 from accelcal.estimate.noise import ReadingNoise
-from accelcal.estimate.uncertainty import Component
+from accelcal.estimate.uncertainty import Component, counted
 from accelcal.estimate.uneven_noise import UnevenNoise
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.grouping import grouped
@@ -90,7 +90,8 @@ class Errors(NamedTuple):
         if head.source == "none":
             return {}
         missed = self.seen.missed(self.influence, head.uncertainty)
-        return {"head": Component(missed, np.repeat(head.dof[:, None], missed.shape[1], axis=1))}
+        dof = np.repeat(counted(head.dof)[:, None], missed.shape[1], axis=1)
+        return {"head": Component(missed, dof)}
 
     def shifts(self, known: Mapping[str, RunShift]) -> dict[str, Component]:
         """Errors by the shifts from run to run, where they are known."""
@@ -112,7 +113,7 @@ class Errors(NamedTuple):
         whole = np.zeros((len(size), len(names), len(names)))
         among = size_at[:, :, None] * size_at[:, None, :] * np.equal.outer(run_at, run_at)
         whole[:, at[:, None], at] = among
-        dof = np.broadcast_to(shift.dof_of_run[run], size.shape)
+        dof = np.broadcast_to(counted(shift.dof_of_run)[run], size.shape)
         return Component(whole, self._per_coefficient(dof))
 
     def resolution(self, steps: Sequence[ArrayLike]) -> dict[str, Component]:

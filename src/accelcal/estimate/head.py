@@ -19,19 +19,12 @@ from accelcal.estimate.grid import Grid
 from accelcal.estimate.many_positions import ManyPositions
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable, positions_of
+from accelcal.estimate.uncertainty import share_taken_off
 from accelcal.numerics.grouping import Grouped
 
 # With more positions J than this, sums over the contrasts are formed without the contrasts, which
 # would take a time that grows as J^3 and matrices of J by J (see `many_positions`).
 _MANY = 128
-
-# The share dof / (dof + this) of the reading noise is taken off the lack of fit when the head's
-# variance is estimated from it. Were it all (restricted maximum likelihood), the estimate would be
-# zero too often where head error and noise are alike, and the 95 % intervals on 8 positions would
-# hold the truth in 90 to 93 % (benchmarks/coverage.py --choices). This way they hold it in 93.5 %
-# or more whatever the head error, and in 98 % where there is none (benchmarks/coverage.py, regimes
-# "estimated" and "nothing declared"). Many contrasts need less of this caution.
-_CAUTION = 6.0
 
 
 class HeadError(NamedTuple):
@@ -212,7 +205,7 @@ def _most_likely(found: LackOfFit | ManyPositions, telling: NDArray[Any]) -> Arr
     unit = 1.0 / np.where(strongest > 0.0, strongest, 1.0)
     top = 2.0 + strongest * found.largest()[..., None]
     number = np.maximum(telling[..., None], 1)
-    share = number / (number + _CAUTION)
+    share = share_taken_off(number)
 
     def misfit(size: Array) -> Array:
         spread, squares = found.deviance(share, (unit * size) ** 2)

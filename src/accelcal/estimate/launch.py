@@ -10,16 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Places
+from accelcal.estimate.uncertainty import share_taken_off
 
 SAME_LEVEL = 1.0
 """Temperatures that differ by less than this are one level [degC]."""
 
 # Runs must span this much for their common slope to be worth anything [degC].
 _TELLING_RANGE = 5.0
-
-OTHERS_SHARE = 0.5
-"""Share of the variance which other errors explain that is taken off the scatter of the runs. All
-of it would put the shift at zero too often, as for the head (see `_CAUTION` of `estimate.head`)."""
 
 
 class RunShift(NamedTuple):
@@ -129,7 +126,7 @@ def run_shift(
     Notes
     -----
     With few repeats the estimate is zero too often, and intervals that rest on it hold the truth in
-    88 to 90 % only; `accelcal.calibrate.weaknesses` says so below five degrees of freedom.
+    fewer than 95 %; `accelcal.calibrate.weaknesses` says so below five degrees of freedom.
 
     Examples
     --------
@@ -203,7 +200,7 @@ def _scatter(values: Array, variances: Array, temperature: Array, reached: Array
     if side.any():
         shift = shift - side * (shift @ side)[..., None] / (side @ side)
     whole = (shift * shift).sum(axis=-1) / dof
-    variance = whole - OTHERS_SHARE * others / repeats
+    variance = whole - share_taken_off(dof) * others / repeats
     return _Scatter(np.sqrt(np.maximum(variance, 0.0)), dof, np.sqrt(whole))
 
 

@@ -20,6 +20,7 @@ from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.discovery.prospects.aliases import aliases
 from accelcal.discovery.prospects.audit import designed, smallest_detectable, undetectable
 from accelcal.estimate.estimability import estimability
+from accelcal.estimate.uncertainty import counted
 from accelcal.geometry import accelerations
 from accelcal.model import ERROR_TERMS, ERROR_UNITS, SLOPES, design_matrix
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -189,8 +190,8 @@ def _effective(parts: Mapping[str, float], dof: Mapping[str, float | None]) -> f
             if part > 1e-4 * whole:
                 return None
             continue
-        inverse += part / whole / own
-    return 1.0 / inverse if inverse > 1e-6 else np.inf
+        inverse += part / whole / float(counted(own))
+    return max(1.0 / inverse, 1.0) if inverse > 1e-6 else np.inf
 
 
 def figures(calibration: Calibration) -> dict[Key, Figure]:

@@ -9,7 +9,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.estimate.joint import JointEstimate
 from accelcal.estimate.tables import PreparedTable
-from accelcal.estimate.uncertainty import Component
+from accelcal.estimate.uncertainty import Component, counted
 from accelcal.plural import named
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import named_model
@@ -129,7 +129,7 @@ def _of_noise(
 
 
 def _component(passed: Array, dof: float) -> Component:
-    return Component(passed @ passed.T, np.full(len(passed), dof))
+    return Component(passed @ passed.T, np.full(len(passed), counted(dof)))
 
 
 def _unfelt(fit: ProductFit, state: Solution) -> Iterator[str]:

@@ -150,4 +150,5 @@ def chance_of_misfit(values: Array, components: Mapping[str, Component], contras
         share = np.einsum("...ij,...ji->...", inverse, part.covariance) / count
         over_dof = over_dof + share / part.dof.min(axis=-1)
     dof = np.divide(1.0, over_dof, out=np.full(squares.shape, np.inf), where=over_dof > 0.0)
+    dof = np.maximum(dof, 1.0)
     return f_survival(np.asarray(squares / count), float(count), dof)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
+from accelcal.estimate.uncertainty import share_taken_off
 from accelcal.numerics.probability import f_survival
 from accelcal.triad.solution import Design
 
@@ -19,11 +20,6 @@ _ROUNDING = 1e-6
 
 _LEAST = 2.0
 """Degrees of freedom that each channel keeps beside the turns, or nothing tells them apart."""
-
-# The share ways / (ways + this) of the noise is taken off when the size of the turns is estimated,
-# as for the errors of a head (see `accelcal.estimate.head`): were it all, turns as large as the
-# noise would pass for none too often.
-_CAUTION = 6.0
 
 
 class Seats(NamedTuple):
@@ -95,7 +91,7 @@ def seats_of(
     left = residual - np.einsum("cij,j->ic", basis, found)
     ways, whole = size.size, float(freedom.sum())
     noise = np.sum(np.einsum("cij,ic->ij", basis, left) ** 2, axis=0) * 3 * n / whole
-    squares = found @ found - noise.sum() * ways / (ways + _CAUTION)
+    squares = found @ found - noise.sum() * share_taken_off(ways)
     return Seats(
         left,
         freedom,

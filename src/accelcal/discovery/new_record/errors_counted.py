@@ -18,7 +18,7 @@ from accelcal.discovery.new_record.same_clamping import is_same_file
 from accelcal.discovery.new_record.simulated import Simulated, gravity_ratio
 from accelcal.errors import InputError
 from accelcal.estimate.error_components import SHIFTED
-from accelcal.estimate.launch import OTHERS_SHARE
+from accelcal.estimate.uncertainty import share_taken_off
 from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, student_quantile
 from accelcal.plural import are, listed
 from accelcal.record import TumbleRecord
@@ -85,8 +85,8 @@ def _with_noise(source: ErrorSource, calibration: Calibration) -> ErrorSource:
     coefficient = SHIFTED.get(source.name)
     if coefficient is None or source.dof is None:
         return source
-    taken_off = [OTHERS_SHARE * _noise_of(table, coefficient) ** 2 for table in calibration.tables]
-    whole = (source.value or 0.0) ** 2 + np.mean(taken_off)
+    noise = [_noise_of(table, coefficient) ** 2 for table in calibration.tables]
+    whole = (source.value or 0.0) ** 2 + share_taken_off(source.dof) * np.mean(noise)
     return replace(source, value=float(np.sqrt(whole)))
 
 
