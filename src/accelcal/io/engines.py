@@ -18,7 +18,8 @@ import numpy as np
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
-from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.layout.parts import Layout
+from accelcal.io.layout.separators import split_line
 from accelcal.io.values.cells import Column, numbered
 from accelcal.io.values.sexagesimal import with_decimal_degrees
 from accelcal.io.values.thousands import thousands_mark, without_mark

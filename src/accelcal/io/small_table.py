@@ -11,7 +11,8 @@ from accelcal.io.columns import places_of
 from accelcal.io.engines import columns_by_split, decimal_mark
 from accelcal.io.files.text import SourceText, refuse_document
 from accelcal.io.layout.header_lines import Declared, KeyOf, declare, keys_and_values, unquoted
-from accelcal.io.layout.parts import Layout, Recognise, split_headings
+from accelcal.io.layout.parts import Layout
+from accelcal.io.layout.separators import Recognise, split_headings
 from accelcal.io.values.cells import Column
 from accelcal.io.words.vocabulary import canonical_key
 from accelcal.io.words.wording import lines_named

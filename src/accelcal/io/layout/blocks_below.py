@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from accelcal.io.files.text import SourceText
+from accelcal.io.layout.found_headings import headings_of
 from accelcal.io.layout.header_lines import keys_and_values
-from accelcal.io.layout.parts import headings_of, split_line
 from accelcal.io.layout.remarks import is_called_summary
 from accelcal.io.layout.rows_above import said_in_row
+from accelcal.io.layout.separators import split_line
 from accelcal.io.words.headings import read_heading
 from accelcal.io.words.vocabulary import ACROSS, KEYS
 

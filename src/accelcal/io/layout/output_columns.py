@@ -8,7 +8,8 @@ from functools import partial
 from accelcal.arguments.kinds import shown
 from accelcal.io.layout.heading_rows import is_part_of_angle
 from accelcal.io.layout.lone_output import lone_output
-from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.layout.parts import Layout
+from accelcal.io.layout.separators import split_line
 from accelcal.io.words.headings import Heading, name_and_unit
 from accelcal.io.words.vocabulary import OUTPUTS, has_unit
 from accelcal.units import is_output_unit

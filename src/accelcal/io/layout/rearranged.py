@@ -8,7 +8,8 @@ from itertools import pairwise
 from accelcal.arguments.kinds import shown
 from accelcal.io.files.csv_text import in_quotes
 from accelcal.io.layout.heading_rows import blocks_of_columns
-from accelcal.io.layout.parts import NO_READINGS, Layout, split_line
+from accelcal.io.layout.parts import NO_READINGS, Layout
+from accelcal.io.layout.separators import split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
 from accelcal.io.words.headings import Heading, read_heading, split_unit
 from accelcal.io.words.signs import is_missing

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 
 from accelcal.io.layout.header_lines import refuse_declaration
-from accelcal.io.layout.parts import Layout, split_line
+from accelcal.io.layout.parts import Layout
+from accelcal.io.layout.separators import split_line
 from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import COLUMNS
 from accelcal.io.words.wording import lines_named, were

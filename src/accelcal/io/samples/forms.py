@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from accelcal.arguments.axes import AXES
-from accelcal.io.layout.parts import Recognise
+from accelcal.io.layout.separators import Recognise
 from accelcal.io.triad import triad_heading
 from accelcal.io.words.headings import Heading, read_heading, split_unit
 

@@ -20,7 +20,8 @@ from accelcal.io.layout.header_lines import (
 )
 from accelcal.io.layout.output_columns import with_channels, with_lone_output
 from accelcal.io.layout.output_unit import Written, unit_of_outputs, units_written
-from accelcal.io.layout.parts import Layout, split_headings, split_line
+from accelcal.io.layout.parts import Layout
+from accelcal.io.layout.separators import split_headings, split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, TRIAD, StreamForm
 from accelcal.io.samples.unit_column import first_unit

@@ -36,7 +36,7 @@ from accelcal.io.files.text import (
     standard_input,
     unreadable,
 )
-from accelcal.io.layout.parts import split_line
+from accelcal.io.layout.separators import split_line
 from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, StreamForm
 from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
 from accelcal.io.samples.unit_column import refuse_other_units

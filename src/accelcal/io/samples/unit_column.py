@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from accelcal.arrays import Ints
 from accelcal.io.layout.output_unit import Written, names_unit
-from accelcal.io.layout.parts import split_line
+from accelcal.io.layout.separators import split_line
 from accelcal.io.values.cells import Column
 from accelcal.units import canonical_unit
 
