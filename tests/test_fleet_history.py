@@ -28,7 +28,7 @@ def unit(serial, rng, count=8, *, drift=0.0, jump=0.0, wander=0.0):
         "serial": serial,
         "source": [f"{serial}-{day}.csv" for day in days],
         "mounting": "o+",
-        "date": [str(np.datetime64("2014-01-01") + int(day)) for day in days],
+        "date": [str(day) for day in np.datetime64("2014-01-01") + days.astype("timedelta64[D]")],
         "temperature_degC": 20.0,
         "k0": UG * bias,
         "k0_standard_uncertainty": UG * stated,

@@ -278,7 +278,7 @@ def notes_of_order(time: NDArray[Any] | None, line: Ints) -> list[str]:
     the time steps back once, from line 4 to line 5: is it right in both?
     """
     step = np.diff(time) if time is not None else np.empty(0)
-    back = np.flatnonzero(step < step.dtype.type(0))
+    back = np.flatnonzero(step < np.zeros((), step.dtype))
     if time is None or back.size != 1:
         return []
     at = int(back[0])
