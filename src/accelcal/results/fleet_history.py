@@ -155,9 +155,9 @@ class FleetHistory(StoredResult, TabularResult):
     --------
     >>> from dataclasses import replace
     >>> import accelcal
-    >>> one = accelcal.fit(accelcal.simulate(seed=1))
-    >>> years = [replace(one, date=f"{year}-06-01") for year in (2021, 2022, 2023)]
-    >>> other = replace(one, serial="AL-16", date="2021-06-01")
+    >>> tests = [replace(accelcal.simulate(seed=n), date=f"202{n}-06-01") for n in (1, 2, 3)]
+    >>> years = list(map(accelcal.fit, tests))
+    >>> other = replace(years[0], serial="AL-16")
     >>> fleet = accelcal.fleet_history([*years, other], due_before="2022-01-01")
     >>> [(unit.serial, unit.attention) for unit in fleet.units]
     [('AL-16', ('due',)), ('AL-15', ())]
