@@ -646,6 +646,8 @@ TURN = [(j, k, f"{1.35 - 0.3 * j - 0.001 * k:g}") for k in (1, 2) for j in range
         ("2.1", "20.{}", "temperature 2.1 degC (line 2)"),
         ("200", "20.{}", "temperature 200 degC (line 2)"),
         ("20.1", "20.0", None),
+        ("20.0625", "20", None),
+        ("20.5", "20.0", None),
         ("23.0", "20.{}", None),
     ],
 )
@@ -657,6 +659,13 @@ def test_a_temperature_with_a_wrong_digit_is_told(first, others, told):
     assert [note.partition(" is far from all others of run 1")[0] for note in notes] == (
         [told] if told else []
     )
+
+
+def test_a_step_of_a_thermometer_in_fahrenheit_is_no_wrong_digit():
+    """The next tenth of a degF was told, as 20.05555556 degC has other decimals than 20."""
+    rows = [f"{'68.1' if j == 4 else '68.0'},{j},{k},{y},1" for j, k, y in TURN[:9]]
+    notes = read("\n".join(["T [degF],J,k,Y,run", *rows])).notes
+    assert not any("far from all others" in note for note in notes)
 
 
 def test_a_wrong_temperature_of_a_row_of_strokes_is_told_once():

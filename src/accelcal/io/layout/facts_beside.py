@@ -9,7 +9,9 @@ from accelcal.errors import TableError
 from accelcal.io.files.text import SourceText
 from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.rows_above import declarations_above, label
+from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import COLUMNS, KEYS
+from accelcal.plural import listed
 
 _OF_THE_TEST = {*KEYS}.difference(COLUMNS, ("runs", "serials")) | {"serial", "unit", "date"}
 """Keys that are not of single rows or columns of the table."""
@@ -24,17 +26,19 @@ def with_facts(
     r"""Add the facts that the sheets beside a table tell, with notes; those of its own win.
 
     Words with a meaning are found as in a form above the headings; of other rows those count that
-    have two cells, name and value. A sheet that tells something twice counts for nothing. The
-    serial is that of the only table: of several each may be a unit.
+    have two cells, name and value. A sheet that tells something in two ways counts for nothing,
+    and so does what two sheets tell otherwise. The serial is that of the only table: of several
+    each may be a unit.
 
     Examples
     --------
     >>> info = SourceText("a.xlsx#Info", "Serial\tA-7\nOperator\tMia\n", "workbook", sheet="Info")
     >>> found, notes = with_facts({}, SourceText("a.xlsx", "", "workbook", beside=(info,)), set())
     >>> found["serial"].value, found["Operator"].value, notes
-    ('A-7', 'Mia', ["Operator, serial: told by the sheet 'Info'"])
+    ('A-7', 'Mia', ["Operator and serial: told by the sheet 'Info'"])
     """
-    found, notes = dict(declared), []
+    own: dict[str, Declared] = {}
+    notes: list[str] = []
     known = {*declared, *roles}
     if "serials" in known or source.name.endswith(f"#{source.sheet}"):  # one of several tables
         known.add("serial")
@@ -42,16 +46,25 @@ def with_facts(
         try:
             told, doubts = _facts(sheet)
         except TableError as error:
-            notes.append(f"facts of the sheet {shown(sheet.sheet)} were set aside: {error.problem}")
+            why = f"{error.problem}; {error.remedy}"
+            notes.append(f"facts of the sheet {shown(sheet.sheet)} were set aside: {why}")
             continue
-        facts = {key: own for key, own in told.items() if key not in known}
+        facts = {key: fact for key, fact in told.items() if key not in known}
         if facts:
-            notes.append(f"{', '.join(facts)}: told by the sheet {shown(sheet.sheet)}")
+            notes.append(f"{listed(facts)}: told by the sheet {shown(sheet.sheet)}")
         if "serial" not in known:
             notes += [f"sheet {shown(sheet.sheet)}: {doubt}" for doubt in doubts]
-        known |= facts.keys()
-        found |= facts
-    return found, notes
+        for key, fact in facts.items():
+            if own.setdefault(key, fact).value != fact.value and key in KEYS:
+                notes.append(_otherwise(key, own[key], fact))
+                known.add(key)
+    return {**declared} | {key: fact for key, fact in own.items() if key not in known}, notes
+
+
+def _otherwise(key: str, one: Declared, other: Declared) -> str:
+    """Note of two sheets that tell a fact otherwise."""
+    told = f"{shown(one.value)} in {one.source}, but {shown(other.value)} in {other.source}"
+    return f"{key} is {told}: neither is used; write it above the table"
 
 
 def _facts(sheet: SourceText) -> tuple[dict[str, Declared], list[str]]:
@@ -60,8 +73,10 @@ def _facts(sheet: SourceText) -> tuple[dict[str, Declared], list[str]]:
     filled = [(number, line) for number, line in lines if line.strip()]
     told, notes = declarations_above(filled, sheet.name, "\t", ())
     own = {key: fact for key, fact in told.items() if key in _OF_THE_TEST or key not in KEYS}
-    doubts = [note for note in notes if note.startswith("serial")]
-    return {**dict(_named(filled, sheet.name)), **own}, doubts
+    facts = {**dict(_named(filled, sheet.name)), **own}
+    told_facts = {key: fact for key, fact in facts.items() if not is_missing(fact.value)}
+    is_sound = ("serial" in facts) == ("serial" in told_facts)
+    return told_facts, [note for note in notes if note.startswith("serial") and is_sound]
 
 
 def _named(lines: list[tuple[int, str]], source: str) -> Iterator[tuple[str, Declared]]:
