@@ -1,6 +1,7 @@
 """Tables as the programs and instruments of laboratories export them."""
 
 import io
+import re
 
 import pytest
 
@@ -154,6 +155,14 @@ def test_columns_of_a_data_logger(headings, unit, factor):
 def test_columns_that_may_be_something_else_are_not_taken(headings):
     with pytest.raises(TableError, match="no column for"):
         read(long_table(headings, form="20,{},{},{},{}"))
+
+
+@pytest.mark.parametrize("heading", ["Oven [F]", "Oven in F", "Oven_F"])
+def test_a_lone_column_in_f_is_named_in_the_remedy(heading):
+    """It was where the unit is in brackets alone."""
+    remedy = re.escape(f"call column '{heading}' 'temperature [degF]' if it is one")
+    with pytest.raises(TableError, match=remedy):
+        read(long_table(f"{heading},J,k,Y", form="68,{1},{2},{3}"))
 
 
 def test_the_lone_angle():
