@@ -156,6 +156,12 @@ def test_a_fact_that_cannot_be_used_is_set_aside(more, why, tmp_path):
     assert any("delta0 is 'see drawing'; give it as a number" in note for note in notes)
 
 
+def test_a_sign_between_name_and_value_is_no_fact(tmp_path):
+    info = [["Operator", ":", "Mia"], ["Unit", "=", "mA"]]
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", {"Info": info, "Test": ROWS[9:]}))
+    assert (found.metadata, found.unit) == ({"Operator": "Mia"}, "mA")
+
+
 def test_a_fault_of_the_table_is_told_where_a_fact_cannot_be_used_either(tmp_path):
     table = [*ROWS[9:14], [20, 1, "x", *ROWS[14][3:]], *ROWS[15:]]
     path = book_of(tmp_path / "a.xlsx", {"Info": [["T0", "room"]], "Test": table})

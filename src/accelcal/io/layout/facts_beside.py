@@ -8,7 +8,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.files.text import SourceText
 from accelcal.io.layout.header_lines import Declared
-from accelcal.io.layout.rows_above import declarations_above, label
+from accelcal.io.layout.rows_above import SIGNS, declarations_above, label
 from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import COLUMNS, KEYS
 from accelcal.plural import listed
@@ -82,7 +82,7 @@ def _facts(sheet: SourceText) -> tuple[dict[str, Declared], list[str]]:
 def _named(lines: list[tuple[int, str]], source: str) -> Iterator[tuple[str, Declared]]:
     """Rows of a name, which is no key, and its value."""
     for number, line in lines:
-        cells = [cell.strip() for cell in line.split("\t") if cell.strip()]
+        cells = [cell for cell in map(str.strip, line.split("\t")) if cell not in ("", *SIGNS)]
         if len(cells) == 2 and cells[0][0].isalpha() and len(cells[0]) <= _LONGEST:
             name = cells[0].rstrip(" :=")
             if not label(name)[0]:
