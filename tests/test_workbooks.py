@@ -156,6 +156,21 @@ def test_a_fact_that_cannot_be_used_is_set_aside(more, why, tmp_path):
     assert any("delta0 is 'see drawing'; give it as a number" in note for note in notes)
 
 
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [["Instrument", "Serial number", "Cal due"], ["3458A", "2823A", "2025-05-01"]],
+        [["Instrument", "S/N", "Date"], ["3458A", "2823A", "2024-05-01"]],
+        [["Serial", "Result"], ["A-7", "pass"], ["A-8", "pass"]],
+    ],
+)
+def test_a_list_of_instruments_or_units_tells_no_serial(rows, tmp_path):
+    """The accelerometer was 'Cal due', 2823A or 'Result'."""
+    sheets = {"Test": ROWS[9:], "List": rows, "Info": [["g", "9.81", "m/s^2"]]}
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", sheets))
+    assert (found.serial, found.date, found.apparatus.local_gravity) == (None, None, 9.81)
+
+
 def test_a_sign_between_name_and_value_is_no_fact(tmp_path):
     info = [["Operator", ":", "Mia"], ["Unit", "=", "mA"]]
     found = accelcal.read_table(book_of(tmp_path / "a.xlsx", {"Info": info, "Test": ROWS[9:]}))

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Set
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.files.text import SourceText
-from accelcal.io.layout.header_lines import Declared
+from accelcal.io.layout.header_lines import Declared, is_any_unit
 from accelcal.io.layout.rows_above import SIGNS, declarations_above, label
 from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import COLUMNS, KEYS
@@ -70,20 +70,34 @@ def _otherwise(key: str, one: Declared, other: Declared) -> str:
 def _facts(sheet: SourceText) -> tuple[dict[str, Declared], list[str]]:
     """Facts of a sheet, and what is to be told of its serial."""
     lines = enumerate(sheet.text.split("\n")[:_MOST_LINES], 1)
-    filled = [(number, line) for number, line in lines if line.strip()]
+    filled = [(number, line) for number, line in lines if _is_fact(_cells(line))]
     told, notes = declarations_above(filled, sheet.name, "\t", ())
     own = {key: fact for key, fact in told.items() if key in _OF_THE_TEST or key not in KEYS}
     facts = {**dict(_named(filled, sheet.name)), **own}
-    told_facts = {key: fact for key, fact in facts.items() if not is_missing(fact.value)}
-    is_sound = ("serial" in facts) == ("serial" in told_facts)
-    return told_facts, [note for note in notes if note.startswith("serial") and is_sound]
+    kept = {key: fact for key, fact in facts.items() if _is_told(key, fact.value)}
+    is_sound = ("serial" in facts) == ("serial" in kept)
+    return kept, [note for note in notes if note.startswith("serial") and is_sound]
+
+
+def _is_fact(cells: list[str]) -> bool:
+    """Whether a row may tell a name and its value, perhaps with a unit; a list of more does not."""
+    return 0 < len(cells) < 3 or (len(cells) == 3 and is_any_unit(cells[2]))
+
+
+def _is_told(key: str, value: str) -> bool:
+    """Whether a value tells something; a serial without a digit is rather the head of a list."""
+    return not is_missing(value) and (key != "serial" or any(map(str.isdecimal, value)))
 
 
 def _named(lines: list[tuple[int, str]], source: str) -> Iterator[tuple[str, Declared]]:
     """Rows of a name, which is no key, and its value."""
     for number, line in lines:
-        cells = [cell for cell in map(str.strip, line.split("\t")) if cell not in ("", *SIGNS)]
+        cells = _cells(line)
         if len(cells) == 2 and cells[0][0].isalpha() and len(cells[0]) <= _LONGEST:
             name = cells[0].rstrip(" :=")
             if not label(name)[0]:
                 yield name, Declared(cells[1], number, source)
+
+
+def _cells(line: str) -> list[str]:
+    return [cell for cell in map(str.strip, line.split("\t")) if cell not in ("", *SIGNS)]
