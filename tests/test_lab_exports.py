@@ -1,6 +1,7 @@
 """Tables as the programs and instruments of laboratories export them."""
 
 import io
+import re
 
 import pytest
 
@@ -154,6 +155,14 @@ def test_columns_of_a_data_logger(headings, unit, factor):
 def test_columns_that_may_be_something_else_are_not_taken(headings):
     with pytest.raises(TableError, match="no column for"):
         read(long_table(headings, form="20,{},{},{},{}"))
+
+
+@pytest.mark.parametrize("heading", ["Oven [F]", "Oven in F", "Oven_F"])
+def test_a_lone_column_in_f_is_named_in_the_remedy(heading):
+    """It was where the unit is in brackets alone."""
+    remedy = re.escape(f"call column '{heading}' 'temperature [degF]' if it is one")
+    with pytest.raises(TableError, match=remedy):
+        read(long_table(f"{heading},J,k,Y", form="68,{1},{2},{3}"))
 
 
 def test_the_lone_angle():
@@ -646,6 +655,8 @@ TURN = [(j, k, f"{1.35 - 0.3 * j - 0.001 * k:g}") for k in (1, 2) for j in range
         ("2.1", "20.{}", "temperature 2.1 degC (line 2)"),
         ("200", "20.{}", "temperature 200 degC (line 2)"),
         ("20.1", "20.0", None),
+        ("20.0625", "20", None),
+        ("20.5", "20.0", None),
         ("23.0", "20.{}", None),
     ],
 )
@@ -657,6 +668,13 @@ def test_a_temperature_with_a_wrong_digit_is_told(first, others, told):
     assert [note.partition(" is far from all others of run 1")[0] for note in notes] == (
         [told] if told else []
     )
+
+
+def test_a_step_of_a_thermometer_in_fahrenheit_is_no_wrong_digit():
+    """The next tenth of a degF was told, as 20.05555556 degC has other decimals than 20."""
+    rows = [f"{'68.1' if j == 4 else '68.0'},{j},{k},{y},1" for j, k, y in TURN[:9]]
+    notes = read("\n".join(["T [degF],J,k,Y,run", *rows])).notes
+    assert not any("far from all others" in note for note in notes)
 
 
 def test_a_wrong_temperature_of_a_row_of_strokes_is_told_once():

@@ -146,6 +146,7 @@ def test_t0_may_be_in_the_unit_of_the_table(t0, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "table.csv").write_text("T [degC]" + TABLE.removeprefix("temperature"))
     assert ": 20 degC" in of_check(capsys, "--t0", t0)[1]
+    assert len(accelcal.batch("table.csv", overrides={"reference_temperature": t0})[0]) == 1
     (tmp_path / "table.csv").write_text(TABLE)
     code, told = of_check(capsys, "--t0", t0)
     assert (code, told.endswith(" or T [degC], or give this one in degC\n")) == (2, True)

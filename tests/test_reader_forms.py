@@ -2386,6 +2386,15 @@ def test_names_and_numbers_that_take_turns_are_a_row_of_a_form(row):
     assert (record.serial, record.temperature[0]) == ("A-7", 20.5)
 
 
+@pytest.mark.parametrize("sign", [":", "=", "\uff1a"])
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_a_colon_in_a_cell_of_its_own_stands_between_key_and_value(mark, sign):
+    """It was the value: T0 ':' was refused, and a serial lost."""
+    form = f"Serial;{sign};A-7\nT0;{sign};20\nTemperature;{sign};20\n{FORM}"
+    record = read(form.replace(";", mark))
+    assert (record.serial, record.reference_temperature) == ("A-7", 20.0)
+
+
 def test_a_colon_of_a_form_is_no_value():
     """The serial number was 'Operator:', without a word."""
     assert read(f"Serial:;;Operator:;N. N.\nTemperature;20\n{FORM}").serial is None

@@ -107,7 +107,7 @@ def test_a_sheet_without_a_table_tells_the_facts_of_the_test(tmp_path):
     bare = ROWS[9:]
     found = accelcal.read_table(book_of(tmp_path / "no #1.xlsx", {"Info": FACTS, "Test": bare}))
     assert (found.serial, found.date, found.metadata) == ("A-7", "2024-05-31", {"Operator": "Mia"})
-    told = "Operator, serial, date, reference_temperature: told by the sheet 'Info'"
+    told = "Operator, serial, date and reference_temperature: told by the sheet 'Info'"
     assert told in found.notes
     itself = [["# serial: B-8"], ["# date: 2025-01-01"], *bare]
     found = accelcal.read_table(book_of(tmp_path / "b.xlsx", {"Info": FACTS, "Test": itself}))
@@ -131,6 +131,65 @@ def test_a_sheet_without_a_table_tells_the_facts_of_the_test(tmp_path):
 def test_facts_in_doubt_refuse_no_table(more, note, tmp_path):
     sheets = {"Info": [["Acceptance test"], *FACTS, *more], "Test": ROWS[9:]}
     assert note in " ".join(accelcal.read_table(book_of(tmp_path / "a.xlsx", sheets)).notes)
+
+
+@pytest.mark.parametrize(
+    ("more", "why"),
+    [
+        (["T_ref", "room"], "reference_temperature is 'room'; give it as a number"),
+        (["Unit", "UUT"], "unit 'UUT' is no output unit; it is one of V"),
+        (["Unit", "V"], "units 'V' and 'mA' in one table"),
+        (["Positions", "8 x 6"], "positions is '8 x 6'"),
+        (["Positions", 6], "position '8' is outside the turn"),
+        (["Head uncertainty", "2 arcsec (k=2)"], "with a factor"),
+        (["g", "9.81 m/s2 (PTB)"], "local_gravity is given in 'm/s2 (PTB)'"),
+    ],
+)
+def test_a_fact_that_cannot_be_used_is_set_aside(more, why, tmp_path):
+    """It refused the workbook, which was read before sheets told facts."""
+    table = [[*ROWS[9][:3], "output [mA]", *ROWS[9][4:]], *ROWS[10:]]
+    sheets = {"Info": [*FACTS[:3], more, ["Delta0", "see drawing"]], "Test": table}
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", sheets))
+    assert (found.serial, found.unit, found.positions) == ("A-7", "mA", 8)
+    notes = [note for note in found.notes if "of the sheet 'Info' is not used: " in note]
+    assert any(why in note for note in notes)
+    assert any("delta0 is 'see drawing'; give it as a number" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [["Instrument", "Serial number", "Cal due"], ["3458A", "2823A", "2025-05-01"]],
+        [["Instrument", "S/N", "Date"], ["3458A", "2823A", "2024-05-01"]],
+        [["Serial", "Result"], ["A-7", "pass"], ["A-8", "pass"]],
+    ],
+)
+def test_a_list_of_instruments_or_units_tells_no_serial(rows, tmp_path):
+    """The accelerometer was 'Cal due', 2823A or 'Result'."""
+    sheets = {"Test": ROWS[9:], "List": rows, "Info": [["g", "9.81", "m/s^2"]]}
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", sheets))
+    assert (found.serial, found.date, found.apparatus.local_gravity) == (None, None, 9.81)
+
+
+def test_a_sign_between_name_and_value_is_no_fact(tmp_path):
+    info = [["Operator", ":", "Mia"], ["Unit", "=", "mA"]]
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", {"Info": info, "Test": ROWS[9:]}))
+    assert (found.metadata, found.unit) == ({"Operator": "Mia"}, "mA")
+
+
+def test_a_fault_of_the_table_is_told_where_a_fact_cannot_be_used_either(tmp_path):
+    table = [*ROWS[9:14], [20, 1, "x", *ROWS[14][3:]], *ROWS[15:]]
+    path = book_of(tmp_path / "a.xlsx", {"Info": [["T0", "room"]], "Test": table})
+    with pytest.raises(TableError, match=r"a\.xlsx:6: stroke 'x' is not a number"):
+        accelcal.read_table(path)
+
+
+def test_a_missing_fact_is_none_and_one_that_two_sheets_tell_otherwise_is_not_used(tmp_path):
+    """A voltmeter's serial was that of the accelerometer where its sheet came first."""
+    sheets = {"DMM": [["Serial", "D-1"], ["Date", "-"]], "UUT": FACTS[:3], "Test": ROWS[9:]}
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", sheets))
+    assert (found.serial, found.date) == (None, "2024-05-31")
+    assert any("serial is 'D-1' in" in note and "neither is used" in note for note in found.notes)
 
 
 def test_a_sheet_of_facts_beside_several_tables_tells_no_serial(tmp_path):

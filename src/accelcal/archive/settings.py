@@ -26,7 +26,7 @@ from accelcal.version import __version__
 
 _GOOD_TABLE = (
     "# g: 9.8\n"
-    "temperature,angle,stroke,output\n20,0,1,1.3\n20,45,1,0.9\n20,90,1,0.0\n20,135,1,-0.9\n"
+    "T [degC],angle,stroke,output\n20,0,1,1.3\n20,45,1,0.9\n20,90,1,0.0\n20,135,1,-0.9\n"
     "20,180,1,-1.3\n20,225,1,-0.9\n20,270,1,0.1\n20,315,1,0.9\n"
 )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ from accelcal.io.values.times import (
     one_date,
     with_year_first,
 )
-from accelcal.io.words.headings import Heading, split_unit
+from accelcal.io.words.headings import Heading, name_and_unit, split_unit
 from accelcal.io.words.vocabulary import ACROSS, UNITS_OF, has_unit, is_unit_of
 from accelcal.io.words.wording import hint_of_triad, lines_named
 from accelcal.units import scale_of
@@ -292,7 +293,7 @@ def _require(layout: Layout, roles: Mapping[str, int], across: str) -> None:
 def _or_warmth(layout: Layout) -> str:
     """A column of unknown name in a unit of temperatures; F may be farad."""
     for own in layout.headings:
-        unit = split_unit(own.text)[1]
+        unit = name_and_unit(own.text, partial(has_unit, "temperature"))[1]
         if not own.role and has_unit("temperature", unit):
             unit = "degF" if scale_of(unit) == "degF" else unit
             call = shown(f"temperature [{unit}]")

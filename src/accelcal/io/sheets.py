@@ -1,25 +1,46 @@
-"""Sheets of a workbook as parts of one table: their rows below each other."""
+"""Sheets of a workbook as parts of one table, and the facts that sheets beside them tell."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from typing import NamedTuple, TypeVar
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.files.csv_text import in_quotes
+from accelcal.io.files.text import SourceText
 from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout
 from accelcal.io.words.headings import read_heading
 from accelcal.io.words.signs import with_hyphen
 from accelcal.io.words.vocabulary import COLUMNS, KEYS
+from accelcal.plural import are
 
 _NUMBER = r"([+\-\u2212\u2013]?\d+(?:[.,]\d+)?)"
 _TEMPERATURE = re.compile(rf"(?:^|[\s_=(]){_NUMBER}[\s_]*(?:°[\s_]?C|℃|deg[\s_]?C)(?!\w)", re.I)
 _RUN = re.compile(rf"(?:{'|'.join(COLUMNS['run'])})[\s_.-]*\d", re.I)
 _COPY = re.compile(r"\s*\(\d+\)$")
 _RANGE = re.compile(r"(?:-|\u2013|\bto|\bbis|\.)[\s_]*$", re.I)
+
+Found = TypeVar("Found")
+
+
+class Sheet(NamedTuple):
+    """Text of a table, or of a sheet that has one, and its rows.
+
+    Attributes
+    ----------
+    text : SourceText
+        The text.
+    layout : Layout
+        What `layout_of` makes of it, or some of its rows.
+    """
+
+    text: SourceText
+    layout: Layout
 
 
 def with_name_of_sheet(layout: Layout, sheet: str) -> Layout:
@@ -141,3 +162,76 @@ def _of_the_test(sheets: Sequence[Layout], of_rows: Sequence[str]) -> dict[str, 
                 raise new.refuse(problem, "declare it alike in all sheets")
             told[key] = old._replace(value=f"{old.value}; {new.value}")
     return {key: value for key, value in told.items() if key not in of_rows}
+
+
+# -- facts of sheets beside them -------------------------------------------------------------------
+
+
+def without_faulty_facts(
+    sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], Found]
+) -> Found:
+    r"""Read sheets, without what a sheet beside them tells that cannot be used; a note says so.
+
+    Raises
+    ------
+    TableError
+        If they cannot be read without such facts either.
+
+    Examples
+    --------
+    >>> from accelcal.io.tables import sheets_of, survey_sheets
+    >>> info = SourceText("a.xlsx#Info", "T0\troom\n", "workbook", sheet="Info")
+    >>> text = "temperature\tposition\tY1\n20\t1\t1.30\n20\t5\t-1.29\n"
+    >>> sheets = sheets_of((SourceText("a.xlsx", text, "workbook", beside=(info,)),))
+    >>> (record,) = survey_sheets(sheets, {})[1]
+    >>> record.notes[0].partition(": ")[0]
+    "reference_temperature of the sheet 'Info' is not used"
+    """
+    try:
+        return _without_wrong(sheets, read)
+    except TableError as error:
+        facts = _facts(sheets)
+        alone = [[key] for key in facts]
+        for some in [*alone, [*facts]] if facts else []:
+            with suppress(TableError):
+                return _without_wrong(_without(sheets, some, error), read)
+        raise
+
+
+def _without_wrong(sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], Found]) -> Found:
+    """Read sheets without the facts whose own place an error names."""
+    try:
+        return read(sheets)
+    except TableError as error:
+        place = error.source, error.line
+        wrong = [key for key, own in _facts(sheets).items() if own == place]
+        if not wrong:
+            raise
+        return _without_wrong(_without(sheets, wrong, error), read)
+
+
+def _facts(sheets: Sequence[Sheet]) -> dict[str, tuple[str, int]]:
+    """Where the sheets beside some tables tell what a table is read by."""
+    beside = {own.name for text, _ in sheets for own in text.beside}
+    return {
+        key: (own.source, own.line)
+        for _, layout in sheets
+        for key, own in layout.declared.items()
+        if key in KEYS and own.source in beside
+    }
+
+
+def _without(sheets: Sequence[Sheet], keys: Sequence[str], error: TableError) -> list[Sheet]:
+    told = {own.name: shown(own.sheet) for text, _ in sheets for own in text.beside}
+    names = ", ".join(dict.fromkeys(told[_facts(sheets)[key][0]] for key in keys))
+    unused = f"{', '.join(keys)} of the sheet {names} {are(keys)} not used"
+    note = f"{unused}: {error.problem}; {error.remedy}"
+    return [
+        Sheet(
+            text._replace(notes=(*text.notes, note)),
+            layout._replace(
+                declared={key: own for key, own in layout.declared.items() if key not in keys}
+            ),
+        )
+        for text, layout in sheets
+    ]

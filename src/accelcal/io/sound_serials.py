@@ -17,7 +17,8 @@ from accelcal.errors import TableError
 from accelcal.io.files.text import Source, SourceText, read_texts
 from accelcal.io.layout.parts import Layout
 from accelcal.io.layout.separators import split_line
-from accelcal.io.tables import Sheet, layout_of, read_tables, sheets_of, survey_sheets
+from accelcal.io.sheets import Sheet
+from accelcal.io.tables import layout_of, read_tables, sheets_of, survey_sheets
 from accelcal.io.values.cells import written_otherwise
 from accelcal.io.words.wording import lines_named, were
 from accelcal.record import TumbleRecord

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 from accelcal.arguments.kinds import shown
@@ -51,10 +52,12 @@ from accelcal.io.readings import (
 )
 from accelcal.io.records import records_of
 from accelcal.io.sheets import (
+    Sheet,
     may_be_units,
     one_table,
     require_same_columns,
     with_name_of_sheet,
+    without_faulty_facts,
 )
 from accelcal.io.strokes import with_cycles
 from accelcal.io.values.cells import Column
@@ -102,21 +105,6 @@ class TableForm(NamedTuple):
 
 
 Survey = tuple[TableForm, tuple[TumbleRecord, ...]]
-
-
-class Sheet(NamedTuple):
-    """Text of a table, or of a sheet that has one, and its rows.
-
-    Attributes
-    ----------
-    text : SourceText
-        The text.
-    layout : Layout
-        What `layout_of` makes of it, or some of its rows.
-    """
-
-    text: SourceText
-    layout: Layout
 
 
 def read_tables(
@@ -255,7 +243,8 @@ def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> S
     """
     rest: dict[str, Any] = dict(overrides)
     serial = rest.pop("serial", None)
-    form, records = _survey_sheets(sheets, rest, named=serial is not None)
+    read = partial(_survey_sheets, overrides=rest, named=serial is not None)
+    form, records = without_faulty_facts(sheets, read)
     try:
         return form, tuple(records_called(records, serial))
     except InputError as error:

@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping, Set
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.files.text import SourceText
-from accelcal.io.layout.header_lines import Declared
-from accelcal.io.layout.rows_above import declarations_above, label
+from accelcal.io.layout.header_lines import Declared, is_any_unit
+from accelcal.io.layout.rows_above import SIGNS, declarations_above, label
+from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import COLUMNS, KEYS
+from accelcal.plural import listed
 
 _OF_THE_TEST = {*KEYS}.difference(COLUMNS, ("runs", "serials")) | {"serial", "unit", "date"}
 """Keys that are not of single rows or columns of the table."""
@@ -24,17 +26,19 @@ def with_facts(
     r"""Add the facts that the sheets beside a table tell, with notes; those of its own win.
 
     Words with a meaning are found as in a form above the headings; of other rows those count that
-    have two cells, name and value. A sheet that tells something twice counts for nothing. The
-    serial is that of the only table: of several each may be a unit.
+    have two cells, name and value. A sheet that tells something in two ways counts for nothing,
+    and so does what two sheets tell otherwise. The serial is that of the only table: of several
+    each may be a unit.
 
     Examples
     --------
     >>> info = SourceText("a.xlsx#Info", "Serial\tA-7\nOperator\tMia\n", "workbook", sheet="Info")
     >>> found, notes = with_facts({}, SourceText("a.xlsx", "", "workbook", beside=(info,)), set())
     >>> found["serial"].value, found["Operator"].value, notes
-    ('A-7', 'Mia', ["Operator, serial: told by the sheet 'Info'"])
+    ('A-7', 'Mia', ["Operator and serial: told by the sheet 'Info'"])
     """
-    found, notes = dict(declared), []
+    own: dict[str, Declared] = {}
+    notes: list[str] = []
     known = {*declared, *roles}
     if "serials" in known or source.name.endswith(f"#{source.sheet}"):  # one of several tables
         known.add("serial")
@@ -42,33 +46,58 @@ def with_facts(
         try:
             told, doubts = _facts(sheet)
         except TableError as error:
-            notes.append(f"facts of the sheet {shown(sheet.sheet)} were set aside: {error.problem}")
+            why = f"{error.problem}; {error.remedy}"
+            notes.append(f"facts of the sheet {shown(sheet.sheet)} were set aside: {why}")
             continue
-        facts = {key: own for key, own in told.items() if key not in known}
+        facts = {key: fact for key, fact in told.items() if key not in known}
         if facts:
-            notes.append(f"{', '.join(facts)}: told by the sheet {shown(sheet.sheet)}")
+            notes.append(f"{listed(facts)}: told by the sheet {shown(sheet.sheet)}")
         if "serial" not in known:
             notes += [f"sheet {shown(sheet.sheet)}: {doubt}" for doubt in doubts]
-        known |= facts.keys()
-        found |= facts
-    return found, notes
+        for key, fact in facts.items():
+            if own.setdefault(key, fact).value != fact.value and key in KEYS:
+                notes.append(_otherwise(key, own[key], fact))
+                known.add(key)
+    return {**declared} | {key: fact for key, fact in own.items() if key not in known}, notes
+
+
+def _otherwise(key: str, one: Declared, other: Declared) -> str:
+    """Note of two sheets that tell a fact otherwise."""
+    told = f"{shown(one.value)} in {one.source}, but {shown(other.value)} in {other.source}"
+    return f"{key} is {told}: neither is used; write it above the table"
 
 
 def _facts(sheet: SourceText) -> tuple[dict[str, Declared], list[str]]:
     """Facts of a sheet, and what is to be told of its serial."""
     lines = enumerate(sheet.text.split("\n")[:_MOST_LINES], 1)
-    filled = [(number, line) for number, line in lines if line.strip()]
+    filled = [(number, line) for number, line in lines if _is_fact(_cells(line))]
     told, notes = declarations_above(filled, sheet.name, "\t", ())
     own = {key: fact for key, fact in told.items() if key in _OF_THE_TEST or key not in KEYS}
-    doubts = [note for note in notes if note.startswith("serial")]
-    return {**dict(_named(filled, sheet.name)), **own}, doubts
+    facts = {**dict(_named(filled, sheet.name)), **own}
+    kept = {key: fact for key, fact in facts.items() if _is_told(key, fact.value)}
+    is_sound = ("serial" in facts) == ("serial" in kept)
+    return kept, [note for note in notes if note.startswith("serial") and is_sound]
+
+
+def _is_fact(cells: list[str]) -> bool:
+    """Whether a row may tell a name and its value, perhaps with a unit; a list of more does not."""
+    return 0 < len(cells) < 3 or (len(cells) == 3 and is_any_unit(cells[2]))
+
+
+def _is_told(key: str, value: str) -> bool:
+    """Whether a value tells something; a serial without a digit is rather the head of a list."""
+    return not is_missing(value) and (key != "serial" or any(map(str.isdecimal, value)))
 
 
 def _named(lines: list[tuple[int, str]], source: str) -> Iterator[tuple[str, Declared]]:
     """Rows of a name, which is no key, and its value."""
     for number, line in lines:
-        cells = [cell.strip() for cell in line.split("\t") if cell.strip()]
+        cells = _cells(line)
         if len(cells) == 2 and cells[0][0].isalpha() and len(cells[0]) <= _LONGEST:
             name = cells[0].rstrip(" :=")
             if not label(name)[0]:
                 yield name, Declared(cells[1], number, source)
+
+
+def _cells(line: str) -> list[str]:
+    return [cell for cell in map(str.strip, line.split("\t")) if cell not in ("", *SIGNS)]

@@ -24,11 +24,14 @@ class Written(NamedTuple):
         Its line.
     in_header : bool
         Whether a header line has it, which an option replaces.
+    source : str
+        The file or sheet; empty where it is that of the table.
     """
 
     unit: str
     line: int
     in_header: bool = False
+    source: str = ""
 
 
 _SEVERAL = "units {!r} and {!r} in one table; give all outputs and their std in one unit"
@@ -55,7 +58,8 @@ def unit_of_outputs(
         _require_one(of_table, source, several)
         return unit, notes_of_unit(unit, (own.unit for own in written))
     found = [
-        (located(output_unit, own.unit, source=source, line=own.line), own.line) for own in written
+        (located(output_unit, own.unit, source=own.source or source, line=own.line), own.line)
+        for own in written
     ]
     _require_one(found, source, several)
     return found[0][0] if found else None, ()
@@ -81,7 +85,7 @@ def units_written(
     """
     header = layout.declared.get("unit")
     if header and header.value:
-        yield Written(header.value, header.line, in_header=True)
+        yield Written(header.value, header.line, in_header=True, source=header.source)
     yield from units_of_columns(layout, outputs)
     if rows is not None:
         yield from _units_of_rows(rows)

@@ -40,6 +40,8 @@ _DECIMALS = re.compile(r"[0-9][.,][0-9]")
 _DIGIT = re.compile("[0-9]")
 _SAYS = re.compile("[0-9#:=]")
 """A label that has its value itself, or is none."""
+SIGNS = (":", "=", "\uff1a")
+"""What may stand in a cell of its own between a key and its value."""
 _LISTS = ("serials", "runs")
 _LABVIEW_CHANNELS = "***End_of_Header***"
 """Line of LabVIEW below which a second header tells of the channels, with words of its own."""
@@ -277,7 +279,7 @@ def _cells(line: str, separator: str | None) -> list[str]:
     cells = text.split(mark) if long else next(csv.reader([text], delimiter=mark))
     if mark == ",":
         cells = _with_commas(cells)
-    return [cell.strip() for cell in cells]
+    return [cell for cell in map(str.strip, cells) if cell not in SIGNS]
 
 
 def _drop_empty(cells: deque[str]) -> bool:

@@ -20,7 +20,7 @@ from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.ordinary.stretches import Stretches, met_before
 from accelcal.io.runs import LEVEL_GAP, are_counted
 from accelcal.io.values.places import MAXIMUM_ANGLE
-from accelcal.io.values.temperatures import FEWEST_OTHERS, LONE
+from accelcal.io.values.temperatures import FARTHEST_ALIKE, FEWEST_OTHERS, LONE
 from accelcal.io.words.signs import mounting_written
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
@@ -158,7 +158,7 @@ def _may_have_lone(temperature: Array, runs: Stretches) -> Mask:
     mean = np.add.reduceat(temperature, runs.start) / runs.size
     least = FEWEST_OTHERS / (FEWEST_OTHERS + 1) * LONE / (LONE + 1.0)
     off = np.maximum(high - mean, mean - low) > least * (high - low) * (1.0 - 1e-9)
-    return np.asarray(off & (high > low) & (runs.size > FEWEST_OTHERS))
+    return np.asarray(off & (high - low > FARTHEST_ALIKE) & (runs.size > FEWEST_OTHERS))
 
 
 def _come_unlike_counted(labels: Sequence[tuple[str, ...]]) -> Mask:

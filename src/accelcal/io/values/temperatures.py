@@ -64,6 +64,9 @@ def notes_of_scale(column: Column | None) -> Iterator[str]:
 LONE = 5.0
 """A temperature stands alone where it is as many times the range of all others away from them."""
 
+FARTHEST_ALIKE = 1.0
+"""A temperature this near to another is not alone, as thermometers may have steps [degC]."""
+
 FEWEST_OTHERS = 8
 """Rows of a run of whose temperatures one may be told to stand alone."""
 
@@ -71,8 +74,7 @@ FEWEST_OTHERS = 8
 def notes_of_lone(temperature: Array, run: Ints, line: Ints, labels: Sequence[str]) -> list[str]:
     """Name a temperature that is far from all others of its run, as one with a wrong digit.
 
-    One that differs from equal ones by their last decimal is none. Temperatures are in degC, and
-    `run` counts the labels.
+    Temperatures are in degC, and `run` counts the labels.
 
     Examples
     --------
@@ -95,14 +97,8 @@ def _lone_of(temperature: Array, line: Ints, label: str) -> Iterator[str]:
     own = temperature[order]
     for at, others in ((0, own[1:]), (-1, own[:-1])):
         away, span = abs(own[at] - others[at]), others[-1] - others[0]
-        if away > max(LONE * span, 1.5 * _step(own)):
+        if away > max(LONE * span, FARTHEST_ALIKE):
             yield (
                 f"temperature {own[at]:.10g} degC (line {line[order[at]]}) is far from all others"
                 f" of run {label}, {others[0]:.10g} to {others[-1]:.10g} degC: is it right?"
             )
-
-
-def _step(values: Array) -> float:
-    """One of the last decimal that one of some values has, down to a millionth."""
-    found = (n for n in range(6) if np.allclose(values, np.round(values, n), rtol=0.0, atol=1e-9))
-    return float(10.0 ** -next(found, 6))
