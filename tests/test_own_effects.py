@@ -3,6 +3,7 @@
 import json
 import pickle
 import re
+import shutil
 from io import StringIO
 from pathlib import Path
 
@@ -403,10 +404,12 @@ def test_the_example_tells_what_its_head_looks_like():
 @pytest.fixture
 def run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    shutil.copy(EXAMPLE, "copy.toml")
 
     def run_on(line):
         capsys.readouterr()
-        code = main([str(EXAMPLE) if word == "MINE" else word for word in line.split()])
+        files = {"MINE": str(EXAMPLE), "COPY": "copy.toml"}
+        code = main([files.get(word, word) for word in line.split()])
         captured = capsys.readouterr()
         return code, captured.out, captured.err
 
@@ -481,7 +484,7 @@ def test_the_list_of_effects_has_those_of_a_file(run):
     ("line", "message"),
     [
         ("simulate --effects nosuch.toml", "nosuch.toml: no such file; give the path"),
-        ("simulate --effects MINE --effects MINE", "error: effect 'head-third-harmonic' is given"),
+        ("simulate --effects MINE --effects COPY", "error: effect 'head-third-harmonic' is given"),
         ("simulate --effects MINE --positions x", "error: invalid value for '--positions'"),
         ("simulate --effect rayleigh-hysteresis=1", "error: effect 'rayleigh-hysteresis' is not"),
         ("discover nosuch.csv --effects MINE", "nosuch.csv: no such file"),
