@@ -36,6 +36,9 @@ from accelcal.results.quantity import Quantity
 _TERMS = 25  # of the polynomial for Student's factor
 _ENDLESS = 1e6  # from here on Student's factor is the normal one to 1e-6
 
+FEWEST = 0.5
+"""What one degree of freedom counts as beside other errors."""
+
 
 # The share dof / (dof + this) of what known errors explain is taken off a scatter, to leave the
 # size of an error that adds to it. Were it all (restricted maximum likelihood), the size would be
@@ -230,7 +233,7 @@ def counted(dof: ArrayLike) -> Array:
     [0.5, 2.0, 3.0]
     """
     free = np.asarray(dof, dtype=np.float64)
-    return np.where(free < 2.0, 0.5 * free**2, free)
+    return np.where(free < 2.0, FEWEST * free**2, free)
 
 
 def welch_satterthwaite(variances: ArrayLike, dof: ArrayLike) -> Array:
