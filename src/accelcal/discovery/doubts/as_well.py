@@ -117,9 +117,11 @@ def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
         one, *others = (np.sign(beyond) * side for side in (1.0, sign, sign > 0.0, sign < 0.0))
         zeros = [one, *others] if first else [one, *others[1:]]  # else it is a dead zone
         slopes = [size * jump for jump in others] if first else []  # else it is an asymmetry
-        slopes += [beyond * jump for jump in (one, *others)]
-        for what, columns in (("zero", zeros), ("slope", slopes)):
-            said = f"a voltmeter with another {what} beyond {limit:.2g} g"
+        slopes += [beyond * jump for jump in others]
+        fold = "whose output bends the same way on both sides"
+        told = (("with another zero", zeros), ("with another slope", slopes), (fold, [beyond]))
+        for what, columns in told:
+            said = f"a voltmeter {what} beyond {limit:.2g} g"
             for column in columns:
                 yield NotListed(said, "measure at positions between these", c.gain * column)
 
