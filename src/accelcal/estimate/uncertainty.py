@@ -14,8 +14,8 @@ to 96.3 %, whatever the shares (benchmarks/coverage.py --choices). Where one com
 is, both give Student's interval.
 
 One degree of freedom is too few even for that: its variance is so often far too small that beside
-other errors the interval would hold the truth in 90.7 to 96.3 %. It counts as half of one, and all
-together as one at least: then it is 93.8 to 97.2 %.
+other errors the interval would hold the truth in 90.7 to 96.3 %. That of a head or of launches
+counts as half of one, and all together as one at least: then it is 93.8 to 97.2 %.
 """
 
 from __future__ import annotations
