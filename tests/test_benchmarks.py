@@ -114,12 +114,13 @@ def test_temperature():
 
 def test_choices():
     printed = run("coverage.py", "--smoke", "--choices", "--jobs", "1")
-    shares = re.findall(r"^ +([01]\.\d) +([\d.]+) +([\d.]+)$", printed, re.MULTILINE)
-    assert len(shares) == 11
-    # where one source is all there is, both intervals are Student's or normal; of 12000 the share
+    shares = re.findall(r"^ +[01]\.\d\d +([\d.]+) +([\d.]+) +([\d.]+)$", printed, re.MULTILINE)
+    assert len(shares) == 24
+    # where one source is all there is, all intervals are Student's or normal; of 12000 the share
     # is known to 0.2
-    assert all(94.0 < float(held) < 96.0 for row in (shares[0], shares[-1]) for held in row[1:])
-    assert all(float(harmonic) > 93.5 for _, _, harmonic in shares)
+    alone = (*shares[::12], *shares[11::12])
+    assert all(94.0 < float(held) < 96.0 for row in alone for held in row)
+    assert all(float(counted) > 93.1 for *_, counted in shares)
 
 
 def test_history():
