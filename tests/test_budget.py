@@ -222,6 +222,19 @@ def test_laws_from_readings_count_as_uncorrelated_with_what_has_no_law():
     assert u[1] > 1.2 * u[0]
 
 
+@pytest.mark.filterwarnings("ignore:shift from launch to launch")
+@pytest.mark.parametrize("laws", ["tables", "readings"])
+def test_u_is_that_of_apply_where_one_degree_of_freedom_tells_the_launches(laws):
+    """It was half of it: a quantity alone has one degree of freedom, its covariances had a half."""
+    plan = TumblePlan(temperatures=(20.0, 80.0, -40.0, 20.0), strokes=2)
+    calibration = accelcal.fit(
+        accelcal.simulate(plan=plan, seed=3, declare=False), temperature_laws=laws
+    )
+    told = budget(calibration, [0.0, 1.0], a_p=[1.0, 0.0], temperature=50.0)
+    used = accelcal.apply(calibration, [0.0, 1.35], 50.0, a_p=[1.0, 0.0])
+    assert told.expanded_uncertainty == pytest.approx(used.expanded_uncertainty, rel=0.03)
+
+
 # -- where the random part comes from --------------------------------------------------------------
 
 

@@ -104,6 +104,21 @@ def test_one_level_is_good_there_only():
     assert (far.covariance_names, far.covariance.shape) == ((), (0, 0))
 
 
+def test_noise_of_one_degree_of_freedom_leaves_the_mean_of_runs_one():
+    """Half of it was taken off the whole: Student's factor came to 1.96."""
+    angle = np.concatenate([np.arange(7), np.arange(6)]) * 360.0 / 7.0
+    known = ("head_uncertainty", "launch_uncertainty", "launch_sf_uncertainty")
+    columns = {
+        "temperature": np.full(13, 20.0),
+        "run": np.repeat(["1", "2"], [7, 6]),
+        "angle": angle,
+        "stroke": np.ones(13, dtype=int),
+        "output": np.cos(np.radians(angle)) + np.random.default_rng(1).normal(0.0, 5e-6, 13),
+    }
+    calibration = accelcal.fit(accelcal.read_arrays(columns, overrides=dict.fromkeys(known, 0.0)))
+    assert accelcal.coefficients_at(calibration, 20.0)["k0"].dof == pytest.approx(1.0)
+
+
 def test_several_runs_at_one_level_count_by_their_mean():
     plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0))
     calibration = accelcal.fit(accelcal.simulate(plan=plan, seed=2))

@@ -13,6 +13,7 @@ import accelcal
 from accelcal.cli.main import main
 from accelcal.compensate.choice import compensation
 from accelcal.discovery.factors import Block
+from accelcal.discovery.new_record.calibration_errors import calibration_errors
 from accelcal.discovery.new_record.chances import Estimated, chances
 from accelcal.discovery.new_record.repeatability import known_noise
 from accelcal.discovery.new_record.simulated import simulated_readings
@@ -38,6 +39,18 @@ def test_noise_that_only_the_calibration_tells_has_its_degrees_of_freedom(stroke
     (run,) = accelcal.compare(calibration, short(2)).runs
     for change in (run.bias, run.scale_factor, run.misalignment):
         assert change.coverage_factor == pytest.approx(factor, rel=1e-6)
+
+
+def test_what_is_left_without_the_head_has_the_degrees_of_freedom_of_the_noise():
+    """A head that seven positions tell counts half its one; as one, 41 of the noise came to 1."""
+    plan = TumblePlan(positions=7, temperatures=(20.0,))
+    one_head = NoiseComponents(reading=5e-6, head=3e-5, launch=0.0, launch_sf=0.0)
+    known = {"launch_uncertainty": 0.0, "launch_sf_uncertainty": 0.0}
+    record = simulate(plan=plan, noise=one_head, seed=1, declare=False)
+    calibration = accelcal.fit(replace(record, apparatus=accelcal.Apparatus(**known)))
+    errors = calibration_errors(calibration, compensation(calibration))
+    assert errors.head_dof == 1.0
+    assert errors.freedom[:6].min() > 20.0
 
 
 def test_chance_and_intervals_of_short_records_are_what_they_claim_to_be():

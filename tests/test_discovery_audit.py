@@ -633,14 +633,18 @@ def fold(th):
 
 
 @pytest.mark.parametrize(
-    ("pattern", "name"), [(step_of_gain, "odd-quadratic"), (fold, "fourth-order")]
+    ("pattern", "name", "what"),
+    [
+        (step_of_gain, "odd-quadratic", "with another slope"),
+        (fold, "fourth-order", "whose output bends the same way on both sides"),
+    ],
 )
-def test_an_effect_that_a_voltmeter_of_two_ranges_explains_as_well_is_not_sure(pattern, name):
+def test_an_effect_that_a_voltmeter_of_two_ranges_explains_as_well_is_not_sure(pattern, name, what):
     """On 16 positions, where two and three patterns of their kind show, they were certain."""
     found = accelcal.discover(patterned(16, pattern))
     assert [item.id for item in found.effects] == [name]
     assert found.doubtful == (name,)
-    assert any("a voltmeter with another slope beyond " in note for note in found.notes)
+    assert any(f"a voltmeter {what} beyond " in note for note in found.notes)
 
 
 def test_an_effect_that_shows_what_no_pattern_of_its_kind_has_is_sure():

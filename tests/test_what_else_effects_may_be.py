@@ -145,6 +145,15 @@ def test_a_drift_that_hides_beside_a_warm_up_is_told():
     assert not any(note.startswith("bias-drift of ") for note in again.notes)
 
 
+def test_no_drift_is_told_where_another_time_constant_alone_explains_the_readings():
+    """One of -0.2 ug/h was, with other values of k0, which the U of k0 counts."""
+    plan = TumblePlan(timed=True, temperatures=(20.0, 80.0, -40.0, 20.0))
+    hidden = accelcal.effect("warm-up").of(1e-4, tau=3600.0)
+    found = accelcal.discover(accelcal.simulate(plan=plan, effects=[hidden], seed=1))
+    assert [item.id for item in found.effects] == ["warm-up"]
+    assert not any(note.startswith("bias-drift of ") for note in found.notes)
+
+
 def test_no_drift_hides_beside_a_short_warm_up():
     hidden = accelcal.effect("warm-up").of(1e-4, tau=600.0)
     found = accelcal.discover(simulated(hidden, 1, TIMED))

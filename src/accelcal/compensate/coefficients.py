@@ -161,12 +161,14 @@ class KnownErrors:
 
     @property
     def dof(self) -> Array:
-        """Degrees of freedom of each; infinite where it was declared, or is exact or unknown."""
+        """Degrees of freedom of each, as one counts beside other errors: a half is one alone.
+
+        Infinite where it was declared, or is exact or unknown.
+        """
         variance = np.diagonal(self.covariance)
         over_dof = np.diagonal(self.over_dof) if self.over_dof else np.zeros(variance.size)
         endless = np.full(variance.size, np.inf)
-        found = np.divide(variance, over_dof, out=endless, where=over_dof > 0.0)
-        return np.asarray(np.maximum(found, 1.0))
+        return np.asarray(np.divide(variance, over_dof, out=endless, where=over_dof > 0.0))
 
 
 @dataclass(frozen=True, slots=True)

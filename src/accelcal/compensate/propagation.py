@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from accelcal.arrays import Array
-from accelcal.estimate.uncertainty import Intervals, combined
+from accelcal.estimate.uncertainty import FEWEST, Intervals, combined
 
 
 class Part(NamedTuple):
@@ -24,15 +24,15 @@ def propagated(covariance: ArrayLike, over_dof: ArrayLike, rows: Sequence[Array 
     """J C J' with its degrees of freedom J C J' / J D J', J given by its columns.
 
     D is the covariance with each source over its degrees of freedom; one without rows has none that
-    end. No source has fewer than 1, so that less is a rounding of D where C nearly vanishes. NaN in
-    C is NaN in what depends on it, and nowhere else.
+    end. No source counts as fewer than `FEWEST`, so that less is a rounding of D where C nearly
+    vanishes. NaN in C is NaN in what depends on it, and nowhere else.
     """
     jacobian = np.stack(rows, axis=-1)
     variance = variance_of(jacobian, np.asarray(covariance, dtype=np.float64))
     of_sources = np.asarray(over_dof, dtype=np.float64)
     if not of_sources.any():
         return Part(variance, math.inf)
-    return Part(variance, np.maximum(ratio(variance, _squares(jacobian, of_sources)), 1.0))
+    return Part(variance, np.maximum(ratio(variance, _squares(jacobian, of_sources)), FEWEST))
 
 
 def variance_of(jacobian: Array, covariance: Array) -> Array:

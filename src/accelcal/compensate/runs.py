@@ -93,7 +93,7 @@ def level_run(
 
 def _with_freedom(covariance: Array, freedom: float) -> Array:
     """A covariance, and it over its degrees of freedom."""
-    return np.stack([covariance, covariance / counted(freedom)])
+    return np.stack([covariance, covariance / freedom])
 
 
 def _is_part(own: Array, whole: Array) -> bool:
@@ -155,7 +155,7 @@ def _of_launches(
         size = [table.budget.get(n, {}).get(source, 0.0) for n in table.covariance_names]
         part, freedom = (jacobian * np.square(size)) @ jacobian.T, _freedom(calibration, source)
         without = freedom - 1.0 if repeated and freedom > 1.0 else freedom
-        found += np.stack([_with_freedom(part, own) for own in (freedom, without)])
+        found += np.stack([_with_freedom(part, float(counted(own))) for own in (freedom, without)])
     return found
 
 

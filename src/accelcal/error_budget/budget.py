@@ -30,7 +30,7 @@ from accelcal.error_budget.correlation import (
 )
 from accelcal.error_budget.random_part import RandomPart, random_part
 from accelcal.error_budget.weaknesses import weaknesses
-from accelcal.estimate.uncertainty import combined
+from accelcal.estimate.uncertainty import FEWEST, combined
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import LOOK_ALIKES
 from accelcal.results.error_budget import ErrorBudget, ErrorComponent
@@ -172,7 +172,7 @@ def _symbols_of(axis: Sequence[str], parts: Sequence[ErrorComponent]) -> frozens
 def _together(parts: Sequence[ErrorComponent], symbols: Collection[str], added: Added) -> Part:
     """Variance of what is correlated, with the degrees of freedom of its sources.
 
-    These are 1 or more, so that less is a rounding where correlation leaves next to nothing.
+    These are `FEWEST` or more, so that less is a rounding where correlation leaves next to nothing.
     """
     chosen = [part for part in parts if part.symbol in symbols]
     joint, over_dof = added
@@ -180,7 +180,7 @@ def _together(parts: Sequence[ErrorComponent], symbols: Collection[str], added: 
         joint = joint + part.standard_uncertainty**2
         over_dof = over_dof + part.standard_uncertainty**2 / part.dof
     joint = np.maximum(joint, 0.0)  # correlations are rounded
-    return Part(joint, np.maximum(ratio(joint, np.maximum(over_dof, 0.0)), 1.0))
+    return Part(joint, np.maximum(ratio(joint, np.maximum(over_dof, 0.0)), FEWEST))
 
 
 def _combined(

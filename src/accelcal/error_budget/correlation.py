@@ -57,6 +57,8 @@ def covariance(
 ) -> Added:
     """Sum of 2 r u u' over all pairs of correlated coefficients, GUM (16).
 
+    And what one alone has over degrees of freedom fewer than the 1 that its component tells.
+
     Returns
     -------
     Added
@@ -152,9 +154,12 @@ def _by_pairs(
     covariance, over_dof = known.covariance, known.over_dof
     sigma = sign * np.sqrt(np.diagonal(covariance))
     kept = [(i, symbol) for i, symbol in enumerate(symbols[: sigma.size]) if symbol and sigma[i]]
-    return {
+    found = {
         (one, two): Shared(
             *(float(m[i, j] / (sigma[i] * sigma[j])) for m in (covariance, over_dof))
         )
         for (i, one), (j, two) in combinations(kept, 2)
     }
+    beyond = {name: float(over_dof[i, i] / sigma[i] ** 2) - 1.0 for i, name in kept}
+    few = {(name, name): Shared(0.0, 0.5 * more) for name, more in beyond.items() if more > 0.0}
+    return found | few if found else found

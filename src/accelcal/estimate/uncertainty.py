@@ -14,8 +14,8 @@ to 96.3 %, whatever the shares (benchmarks/coverage.py --choices). Where one com
 is, both give Student's interval.
 
 One degree of freedom is too few even for that: its variance is so often far too small that beside
-other errors the interval would hold the truth in 90.7 to 96.3 %. It counts as half of one, and all
-together as one at least: then it is 93.8 to 97.2 %.
+other errors the interval would hold the truth in 90.7 to 96.3 %. That of a head or of launches
+counts as half of one, and all together as one at least: then it is 93.8 to 97.2 %.
 """
 
 from __future__ import annotations
@@ -35,6 +35,9 @@ from accelcal.results.quantity import Quantity
 
 _TERMS = 25  # of the polynomial for Student's factor
 _ENDLESS = 1e6  # from here on Student's factor is the normal one to 1e-6
+
+FEWEST = 0.5
+"""What one degree of freedom counts as beside other errors."""
 
 
 # The share dof / (dof + this) of what known errors explain is taken off a scatter, to leave the
@@ -230,7 +233,7 @@ def counted(dof: ArrayLike) -> Array:
     [0.5, 2.0, 3.0]
     """
     free = np.asarray(dof, dtype=np.float64)
-    return np.where(free < 2.0, 0.5 * free**2, free)
+    return np.where(free < 2.0, FEWEST * free**2, free)
 
 
 def welch_satterthwaite(variances: ArrayLike, dof: ArrayLike) -> Array:

@@ -198,7 +198,7 @@ def _known_errors(found: Compensation) -> dict[str, tuple[float, float]]:
     for part in (found, found.other):
         if part is not None:
             sigma = np.sqrt(np.diagonal(part.covariance))
-            each = zip(sigma.tolist(), part.dof.tolist(), strict=True)
+            each = zip(sigma.tolist(), np.maximum(part.dof, 1.0).tolist(), strict=True)
             known |= zip(part.symbols, each, strict=True)
     sigma_K1, dof = known["K1"]
     return known | {"K1": (sigma_K1 * abs(found.K1.at_T0), dof)}

@@ -182,6 +182,10 @@ def _effective(parts: Mapping[str, float], dof: Mapping[str, float | None]) -> f
     >>> _effective({"head": 1e-9, "noise": 1.0}, {"head": None, "noise": 5.0})
     5.000000005
     >>> _effective({"head": 1.0, "noise": 1.0}, {"head": None, "noise": 5.0})
+    >>> _effective({"head": 3.0, "noise": 1.0}, {"noise": 1.0})
+    4.0
+    >>> _effective({"head": 1.0, "noise": 3.0}, {"head": 1.0})
+    2.0
     """
     whole, inverse = sum(parts.values()), 0.0
     for source, part in parts.items():
@@ -190,7 +194,7 @@ def _effective(parts: Mapping[str, float], dof: Mapping[str, float | None]) -> f
             if part > 1e-4 * whole:
                 return None
             continue
-        inverse += part / whole / float(counted(own))
+        inverse += part / whole / (own if source == "noise" else float(counted(own)))
     return max(1.0 / inverse, 1.0) if inverse > 1e-6 else np.inf
 
 

@@ -117,9 +117,11 @@ def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
         one, *others = (np.sign(beyond) * side for side in (1.0, sign, sign > 0.0, sign < 0.0))
         zeros = [one, *others] if first else [one, *others[1:]]  # else it is a dead zone
         slopes = [size * jump for jump in others] if first else []  # else it is an asymmetry
-        slopes += [beyond * jump for jump in (one, *others)]
-        for what, columns in (("zero", zeros), ("slope", slopes)):
-            said = f"a voltmeter with another {what} beyond {limit:.2g} g"
+        slopes += [beyond * jump for jump in others]
+        fold = "whose output bends the same way on both sides"
+        told = (("with another zero", zeros), ("with another slope", slopes), (fold, [beyond]))
+        for what, columns in told:
+            said = f"a voltmeter {what} beyond {limit:.2g} g"
             for column in columns:
                 yield NotListed(said, "measure at positions between these", c.gain * column)
 
@@ -157,16 +159,18 @@ def _of_drifts(
     for place, item in enumerate(instances if drift else ()):
         for p, times in product(scales(item.effect), _OTHER_SCALES):
             other = item.at(p.name, times * item.shape[p.name])
-            others = (*replaced(instances, place, other), *drift)
+            alone = replaced(instances, place, other)
+            others = (*alone, *drift)
             if not explain_as_well(comparison, others, item):
                 continue
-            if hanging := unlike(comparison, instances, others):
+            counted = explain_as_well(comparison, alone, item)  # U counts other time constants
+            if hanging := unlike(comparison, alone if counted else instances, others):
                 rate = fitted_sizes(comparison, others).of_each[-1][0] * MICRO
                 yield (
                     f"bias-drift of {rate:.2g} ug/h beside {item.effect.id} with {p.name} of"
                     f" {other.shape[p.name]:.3g} {p.unit} explains these readings as well, with"
                     f" other values of {listed(map(symbol_of, hanging))}; no U counts it; to tell:"
-                    " a run at the first level once more"
+                    " longer runs, or the first level once more at the end"
                 )
                 break
 

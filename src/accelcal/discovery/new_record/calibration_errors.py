@@ -31,6 +31,7 @@ from accelcal.discovery.new_record.simulated import (
 )
 from accelcal.errors import InputError
 from accelcal.estimate.linear import METHODS, LinearEstimator
+from accelcal.estimate.uncertainty import counted
 from accelcal.model import COEFFICIENTS
 from accelcal.numerics.covariance import covariance_root
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -100,7 +101,7 @@ class CalibrationErrors(NamedTuple):
         of_head = (self.of_head**2).sum(axis=1)
         variance = np.diagonal(self.rest) + of_head
         share = of_head / np.where(variance > 0.0, variance, 1.0)
-        left = 1.0 / self.dof - share / self.head_dof
+        left = 1.0 / self.dof - share / counted(self.head_dof)
         return np.asarray(1.0 / np.clip(left / np.maximum(1.0 - share, 1e-6), 1e-9, 1.0))
 
     @property
