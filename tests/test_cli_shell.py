@@ -19,7 +19,7 @@ from accelcal.cli.deliver import deliver, remark
 from accelcal.cli.main import main
 from accelcal.cli.options import data_argument, format_option, output_option
 from accelcal.cli.program import COMMANDS, LazyGroup
-from accelcal.cli.values import number, quantities, setting
+from accelcal.cli.values import number, quantities, setting, temperature
 from accelcal.errors import AccelcalWarning, InputError, TableError
 from accelcal.version import __version__
 
@@ -456,7 +456,7 @@ def test_shared_options(run, capsys):
 
 def test_values():
     assert number("-4e1") == -40.0
-    assert quantities("degC", "temperature")("20,80,-40") == (20.0, 80.0, -40.0)
+    assert quantities(temperature)("20,80,-40") == (20.0, 80.0, -40.0)
     assert setting("K4=2e-5") == ("K4", 2e-5)
 
 
@@ -471,4 +471,4 @@ def test_no_number(value, run, capsys):
 @pytest.mark.parametrize("value", ["K4", "=1", "K4=", "K4=x", "20,,80"])
 def test_no_setting(value):
     with pytest.raises(click.BadParameter):
-        setting(value) if "," not in value else quantities("degC", "temperature")(value)
+        setting(value) if "," not in value else quantities(temperature)(value)

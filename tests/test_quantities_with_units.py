@@ -9,7 +9,7 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.cli.values import duration, quantities, quantity
+from accelcal.cli.values import duration, quantities, quantity, temperature
 from accelcal.errors import TableError
 from accelcal.planning.targets import target_value
 from accelcal.units import UNITS, size_of, spellings
@@ -128,16 +128,16 @@ def test_options_have_their_own_first_units():
 
 
 @pytest.mark.parametrize(
-    ("kind", "text", "values"),
+    ("one", "text", "values"),
     [
-        (("g", "acceleration"), "-1 g, 500 mg", (-1.0, 0.5)),
-        (("degC", "temperature"), "-40 °C,20C", (-40.0, 20.0)),
-        (("degC", "temperature"), "233.15 K,68 °F", (-40.0, 20.0)),
-        (("deg", "angle"), "0,90,180", (0.0, 90.0, 180.0)),
+        (quantity("g", "acceleration"), "-1 g, 500 mg", (-1.0, 0.5)),
+        (temperature, "-40 °C,20C", (-40.0, 20.0)),
+        (temperature, "233.15 K,68 °F", (-40.0, 20.0)),
+        (quantity("deg", "angle"), "0,90,180", (0.0, 90.0, 180.0)),
     ],
 )
-def test_each_number_of_a_list_may_have_a_unit(kind, text, values):
-    assert quantities(*kind)(text) == values
+def test_each_number_of_a_list_may_have_a_unit(one, text, values):
+    assert quantities(one)(text) == values
 
 
 @pytest.mark.parametrize("t0", ["293.15 K", "68°F"])
@@ -155,7 +155,7 @@ def test_t0_may_be_in_the_unit_of_the_table(t0, tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("text", ["1,500 mg", "0 g,1"])
 def test_a_list_with_a_unit_at_some_of_its_numbers_is_refused(text):
     with pytest.raises(click.BadParameter, match="a unit here and none there; write it at each"):
-        quantities("g", "acceleration")(text)
+        quantities(quantity("g", "acceleration"))(text)
 
 
 def test_lists_of_options_have_units(capsys):

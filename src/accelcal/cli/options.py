@@ -19,6 +19,7 @@ from accelcal.cli.values import (
     size,
     step_of_output,
     target,
+    temperature,
     temperature_of_table,
     temperature_of_test,
 )
@@ -109,9 +110,9 @@ seconds_option = partial(valued_option, quantity("s", "time"))
 hours_option = partial(valued_option, quantity("h", "time"))
 gravity_option = partial(valued_option, quantity("m/s^2", "gravity"), "--g", "M_S2")
 file_option = partial(valued_option, FileToRead())
-accelerations_option = partial(valued_option, quantities("g", "acceleration"))
-angles_option = partial(valued_option, quantities("deg", "angle"))
-temperatures_option = partial(valued_option, quantities("degC", "temperature"))
+accelerations_option = partial(valued_option, quantities(quantity("g", "acceleration")))
+angles_option = partial(valued_option, quantities(quantity("deg", "angle")))
+temperatures_option = partial(valued_option, quantities(temperature))
 count_option = partial(valued_option, click.IntRange(1))
 seed_option = partial(valued_option, click.IntRange(0), "--seed", "N")
 delta0_option = partial(valued_option, fixture_angle, "--delta0", "RAD")

@@ -80,10 +80,8 @@ def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
     """Make the type of an option that is a number, perhaps with a unit as in ``2 arcsec``.
 
     The unit is that of the value, and of a number that has none; the kinds are of
-    `accelcal.units.UNITS`. A temperature may be in one of `accelcal.units.SCALES`.
+    `accelcal.units.UNITS`.
     """
-    if kinds == ("temperature",):
-        return temperature
 
     def converted(text: str) -> float:
         value, own = _number_and_unit(text)
@@ -104,12 +102,12 @@ def quantity(unit: str, *kinds: str) -> Callable[[str], float]:
     return converted
 
 
-def quantities(unit: str, *kinds: str) -> Callable[[str], tuple[float, ...]]:
+def quantities(one: Callable[[str], float]) -> Callable[[str], tuple[float, ...]]:
     """Make the type of an option that is a list, as in ``20,80,-40`` or ``0 mg,500 mg``.
 
-    Each number has a unit, or none has: of ``1,500 mg`` nobody knows what the 1 is in.
+    `one` is the type of each. Each number has a unit, or none has: of ``1,500 mg`` nobody knows
+    what the 1 is in.
     """
-    one = quantity(unit, *kinds)
 
     def converted(text: str) -> tuple[float, ...]:
         items = [item.strip() for item in text.split(",")]
@@ -174,7 +172,7 @@ def fixture_angle(text: str) -> float:
 
 
 def temperature(text: str) -> float:
-    """Type of an option: a temperature [degC], perhaps in its unit, such as ``293.15 K``."""
+    """Type of an option: a temperature [degC], perhaps in one of `accelcal.units.SCALES`."""
     value, own = _number_and_unit(text)
     if not own:
         return number(value)
