@@ -65,17 +65,8 @@ class HeadErrors(NamedTuple):
     def apart(self, columns: Array, noise: Array) -> Array:
         """Make the errors of readings independent of each other.
 
-        Parameters
-        ----------
-        columns : ndarray, shape (R, k, n)
-            Columns in units of the noise.
-        noise : ndarray, shape (R, n)
-            Noise of the readings, in the units of `acting`.
-
-        Returns
-        -------
-        ndarray, shape (R, k, n)
-            The columns times the inverse root of 1 + H H', with H in units of the noise.
+        That is columns, shape (R, k, n), in units of the noise, times the inverse root of 1 + H H',
+        with H in these units as well. The noise is of shape (R, n), in the units of `acting`.
 
         Examples
         --------

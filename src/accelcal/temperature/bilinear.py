@@ -28,19 +28,9 @@ _ALL_OF_A_SLOPE = 0.5
 
 
 def tell_a_law(rise: Array, sides: Sequence[str]) -> Mask:
-    """Tell which levels determine a law, once they span a slope.
+    """Tell which records have levels that determine a law, once they span a slope, shape (R,).
 
-    Parameters
-    ----------
-    rise : ndarray, shape (R, n)
-        T - T0 of the levels of R records [degC].
-    sides : sequence of str
-        See `accelcal.reference.measured_sides`; of all records alike.
-
-    Returns
-    -------
-    ndarray of bool, shape (R,)
-        Two slopes and a value need three different levels.
+    Two slopes and a value need three different levels of the n, by their rise of shape (R, n).
 
     Examples
     --------
@@ -53,23 +43,11 @@ def tell_a_law(rise: Array, sides: Sequence[str]) -> Mask:
 
 
 def taken_from_the_other_side(rise: Array, sides: Sequence[str]) -> Array:
-    """Temperature by which levels count as uncertain, as no slope was measured where they lie.
+    """Temperature by which levels count as uncertain, as no slope was measured there [degC].
 
     Levels less than `LEAST_RISE` from T0 tell no slope. If those further away are on its other side
     only, the line goes straight on to them, though the law may break at T0. What that may do is
-    that of an error of their temperature.
-
-    Parameters
-    ----------
-    rise : ndarray
-        T - T0 of the levels [degC].
-    sides : sequence of str
-        See `accelcal.reference.measured_sides`.
-
-    Returns
-    -------
-    ndarray
-        Standard uncertainty, 0 up to `SAME_LEVEL` [degC].
+    that of an error of their temperature, with this standard uncertainty: 0 up to `SAME_LEVEL`.
 
     Examples
     --------
@@ -82,22 +60,12 @@ def taken_from_the_other_side(rise: Array, sides: Sequence[str]) -> Array:
 
 
 def share_of_law(read: Array, design: Array) -> Array:
-    """K1 of the law over K1 as read, at each level.
+    """K1 of the law that weighs all levels alike over K1 as read, at each level, shape (R, n).
 
     An error of a head position is the same share of K1 at all levels. As a share of what was read
-    it would explain a part of every misfit, and lead the law of quiet readings away [1]_.
-
-    Parameters
-    ----------
-    read : ndarray, shape (R, n)
-        K1 of the levels [output unit/g].
-    design : ndarray, shape (R, n, p) or (1, n, p)
-        Columns of the law, see `accelcal.reference.bilinear_design`.
-
-    Returns
-    -------
-    ndarray, shape (R, n)
-        By the law that weighs all levels alike.
+    it would explain a part of every misfit, and lead the law of quiet readings away [1]_. The
+    columns of the law, see `accelcal.reference.bilinear_design`, are of shape (R, n, p), or
+    (1, n, p) where they are alike.
 
     References
     ----------
@@ -116,21 +84,9 @@ def share_of_law(read: Array, design: Array) -> Array:
 
 
 def local_slopes(rise: Array, sides: Sequence[str], axis: int = -1) -> Array:
-    """Weights of a law's parameters in its slope at each temperature.
+    """Weights of a law's parameters in its slope at each temperature, shape (..., n, 1 + sides).
 
-    Parameters
-    ----------
-    rise : ndarray, shape (..., n)
-        T - T0 [degC]; at T0 the mean of both slopes counts, if there are two.
-    sides : sequence of str
-        See `accelcal.reference.measured_sides`.
-    axis : int, default -1
-        As for `bilinear_design`.
-
-    Returns
-    -------
-    ndarray, shape (..., n, 1 + len(sides))
-        The slope at each temperature is this matrix times the parameters of the law.
+    At T0 the mean of both slopes counts, if there are two. The axis is as for `bilinear_design`.
     """
     if len(sides) == 1:
         return np.stack([np.zeros_like(rise), np.ones_like(rise)], axis=axis)
@@ -206,25 +162,8 @@ def named_model(
 ) -> TemperatureModel:
     """Name the parameters of the three laws of one record and give them their uncertainties.
 
-    Parameters
-    ----------
-    values : ndarray, shape (3 p,)
-        Value at T0 and slopes of k0, of K1 and of delta; the slopes of K1 are absolute.
-    components : mapping of str to Component
-        Components of their errors.
-    sides : sequence of str
-        See `accelcal.reference.measured_sides`.
-    unit : str or None
-        Output unit.
-    hysteresis : Quantity or None
-        h_T.
-    warnings : tuple of str
-        What is missing.
-
-    Returns
-    -------
-    TemperatureModel
-        Laws of k0, K1 and delta, with their covariance; the slopes of K1 are relative.
+    The values, shape (3 p,), are the value at T0 and the slopes of k0, of K1 and of delta, with
+    components of their errors; the slopes of K1 are absolute here, and relative in the model.
     """
     of_scale_factor = slice(1 + len(sides), 2 * (1 + len(sides)))
     relative, jacobian = values.copy(), np.eye(values.size)
@@ -237,12 +176,7 @@ def named_model(
 
 
 def relative_slopes(law: Array) -> tuple[Array, Array]:
-    """Divide the slopes of a law by its value at T0.
-
-    Parameters
-    ----------
-    law : ndarray, shape (..., p)
-        Value at T0 and slopes.
+    """Divide the slopes of a law, shape (..., p), by its value at T0, which stays what it is.
 
     Returns
     -------

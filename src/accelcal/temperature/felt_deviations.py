@@ -119,23 +119,9 @@ def brought_to_rest(
 ) -> AtRest:
     """Bring the readings to the mean temperature of their run, where they follow the recorded one.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of R records of one plan.
-    estimate : JointEstimate
-        Their coefficients, which tell the laws well enough.
-    outputs : sequence of ndarray, shape (R, n)
-        Readings of each table [output unit].
-    temperatures : RecordedTemperatures
-        Those of the records.
-    run_labels : callable
-        Labels of the runs of all tables of a record, by its place.
-
-    Returns
-    -------
-    AtRest
-        The readings; as they were where temperatures stand, or no law is known.
+    The estimate tells the laws well enough for that. The outputs of each table are of shape (R, n)
+    [output unit], and `run_labels` gives those of all tables of a record, by its place. Readings
+    stay as they were where temperatures stand, or no law is known.
     """
     span = temperatures.span
     if not (span > 0.0).any():

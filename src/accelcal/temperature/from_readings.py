@@ -34,21 +34,9 @@ def laws_from_readings(
 ) -> TemperatureModel:
     """Fit the temperature laws of one record of a stack to all of its readings.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of R records of one plan.
-    estimate : JointEstimate
-        Their coefficients, reading noise and head error.
-    temperatures : RecordedTemperatures
-        Those of the records.
-    record : int
-        Place of the record.
-    start : TemperatureModel
-        Its laws from the tables, to start from; the hysteresis is kept.
-    of_effects : callable
-        Passes the errors of effects that were taken out of the readings through an estimator,
-        shape (P, n), of the n readings of the tables at some places.
+    Its laws from the tables are where the steps start; their hysteresis is kept. `of_effects`
+    passes the errors of effects that were taken out of the readings through an estimator, shape
+    (P, n), of the n readings of the tables at some places.
 
     Notes
     -----

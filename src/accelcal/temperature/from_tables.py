@@ -33,6 +33,7 @@ from accelcal.temperature.generalised_least_squares import (
     contrasts_of,
     law_maps,
     misfit,
+    with_columns,
 )
 from accelcal.temperature.hysteresis import Branches, Hysteresis, branches_of, mean_hysteresis
 from accelcal.temperature.levels import Levels, LevelStack, alike, joint_components, levels_of
@@ -145,13 +146,9 @@ class LawsOfRecords(NamedTuple):
 
 
 def laws_of_records(stack: LevelStack) -> LawsOfRecords:
-    """Fit the temperature laws of many records of one plan.
+    """Fit the temperature laws of many records of one plan, records alike together.
 
-    Returns
-    -------
-    LawsOfRecords
-        The laws; none where there is one level only, or a temperature is unknown. Records alike
-        are solved together.
+    There are none where there is one level only, or a temperature is unknown.
 
     Notes
     -----
@@ -268,7 +265,7 @@ def _off_the_law(levels: Levels, fitted: Array, design: Array, loop: Branches) -
     unit[:, 1] = np.abs(fitted[:, 1, 0])  # the scale factor is in units of the output
     more = np.abs(left).max(axis=-1) >= _ROUNDING * unit
     off = np.zeros((len(left), 3), dtype=np.bool_)
-    for i, law in enumerate((_with_loop(design, loop), design, design)):
+    for i, law in enumerate((with_columns(design, loop.acting), design, design)):
         dof = size - law.shape[-1]
         if dof >= 1:
             p = f_survival(misfit(left[:, i], covariance[:, i]) / dof, float(dof), np.inf)
@@ -276,12 +273,6 @@ def _off_the_law(levels: Levels, fitted: Array, design: Array, loop: Branches) -
             rows = np.flatnonzero(off[:, i])
             off[rows, i] = _chance(levels, rows, i, law) < _SIGNIFICANT
     return off
-
-
-def _with_loop(design: Array, loop: Branches) -> Array:
-    """Columns of the law of the bias: those of all laws, and the half widths of a loop."""
-    acting = np.broadcast_to(loop.acting, (*design.shape[:-1], loop.acting.shape[1]))
-    return np.concatenate([design, acting], axis=-1)
 
 
 def _chance(levels: Levels, rows: Places, quantity: int, law: Array) -> Array:

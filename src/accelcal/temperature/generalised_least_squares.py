@@ -18,9 +18,8 @@ def law_maps(law: Array, pairs: Array, covariance: Array) -> Array:
 
     Parameters
     ----------
-    law : ndarray, shape (R, n, p)
-        Columns of one law, see `accelcal.reference.bilinear_design`; one for all
-        records where it is alike.
+    law : ndarray, shape (R, n, p) or (1, n, p)
+        Columns of one law, see `accelcal.reference.bilinear_design`.
     pairs : ndarray, shape (n, L)
         Columns of the half widths, see `accelcal.temperature.hysteresis.Branches`.
     covariance : ndarray, shape (R, 3, n, n)
@@ -40,13 +39,18 @@ def law_maps(law: Array, pairs: Array, covariance: Array) -> Array:
     design = law[:, None]
     if not pairs.shape[1]:
         return _generalised(design, covariance)
-    wide = np.broadcast_to(pairs, (*design.shape[:-1], pairs.shape[1]))
-    of_bias = _generalised(np.concatenate([design, wide], axis=-1), covariance[:, :1])
+    of_bias = _generalised(with_columns(design, pairs), covariance[:, :1])
     others = _generalised(design, covariance[:, 1:])
     maps = np.zeros((len(covariance), 3, *of_bias.shape[2:]))
     maps[:, :1] = of_bias
     maps[:, 1:, : law.shape[2]] = others
     return maps
+
+
+def with_columns(law: Array, more: Array) -> Array:
+    """Columns of laws, shape (..., n, p), and behind them more of all laws, shape (n, L)."""
+    wide = np.broadcast_to(more, (*law.shape[:-1], more.shape[1]))
+    return np.concatenate([law, wide], axis=-1)
 
 
 def _generalised(design: Array, covariance: Array) -> Array:
@@ -72,19 +76,9 @@ def _generalised(design: Array, covariance: Array) -> Array:
 
 
 def misfit(left: Array, covariance: Array) -> Array:
-    """Sum of squares of what is left, in its covariance.
+    """Chi-squared of what is left, shape (R, n), in its covariance, shape (R, n, n): shape (R,).
 
-    Parameters
-    ----------
-    left : ndarray, shape (R, n)
-        What is left.
-    covariance : ndarray, shape (R, n, n)
-        Its covariance, which may be singular.
-
-    Returns
-    -------
-    ndarray, shape (R,)
-        Chi-squared; NaN where the covariance is unknown.
+    The covariance may be singular; where it is unknown, so is chi-squared, NaN.
     """
     known = np.asarray(np.isfinite(covariance).all(axis=(1, 2)))
     inverse = np.linalg.pinv(np.where(known[:, None, None], covariance, 0.0), hermitian=True)
@@ -93,38 +87,20 @@ def misfit(left: Array, covariance: Array) -> Array:
 
 
 def contrasts_of(design: Array) -> Array:
-    """Combinations of values that a law leaves at zero.
+    """Orthonormal combinations of n values that a law leaves at zero, shape (..., n - p, n).
 
-    Parameters
-    ----------
-    design : ndarray, shape (..., n, p)
-        Columns of the law, of full rank.
-
-    Returns
-    -------
-    ndarray, shape (..., n - p, n)
-        The combinations, orthonormal.
+    The columns of the law, shape (..., n, p), are of full rank.
     """
     basis = np.linalg.svd(design)[0]
     return np.asarray(basis[..., design.shape[-1] :].mT)
 
 
 def chance_of_misfit(values: Array, components: Mapping[str, Component], contrasts: Array) -> Array:
-    """Probability that contrasts which are zero come out as large.
+    """Probability that contrasts which are zero come out as large, shape (R,).
 
-    Parameters
-    ----------
-    values : ndarray, shape (R, n)
-        Estimates of R records.
-    components : mapping of str to Component
-        Components of their errors.
-    contrasts : ndarray, shape (..., m, n)
-        Combinations of the estimates, alike in all records or not.
-
-    Returns
-    -------
-    ndarray, shape (R,)
-        The probability; NaN where an error is unknown.
+    The values are estimates of R records, shape (R, n), with the components of their errors; the
+    contrasts, shape (..., m, n), are alike in all records or not. It is NaN where an error is
+    unknown.
 
     Notes
     -----

@@ -59,19 +59,9 @@ class Branches(NamedTuple):
 
 
 def branches_of(temperature: Array, order: Places) -> Branches:
-    """Tell on which branch each of some levels lies.
+    """Tell on which branch each of n levels [degC] lies, which were met in an order, shape (n,).
 
-    Parameters
-    ----------
-    temperature : ndarray, shape (n,)
-        The levels [degC].
-    order : ndarray of int, shape (n,)
-        The order in which they were met.
-
-    Returns
-    -------
-    Branches
-        Without any column where no level was reached both ways.
+    Where no level was reached both ways, there is no column.
     """
     in_order = reached_by(temperature[order].tolist())
     nothing = np.zeros((temperature.size, 0))
@@ -129,14 +119,8 @@ def mean_hysteresis(
 ) -> Hysteresis:
     """Average the half widths over the levels.
 
-    Parameters
-    ----------
-    half_widths : ndarray, shape (R, L)
-        Half the bias after heating less the bias after cooling, of each level [g].
-    components : mapping of str to Component
-        Components of their errors.
-    temperature : ndarray, shape (R, L)
-        The levels [degC].
+    The half widths, shape (R, L), are half the bias after heating less the bias after cooling, of
+    each level [g], with the components of their errors; the levels are of the same shape [degC].
     """
     records, size = half_widths.shape
     if size == 0:
@@ -150,13 +134,7 @@ def mean_hysteresis(
         np.maximum(seen - told, 0.0)[:, None, None], np.full((records, 1), max(size - 1.0, 1.0))
     )
     found = interval_stack({**of_mean, "scatter of the levels": missing})
-    p = _alike(half_widths, components)
+    p = np.full(records, np.nan)
+    if size > 1:
+        p = chance_of_misfit(half_widths, components, np.diff(np.eye(size), axis=0))
     return Hysteresis(half_widths.mean(axis=1), found, half_widths, temperature, p)
-
-
-def _alike(half_widths: Array, components: Mapping[str, Component]) -> Array:
-    """Probability that half widths which are alike differ so much, shape (R,)."""
-    size = half_widths.shape[1]
-    if size == 1:
-        return np.full(len(half_widths), np.nan)
-    return chance_of_misfit(half_widths, components, np.diff(np.eye(size), axis=0))

@@ -85,26 +85,10 @@ def stacked_temperature_component(
     rise: Array,
     uncertain: tuple[Array, Array],
 ) -> Component | None:
-    """Find the component of error of all coefficients that the temperatures of the runs give.
+    """Find what errors of the temperatures of the runs make of all coefficients, table after table.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of R records of one plan.
-    estimate : JointEstimate
-        Their coefficients.
-    slopes : Slopes
-        The slopes of the laws.
-    rise : ndarray, shape (R, tables)
-        T - T0 of each table [degC].
-    uncertain : tuple of ndarray, shape (R, tables)
-        Standard uncertainty of the temperatures [degC], and the degrees of freedom.
-
-    Returns
-    -------
-    Component or None
-        Component of the coefficients, table after table; zero in records without slopes. None
-        where all temperatures are exact.
+    It is zero in records without slopes, and None where all temperatures are exact. The rise is
+    that of each table, shape (R, tables).
 
     Notes
     -----
@@ -171,22 +155,9 @@ def laws_of_stack(
 ) -> StackLaws:
     """Fit the temperature laws of both axes of many records, to the coefficients of the tables.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of the R records, which are of one plan.
-    estimate : JointEstimate
-        Their coefficients.
-    temperatures : RecordedTemperatures
-        Those of the records.
-    unfelt : ndarray, shape (R, tables), or 1
-        Share of the recorded scatter, as a variance, that the accelerometer did not feel.
-
-    Returns
-    -------
-    StackLaws
-        The laws, with the misalignments free of the fixture angle where both sides of an axis were
-        measured.
+    The misalignments are free of the fixture angle where both sides of an axis were measured. Of
+    the recorded scatter, as a variance, the accelerometer did not feel the share `unfelt`, shape
+    (R, tables) or a number.
     """
     estimate = with_one_meaning(tables, estimate)
     free = free_of_fixture_angle(tables, estimate)
@@ -214,11 +185,7 @@ def laws_of_stack(
 def with_misalignment(readings: TemperatureModel, tables: TemperatureModel) -> TemperatureModel:
     """Take the law of the misalignment from the tables, where the fixture angle is out of it.
 
-    Returns
-    -------
-    TemperatureModel
-        Those from the readings with that law; its correlations with them are not known and left at
-        zero.
+    All else is from the readings; the correlations between both are not known and left at zero.
     """
     names = readings.covariance_names
     if not names or not set(names) <= set(tables.covariance_names):

@@ -92,21 +92,7 @@ def level_stack(
     uncertain: tuple[Array, Array],
     chosen: Sequence[int],
 ) -> LevelStack:
-    """Take the chosen tables of R records of one plan.
-
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of the records.
-    estimate : JointEstimate
-        Their coefficients in all records.
-    temperatures : RecordedTemperatures
-        Those of the records.
-    uncertain : tuple of ndarray, shape (R, tables)
-        Standard uncertainty of the level of each table [degC], and its degrees of freedom.
-    chosen : sequence of int
-        Tables of one mounting that mean the same by K0, K1 and M.
-    """
+    """Take the chosen tables of R records of one plan."""
     own, shift = [tables[i] for i in chosen], estimate.bias_shift
     coefficients = [estimate.coefficients[i] for i in chosen]
     return LevelStack(
@@ -132,12 +118,9 @@ def _places(estimate: JointEstimate, table: int) -> list[int]:
 def alike(stack: LevelStack) -> list[Places]:
     """Group the records that have laws by the course of their levels.
 
-    Returns
-    -------
-    list of ndarray of int
-        Records whose levels are sorted alike, close to each other alike, met alike by heating or
-        cooling, on the same sides of T0, and with the same one nearest to it. Those with one level
-        only, or with an unknown one, are in none.
+    Those of a group have levels that are sorted alike, close to each other alike, met alike by
+    heating or cooling, on the same sides of T0, and with the same one nearest to it. Those with one
+    level only, or with an unknown one, are in none.
     """
     rise, temperature = stack.rise, stack.temperature
     if rise.shape[1] < 2:
@@ -251,10 +234,8 @@ def joint_components(
 
     Parameters
     ----------
-    stack : LevelStack
-        Records.
-    levels : Levels
-        Their quotients, at levels that are as uncertain as they are.
+    stack, levels : LevelStack, Levels
+        Records, and their quotients, at levels that are as uncertain as they are.
     record : int
         Place of one of them.
     laws : ndarray, shape (m, 3 n)

@@ -28,19 +28,9 @@ def tables_of_one_mounting(
 ) -> list[int]:
     """Choose tables that mean the same by K0, K1 and M: one mounting, the same things absorbed.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of one record, or of any of those of a stack.
-    estimate : JointEstimate
-        Their coefficients; what `with_one_meaning` takes off them does not count.
-    axis : str, optional
-        Only of mountings with that axis along the shaft, ``"o"`` or ``"p"``.
-
-    Returns
-    -------
-    list of int
-        Of several such sets the one with most tables.
+    Of several such sets it is the one with most tables. What `with_one_meaning` takes off the
+    coefficients does not count. With an axis, ``"o"`` or ``"p"``, only mountings count that have it
+    along the shaft.
     """
     found: dict[tuple[object, ...], list[int]] = {}
     told, meanings = telling_laws(estimate), _meanings(tables, estimate)
@@ -54,11 +44,8 @@ def tables_of_one_mounting(
 def with_one_meaning(tables: Sequence[PreparedTable], estimate: JointEstimate) -> JointEstimate:
     """Take off K0, K1 and M what they absorb, where other tables of the mounting tell it.
 
-    Returns
-    -------
-    JointEstimate
-        With these coefficients and their error components changed; the same object where nothing
-        can be taken off.
+    With these coefficients their error components change. It is the same object where nothing can
+    be taken off.
 
     Notes
     -----
@@ -165,9 +152,9 @@ def _to_mend(
     tables: Sequence[PreparedTable], estimate: JointEstimate
 ) -> Iterator[tuple[int, dict[str, list[int]]]]:
     """Tables that can be mended: what is taken off, and the tables that tell each of it."""
-    for index, table in enumerate(tables):
+    for index, (table, told) in enumerate(zip(tables, telling_laws(estimate), strict=True)):
         own = set(estimate.stands_for[index]) & set(LAW_COEFFICIENTS)
-        if not own or not set(LAW_COEFFICIENTS) <= set(estimate.names[index]):
+        if not own or not told:
             continue
         shares = table.estimability.shares
         lost = [name for name, by in shares.items() if own & set(by)]

@@ -163,27 +163,9 @@ def product_fit(
     rows: Places,
     sides: Sequence[str],
 ) -> ProductFit:
-    """Set up the fit of records of one plan whose levels have one course.
+    """Set up the fit of some records, `rows`, whose levels have one course.
 
-    Parameters
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of the records of a stack.
-    estimate : JointEstimate
-        Their coefficients.
-    temperatures : RecordedTemperatures
-        Those of the records of the stack.
-    chosen : sequence of int
-        The tables of one mounting.
-    rows : ndarray of int, shape (R,)
-        The records.
-    sides : sequence of str
-        See `accelcal.reference.measured_sides`.
-
-    Returns
-    -------
-    ProductFit
-        With all errors but the noise, which depends on the part that was felt.
+    It has all errors but the noise, which depends on the part of the deviations that was felt.
     """
     own = [tables[i] for i in chosen]
     design = np.concatenate([table.design for table in own])
@@ -325,17 +307,7 @@ _OF_ALL = "replicates of all tables"
 def pooled_noise(noises: Sequence[ReadingNoise], bare: Sequence[bool]) -> list[ReadingNoise]:
     """Pool the noise of the runs of each record unless their replicates differ.
 
-    Parameters
-    ----------
-    noises : sequence of ReadingNoise
-        Noise of each run of R records.
-    bare : sequence of bool
-        Whether the run declares no scatter of its readings; one that does keeps its noise.
-
-    Returns
-    -------
-    list of ReadingNoise
-        Noise of each run; equal where pooled.
+    A run that is not `bare` declares the scatter of its readings, and keeps its noise.
 
     Examples
     --------

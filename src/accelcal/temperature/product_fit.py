@@ -45,17 +45,8 @@ _AT_A_TIME = 8192  # readings; with some dozens of columns each, they take 2 MB
 def solved(fit: ProductFit, laws: Array) -> Solution:
     """Find the parameters, and the parts of the deviations of temperature that were felt.
 
-    Parameters
-    ----------
-    fit : ProductFit
-        R records.
-    laws : ndarray, shape (R, 3 p)
-        Laws to start from, with the slopes of K1 relative.
-
-    Returns
-    -------
-    Solution
-        A record comes out the same whatever the others are.
+    The steps start from laws, shape (R, 3 p), with the slopes of K1 relative. A record comes out
+    the same whatever the others are.
     """
     state, moved = _start(fit, laws), np.zeros(len(laws))
     left, blocks = np.arange(len(laws)), fit.head.blocks(_AT_A_TIME)
@@ -75,15 +66,8 @@ def solved(fit: ProductFit, laws: Array) -> Solution:
 def scale_factor_is_told(value: ArrayLike, uncertainty: ArrayLike) -> Mask:
     """Tell whether a scale factor is not 0: slopes relative to 0 lead the steps anywhere.
 
-    Parameters
-    ----------
-    value, uncertainty : array_like, shape (R,)
-        K1 at T0, and its standard uncertainty; NaN where unknown [output unit / g].
-
-    Returns
-    -------
-    ndarray of bool, shape (R,)
-        True where it is, as far as known.
+    K1 at T0 and its standard uncertainty are of shape (R,); an uncertainty of NaN, which is
+    unknown, counts as small.
 
     Examples
     --------

@@ -58,14 +58,10 @@ class Readings(NamedTuple):
         return self._replace(**own, **{name: getattr(self, name)[:, rows] for name in two})
 
     def at(self, felt: Array, parameters: Array) -> Point:
-        """What the model says where each table felt a part of the deviations.
+        """What the model says where each table felt a part of the deviations, shape (R, tables).
 
-        Parameters
-        ----------
-        felt : ndarray, shape (R, tables)
-            The parts.
-        parameters : ndarray, shape (R, 3 p + c)
-            Those of k0, K1 and delta, then of what is common to all temperatures.
+        The parameters, shape (R, 3 p + c), are those of k0, K1 and delta, then of what is common to
+        all temperatures.
         """
         rise = self.rise + self.deviation * felt[:, self.table]
         law = bilinear_design(rise, self.sides, axis=-2)

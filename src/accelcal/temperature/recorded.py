@@ -72,23 +72,12 @@ class AtRest(NamedTuple):
 def stacked_temperature_uncertainty(
     temperatures: Sequence[Array], declared: float | None, share: ArrayLike = 1.0
 ) -> tuple[Array, Array]:
-    """Uncertainty of the mean temperature of each run of many records.
+    """Uncertainty of the mean temperature of each run of many records, and its degrees of freedom.
 
-    Parameters
-    ----------
-    temperatures : sequence of ndarray, shape (R, n)
-        Temperatures of the readings of each table, those unknown at their mean [degC].
-    declared : float or None
-        Declared standard uncertainty of the temperature of a run [degC].
-    share : array_like, shape (R, tables) or less, default 1
-        Share of the recorded scatter, as a variance, that the accelerometer did not feel.
-
-    Returns
-    -------
-    uncertainty : ndarray, shape (R, tables)
-        The declared uncertainty, but not less than that of the mean of what was recorded [degC].
-    dof : ndarray, shape (R, tables)
-        Degrees of freedom; infinite where the declared uncertainty counts.
+    It is the declared one, but not less than that of the mean of what was recorded, of shape (R, n)
+    for each table; both are of shape (R, tables). Where the declared one counts, its degrees of
+    freedom are infinite. Of the recorded scatter, as a variance, the accelerometer did not feel the
+    share, of shape (R, tables) or less.
 
     Notes
     -----

@@ -63,10 +63,8 @@ def law_sentences(
     shift_source : str
         Where the shift from launch to launch is from, see `accelcal.estimate.launch.RunShift`;
         `OF_LOOP` where nothing tells it from a hysteresis.
-    reference : ndarray, shape (R,)
-        T0 [degC].
-    temperature : ndarray, shape (R, n)
-        The levels [degC].
+    reference, temperature : ndarray, shape (R,) and (R, n)
+        T0 and the levels [degC].
     by_heat : ndarray, shape (R, n)
         Share of their variances that errors of their temperature make.
     """
