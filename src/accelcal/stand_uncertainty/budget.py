@@ -177,14 +177,11 @@ def _linear(
 
 
 def _channel_slopes(readings: Readings, channel: str) -> Array:
-    """Change of each reading, and behind them of the gravity, per unit of a channel.
+    """Change of the n readings, and behind them of the gravity, per unit of a channel, (n + 1,).
 
-    Returns
-    -------
-    ndarray, shape (n + 1,)
-        Central differences. At T0, where bilinear laws break, the mean of both slopes.
+    By central differences. At T0, where bilinear laws break, it is the mean of both slopes.
     """
-    n = readings.angle.size
+    n = len(readings.record)
     if channel == "gravity":
         return np.append(np.zeros(n), 1.0)
     step = np.full(n, _STEP)
@@ -193,19 +190,9 @@ def _channel_slopes(readings: Readings, channel: str) -> Array:
 
 
 def _jacobian(estimator: Estimator, coefficients: Array) -> Array:
-    """Derivative of all that is budgeted by coefficients and gravity, by a complex step.
+    """Derivative of all that is budgeted by coefficients and gravity, shape (q, p + 1).
 
-    Parameters
-    ----------
-    estimator : Estimator
-        The estimator.
-    coefficients : ndarray, shape (p,)
-        Coefficients without errors.
-
-    Returns
-    -------
-    ndarray, shape (q, p + 1)
-        Derivatives.
+    By a step in the complex plane, at coefficients without errors, shape (p,).
     """
     h = 1e-30
     known = np.append(coefficients, 1.0)
@@ -215,12 +202,12 @@ def _jacobian(estimator: Estimator, coefficients: Array) -> Array:
 def _propagated(
     part: Acting, readings: Readings, estimator: Estimator, by_coefficient: Array
 ) -> tuple[Array, float]:
-    """Bring one component through readings and estimator.
+    """Bring one component, of m errors, through readings and estimator.
 
     Returns
     -------
     through : ndarray, shape (q, m)
-        Change of each coefficient by one standard uncertainty of each of its m errors.
+        Change of each coefficient by one standard uncertainty of each error.
     residual : float
         Part of the effect on the readings that the residuals show; NaN where there is no effect.
     """
@@ -290,7 +277,7 @@ def _warnings(stand: Stand, readings: Readings, estimator: Estimator) -> Iterato
         yield f"the angles do not determine {', '.join(lost)}, which the others take in"
     kinds = {part.kind for part in stand.components}
     if "foundation-drift" in kinds or "foundation-daily" in kinds:
-        hours = readings.time.max() / HOUR
+        hours = readings.conditions.time.max() / HOUR
         yield f"the foundation moves over the {hours:.3g} h from the first reading to the last"
     temperature = {"chamber-temperature", "chamber-gradient"}
     if not kinds & temperature:
@@ -300,16 +287,8 @@ def _warnings(stand: Stand, readings: Readings, estimator: Estimator) -> Iterato
 def accelerometer_of(calibration: Calibration) -> Accelerometer:
     """Take the coefficients of a calibration as those of the accelerometer.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-
-    Returns
-    -------
-    Accelerometer
-        With the coefficients by which `accelcal.apply` takes the outputs; what was not determined
-        is zero, and a slope that was not that of the other side.
+    They are those by which `accelcal.apply` takes the outputs; what was not determined is zero, and
+    a slope that was not that of the other side.
 
     Raises
     ------

@@ -33,7 +33,6 @@ from accelcal.reference import bilinear_design, measured_sides
 from accelcal.results.stand_budget import BudgetedCoefficient
 from accelcal.stand_uncertainty.readings import Readings
 
-"""What a table must have determined to take part in the temperature laws."""
 _ROUNDING = 1e-13
 _DIFFERENCE = np.array([-1.0, 1.0])
 
@@ -88,32 +87,18 @@ class Estimator:
     gravity: float | None
 
     def estimates(self, known: Array) -> Array:
-        """All that is budgeted, from the coefficients of the tables.
+        """All that is budgeted, in the order of `named`, from the coefficients of the tables.
 
-        Parameters
-        ----------
-        known : ndarray, shape (..., p + 1)
-            Coefficients and, behind them, declared over true gravity; real or complex.
-
-        Returns
-        -------
-        ndarray, shape (..., q)
-            Estimates, in the order of `named`.
+        What is known, real or complex, are these coefficients and, behind them, declared over true
+        gravity: from shape (..., p + 1) to (..., q).
         """
         return np.stack([rule(known) for _, rule in self._rules], axis=-1)
 
     def dust(self, scale_factor: float) -> Array:
         """Sizes below which a change of an estimate is rounding error, shape (q,).
 
-        Parameters
-        ----------
-        scale_factor : float
-            Scale factor, in which the coefficients of the output are counted.
-
-        Returns
-        -------
-        ndarray, shape (q,)
-            Some hundred times the rounding error of a number of 1, or of the scale factor.
+        That is some hundred times the rounding error of a number of 1, or, in the unit of the
+        output, of the scale factor.
         """
         of_output = [name.unit.startswith(self.unit) for name in self.named]
         return _ROUNDING * np.where(of_output, abs(scale_factor), 1.0)
@@ -220,16 +205,7 @@ def _weighted(
 def estimator_of(
     readings: Readings, method: str = METHODS[0], gravity: float | None = None
 ) -> Estimator:
-    """Make the estimator of a test.
-
-    Parameters
-    ----------
-    readings : Readings
-        The test.
-    method : str, default "least-squares"
-        One of `accelcal.estimate.linear.METHODS`.
-    gravity : float, optional
-        Declared local gravity [m/s^2].
+    """Make the estimator of a test, by one of `accelcal.estimate.linear.METHODS`.
 
     Raises
     ------

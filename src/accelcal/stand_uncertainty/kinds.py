@@ -70,16 +70,9 @@ ERROR_QUANTITIES: Mapping[str, ErrorQuantity] = MappingProxyType(
 
 
 def size_of_unit(unit: str, quantity: str, gravity: float | None = None) -> float:
-    """Size of a unit.
+    """Size of a unit as written, of one of `ERROR_QUANTITIES`.
 
-    Parameters
-    ----------
-    unit : str
-        The unit as written.
-    quantity : str
-        What it is a unit of, of `ERROR_QUANTITIES`.
-    gravity : float, optional
-        Local gravity [m/s^2], by which an acceleration may be given in m/s^2.
+    An acceleration may be given in m/s^2 where the local gravity is known [m/s^2].
 
     Raises
     ------
@@ -129,7 +122,7 @@ class Kind:
 
 
 def _same(r: Readings, _: int) -> Array:
-    return np.ones((r.angle.size, 1))
+    return np.ones((len(r.record), 1))
 
 
 def _wave(phase: Array) -> Array:
@@ -143,7 +136,7 @@ def _volts(r: Readings, _: int) -> Array:
             " load_resistor_ohm to [conditions] for a current, or leave the voltmeter's"
             " offset, noise and resolution out"
         )
-    return np.full((r.angle.size, 1), 1.0 / r.volts)
+    return np.full((len(r.record), 1), 1.0 / r.volts)
 
 
 def _ranges(r: Readings, order: int) -> Array:
@@ -165,10 +158,10 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "head-position": Kind("turn", "angle", ("position",), _same),
         # error of the head with `order` waves in a turn, of unknown phase: 1 is eccentricity
         "head-harmonic": Kind(
-            "turn", "angle", (), lambda r, order: _wave(order * np.radians(r.angle))
+            "turn", "angle", (), lambda r, order: _wave(order * np.radians(r.conditions.angle))
         ),
         # half of the play of the drive: -b forward, +b back
-        "backlash": Kind("turn", "angle", (), _scaled(lambda r: -r.rotation)),
+        "backlash": Kind("turn", "angle", (), _scaled(lambda r: -r.conditions.rotation)),
         # angle between head zero and input axis, beyond the given d0; zero of the head against the
         # vertical
         "fixture-angle": Kind("turn", "angle", ("axis",), _same),
@@ -179,10 +172,12 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         # accelerometer turned about its input axis
         "fixture-clocking": Kind("clock", "angle", ("axis",), _same),
         # tilt of the foundation in the plane of rotation, linear in time
-        "foundation-drift": Kind("turn", "angle/day", (), _scaled(lambda r: r.time / DAY)),
+        "foundation-drift": Kind(
+            "turn", "angle/day", (), _scaled(lambda r: r.conditions.time / DAY)
+        ),
         # tilt of the foundation in the plane of rotation, once a day, of unknown phase
         "foundation-daily": Kind(
-            "turn", "angle", (), lambda r, _: _wave(2.0 * np.pi * r.time / DAY)
+            "turn", "angle", (), lambda r, _: _wave(2.0 * np.pi * r.conditions.time / DAY)
         ),
         # temperature of the accelerometer less that written down: sensor, stability, soak
         "chamber-temperature": Kind("temperature", "temperature", ("run",), _same),

@@ -39,25 +39,9 @@ def monte_carlo(
 ) -> MonteCarlo:
     """Propagate the distributions of all components, reading by reading.
 
-    Parameters
-    ----------
-    parts : sequence of Acting
-        The components on the readings.
-    readings : Readings
-        The test.
-    estimator : Estimator
-        The estimator.
-    linear : StandBudget
-        The linear budget to be validated.
-    trials : int or None
-        Number of trials; without it as many as make the result stable, `MOST` at most.
-    seed : int or None
-        Seed of the random numbers; without it one is made up.
-
-    Returns
-    -------
-    MonteCarlo
-        The result with its numerical tolerance and the verdict on the linear budget.
+    Without a number of trials there are as many as make the result stable, `MOST` at most; without
+    a seed one is made up. The result comes with its numerical tolerance and the verdict on the
+    linear budget.
 
     Raises
     ------
@@ -106,10 +90,7 @@ def monte_carlo(
 def numerical_tolerance(standard: Array) -> Array:
     """Numerical tolerance of standard uncertainties to one significant digit, JCGM 101, 7.9.2.
 
-    Returns
-    -------
-    ndarray
-        Half a unit of the first significant digit; 0 for 0.
+    It is half a unit of the first significant digit; 0 for 0.
 
     Examples
     --------
@@ -139,7 +120,7 @@ def _batch(
     size: int,
 ) -> Array:
     """Estimates of one batch of trials, shape (size, q)."""
-    step = max(1, _AT_ONCE // readings.angle.size)
+    step = max(1, _AT_ONCE // len(readings.record))
     found = []
     for start in range(0, size, step):
         trials = min(step, size - start)

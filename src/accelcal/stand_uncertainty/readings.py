@@ -58,7 +58,7 @@ CHANNELS = (
 """Where errors enter: angles [rad], temperature [degC], scale and gain [1], bias [g] ..."""
 
 _CLASS_OF: Mapping[str, Callable[[Readings], ArrayLike]] = {
-    "position": lambda r: head_positions(r.angle),
+    "position": lambda r: head_positions(r.conditions.angle),
     "stroke": lambda r: r.conditions.stroke + 1e6 * r.conditions.run,
     "reading": lambda r: r.conditions.number,
     "run": lambda r: r.conditions.run,
@@ -166,21 +166,6 @@ class Readings:
     range_of_reading: Array
 
     @property
-    def angle(self) -> Array:
-        """Head angle [deg]."""
-        return self.conditions.angle
-
-    @property
-    def rotation(self) -> Array:
-        """Sense of rotation: +1 forward, -1 back."""
-        return self.conditions.rotation
-
-    @property
-    def time(self) -> Array:
-        """Time since the first reading [s]."""
-        return self.conditions.time
-
-    @property
     def temperature(self) -> Array:
         """Temperature written down [degC]."""
         return self.conditions.excess + self.accelerometer.reference_temperature
@@ -244,7 +229,7 @@ class Readings:
             How many there are.
         """
         own = (np.asarray(_CLASS_OF[name](self), dtype=np.float64) for name in varies)
-        keys = np.column_stack([np.zeros(self.angle.size), *own])
+        keys = np.column_stack([np.zeros(len(self.record)), *own])
         different, index = np.unique(keys, axis=0, return_inverse=True)
         return index.reshape(-1), different.shape[0]
 

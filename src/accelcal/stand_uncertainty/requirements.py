@@ -71,18 +71,9 @@ class _Problem:
 def requirements(budget: StandBudget, targets: Mapping[str, float | str]) -> Requirements:
     """Tell what each instrument must be for some target uncertainties.
 
-    Parameters
-    ----------
-    budget : StandBudget
-        The budget of the stand as it is.
-    targets : mapping of str to float or str
-        Symbol -> largest expanded uncertainty (95 %): a number in the unit of the coefficient, or a
-        text such as ``"10 ug"``; K1 takes ``"5 ppm"`` as well.
-
-    Returns
-    -------
-    Requirements
-        Floors of the targets, and requirements on the instruments.
+    Targets are the largest expanded uncertainties (95 %) by symbol: a number in the unit of the
+    coefficient, or a text such as ``"10 ug"``; K1 takes ``"5 ppm"`` as well. Their floors and the
+    requirements on the instruments are told.
 
     Raises
     ------
@@ -230,10 +221,7 @@ def sufficiency(
 ) -> tuple[Sufficiency, ...]:
     """Hold the limits of a data sheet against the uncertainties by the stand.
 
-    Returns
-    -------
-    tuple of Sufficiency
-        One for each limit on a quantity with a value; a range of temperatures has none.
+    There is one for each limit on a quantity with a value; a range of temperatures has none.
 
     Raises
     ------

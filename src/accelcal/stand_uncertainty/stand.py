@@ -212,20 +212,7 @@ class Acting:
 
 
 def acting(component: StandComponent, readings: Readings) -> Acting:
-    """Let a component act on the readings of a test.
-
-    Parameters
-    ----------
-    component : StandComponent
-        The component.
-    readings : Readings
-        The test.
-
-    Returns
-    -------
-    Acting
-        What the linear budget and Monte Carlo both start from.
-    """
+    """Let a component act on the readings of a test, for the linear budget and Monte Carlo."""
     kind = KINDS[component.kind]
     pattern = kind.pattern(readings, component.order)
     error, errors = readings.groups(component.varies)
