@@ -440,6 +440,7 @@ def test_unknown_output_unit_is_not_tested():
         ("ug/g^2", "second_order", 1e-6),
         ("µg/g²", "cross_coupling", 1e-6),
         ("ug/g³", "third_order", 1e-6),
+        ("ug/g2", "second_order", 1e-6),
         ("urad", "misalignment", 1e-6),
         ("mrad", "misalignment", 1e-3),
         ("arcsec", "misalignment", 4.84813681109536e-6),

@@ -16,6 +16,7 @@ from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
+from accelcal.targets import is_denominator
 from accelcal.units import UNITS, canonical_unit, conversion_factor, is_output_unit, size_of
 
 __all__ = [
@@ -73,14 +74,6 @@ QUANTITIES: Mapping[str, LimitedQuantity] = MappingProxyType(
 
 PLACES = ("T0", "every temperature")
 """Where a limit holds: at the reference temperature, or at each level of the test."""
-
-_SPELLINGS = (("°C", "degC"), ("²", "^2"), ("³", "^3"), (" ", ""))
-
-
-def _tidy(unit: str) -> str:
-    for written, plain in _SPELLINGS:
-        unit = unit.replace(written, plain)
-    return unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,9 +210,9 @@ class Limit:
         >>> accelcal.Limit("scale_factor", "uA/g", maximum=1500.0).factor("mA")
         0.001
         """
-        quantity, unit = QUANTITIES[self.name], _tidy(self.unit)
-        numerator, _, per = unit.rpartition("/") if quantity.per else (unit, "", "")
-        if per.replace("K", "degC") != quantity.per and per != quantity.per:
+        quantity = QUANTITIES[self.name]
+        numerator, _, per = self.unit.rpartition("/") if quantity.per else (self.unit, "", "")
+        if not is_denominator(per, quantity.per):
             raise self._wrong_unit()
         if quantity.kind == "output":
             return self._output_factor(canonical_unit(numerator), output_unit)

@@ -80,14 +80,21 @@ def _size(given: str, unit: str, kind: str, per: str, nominal: float | None) -> 
     if not given or _plain(given) == _plain(unit):
         return 1.0
     numerator, _, given_per = given.partition("/")
-    if not numerator or (given_per and not _is_same(given_per.strip(), per)):
+    if not numerator or (given_per and not is_denominator(given_per, per)):
         return None
     size = size_of(numerator, kind) if kind else None
     return None if size is None else size * abs(1.0 if nominal is None else nominal)
 
 
-def _is_same(given: str, per: str) -> bool:
-    """Tell whether a denominator as written is the one that is meant."""
+def is_denominator(given: str, per: str) -> bool:
+    """Tell whether a denominator as written is the one that is meant, of a coefficient.
+
+    Examples
+    --------
+    >>> is_denominator("K", "degC"), is_denominator("g²", "g^2"), is_denominator("g", "g^2")
+    (True, True, False)
+    """
+    given = given.strip()
     per_degree = per == "degC" and size_of(given, "temperature difference") == 1.0
     return per_degree or _plain(given) == _plain(per)
 
