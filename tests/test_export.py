@@ -3,14 +3,13 @@
 import csv
 import hashlib
 import json
-import math
 import re
-import shutil
 import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from c_compiler import COMPILER, STRICT, compiled, needs_compiler, printed_by
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,10 +20,6 @@ from accelcal.export.c_header import to_c_header
 from accelcal.export.c_text import c_prefix
 from accelcal.export.content import export_content
 from accelcal.export.write import to_csv, to_yaml
-
-COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-needs_compiler = pytest.mark.skipif(not COMPILER, reason="no C compiler (cc, gcc or clang) here")
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
 
 
 def fitted(**plan):
@@ -147,11 +142,12 @@ def test_csv_reads_back(calibration):
 # -- C ---------------------------------------------------------------------------------------------
 
 
-def compiled(folder, header, prefix, axes):
+def program_of(folder, header, prefix, axes):
     """A program that reads samples and prints their accelerations and flags."""
     (folder / "export.h").write_text(header, encoding="utf-8")
     names = "".join(f", {axis}" for axis in axes)
-    (folder / "main.c").write_text(
+    return compiled(
+        folder,
         f"""
         #include <stdio.h>
         #include "export.h"
@@ -164,26 +160,8 @@ def compiled(folder, header, prefix, axes):
             }}
             return 0;
         }}
-        """
+        """,
     )
-    program = folder / "program"
-    done = subprocess.run(
-        [COMPILER, *STRICT, str(folder / "main.c"), "-o", str(program), "-lm"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return program
-
-
-def from_c(program, rows):
-    text = "".join(" ".join(map(repr, row)) + "\n" for row in rows)
-    lines = subprocess.run(
-        [str(program)], input=text, capture_output=True, text=True, check=True
-    ).stdout.splitlines()
-    values, flags = zip(*(line.split() for line in lines), strict=True)
-    return np.array(values, dtype=np.float64), np.array(flags) == "1"
 
 
 @needs_compiler
@@ -199,11 +177,10 @@ def test_c_agrees_with_python(tmp_path, calibration):
     temperature = rng.uniform(-60, 100, output.size)
     cross = {axis: rng.uniform(-2, 2, output.size) for axis in axes}
     cross[axes[0]][-1] = 1e300
-    program = compiled(
+    program = program_of(
         tmp_path, to_c_header(export_content(calibration), found), c_prefix(found.serial), axes
     )
-    rows = np.column_stack([output, temperature, *cross.values()]).tolist()
-    values, inside = from_c(program, rows)
+    values, inside = printed_by(program, np.column_stack([output, temperature, *cross.values()])).T
     python = accelcal.apply(calibration, output, temperature, **cross, extrapolate=True)
     assert np.isnan(values[-3:]).all()
     np.testing.assert_array_equal(np.isnan(values), np.isnan(python.value))
@@ -239,16 +216,14 @@ def test_two_calibrations_of_one_name_do_not_compile_together(tmp_path, first, s
 
 @needs_compiler
 def test_c_without_covariance(tmp_path):
-    import dataclasses
-
     one = fitted(temperatures=(20.0,))
-    table = dataclasses.replace(one.tables[0], covariance_names=(), covariance_matrix=())
-    bare = dataclasses.replace(one, tables=(table,), serial=None)
+    table = replace(one.tables[0], covariance_names=(), covariance_matrix=())
+    bare = replace(one, tables=(table,), serial=None)
     found = compensation(bare)
     header = to_c_header(export_content(bare), found)
     assert "NAN, NAN" in header
-    values, _ = from_c(compiled(tmp_path, header, "accelcal", ["a_p"]), [[1.35, 20.0, 0.0]])
-    assert math.isfinite(values[0])
+    program = program_of(tmp_path, header, "accelcal", ["a_p"])
+    assert np.isfinite(printed_by(program, [[1.35, 20.0, 0.0]])).all()
 
 
 @needs_compiler
@@ -256,13 +231,11 @@ def test_c_without_covariance(tmp_path):
     "serial", ["*/ int x; /*", "a\\", "??/", "line\nfeed", "15", "Ünit 7", "", "// x"]
 )
 def test_no_serial_can_break_the_header(tmp_path, al15, serial):
-    import dataclasses
-
-    named = dataclasses.replace(al15, serial=serial, source=serial)
+    named = replace(al15, serial=serial, source=serial)
     header = to_c_header(export_content(named), compensation(named))
     prefix = c_prefix(serial)
     assert re.fullmatch(r"[A-Za-z_]\w*", prefix, re.ASCII)
-    compiled(tmp_path, header, prefix, ["a_p"])
+    program_of(tmp_path, header, prefix, ["a_p"])
 
 
 @given(st.text())
@@ -328,13 +301,8 @@ def test_covariance_holds_the_slopes(al15):
 def test_nothing_unused_is_complained_about(plan, tmp_path):
     found = compensation(fit := fitted(**plan))
     (tmp_path / "cal.h").write_text(to_c_header(export_content(fit), found), encoding="utf-8")
-    (tmp_path / "main.c").write_text('#include "cal.h"\nint main(void) { return 0; }\n', "utf-8")
-    unused = ["-Wunused", "-Wunused-const-variable"]
-    done = subprocess.run(
-        [COMPILER, *STRICT, *unused, "-c", "main.c", "-o", "main.o"],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    main = '#include "cal.h"\nint main(void) { return 0; }\n'
+    compiled(tmp_path, main, "-Wunused", "-Wunused-const-variable")
 
 
 # -- from Python -----------------------------------------------------------------------------------

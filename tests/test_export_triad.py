@@ -3,12 +3,11 @@
 import csv
 import dataclasses
 import json
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from c_compiler import compiled, needs_compiler, printed_by
 
 import accelcal
 from accelcal.cli.main import main
@@ -17,9 +16,6 @@ from accelcal.export.triad import triad_content, triad_header
 from accelcal.io.triad import read_triad
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "triad.csv"
-COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-needs_compiler = pytest.mark.skipif(not COMPILER, reason="no C compiler (cc, gcc or clang) here")
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wunused-const-variable"]
 PROGRAM = """
 #include <stdio.h>
 #include "triad.h"
@@ -51,17 +47,7 @@ def from_c(folder, header, prefix, output, covariance="0"):
     """Accelerations and flags by a C program with the header."""
     (folder / "triad.h").write_text(header, "utf-8")
     text = PROGRAM.replace("PREFIX", prefix).replace("COVARIANCE", covariance)
-    (folder / "main.c").write_text(text, "utf-8")
-    done = subprocess.run(
-        [COMPILER, *STRICT, "main.c", "-o", "program", "-lm"],
-        cwd=folder, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    rows = "".join(" ".join(map(repr, row)) + "\n" for row in np.asarray(output).tolist())
-    told = subprocess.run(
-        [str(folder / "program")], input=rows, capture_output=True, text=True, check=True
-    ).stdout
-    values = np.array([line.split() for line in told.splitlines()], dtype=np.float64)
+    values = printed_by(compiled(folder, text, "-Wunused-const-variable"), output)
     return values[:, :3], values[:, 3] == 1.0
 
 

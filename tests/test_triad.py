@@ -49,14 +49,12 @@ def truth_of(sensitivity):
     lengths = np.linalg.norm(sensitivity, axis=1)
     rows = sensitivity / lengths[:, None]
     named = {f"b_{a}": BIAS[i] for i, a in enumerate("xyz")}
-    named |= {f"S_{a}{b}": sensitivity[i, j] for i, a in enumerate("xyz") for j, b in _axes()}
+    named |= {
+        f"S_{a}{b}": sensitivity[i, j] for i, a in enumerate("xyz") for j, b in enumerate("xyz")
+    }
     named |= {f"K_{a}": lengths[i] for i, a in enumerate("xyz")}
     pairs = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     return named | {f"angle_{p}": np.arcsin(rows[i] @ rows[j]) for p, (i, j) in pairs.items()}
-
-
-def _axes():
-    return enumerate("xyz")
 
 
 # -- exact outputs ---------------------------------------------------------------------------------
@@ -440,14 +438,10 @@ def test_noise_does_not_bias_the_fit_as_it_does_the_algebraic_one():
     fitted, algebraic = [], []
     for _ in range(80):
         output = outputs(directions(rng, 60), np.eye(3), rng, 0.04)
-        fitted.append(np.mean([accelcal.calibrate_triad(output).sensitivity[i, i] for i in _xyz()]))
+        fitted.append(accelcal.calibrate_triad(output).sensitivity.diagonal().mean())
         algebraic.append(np.mean(radii_of_quadric(output)))
     assert abs(np.mean(fitted) - 1.0) < 1e-3
     assert abs(np.mean(algebraic) - 1.0) > 3e-3
-
-
-def _xyz():
-    return range(3)
 
 
 def radii_of_quadric(y):
