@@ -31,13 +31,6 @@ class EvenSeries(NamedTuple):
     notes: tuple[str, ...]  # what was done to get them
 
 
-class _Piece(NamedTuple):
-    """Evenly spaced output, and how many samples it was made of."""
-
-    output: Array
-    samples: int
-
-
 def even_series(launches: Sequence[Launch]) -> EvenSeries:
     """Cut launches into pieces of evenly spaced samples, one a launch where nothing is missing.
 
@@ -71,56 +64,45 @@ def even_series(launches: Sequence[Launch]) -> EvenSeries:
         if missing:
             done = "filled in by a straight line" if longest else "taken as gaps"
             notes.append(f"{counted(missing, 'missing sample')} in short gaps: {done}")
-        filled = [p for launch in launches for p in _on_raster(launch, interval, longest + 1.5)]
-        return _series(interval, filled, notes, launches)
-    most = _GAP * interval * float(inside.mean())
-    interval = float(steps[steps <= most].mean())
-    notes = _of_gaps(int(np.sum(steps > most)))
-    notes.append(f"irregular times: taken as even, {interval:.4g} s apart as on the average")
-    evened = [p for launch in launches for p in _evened(launch, interval, most)]
-    return _series(interval, evened, notes, launches)
+        pieces = _pieces(launches, (longest + 1.5) * interval)
+        outputs = [_on_raster(*piece, interval) for piece in pieces]
+    else:
+        most = _GAP * interval * float(inside.mean())
+        interval = float(steps[steps <= most].mean())
+        notes = _of_gaps(int(np.sum(steps > most)))
+        notes.append(f"irregular times: taken as even, {interval:.4g} s apart as on the average")
+        pieces = _pieces(launches, most)
+        outputs = [_evened(*piece, interval) for piece in pieces]
+    total = sum(launch.time.size for launch in launches)
+    if lost := total - sum(time.size for time, _ in pieces):
+        samples = counted(total, "sample")
+        notes.append(f"{lost} of {samples} not used, in pieces of fewer than three")
+    return EvenSeries(interval, tuple(outputs), tuple(notes))
 
 
 def _of_gaps(gaps: int) -> list[str]:
     return [f"{counted(gaps, 'gap')}: the series is cut there"] if gaps else []
 
 
-def _series(
-    interval: float, pieces: Sequence[_Piece], notes: list[str], launches: Sequence[Launch]
-) -> EvenSeries:
-    """Even series with a note of the samples that are in no piece."""
-    total = sum(launch.time.size for launch in launches)
-    lost = total - sum(piece.samples for piece in pieces)
-    if lost:
-        samples = counted(total, "sample")
-        notes.append(f"{lost} of {samples} not used, in pieces of fewer than three")
-    return EvenSeries(interval, tuple(piece.output for piece in pieces), tuple(notes))
+def _pieces(launches: Sequence[Launch], longest: float) -> list[tuple[Array, Array]]:
+    """Time and output of launches, cut where a step is longer; pieces of three or more."""
+    found: list[tuple[Array, Array]] = []
+    for launch in launches:
+        cuts = np.flatnonzero(np.diff(launch.time) > longest) + 1
+        found += zip(np.split(launch.time, cuts), np.split(launch.output, cuts), strict=True)
+    return [(time, output) for time, output in found if time.size >= 3]
 
 
-def _pieces(launch: Launch, longest: float) -> list[tuple[Array, Array]]:
-    """Time and output of a launch, cut where a step is longer."""
-    cuts = np.flatnonzero(np.diff(launch.time) > longest) + 1
-    pairs = zip(np.split(launch.time, cuts), np.split(launch.output, cuts), strict=True)
-    return [(time, output) for time, output in pairs if time.size >= 3]
+def _on_raster(time: Array, output: Array, interval: float) -> Array:
+    place = np.concatenate([[0.0], np.cumsum(np.round(np.diff(time) / interval))])
+    return np.interp(np.arange(place[-1] + 1.0), place, output)
 
 
-def _on_raster(launch: Launch, interval: float, steps: float) -> list[_Piece]:
-    even = []
-    for time, output in _pieces(launch, steps * interval):
-        place = np.concatenate([[0.0], np.cumsum(np.round(np.diff(time) / interval))])
-        output = np.interp(np.arange(place[-1] + 1.0), place, output)
-        even.append(_Piece(output, time.size))
-    return even
-
-
-def _evened(launch: Launch, interval: float, longest: float) -> list[_Piece]:
-    even = []
-    for time, output in _pieces(launch, longest):
-        from_middle = time - time.mean()
-        slope = from_middle @ output / (from_middle @ from_middle)
-        late = interval * np.arange(time.size) - time
-        even.append(_Piece(output + slope * (late - late.mean()), time.size))
-    return even
+def _evened(time: Array, output: Array, interval: float) -> Array:
+    from_middle = time - time.mean()
+    slope = from_middle @ output / (from_middle @ from_middle)
+    late = interval * np.arange(time.size) - time
+    return np.asarray(output + slope * (late - late.mean()))
 
 
 def was_off(launch: Launch) -> str | None:
