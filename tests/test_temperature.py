@@ -88,11 +88,7 @@ def laws(temperatures, *, by="tables", **options):
 
 
 def values(model):
-    return {
-        f"{name} {part}": getattr(getattr(model, name), part).value
-        for name in ("k0", "K1", "delta")
-        for part in ("at_T0", "above", "below")
-    }
+    return {name: quantity.value for name, quantity in leaves(model).items()}
 
 
 DECLARED = {"head_uncertainty": 0.0, "launch_uncertainty": 0.0, "launch_sf_uncertainty": 0.0}
@@ -340,9 +336,7 @@ def test_both_ways_agree():
     """With k2 and k3 in common the readings tell a little more; the difference has its variance."""
     options = {"noise": 5e-6, "head_uncertainty": 0.0, "launch_uncertainty": 1e-6, "seed": 3}
     tables, readings = laws(LOOP, **options), laws(LOOP, by="readings", **options)
-    for name in TRUTH:
-        law_name, part = name.split()
-        a, b = (getattr(getattr(model, law_name), part) for model in (tables, readings))
+    for a, b in zip(leaves(tables).values(), leaves(readings).values(), strict=True):
         ratio = b.standard_uncertainty / a.standard_uncertainty
         assert 0.4 < ratio < 1.15, "the readings have one noise, the tables each their own"
         of_difference = a.standard_uncertainty * math.sqrt(max(1.0 - ratio**2, 0.1))
@@ -355,9 +349,9 @@ def test_intervals_hold_the_truth(by):
     held = []
     for seed in range(60):
         model = laws(THREE, by=by, noise=5e-6, head_uncertainty=0.0, seed=seed)
-        for name, truth in TRUTH.items():
-            quantity = getattr(getattr(model, name.split()[0]), name.split()[1])
-            held.append(abs(quantity.value - truth) <= quantity.expanded_uncertainty)
+        held += [
+            abs(q.value - TRUTH[n]) <= q.expanded_uncertainty for n, q in leaves(model).items()
+        ]
     assert 0.91 < np.mean(held) < 0.98
 
 
@@ -640,13 +634,10 @@ def test_covariance_of_the_laws(by):
     """Its diagonal is that of the leaves; the value at T0 and a slope pull against each other."""
     model = laws(THREE, by=by, noise=5e-6, head_uncertainty=0.0, launch_uncertainty=1e-5)
     covariance = np.array(model.covariance_matrix)[:9, :9]
-    leaves = [
-        getattr(getattr(model, name.split()[0]), name.split()[1]).standard_uncertainty
-        for name in TRUTH
-    ]
+    told = [quantity.standard_uncertainty for quantity in leaves(model).values()]
     without_law = {"tables": ("k2", "k3", "delta_ip"), "readings": ()}
     assert model.covariance_names == (*TRUTH, *without_law[by])
-    assert np.sqrt(np.diagonal(covariance)) == pytest.approx(leaves)
+    assert np.sqrt(np.diagonal(covariance)) == pytest.approx(told)
     sigma = np.sqrt(np.diagonal(covariance))
     correlation = covariance / np.outer(sigma, sigma)
     # lam1 = (k0(80) - k0(20)) / 60 with equal launch shifts at both: -1/sqrt(2)
@@ -686,8 +677,7 @@ def test_robust_readings_reach_the_laws(by):
     kept, robust = (
         accelcal.fit(r, robust=True, temperature_laws=by).temperature_model for r in (good, bad)
     )
-    for name in TRUTH:
-        a, b = (getattr(getattr(m, name.split()[0]), name.split()[1]) for m in (kept, robust))
+    for a, b in zip(leaves(kept).values(), leaves(robust).values(), strict=True):
         assert abs(a.value - b.value) < a.expanded_uncertainty
 
 

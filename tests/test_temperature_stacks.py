@@ -232,7 +232,7 @@ def test_product_fit_of_a_stack_is_the_least_squares_of_each_record(declared):
             parameters, felt = parameters * size[:count], felt * size[count:]
             model = own.at(felt[None], parameters[None]).model[0] + shared[record] @ error
             return np.concatenate(
-                [(own.output[0] - model) / errors.noise[record], error, (felt - 0.5) / 0.5]
+                [(own.output[0] - model) / errors.sizes.noise[record], error, (felt - 0.5) / 0.5]
             )
 
         nothing = np.zeros(shared.shape[2])

@@ -81,7 +81,7 @@ def _components(
     dof = {
         "launch": estimate.bias_shift.dof,
         "launch_sf": estimate.scale_factor_shift.dof,
-        "temperature": float(errors.temperature_dof.min()),
+        "temperature": float(errors.sizes.temperature_dof.min()),
         "hysteresis": np.inf,
     }
     head = errors.head.sums(through[None])[0]
@@ -98,12 +98,12 @@ def _of_noise(
     """Noise of the readings of one record; by position, or correlated, where that of a table is."""
     whole, over_dof = np.zeros((len(through), len(through))), np.zeros(len(through))
     readings = np.split(np.arange(through.shape[1]), edges_of(fit))
-    correlation = estimate.correlation
+    correlation, sizes = estimate.correlation, errors.sizes
     with np.errstate(divide="ignore"):  # a declared noise has no end of degrees of freedom
         for table, i, rows in zip(fit.tables, chosen, readings, strict=True):
-            passed = through[:, rows] * errors.noise[0, rows]
+            passed = through[:, rows] * sizes.noise[0, rows]
             covariance = (passed @ passed.T)[None]
-            dof = covariance[0].diagonal() / (passed**2 @ (1.0 / errors.noise_dof[0, rows]))[None]
+            dof = covariance[0].diagonal() / (passed**2 @ (1.0 / sizes.noise_dof[0, rows]))[None]
             if estimate.uneven[i].differs[0]:
                 part = through[:, rows].T
                 by_place = table.at_head.products(part, part)

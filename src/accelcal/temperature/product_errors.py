@@ -113,7 +113,8 @@ class Sizes(NamedTuple):
     Attributes
     ----------
     noise, noise_dof : ndarray, shape (R, n)
-        As in `Errors`.
+        Standard uncertainty of what is new in each reading [output unit], and its degrees of
+        freedom.
     temperature, temperature_dof : ndarray, shape (R, t)
         Standard uncertainty of the temperatures [degC], and its degrees of freedom.
     """
@@ -133,26 +134,20 @@ class Errors(NamedTuple):
 
     Attributes
     ----------
-    noise : ndarray, shape (R, n)
-        Standard uncertainty of what is new in each reading [output unit].
-    noise_dof : ndarray, shape (R, n)
-        Its degrees of freedom.
+    sizes : Sizes
+        Those of what is new in each reading, and of the temperatures.
     head : HeadErrors
         Those of the head.
     shared : mapping of str to ndarray, shape (R, m, n)
         By source, a column for each independent error but for those of the head [output unit].
     felt : ndarray, shape (R, t, n)
         What the parts that are felt do, in units of what is known of them before [output unit].
-    temperature_dof : ndarray, shape (R, t)
-        Degrees of freedom of the temperatures.
     """
 
-    noise: Array
-    noise_dof: Array
+    sizes: Sizes
     head: HeadErrors
     shared: Mapping[str, Array]
     felt: Array
-    temperature_dof: Array
 
 
 def product_fit(
@@ -228,9 +223,8 @@ def errors_at(fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> E
     loops = fit.loop.paired.shape[1]
     half_widths = state.parameters[:, state.parameters.shape[1] - loops :]
     return Errors(
-        noise=sizes.noise,
+        sizes=sizes,
         head=fit.head,
-        noise_dof=sizes.noise_dof,
         shared={
             "launch": _of_size(fit.bias, K1),
             "launch_sf": _of_size(fit.scale_factor, K1) * fit.readings.a_i,
@@ -238,7 +232,6 @@ def errors_at(fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> E
             "hysteresis": fit.loop.off_the_middle(half_widths).mT @ K1,
         },
         felt=heat * (fit.readings.deviation * PRIOR)[:, None],
-        temperature_dof=sizes.temperature_dof,
     )
 
 

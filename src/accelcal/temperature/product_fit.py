@@ -128,13 +128,13 @@ class _Columns(NamedTuple):
         away += times(state.felt / PRIOR - 1.0, errors.felt)
         parts = [jacobian, *errors.shared.values(), errors.felt, away[:, None]]
         values = np.concatenate(parts, axis=1)
-        values /= errors.noise[:, None]
+        values /= errors.sizes.noise[:, None]
         return cls(values, jacobian.shape[1], errors)
 
     @property
     def head(self) -> HeadErrors:
         """Errors of the head over the noise."""
-        return self.errors.head.over(self.errors.noise)
+        return self.errors.head.over(self.errors.sizes.noise)
 
     @property
     def felt(self) -> int:
@@ -190,12 +190,12 @@ class _System(NamedTuple):
     def map(self, columns: _Columns) -> Array:
         """The step of the parameters as a matrix, shape (R, 3 p + c, n)."""
         errors, count = columns.errors, columns.parameters
-        free = errors.head.apart(columns.values[:, :-1], errors.noise)
+        free = errors.head.apart(columns.values[:, :-1], errors.sizes.noise)
         free[:, :count] /= self.size[..., None]
         found = self._solved(free)[:, :count]
         found /= self.size[..., None]
-        rows = errors.head.apart(found, errors.noise)
-        return np.asarray(rows / errors.noise[:, None])
+        rows = errors.head.apart(found, errors.sizes.noise)
+        return np.asarray(rows / errors.sizes.noise[:, None])
 
     def _solved(self, right: Array) -> Array:
         try:
