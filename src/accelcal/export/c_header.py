@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from accelcal.compensate.coefficients import (
-    Compensation,
-    Law,
-)
+from accelcal.compensate.coefficients import Compensation, Law
 from accelcal.compensate.inversion import CLOSE, FARTHEST, MOST_STEPS
 from accelcal.compensate.ranges import ACCELERATION_MARGIN, TEMPERATURE_MARGIN
 from accelcal.export.c_text import c_comment, c_covariance, c_number, c_prefix, harmless, header_of

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from accelcal.compensate.choice import compensation
-from accelcal.compensate.coefficients import (
-    PARAMETERS,
-    Compensation,
-    Law,
-    Slope,
-)
+from accelcal.compensate.coefficients import PARAMETERS, Compensation, Law
 from accelcal.compensate.ranges import TEMPERATURE_MARGIN
 from accelcal.effects.left_in_use import static_in_use
 from accelcal.errors import InputError
@@ -204,30 +200,24 @@ def _known_errors(found: Compensation) -> dict[str, tuple[float, float]]:
     return known | {"K1": (sigma_K1 * abs(found.K1.at_T0), dof)}
 
 
-def _law_rows(symbol: str, law: Law, units: tuple[str, str], meaning: str) -> list[dict[str, Any]]:
-    return [
-        _row(symbol, law.at_T0, units[0], meaning),
-        *(
-            _slope_row(
-                f"{symbol}_slope_{side}", slope, units[1], f"slope {side} T0 of the {meaning}"
-            )
-            for side, slope in (("above", law.above), ("below", law.below))
-        ),
-    ]
+def _law_rows(
+    symbol: str, law: Law, units: tuple[str, str], meaning: str
+) -> Iterator[dict[str, Any]]:
+    yield _row(symbol, law.at_T0, units[0], meaning)
+    for side, slope in (("above", law.above), ("below", law.below)):
+        value, u = slope.value, finite_or_none(slope.standard_uncertainty)
+        told = (value, u) if slope.determined else (None, None)
+        of = f"slope {side} T0 of the {meaning}"
+        yield _row(f"{symbol}_slope_{side}", told[0], units[1], of, told[1])
 
 
-def _slope_row(symbol: str, slope: Slope, unit: str, meaning: str) -> dict[str, Any]:
-    row = _row(symbol, slope.value if slope.determined else None, unit, meaning)
-    if slope.determined:
-        row["standard_uncertainty"] = finite_or_none(slope.standard_uncertainty)
-    return row
-
-
-def _row(symbol: str, value: float | None, unit: str, meaning: str) -> dict[str, Any]:
+def _row(
+    symbol: str, value: float | None, unit: str, meaning: str, standard: float | None = None
+) -> dict[str, Any]:
     return {
         "symbol": symbol,
         "value": value,
-        "standard_uncertainty": None,
+        "standard_uncertainty": standard,
         "expanded_uncertainty": None,
         "unit": unit,
         "meaning": meaning,
