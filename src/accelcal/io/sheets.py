@@ -191,11 +191,20 @@ def without_faulty_facts(
         return _without_wrong(sheets, read)
     except TableError as error:
         facts = _facts(sheets)
-        alone = [[key] for key in facts]
-        for some in [*alone, [*facts]] if facts else []:
+        if not facts or _fault(_without(sheets, [*facts], error), read) == str(error):
+            raise  # of the table itself
+        for some in [*([key] for key in facts), [*facts]]:
             with suppress(TableError):
                 return _without_wrong(_without(sheets, some, error), read)
         raise
+
+
+def _fault(sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], object]) -> str:
+    try:
+        read(sheets)
+    except TableError as error:
+        return str(error)
+    return ""
 
 
 def _without_wrong(sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], Found]) -> Found:

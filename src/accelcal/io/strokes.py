@@ -7,9 +7,12 @@ import numpy as np
 from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.layout.directions import are_cycles
+from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout
+from accelcal.io.layout.separators import split_line
 from accelcal.io.values.cells import Column, labels, whole_numbers
 from accelcal.io.words.directions import BACK, FORWARD
+from accelcal.io.words.headings import Heading
 from accelcal.io.words.signs import with_hyphen
 
 _ASIDE = "column direction does not tell forward from back and was set aside"
@@ -37,13 +40,30 @@ def with_cycles(layout: Layout) -> Layout:
     >>> with_cycles(layout).headings[2].role
     'stroke'
     """
-    roles = {heading.role for heading in layout.headings}
+    headings = _with_words(layout)
+    roles = {heading.role for heading in headings}
     if not roles & {"direction", "directions"} or roles & {"stroke", "strokes"}:
         return layout
     headings = tuple(
-        own._replace(role="stroke") if are_cycles(own.text) else own for own in layout.headings
+        own._replace(role="stroke") if are_cycles(own.text) else own for own in headings
     )
-    return layout._replace(headings=headings)
+    declared = dict(layout.declared)
+    if "direction" in roles and not any(own.role == "stroke" for own in headings):
+        declared.setdefault("stroke", Declared("1", layout.headings_line, layout.source))
+    return layout._replace(headings=headings, declared=declared)
+
+
+def _with_words(layout: Layout) -> tuple[Heading, ...]:
+    """Headings, of which a column of strokes is one of directions where its cells are words."""
+    roles = [own.role for own in layout.headings]
+    if roles.count("stroke") != 1 or {"direction", "directions"} & {*roles}:
+        return layout.headings
+    place = roles.index("stroke")
+    ends = [split_line(row, layout.separator) for row in (layout.rows[0], layout.rows[-1])]
+    if not all(len(row) > place and row[place].isalpha() for row in ends):
+        return layout.headings
+    own = layout.headings[place]._replace(role="direction")
+    return (*layout.headings[:place], own, *layout.headings[place + 1 :])
 
 
 def strokes_by_direction(

@@ -22,6 +22,7 @@ from accelcal.io.declarations import (
 from accelcal.io.engines import Engine, by_an_engine
 from accelcal.io.files.text import Source, SourceText, Texts, read_texts
 from accelcal.io.layout.blocks_below import blocks_of
+from accelcal.io.layout.facts_beside import notes_of_facts
 from accelcal.io.layout.output_columns import (
     with_channels,
     with_lone_conditions,
@@ -338,7 +339,8 @@ def _read_by(
     if readings.std is not None and factor != 1.0:
         readings = replace(readings, std=readings.std * factor)
     notes = (
-        *(*text.notes, *layout.notes, *table.notes, *notes_of_scale(warmth)),
+        *(*text.notes, *layout.notes, *notes_of_facts(text.beside, layout.declared)),
+        *(*table.notes, *notes_of_scale(warmth)),
         *notes_of_turn(readings, declared.record["positions"]),
         *notes_of_minutes(readings.angle),
         *notes_of_far(readings.output, readings.line),

@@ -20,6 +20,7 @@ from accelcal.io.words.wording import lines_named, were
 
 _WIDE_BLANKS = re.compile(r" {2,}")
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
+_WIDE_COMMA = "\uff0c"  # of Chinese text
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 
 NO_READINGS = ("column headings but no readings", "add a row for each reading")
@@ -111,6 +112,8 @@ def _with_tabs(text: str) -> list[str]:
     others do; the last are missing where the cells of the others do not stand below one another.
     """
     lines = text.split("\n")
+    if _WIDE_COMMA in text and headings_of(lines) is None:
+        lines = text.replace(_WIDE_COMMA, ",").split("\n")
     if "  " not in text or "\t" in text:
         return lines
     plain = headings_of(lines)
@@ -141,7 +144,11 @@ def _rows(
     kept: Sequence[int] = numbers  # a list takes 40 bytes a row
     if not all(row.strip(blank) for row in rows):
         kept = [n for n, row in zip(numbers, rows, strict=True) if row.strip(blank)]
-    comments = list(_comments(lines, kept, source)) if any("#" in row for row in rows) else []
+    comments = (
+        list(_comments(lines, kept, source))
+        if any("#" in row or "%" in row for row in rows)
+        else []
+    )
     if comments:
         kept = sorted(set(kept).difference(comments))
     if not kept:

@@ -21,6 +21,7 @@ _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(（]\s*([^\])）]*?)\s*[\])）]")
 _BEFORE_UNIT = re.compile(r"\s*[/,]\s*|\s(?:in|en|в)\s+|((?:[_ ](?:in|en|в))?[_ ])")
 """What stands between a name and its unit; a blank alone in the group."""
+_NEXT_WORD = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z])")  # of names in a program, as StrokeNo
 _NUMBER_BEHIND = r"(?:(?:no|nr|№|n°)_)?([0-9]{1,6})"
 _STROKES = (
     re.compile(rf"(?:y|output|reading|{'|'.join(COLUMNS['stroke'])})?[_=]?{_NUMBER_BEHIND}"),
@@ -135,7 +136,7 @@ def _known(text: str, name: str, unit: str | None) -> Heading:
     folded = plain_name(name)
     if folded == "t":
         return Heading(text, _temperature_or_time(name, unit), unit)
-    role = _role(folded)
+    role = _role(folded) or _role(plain_name(_NEXT_WORD.sub("_", name)))
     if role and not (role == "lot" and unit):  # an electric charge has a unit
         in_degrees = role == "position" and unit and has_unit("angle", unit)
         return Heading(text, "angle" if in_degrees else role, unit)
