@@ -123,12 +123,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     """Turn the columns of a table into readings.
 
     They are in the order of the file; missing readings are left out. `positions` is the number in a
-    full turn.
-
-    Raises
-    ------
-    TableError
-        At the first cell that breaks a rule.
+    full turn. Raises TableError at the first cell that breaks a rule.
     """
     outputs = np.stack([numbers(column) for column in table.outputs], axis=1)
     first, across = table.outputs[0], table.across
@@ -232,12 +227,9 @@ def notes_of_pace(time: NDArray[Any] | None) -> list[str]:
 def refuse_swapped(table: Table, readings: Readings) -> None:
     """Refuse numbered columns of strokes that differ as positions do, while the rows do not.
 
-    And those of positions that differ as strokes do, while the rows do as positions.
-
-    Raises
-    ------
-    TableError
-        If outputs of one position span most of all outputs, and those of one stroke a small part.
+    And those of positions that differ as strokes do, while the rows do as positions. Raises
+    TableError if outputs of one position span most of all outputs, and those of one stroke a small
+    part.
     """
     across = table.across
     numbered = [own.heading for own in table.outputs if own.heading[:1].isdigit()]

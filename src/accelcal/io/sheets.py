@@ -29,18 +29,10 @@ Found = TypeVar("Found")
 
 
 class Sheet(NamedTuple):
-    """Text of a table, or of a sheet that has one, and its rows.
-
-    Attributes
-    ----------
-    text : SourceText
-        The text.
-    layout : Layout
-        What `layout_of` makes of it, or some of its rows.
-    """
+    """Text of a table, or of a sheet that has one, and its rows."""
 
     text: SourceText
-    layout: Layout
+    layout: Layout  # what `layout_of` makes of it, or some of its rows
 
 
 def with_name_of_sheet(layout: Layout, sheet: str) -> Layout:
@@ -112,12 +104,8 @@ def one_table(sheets: Sequence[Layout], source: str) -> Layout:
     """Put the rows of sheets below each other.
 
     The first columns hold what header lines tell of the rows of their sheet alone; those of the
-    test count for all sheets, wherever they stand. Lines are those of the sheets.
-
-    Raises
-    ------
-    TableError
-        If header lines of the test differ.
+    test count for all sheets, wherever they stand. Lines are those of the sheets. Raises TableError
+    if header lines of the test differ.
     """
     first = sheets[0]
     of_rows = _of_rows(sheets)
@@ -172,10 +160,7 @@ def without_faulty_facts(
 ) -> Found:
     r"""Read sheets, without what a sheet beside them tells that cannot be used; a note says so.
 
-    Raises
-    ------
-    TableError
-        If they cannot be read without such facts either.
+    Raises TableError if they cannot be read without such facts either.
 
     Examples
     --------

@@ -151,10 +151,7 @@ def _tell_what_numbers_tell(is_back: Array, label: Ints, even: Mask) -> bool:
 def strokes_of_rows(column: Column) -> Ints:
     """Return the number of the stroke in each row.
 
-    Raises
-    ------
-    TableError
-        At the first cell that is no whole number from 1.
+    Raises TableError at the first cell that is no whole number from 1.
     """
     stroke = whole_numbers(column, "strokes count from 1, odd ones go forward and even ones back")
     column.check(stroke > 0, "{} is missing", "write the stroke in every row")

@@ -213,10 +213,7 @@ def survey(source: Source | Texts, *, overrides: Mapping[str, object] | None = N
 def sheets_of(texts: Texts) -> list[Sheet]:
     """Take the texts of a source apart: its sheets, or blocks with the same headings.
 
-    Raises
-    ------
-    TableError
-        If one of them has no headings or no rows.
+    Raises TableError if one of them has no headings or no rows.
     """
     blocks = blocks_of(texts[0]) if len(texts) == 1 else texts
     return [Sheet(text, layout_of(text)) for text in blocks]
@@ -304,10 +301,7 @@ def _require_one_unit(sheets: Sequence[Sheet], records: Sequence[TumbleRecord]) 
 def layout_of(text: SourceText) -> Layout:
     """Take the text of a table apart.
 
-    Raises
-    ------
-    TableError
-        If it has no headings or no rows.
+    Raises TableError if it has no headings or no rows.
     """
     layout = without_repeated_headings(without_remarks(with_row_names(read_layout(text))))
     layout = with_blocks_below(without_words_below(with_units_below(layout)))

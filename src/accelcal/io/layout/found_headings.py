@@ -48,10 +48,7 @@ class FoundHeadings(NamedTuple):
 def find_headings(lines: list[str], name: str, remedy: str) -> FoundHeadings:
     """Find the headings of a table with all rows that tell more of them.
 
-    Raises
-    ------
-    TableError
-        If there are none.
+    Raises TableError if there are none.
     """
     first = _first_headings(lines, name, remedy)
     return _with_row_above(lines, _in_rows(lines, _below_numbers(lines, first)))

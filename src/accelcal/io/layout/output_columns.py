@@ -29,12 +29,8 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
     r"""Take columns for the outputs of accelerometers, where a list of serials names them.
 
     Serials that the caller lists win over the header line ``# serials``. The table stays the same
-    where nothing lists serials, or other columns hold outputs or serials.
-
-    Raises
-    ------
-    TableError
-        If a serial is the heading of no column.
+    where nothing lists serials, or other columns hold outputs or serials. Raises TableError if a
+    serial is the heading of no column.
 
     Examples
     --------

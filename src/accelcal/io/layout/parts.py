@@ -28,39 +28,18 @@ NO_READINGS = ("column headings but no readings", "add a row for each reading")
 
 
 class Layout(NamedTuple):
-    """A table taken apart, its cells still text.
-
-    Attributes
-    ----------
-    source : str
-        Name of the file.
-    declared : mapping of str to Declared
-        Header lines by canonical key, or by the key as written where it is not known.
-    headings : tuple of Heading
-        One entry a column.
-    headings_line : int
-        Line of the headings.
-    separator : str or None
-        ``","``, ``";"``, ``"|"`` or tab; None for runs of blanks.
-    rows : list of str
-        Lines of the table that are not blank.
-    lines : sequence of int
-        Line number of each row.
-    notes : tuple of str
-        What was set aside.
-    labels : tuple of Heading
-        What stands above each of several blocks of columns.
-    """
+    """A table taken apart, its cells still text."""
 
     source: str
+    # header lines by canonical key, or by the key as written where it is not known
     declared: Mapping[str, Declared]
-    headings: tuple[Heading, ...]
-    headings_line: int
-    separator: str | None
-    rows: list[str]
-    lines: Sequence[int]
-    notes: tuple[str, ...]
-    labels: tuple[Heading, ...] = ()
+    headings: tuple[Heading, ...]  # one entry a column
+    headings_line: int  # line of the headings
+    separator: str | None  # ``","``, ``";"``, ``"|"`` or tab; None for runs of blanks
+    rows: list[str]  # lines of the table that are not blank
+    lines: Sequence[int]  # line number of each row
+    notes: tuple[str, ...]  # what was set aside
+    labels: tuple[Heading, ...] = ()  # what stands above each of several blocks of columns
 
     def some(self, places: Sequence[int]) -> Layout:
         """Take some rows alone."""
@@ -75,10 +54,8 @@ class Layout(NamedTuple):
 def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     """Take a table apart.
 
-    Raises
-    ------
-    TableError
-        If there are no headings, no rows, or a key is declared twice with different values.
+    Raises TableError if there are no headings, no rows, or a key is declared twice with different
+    values.
     """
     refuse_document(source.text, source.name)
     lines = _with_tabs(source.text)

@@ -65,23 +65,12 @@ _BEFORE_MODEL = re.compile(r"(?:(?:model|mod[eè]le|modell|type?|instrument)\W+)
 
 
 class Said(NamedTuple):
-    """What a cell of a form says, alone or with the next one that has its value.
+    """What a cell of a form says, alone or with the next one that has its value."""
 
-    Attributes
-    ----------
-    key : str
-        Canonical key; empty where it declares nothing.
-    value : str
-        What it declares, or the words of an instrument or anything else.
-    behind : str
-        What stands before a serial number, and may be another instrument.
-    is_first : bool
-        Whether that is in rows above, so that the serial number is the first of its row.
-    """
-
-    key: str
-    value: str
-    behind: str = ""
+    key: str  # canonical key; empty where it declares nothing
+    value: str  # what it declares, or the words of an instrument or anything else
+    behind: str = ""  # what stands before a serial number, and may be another instrument
+    # whether that is in rows above, so that the serial number is the first of its row
     is_first: bool = False
 
 
@@ -97,12 +86,8 @@ def declarations_above(
 
     The lines are those that are not blank, with their numbers; separator and headings are those of
     the table below. Values are by canonical key, or by the key as written where a header line has
-    another one; with them come notes.
-
-    Raises
-    ------
-    TableError
-        If a key is declared twice with different values, or a reading stands above the headings.
+    another one; with them come notes. Raises TableError if a key is declared twice with different
+    values, or a reading stands above the headings.
     """
     _refuse_readings(above, name, separator, len(headings))
     declared: dict[str, Declared] = {}

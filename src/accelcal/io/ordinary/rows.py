@@ -28,21 +28,11 @@ from accelcal.record import TumbleRecord
 
 
 class Rules(NamedTuple):
-    """What must be the same for tables that are read together.
+    """What must be the same for tables that are read together."""
 
-    Attributes
-    ----------
-    roles : tuple of str
-        What the columns hold.
-    positions : int
-        Number of positions in a full turn.
-    factor : float
-        Unit of the times [s].
-    """
-
-    roles: tuple[str, ...]
-    positions: int
-    factor: float
+    roles: tuple[str, ...]  # what the columns hold
+    positions: int  # number of positions in a full turn
+    factor: float  # unit of the times [s]
 
 
 class Plain(NamedTuple):
@@ -67,21 +57,11 @@ class Plain(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Ordinary tables that are read together.
+    """Ordinary tables that are read together."""
 
-    Attributes
-    ----------
-    rules : Rules
-        What is the same for them.
-    tables : list of Plain
-        The tables.
-    cells : CellBlock
-        Their cells, table below table.
-    """
-
-    rules: Rules
+    rules: Rules  # what is the same for them
     tables: list[Plain]
-    cells: CellBlock
+    cells: CellBlock  # their cells, table below table
 
 
 def records_of(group: Group) -> list[tuple[TumbleRecord, ...] | None]:

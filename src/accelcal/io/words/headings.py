@@ -43,24 +43,14 @@ _COUNTED = re.compile(
 
 
 class Heading(NamedTuple):
-    """Meaning of a column heading.
+    """Meaning of a column heading."""
 
-    Attributes
-    ----------
-    text : str
-        As written.
-    role : str or None
-        One of `COLUMNS`, one of `ACROSS` for an output of a wide table, None if unknown.
-    unit : str or None
-        Unit given in the heading, as written.
-    of : float, str or None
-        Stroke, direction, position, angle [deg], temperature [degC; else a text with its unit] or
-        serial of an output of a wide table.
-    """
-
-    text: str
+    text: str  # as written
+    # one of `COLUMNS`, one of `ACROSS` for an output of a wide table, None if unknown
     role: str | None
-    unit: str | None = None
+    unit: str | None = None  # unit given in the heading, as written
+    # stroke, direction, position, angle [deg], temperature [degC; else a text with its unit] or
+    # serial of an output of a wide table
     of: float | str | None = None
 
 
