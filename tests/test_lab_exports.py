@@ -810,6 +810,8 @@ def test_wide_commas_separate_columns():
     """There were no headings."""
     assert readings(read(long_table("温度，位置，行程，输出", form="{}，{}，{}，{}"))) == set(LONG)
     assert readings(read(long_table("温度（°C），位置，行程，输出"))) == set(LONG)
+    text = long_table("温度，位置，行程，输出", form="{}，{}，{}，{}")
+    assert readings(accelcal.read_table(io.BytesIO(text.encode("gbk")))) == set(LONG)
 
 
 @pytest.mark.parametrize(

@@ -233,10 +233,7 @@ def _differs(key: str, unit: str | None) -> bool:
 def declared_temperature(layout: Layout, decimal: str) -> float | None:
     """Temperature that a header line declares for all rows, None where it is not known [degC].
 
-    Raises
-    ------
-    TableError
-        As by `declared_number`.
+    Raises as `declared_number` does.
     """
     written = layout.declared.get("temperature")
     if written is None or is_missing(written.value.removesuffix("degC").strip()):

@@ -69,32 +69,13 @@ def _with_words(layout: Layout) -> tuple[Heading, ...]:
 def strokes_by_direction(
     column: Column, number: Ints, row: Ints, angle: Array, *, cycles: bool = False
 ) -> tuple[Ints, tuple[str, ...]]:
-    """Count strokes by number and direction.
+    """Count strokes by number and direction: odd ones go forward and even ones back.
 
-    Parameters
-    ----------
-    column : Column
-        Direction of each row.
-    number : ndarray of int, shape (m,)
-        Number of each reading's stroke, or of its cycle of one stroke forward and one back.
-    row : ndarray of int, shape (m,)
-        Row of each reading.
-    angle : ndarray of float, shape (m,)
-        Head angle of each reading [deg].
-    cycles : bool, default False
-        Whether the numbers are called cycles, so that nothing but the direction tells the strokes.
-
-    Returns
-    -------
-    ndarray of int, shape (m,)
-        Numbers of the strokes, odd ones forward and even ones back.
-    tuple of str
-        How they were counted, where not as `number` has them, or that the column was set aside.
-
-    Raises
-    ------
-    TableError
-        Where a direction has no known name, or few readings are against that of their stroke.
+    The column has the direction of each row; of each reading there are the number of its stroke, or
+    of its cycle of one stroke forward and one back, its row, and its head angle [deg]. Numbers that
+    are called cycles do not tell the strokes. Notes say how these were counted, where not as the
+    numbers have them, or that the column was set aside. Raises TableError where a direction has no
+    known name, or few readings are against that of their stroke.
     """
     of_row, names = labels(column)
     is_back = np.array([_is_back(with_hyphen(name.casefold())) for name in names])

@@ -220,24 +220,9 @@ def sheets_of(texts: Texts) -> list[Sheet]:
 
 
 def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> Survey:
-    """Read sheets: accelerometers, each of its own, or parts of one table.
+    """Read sheets, as `survey` does: accelerometers, each of its own, or parts of one table.
 
-    Parameters
-    ----------
-    sheets : sequence of Sheet
-        One or more; one alone may be any table.
-    overrides : mapping of str to object
-        As for `read_tables`.
-
-    Returns
-    -------
-    tuple
-        As of `survey`.
-
-    Raises
-    ------
-    TableError
-        If the table is unusable.
+    One alone may be any table.
     """
     rest: dict[str, Any] = dict(overrides)
     serial = rest.pop("serial", None)

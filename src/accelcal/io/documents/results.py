@@ -239,19 +239,9 @@ def read_later(
 ) -> tuple[TumbleRecord | Calibration, ...]:
     """Read what a calibration is compared with: a table of readings, or another calibration.
 
-    Parameters
-    ----------
-    source : str
-        Path of a file; ``"-"`` reads standard input.
-    overrides : mapping of str to object
-        Declarations of a table, as of `accelcal.read_tables`; None is not declared.
-
-    Raises
-    ------
-    TableError, DocumentError
-        If the file cannot be read or used.
-    InputError
-        If something is declared of a calibration.
+    Overrides are declarations of a table, as of `accelcal.read_tables`; None is not declared.
+    Raises TableError or DocumentError if the file cannot be read or used, and InputError if
+    something is declared of a calibration.
     """
     from accelcal.io.tables import read_tables  # here, as few calibrations need it
 

@@ -37,10 +37,7 @@ def read_rows(path: str, start: int, end: int) -> Any:
 
     `end` is the row behind the last.
 
-    Raises
-    ------
-    InputError, TableError
-        As of `read_all`.
+    Raises as `read_all` does.
     """
     import pyarrow as pa
 
@@ -190,10 +187,7 @@ def _text_of(table: Any, quoting: str) -> bytes:
 def headings_of(path: str) -> list[str]:
     """Names of the columns of a Parquet file.
 
-    Raises
-    ------
-    InputError, TableError
-        As of `read_all`.
+    Raises as `read_all` does.
     """
     names: list[str] = _open(path).schema_arrow.names
     return names

@@ -92,10 +92,7 @@ def read_text(source: Source | Texts, what: str = "table") -> SourceText:
 def read_texts(source: Source | Texts, what: str = "table") -> Texts:
     """Read the tables of a source as text: several where a workbook has them in its sheets.
 
-    Raises
-    ------
-    TableError, InputError
-        As of `read_text`.
+    Raises as `read_text` does.
     """
     if isinstance(source, tuple):
         return source

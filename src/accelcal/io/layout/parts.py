@@ -14,13 +14,13 @@ from accelcal.io.layout.found_headings import FoundHeadings, find_headings, head
 from accelcal.io.layout.header_lines import Declared, refuse_declaration, uncommented
 from accelcal.io.layout.rows_above import declarations_above
 from accelcal.io.layout.separators import filled
-from accelcal.io.layout.wide_blanks import with_tabs
 from accelcal.io.words.headings import Heading
 from accelcal.io.words.wording import lines_named, were
 
 _WIDE_BLANKS = re.compile(r" {2,}")
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
 _WIDE_COMMA = "\uff0c"  # of Chinese text
+_WIDE_CELL = re.compile(r"[^ ]+(?: [^ ]+)*")
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 
 NO_READINGS = ("column headings but no readings", "add a row for each reading")
@@ -106,7 +106,43 @@ def _with_tabs(text: str) -> list[str]:
     odd = any(plain is None or len(row.split()) == len(plain.cells) for row in short)
     if not rows or odd or not rows[0][0] == size >= max(rows)[0]:
         return lines
-    return [*wide[: headings.below], *with_tabs(lines[headings.below :], size)]
+    return [*wide[: headings.below], *_between_tabs(lines[headings.below :], size)]
+
+
+def _between_tabs(lines: Sequence[str], size: int) -> Iterator[str]:
+    r"""Put tabs between the cells of rows that two blanks or more separate.
+
+    A row of fewer cells has them in the columns of the others.
+
+    Examples
+    --------
+    >>> list(_between_tabs(["0   1.35  1.36", "45        0.96"], 3))
+    ['0\t1.35\t1.36', '45\t\t0.96']
+    """
+    found = [list(_WIDE_CELL.finditer(line)) for line in lines]
+    whole = [[cell.span() for cell in cells] for cells in found if len(cells) == size]
+    columns = [
+        (min(start for start, _ in own), max(end for _, end in own))
+        for own in zip(*whole, strict=True)
+    ]
+    for cells in found:
+        row = [""] * len(cells)
+        for place, cell in zip(_places(cells, columns), cells, strict=True):
+            row += [""] * (place + 1 - len(row))
+            row[place] = cell.group()
+        yield "\t".join(row)
+
+
+def _places(cells: Sequence[re.Match[str]], columns: Sequence[tuple[int, int]]) -> Sequence[int]:
+    """Columns in which cells stand: the first ones, where there are as many or nothing tells."""
+    over = [
+        place
+        for cell in cells
+        for place, (start, end) in enumerate(columns)
+        if cell.start() < end and start < cell.end()
+    ]
+    told = len(over) == len(set(over)) == len(cells) < len(columns)
+    return over if told else range(len(cells))
 
 
 def _rows(

@@ -36,22 +36,13 @@ class Rules(NamedTuple):
 
 
 class Plain(NamedTuple):
-    """An ordinary table, its cells not yet read.
+    """An ordinary table, its cells not yet read."""
 
-    Attributes
-    ----------
-    body : bytes
-        The rows.
-    rows, line : int
-        Their number, and the line of the first.
-    declared, own : mapping of str to object
-        Fields of the record that the rows do not hold: those that most tables have in common, and
-        those of the table itself, which win.
-    """
-
-    body: bytes
-    rows: int
-    line: int
+    body: bytes  # the rows
+    rows: int  # their number
+    line: int  # of the first
+    # fields of the record that the rows do not hold: those that most tables have in common, and
+    # those of the table itself, which win
     declared: Mapping[str, Any]
     own: Mapping[str, Any]
 

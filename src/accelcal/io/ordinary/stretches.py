@@ -16,16 +16,10 @@ from accelcal.arrays import Ints, Mask
 
 
 class Stretches(NamedTuple):
-    """Rows in stretches that follow each other.
+    """Rows in stretches that follow each other."""
 
-    Attributes
-    ----------
-    start, size : ndarray of int
-        The first row of each stretch, and the number of its rows, one or more.
-    """
-
-    start: Ints
-    size: Ints
+    start: Ints  # first row of each stretch
+    size: Ints  # number of its rows, one or more
 
     @classmethod
     def of(cls, size: Ints) -> Stretches:
