@@ -822,6 +822,7 @@ def test_wide_commas_separate_columns():
         "T,Position,Course,Sortie",
         "T,J,k,DMM1 (A DC)",
         "T,J,k,Y [Impulse]",
+        "T,Lage,Hub,Y",
     ],
 )
 def test_headings_as_programs_write_them(headings):

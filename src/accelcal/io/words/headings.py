@@ -27,7 +27,7 @@ _STROKES = (
     re.compile(rf"(?:y|output|reading|{'|'.join(COLUMNS['stroke'])})?[_=]?{_NUMBER_BEHIND}"),
     re.compile(r"y_?\{?j,?([0-9]{1,6})\}?(?:\^\{?t\}?)?"),  # Y_JK^T, as the paper has it
 )
-_POSITIONS = re.compile(rf"(?:p|lage|{'|'.join(COLUMNS['position'])})_?{_NUMBER_BEHIND}")
+_POSITIONS = re.compile(rf"(?:p|{'|'.join(COLUMNS['position'])})_?{_NUMBER_BEHIND}")
 _SERIAL = re.compile(  # and a label with a digit, which a serial port does not have
     r"(?:(?:output|y)[ _])?(?:s/?n|serial(?:[ _](?:no|nr|number))?)(?:[ _.:#]+|(?=[0-9]))"
     r"([^\s,;]*[0-9][^\s,;]*)",

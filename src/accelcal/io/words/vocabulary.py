@@ -16,7 +16,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("температура", "т", "温度", "teplota", "temperatuur"),
         ),
         "position": (
-            *("position", "pos", "j", "stellung", "posición", "posição", "posizione"),
+            *("position", "pos", "j", "stellung", "lage", "posición", "posição", "posizione"),
             *("положение", "положения", "позиция", "位置", "ポジション"),
             *("pozycja", "położenie", "poloha", "pozice", "positie"),
         ),
