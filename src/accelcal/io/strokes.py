@@ -93,7 +93,8 @@ def strokes_by_direction(
             forward, back = (shown(names[i]) for i in np.argsort(ways))
             told = (f"direction {forward} is forward and {back} back, as the angles show",)
     known = ~np.isnan(is_back)[of_row]
-    column.check(known, "{} is neither forward nor back", "write forward or back")
+    remedy = "write forward or back, or number the strokes"
+    column.check(known, "{} is neither forward nor back", remedy)
     back = is_back[label] == 1.0
     against: Mask = back != even
     if not cycles and against.mean() < _FEW:
