@@ -355,7 +355,7 @@ def test_a_supply_with_a_unit_is_no_output_beside_a_current(headings):
     assert readings(read(long_table(f"T,J,k,{headings}", form="{},{},{},28,{}"))) == set(LONG)
 
 
-@pytest.mark.parametrize("headings", ["Supply [V],AL15", "Vcc [V],Iout", "Box [V],Current"])
+@pytest.mark.parametrize("headings", ["Supply [V],AL15", "Vcc [V],AL15", "Box [V],Current"])
 def test_what_may_be_a_supply_is_not_taken_for_the_output(headings):
     with pytest.raises(TableError, match="no column for output"):
         read(long_table(f"T,J,k,{headings}", form="{},{},{},28,{}"))
@@ -590,8 +590,8 @@ def test_a_text_alone_is_a_remark_where_each_row_tells_its_temperature(remark):
 
 
 def test_a_supply_is_no_accelerometer():
-    with pytest.raises(TableError, match="a line '# serials: Iout' if these are accelerometers"):
-        read("T,J,k,Vcc [V],Iout\n20,1,1,5,1.3\n20,5,1,5,-1.3\n")
+    with pytest.raises(TableError, match="a line '# serials: AL15' if these are accelerometers"):
+        read("T,J,k,Vcc [V],AL15\n20,1,1,5,1.3\n20,5,1,5,-1.3\n")
 
 
 def test_rows_that_all_end_early_are_refused():
@@ -769,3 +769,72 @@ def test_japanese_text_of_a_spreadsheet(tmp_path):
 def test_a_table_on_its_side_with_angles_beside_position():
     text = "# temperature: 20\nPosition;0°;180°\nHub 1;1,35;-1,33\nHub 2;1,36;-1,34\n"
     assert {row[2:] for row in readings(read(text))} == {row[2:] for row in LONG}
+
+
+def turned(heading, words, above=(), below="{},{},{},{}"):
+    """A table of one stroke with each of two words, over nine positions."""
+    turn = [
+        (n, word) for word, way in zip(words, (1, -1), strict=True) for n in range(1, 10)[::way]
+    ]
+    rows = [below.format(20, 45 * (n - 1), word, n + 0.5) for n, word in turn]
+    return "\n".join([*above, f"T,angle,{heading},Y", *rows]) + "\n"
+
+
+@pytest.mark.parametrize("heading", ["Stroke", "Direction", "Drehrichtung"])
+@pytest.mark.parametrize("words", [("CW", "CCW"), ("forward", "back"), ("rechts", "links")])
+def test_words_of_directions_alone_tell_one_stroke_each(heading, words):
+    """They were no numbers of strokes, or a column stroke was missing."""
+    record = read(turned(heading, words))
+    assert record.stroke.tolist() == [1] * 9 + [2] * 9
+
+
+@pytest.mark.parametrize("words", [("CW", "x"), ("hot", "cold")])
+def test_words_whose_direction_nothing_tells_are_refused(words):
+    rows = "".join(f"20,{45 * n},{word},{n}.5\n" for n in range(9) for word in words)
+    with pytest.raises(TableError, match="is neither forward nor back"):
+        read(f"T,angle,Stroke,Y\n{rows}")
+
+
+def test_comments_of_matlab_are_header_lines():
+    """The serial number and the unit were set aside as text."""
+    record = read(long_table("% serial: A-7", "% unit: mA", "%% by hand", "T,J,k,Y"))
+    assert (record.serial, record.unit, readings(record)) == ("A-7", "mA", set(LONG))
+    assert readings(read(long_table("% T,J,k,Y"))) == set(LONG)
+    assert readings(read(long_table("T,J,k,Y") + "% the end\n")) == set(LONG)
+    assert readings(read(long_table("RH,T,J,k,Y", "%,degC,,,mA", form="40,{},{},{},{}"))) == set(
+        LONG
+    )
+
+
+def test_wide_commas_separate_columns():
+    """There were no headings."""
+    assert readings(read(long_table("温度，位置，行程，输出", form="{}，{}，{}，{}"))) == set(LONG)
+    assert readings(read(long_table("温度（°C），位置，行程，输出"))) == set(LONG)
+    text = long_table("温度，位置，行程，输出", form="{}，{}，{}，{}")
+    assert readings(accelcal.read_table(io.BytesIO(text.encode("gbk")))) == set(LONG)
+
+
+@pytest.mark.parametrize(
+    "headings",
+    [
+        "Temperature_degC,Pos,StrokeNo,Output_mA",
+        "Temp,PositionNumber,Stroke,Vout",
+        "T,Position,Course,Sortie",
+        "T,J,k,DMM1 (A DC)",
+        "T,J,k,Y [Impulse]",
+        "T,Lage,Hub,Y",
+    ],
+)
+def test_headings_as_programs_write_them(headings):
+    assert readings(read(long_table(headings))) == set(LONG)
+
+
+def test_what_was_measured_goes_before_what_was_set():
+    """Neither was taken, as two columns have the unit."""
+    record = read(
+        long_table(
+            "T set [°C],T meas [°C],Angle set [deg],Angle actual [deg],k,Y",
+            form="21,{0},7,{1},{2},{3}",
+        )
+    )
+    assert (record.temperature.tolist(), record.angle.tolist()) == ([20.0] * 4, [1, 5, 5, 1])

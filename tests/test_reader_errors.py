@@ -369,7 +369,8 @@ ERRORS = {
     ),
     "direction of no known name": (
         "T,J,k,direction,Y\n20,1,1,CW,1\n20,1,1,CCW,2\n",
-        "2: direction 'CW' is neither forward nor back; write forward or back",
+        "2: direction 'CW' is neither forward nor back;"
+        " write forward or back, or number the strokes",
     ),
     "direction against the stroke": (
         "T,J,k,direction,Y\n"

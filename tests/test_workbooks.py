@@ -15,6 +15,7 @@ import pytest
 import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import InputError, TableError
+from accelcal.io import tables
 
 pytest.importorskip("python_calamine")
 openpyxl = pytest.importorskip("openpyxl")
@@ -122,7 +123,7 @@ def test_a_sheet_without_a_table_tells_the_facts_of_the_test(tmp_path):
             "facts of the sheet 'Info' were set aside: date is '2024-06-01'",
         ),
         (
-            [["Voltmeter", "HP"], ["S/N", "U2"]],
+            [["Frame", "HP"], ["S/N", "U2"]],
             "sheet 'Info': serials 'A-7, U2' above the headings",
         ),
         ([["Temperature", "20, 80, -40"], ["7", "8"]], "told by the sheet 'Info'"),
@@ -154,6 +155,7 @@ def test_a_fact_that_cannot_be_used_is_set_aside(more, why, tmp_path):
     notes = [note for note in found.notes if "of the sheet 'Info' is not used: " in note]
     assert any(why in note for note in notes)
     assert any("delta0 is 'see drawing'; give it as a number" in note for note in notes)
+    assert "Operator, serial and date: told by the sheet 'Info'" in found.notes  # alone
 
 
 @pytest.mark.parametrize(
@@ -184,12 +186,46 @@ def test_a_fault_of_the_table_is_told_where_a_fact_cannot_be_used_either(tmp_pat
         accelcal.read_table(path)
 
 
+def test_a_faulty_table_is_read_once_more_without_all_its_facts(tmp_path, monkeypatch):
+    """It was read once for each of them before it was refused."""
+    times = []
+    read = tables._survey
+    monkeypatch.setattr(tables, "_survey", lambda *given: times.append(given) or read(*given))
+    facts = [*FACTS, ["Unit", "mA"], ["g", 9.81], ["Positions", 8]]
+    table = [*ROWS[9:14], [20, 1, "x", *ROWS[14][3:]], *ROWS[15:]]
+    with pytest.raises(TableError, match="stroke 'x' is not a number"):
+        accelcal.read_table(book_of(tmp_path / "a.xlsx", {"Info": facts, "Test": table}))
+    assert len(times) == 2
+
+
+@pytest.mark.parametrize(
+    ("sheet", "rows", "serial"),
+    [
+        ("DMM", [["Serial number", "MY-4500"], ["Range", "10 V"]], None),
+        ("Info", [["Instrument", "Multimeter"], ["Model", "3458A"], ["S/N", "MY-4500"]], None),
+        ("Info", [["S/N", "MY-4500"], ["Model", "Keysight 3458A"]], None),
+        ("Info", [["Head", "ODG-32"], ["S/N", "17"]], None),
+        ("Info", [["S/N", "A-7"], ["Voltmeter", "Keysight 3458A"]], "A-7"),
+        ("Info", [["Voltmeter", "3458A"], ["DUT S/N", "A-7"]], "A-7"),
+        ("Info", [["Voltmeter", "3458A"], [""], ["S/N", "A-7"]], "A-7"),
+    ],
+)
+def test_the_serial_of_an_instrument_is_not_that_of_the_accelerometer(
+    sheet, rows, serial, tmp_path
+):
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", {sheet: rows, "Test": ROWS[9:]}))
+    assert found.serial == serial
+    assert any("may be that of an instrument" in note for note in found.notes) == (serial is None)
+
+
 def test_a_missing_fact_is_none_and_one_that_two_sheets_tell_otherwise_is_not_used(tmp_path):
     """A voltmeter's serial was that of the accelerometer where its sheet came first."""
-    sheets = {"DMM": [["Serial", "D-1"], ["Date", "-"]], "UUT": FACTS[:3], "Test": ROWS[9:]}
+    sheets = {"Cell": [["Serial", "D-1"], ["Date", "-"]], "UUT": FACTS[:3], "Test": ROWS[9:]}
     found = accelcal.read_table(book_of(tmp_path / "a.xlsx", sheets))
     assert (found.serial, found.date) == (None, "2024-05-31")
     assert any("serial is 'D-1' in" in note and "neither is used" in note for note in found.notes)
+    sheets["DMM"] = sheets.pop("Cell")
+    assert accelcal.read_table(book_of(tmp_path / "b.xlsx", sheets)).serial == "A-7"
 
 
 def test_a_sheet_of_facts_beside_several_tables_tells_no_serial(tmp_path):

@@ -58,7 +58,7 @@ OUTPUT_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "kHz": ("kilohertz", "кГц"),
         "MHz": ("megahertz",),
         "counts": ("count", "cnt", "cts", "lsb", "lsbs", "digit", "digits"),
-        "pulses": ("pulse", "imp", "имп"),
+        "pulses": ("pulse", "imp", "impulse", "impulsions", "имп"),
         "pulses/s": ("pulse/s", "pps", "imp/s", "имп/с"),
         "g": (),
         "mg": ("milli-g",),

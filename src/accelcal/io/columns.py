@@ -39,43 +39,24 @@ _OF_ONE_SERIAL = ("std",)  # time and count are those of all accelerometers that
 
 
 class Table(NamedTuple):
-    """The columns of a table by what they hold.
+    """The columns of a table by what they hold."""
 
-    Attributes
-    ----------
-    columns : mapping of str to Column
-        Columns with one cell a row, by role.
-    outputs : tuple of Column
-        Columns of readings, one in a long table.
-    across : Column or None
-        What those of a wide table stand for, a cell each: their stroke, position, angle,
-        temperature or serial; None for a long table.
-    date : str or None
-        Date that stands in every row.
-    decimal : str
-        Decimal mark.
-    aside : tuple of str
-        Headings of the columns that are not used.
-    notes : tuple of str
-        What was set aside.
-    """
-
-    columns: Mapping[str, Column]
-    outputs: tuple[Column, ...]
+    columns: Mapping[str, Column]  # columns with one cell a row, by role
+    outputs: tuple[Column, ...]  # columns of readings, one in a long table
+    # what those of a wide table stand for, a cell each: their stroke, position, angle, temperature
+    # or serial; None for a long table
     across: Column | None
-    date: str | None
+    date: str | None  # date that stands in every row
     decimal: str
-    aside: tuple[str, ...]
-    notes: tuple[str, ...]
+    aside: tuple[str, ...]  # headings of the columns that are not used
+    notes: tuple[str, ...]  # what was set aside
 
 
 def choose_columns(layout: Layout, engine: Engine) -> Table:
     """Choose the columns of a table and split its rows.
 
-    Raises
-    ------
-    TableError
-        If a column is missing, there twice or in the wrong unit, or a row has the wrong length.
+    Raises TableError if a column is missing, there twice or in the wrong unit, or a row has the
+    wrong length.
     """
     roles, across, outputs = _roles(layout)
     wide, own = bool(across), _of_one_reading(across)
@@ -117,12 +98,8 @@ def places_of(
     """Index of the column of each role.
 
     Roles that are needed must be there; only some of them count where `among` lists these. The
-    remedy tells what the headings should be.
-
-    Raises
-    ------
-    TableError
-        If one of them is missing, a role is there twice, or a temperature is in another unit.
+    remedy tells what the headings should be. Raises TableError if one of them is missing, a role is
+    there twice, or a temperature is in another unit.
     """
     found: dict[str, int] = {}
     for index, heading in enumerate(layout.headings):

@@ -47,20 +47,10 @@ _FACTOR = re.compile(r"\bk\s*=|sigma\b|σ|\b9[59][0-9.,]*\s*%", re.IGNORECASE)
 
 
 class Declarations(NamedTuple):
-    """What is declared of a test.
+    """What is declared of a test."""
 
-    Attributes
-    ----------
-    record : mapping
-        Fields of a `TumbleRecord` but for its readings and metadata.
-    runs : tuple of str
-        Names of all runs in their order, empty where they are not declared.
-    metadata : mapping of str to str
-        Everything else.
-    """
-
-    record: Mapping[str, Any]
-    runs: tuple[str, ...]
+    record: Mapping[str, Any]  # fields of a `TumbleRecord` but for its readings and metadata
+    runs: tuple[str, ...]  # names of all runs in their order, empty where they are not declared
     metadata: Mapping[str, str]
 
 
@@ -75,14 +65,8 @@ def declarations(
 
     Overrides, as of `declared_by_caller`, win over the header; a quantity may be a text with its
     unit, as ``"2 arcsec"``. The unit is that of the outputs in the table, and the scale the unit of
-    its temperatures, where it is written.
-
-    Raises
-    ------
-    TableError
-        If a header line has a value that breaks a rule.
-    InputError
-        If `overrides` does.
+    its temperatures, where it is written. Raises TableError if a header line has a value that
+    breaks a rule. Raises InputError if `overrides` does.
     """
     given, texts = _checked(overrides, layout.source)
     declared = {key: text for key, text in layout.declared.items() if key not in given} | texts
@@ -114,13 +98,9 @@ def declarations(
 def declared_by_caller(overrides: Any, names: Sequence[str] = OVERRIDES) -> dict[str, Any]:
     """Take the declarations of a caller.
 
-    Those that are None are left out.
-
-    Raises
-    ------
-    InputError
-        If it is something else or has other names, as those that only header lines may have, the
-        serial, unit or date is no text, or the metadata no mapping.
+    Those that are None are left out. Raises InputError if it is something else or has other names,
+    as those that only header lines may have, the serial, unit or date is no text, or the metadata
+    no mapping.
     """
     given = mapping_of(overrides, "overrides", "{'serial': 'AL-15'}")
     check_text(**{name: given.get(name) for name in ("serial", "unit", "serials", "date")})
@@ -146,12 +126,8 @@ def serial_of_file(
     """Tell the one serial number of a file.
 
     That of the caller takes the place of that of the file, and a note says so. The remedy tells
-    what to do where the file has several.
-
-    Raises
-    ------
-    TableError
-        If the file has several, or a cell of the column is empty.
+    what to do where the file has several. Raises TableError if the file has several, or a cell of
+    the column is empty.
     """
     found = _lines_of_serials(layout, column)
     if len(found) > 1:
@@ -201,12 +177,8 @@ def declared_number(
     """Take the number of a header line.
 
     It is in g, rad, degC, m/s^2 or parts of one; a resolution is converted to the unit of the
-    outputs. By the local gravity [m/s^2] an acceleration may be given in m/s^2.
-
-    Raises
-    ------
-    TableError
-        If it is no number, in a unit of something else, or out of its range.
+    outputs. By the local gravity [m/s^2] an acceleration may be given in m/s^2. Raises TableError
+    if it is no number, in a unit of something else, or out of its range.
     """
     if _FACTOR.search(declared.value):
         problem = f"{key} is {shown(declared.value)}, with a factor"
@@ -261,10 +233,7 @@ def _differs(key: str, unit: str | None) -> bool:
 def declared_temperature(layout: Layout, decimal: str) -> float | None:
     """Temperature that a header line declares for all rows, None where it is not known [degC].
 
-    Raises
-    ------
-    TableError
-        As by `declared_number`.
+    Raises as `declared_number` does.
     """
     written = layout.declared.get("temperature")
     if written is None or is_missing(written.value.removesuffix("degC").strip()):

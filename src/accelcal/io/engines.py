@@ -84,11 +84,7 @@ def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Column
     """Split the rows by the standard library.
 
     The columns that are used have cells of text. A row has at least the fields that are needed.
-
-    Raises
-    ------
-    TableError
-        If a row has too many or too few fields.
+    Raises TableError if a row has too many or too few fields.
     """
     _refuse_short(layout)
     table = split_rows(layout, needed)
@@ -110,12 +106,8 @@ def columns_by_split(layout: Layout, used: Sequence[int], needed: int) -> Column
 def split_rows(layout: Layout, needed: int) -> list[list[str]]:
     """Cells of each row, as many as there are headings.
 
-    Blank cells at their ends fall away or are added.
-
-    Raises
-    ------
-    TableError
-        If a row has too many or too few fields.
+    Blank cells at their ends fall away or are added. Raises TableError if a row has too many or too
+    few fields.
     """
     width = len(layout.headings)
     table = [split_line(row, layout.separator) for row in layout.rows]
@@ -179,12 +171,8 @@ def decimal_mark(text: str, separator: str | None) -> str:
 def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Columns:
     """Split the rows, and read their numbers, by pandas.
 
-    The arguments are those of `columns_by_split`.
-
-    Raises
-    ------
-    BulkEngineGivesUp
-        If the light engine must look.
+    The arguments are those of `columns_by_split`. Raises BulkEngineGivesUp if the light engine must
+    look.
     """
     rows = _even_rows(layout, needed)
     _refuse_split_numbers(layout, (split_line(row, layout.separator) for row in layout.rows))
@@ -212,12 +200,8 @@ def read_frame(
     """Read plain rows by pandas.
 
     Each row ends in a line feed, and none has quotes. The columns that are used are called by their
-    indices; numbers lose no digit, what is missing is NaN, and a text is no number.
-
-    Raises
-    ------
-    BulkEngineGivesUp
-        If there is anything else in them.
+    indices; numbers lose no digit, what is missing is NaN, and a text is no number. Raises
+    BulkEngineGivesUp if there is anything else in them.
     """
     import io
 

@@ -27,12 +27,7 @@ def one_of_serial(results: Sequence[Item], serial: str | None, name: str, what: 
     """Choose one result of a file.
 
     One that has no serial number fits any; without the serial number there must be one. `what` is
-    such as ``"calibration"``, for messages.
-
-    Raises
-    ------
-    InputError
-        If there is none, or several.
+    such as ``"calibration"``, for messages. Raises InputError if there is none, or several.
     """
     chosen = all_of_serial(results, serial)
     if len(chosen) == 1:
@@ -59,10 +54,7 @@ def all_of_serial(items: Iterable[Item], serial: str | None) -> list[Item]:
 def records_of_serial(records: Sequence[Item], serial: str | None) -> list[Item]:
     """Keep the records of one serial number, as of `all_of_serial`.
 
-    Raises
-    ------
-    InputError
-        If there is none.
+    Raises InputError if there is none.
     """
     kept = all_of_serial(records, serial)
     if not kept:
@@ -74,10 +66,7 @@ def records_of_serial(records: Sequence[Item], serial: str | None) -> list[Item]
 def records_called(records: Sequence[TumbleRecord], serial: str | None) -> list[TumbleRecord]:
     """Choose the records of a serial number, or give it to all where their tables tell one or none.
 
-    Raises
-    ------
-    InputError
-        If the tables tell several, but not this one.
+    Raises InputError if the tables tell several, but not this one.
     """
     told = {record.serial for record in records} - {None}
     if serial is None or len(told) > 1:
@@ -99,12 +88,7 @@ def pairs_of_units(
 
     The pairs are in the order of the second file; with them come the serial numbers without a
     partner. Serial numbers that differ by their spelling alone are one; a result that has none fits
-    any.
-
-    Raises
-    ------
-    InputError
-        If there is no pair, or a result is in several.
+    any. Raises InputError if there is no pair, or a result is in several.
     """
     one, other = _bare_of_serial(known, serial), _bare_of_serial(later, serial)
     pairs = [

@@ -41,39 +41,9 @@ _OTHER = {"stroke": ("position", "Y1, Y2"), "position": ("stroke", "J1, J2")}
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """All readings of a file, one entry a reading.
+    """All readings of a file, one entry a reading, by the names of a `TumbleRecord`."""
 
-    Attributes
-    ----------
-    source : str
-        Name of the file.
-    output, temperature, angle : ndarray of float
-        As in a `TumbleRecord`.
-    position, stroke, line : ndarray of int
-        As in a `TumbleRecord`.
-    mounting : ndarray of str
-        As in a `TumbleRecord`.
-    time : ndarray of float, datetime64 or timedelta64, or None
-        Seconds, dates of UTC, or clock times counted from a midnight.
-    day : ndarray of datetime64, or None
-        Days of the times as written; None where they have none.
-    clamping, std, count : ndarray of float, or None
-        As in a `TumbleRecord`.
-    lot : ndarray of str, or None
-        Lot of the unit, empty where it is not known.
-    run, serial : ndarray of int, or None
-        Indices into the labels.
-    run_labels, serials : tuple of str
-        The labels; empty without such a column.
-    missing : ndarray of int
-        Line of each missing reading.
-    missing_serial : ndarray of int, or None
-        Serial of each missing reading.
-    stroke_notes : tuple of str
-        How strokes were counted, where not as the table numbers them.
-    """
-
-    source: str
+    source: str  # name of the file
     output: Array
     temperature: Array
     angle: Array
@@ -81,19 +51,19 @@ class Readings:
     stroke: Ints
     line: Ints
     mounting: NDArray[np.str_]
-    time: NDArray[Any] | None
-    day: NDArray[np.datetime64] | None
+    time: NDArray[Any] | None  # seconds, dates of UTC, or clock times counted from a midnight
+    day: NDArray[np.datetime64] | None  # days of the times as written; None where they have none
     clamping: Array | None
     std: Array | None
     count: Array | None
-    lot: NDArray[np.str_] | None
-    run: Ints | None
-    serial: Ints | None
-    run_labels: tuple[str, ...]
+    lot: NDArray[np.str_] | None  # lot of the unit, empty where it is not known
+    run: Ints | None  # index into the labels
+    serial: Ints | None  # index into the serials
+    run_labels: tuple[str, ...]  # empty without such a column, as the serials are
     serials: tuple[str, ...]
-    missing: Ints
-    missing_serial: Ints | None
-    stroke_notes: tuple[str, ...]
+    missing: Ints  # line of each missing reading
+    missing_serial: Ints | None  # serial of each missing reading
+    stroke_notes: tuple[str, ...]  # how strokes were counted, where not as the table numbers them
 
     def select(self, chosen: Mask | Places) -> Readings:
         """Keep the readings where a mask is true, or at some places."""
@@ -123,12 +93,7 @@ def read_readings(table: Table, positions: int) -> Readings:
     """Turn the columns of a table into readings.
 
     They are in the order of the file; missing readings are left out. `positions` is the number in a
-    full turn.
-
-    Raises
-    ------
-    TableError
-        At the first cell that breaks a rule.
+    full turn. Raises TableError at the first cell that breaks a rule.
     """
     outputs = np.stack([numbers(column) for column in table.outputs], axis=1)
     first, across = table.outputs[0], table.across
@@ -232,12 +197,9 @@ def notes_of_pace(time: NDArray[Any] | None) -> list[str]:
 def refuse_swapped(table: Table, readings: Readings) -> None:
     """Refuse numbered columns of strokes that differ as positions do, while the rows do not.
 
-    And those of positions that differ as strokes do, while the rows do as positions.
-
-    Raises
-    ------
-    TableError
-        If outputs of one position span most of all outputs, and those of one stroke a small part.
+    And those of positions that differ as strokes do, while the rows do as positions. Raises
+    TableError if outputs of one position span most of all outputs, and those of one stroke a small
+    part.
     """
     across = table.across
     numbered = [own.heading for own in table.outputs if own.heading[:1].isdigit()]

@@ -38,12 +38,8 @@ def records_of(
     """Make the records of a table.
 
     One for each serial number, in the order of the file. `common` is what all have in common, by
-    the names of `TumbleRecord`.
-
-    Raises
-    ------
-    TableError
-        If one of them has no output, or outputs that are all the same.
+    the names of `TumbleRecord`. Raises TableError if one of them has no output, or outputs that are
+    all the same.
     """
     serials = _serials(layout, readings, common["serial"])
     common |= {"notes": (*common["notes"], *notes_of_alike(readings.serials))}
@@ -125,11 +121,7 @@ def _without_repeats(readings: Readings, run: Ints) -> Mask:
     """Leave out the readings that repeat one with the same output.
 
     Returns a mask of those that are kept, of one accelerometer; `run` is that of each, shape (n,).
-
-    Raises
-    ------
-    TableError
-        If one is repeated with another output.
+    Raises TableError if one is repeated with another output.
     """
     place = np.where(readings.position > 0, readings.position, readings.angle)
     kind = readings.position > 0

@@ -29,36 +29,20 @@ _MOST_DIGITS = 9
 
 @dataclass(frozen=True, slots=True)
 class Runs:
-    """The runs of a table.
+    """The runs of a table."""
 
-    Attributes
-    ----------
-    index : ndarray of int, shape (n,)
-        Run of each reading.
-    labels : tuple of str
-        Their names, in the order in which they were made as far as the table tells.
-    notes : tuple of str
-        What was told from the rows, and what they do not tell.
-    """
-
-    index: Ints
-    labels: tuple[str, ...]
-    notes: tuple[str, ...] = ()
+    index: Ints  # run of each reading, shape (n,)
+    labels: tuple[str, ...]  # in the order in which they were made as far as the table tells
+    notes: tuple[str, ...] = ()  # what was told from the rows, and what they do not tell
 
 
 def runs_of(readings: Readings, declared: tuple[str, ...]) -> Runs:
     """Tell the runs of a table.
 
     The readings are of one accelerometer. `declared` names the runs in their order where a header
-    line tells them.
+    line tells them. Raises TableError if the temperatures make no levels, or a run is not among the
+    declared ones.
 
-    Raises
-    ------
-    TableError
-        If the temperatures make no levels, or a run is not among the declared ones.
-
-    Notes
-    -----
     Without a column run, a level of temperature is one run. It is two where the rows prove that it
     was met twice: other temperatures lie between them in time, or in the file and then the strokes
     go on counting or the same reading comes again with another output. Each mounting is a run of

@@ -29,18 +29,10 @@ Found = TypeVar("Found")
 
 
 class Sheet(NamedTuple):
-    """Text of a table, or of a sheet that has one, and its rows.
-
-    Attributes
-    ----------
-    text : SourceText
-        The text.
-    layout : Layout
-        What `layout_of` makes of it, or some of its rows.
-    """
+    """Text of a table, or of a sheet that has one, and its rows."""
 
     text: SourceText
-    layout: Layout
+    layout: Layout  # what `layout_of` makes of it, or some of its rows
 
 
 def with_name_of_sheet(layout: Layout, sheet: str) -> Layout:
@@ -112,12 +104,8 @@ def one_table(sheets: Sequence[Layout], source: str) -> Layout:
     """Put the rows of sheets below each other.
 
     The first columns hold what header lines tell of the rows of their sheet alone; those of the
-    test count for all sheets, wherever they stand. Lines are those of the sheets.
-
-    Raises
-    ------
-    TableError
-        If header lines of the test differ.
+    test count for all sheets, wherever they stand. Lines are those of the sheets. Raises TableError
+    if header lines of the test differ.
     """
     first = sheets[0]
     of_rows = _of_rows(sheets)
@@ -172,10 +160,7 @@ def without_faulty_facts(
 ) -> Found:
     r"""Read sheets, without what a sheet beside them tells that cannot be used; a note says so.
 
-    Raises
-    ------
-    TableError
-        If they cannot be read without such facts either.
+    Raises TableError if they cannot be read without such facts either.
 
     Examples
     --------
@@ -191,11 +176,20 @@ def without_faulty_facts(
         return _without_wrong(sheets, read)
     except TableError as error:
         facts = _facts(sheets)
-        alone = [[key] for key in facts]
-        for some in [*alone, [*facts]] if facts else []:
+        if not facts or _fault(_without(sheets, [*facts], error), read) == str(error):
+            raise  # of the table itself
+        for some in [*([key] for key in facts), [*facts]]:
             with suppress(TableError):
                 return _without_wrong(_without(sheets, some, error), read)
         raise
+
+
+def _fault(sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], object]) -> str:
+    try:
+        read(sheets)
+    except TableError as error:
+        return str(error)
+    return ""
 
 
 def _without_wrong(sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], Found]) -> Found:

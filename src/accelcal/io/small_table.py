@@ -19,18 +19,10 @@ from accelcal.io.words.wording import lines_named
 
 
 class SmallTable(NamedTuple):
-    """A table by what its columns hold.
+    """A table by what its columns hold."""
 
-    Attributes
-    ----------
-    layout : Layout
-        Header lines, headings and rows.
-    columns : mapping of str to Column
-        Columns by role.
-    """
-
-    layout: Layout
-    columns: Mapping[str, Column]
+    layout: Layout  # header lines, headings and rows
+    columns: Mapping[str, Column]  # columns by role
 
 
 def small_table(
@@ -43,13 +35,9 @@ def small_table(
     """Take a small table out of a text.
 
     `recognise` tells the meaning of a heading, and `key_of` that of a key; roles that are needed
-    must be there. The remedy tells what the headings should be.
-
-    Raises
-    ------
-    TableError
-        If there are no headings or rows, a column is missing or there twice, a key is declared
-        twice with different values, or a row is too long or too short.
+    must be there. The remedy tells what the headings should be. Raises TableError if there are no
+    headings or rows, a column is missing or there twice, a key is declared twice with different
+    values, or a row is too long or too short.
     """
     refuse_document(given.text, given.name)
     declared, aside, table = _header_lines(given, key_of)

@@ -25,17 +25,10 @@ from accelcal.record import TumbleRecord
 
 
 class SoundSerials(NamedTuple):
-    """Accelerometers of a table.
+    """Accelerometers of a table."""
 
-    Attributes
-    ----------
-    records : tuple of TumbleRecord
-        Those that can be read, in the order of the file.
-    faults : tuple of TableError
-        What is wrong with the others, an error each, in this order.
-    """
-
-    records: tuple[TumbleRecord, ...]
+    records: tuple[TumbleRecord, ...]  # those that can be read, in the order of the file
+    # what is wrong with the others, an error each, in this order
     faults: tuple[TableError, ...] = ()
 
 
@@ -44,11 +37,7 @@ def read_sound(source: Source, overrides: Mapping[str, object]) -> SoundSerials:
 
     All of them where `read_tables` reads them. Else those that it reads once the rows of the faulty
     ones are deleted; the first fault is told as it tells it. A file object can be read again.
-
-    Raises
-    ------
-    TableError
-        If the whole table is unusable.
+    Raises TableError if the whole table is unusable.
 
     Examples
     --------

@@ -17,6 +17,7 @@ from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.declarations import declared_by_caller, serial_of_file
 from accelcal.io.engines import by_an_engine, split_rows
 from accelcal.io.files.text import Source, read_text
+from accelcal.io.layout.facts_beside import notes_of_facts
 from accelcal.io.layout.output_columns import with_lone_output
 from accelcal.io.layout.output_unit import unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
@@ -154,7 +155,8 @@ def read_stability(
     columns = _columns(layout)
     output = numbers(columns["output"])
     kept = ~np.isnan(output)
-    notes = [*layout.notes, *notes_of_unused(layout, _ROLES)]
+    notes = [*layout.notes, *notes_of_facts(text.beside, layout.declared)]
+    notes += notes_of_unused(layout, _ROLES)
     if not kept.all():
         missing = columns["output"].lines[~kept]
         notes.append(f"{were(missing, 'missing output')} left out ({lines_named(missing)})")

@@ -7,9 +7,12 @@ import numpy as np
 from accelcal.arguments.kinds import shown
 from accelcal.arrays import Array, Ints, Mask
 from accelcal.io.layout.directions import are_cycles
+from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout
+from accelcal.io.layout.separators import split_line
 from accelcal.io.values.cells import Column, labels, whole_numbers
 from accelcal.io.words.directions import BACK, FORWARD
+from accelcal.io.words.headings import Heading
 from accelcal.io.words.signs import with_hyphen
 
 _ASIDE = "column direction does not tell forward from back and was set aside"
@@ -37,44 +40,42 @@ def with_cycles(layout: Layout) -> Layout:
     >>> with_cycles(layout).headings[2].role
     'stroke'
     """
-    roles = {heading.role for heading in layout.headings}
+    headings = _with_words(layout)
+    roles = {heading.role for heading in headings}
     if not roles & {"direction", "directions"} or roles & {"stroke", "strokes"}:
         return layout
     headings = tuple(
-        own._replace(role="stroke") if are_cycles(own.text) else own for own in layout.headings
+        own._replace(role="stroke") if are_cycles(own.text) else own for own in headings
     )
-    return layout._replace(headings=headings)
+    declared = dict(layout.declared)
+    if "direction" in roles and not any(own.role == "stroke" for own in headings):
+        declared.setdefault("stroke", Declared("1", layout.headings_line, layout.source))
+    return layout._replace(headings=headings, declared=declared)
+
+
+def _with_words(layout: Layout) -> tuple[Heading, ...]:
+    """Headings, of which a column of strokes is one of directions where its cells are words."""
+    roles = [own.role for own in layout.headings]
+    if roles.count("stroke") != 1 or {"direction", "directions"} & {*roles}:
+        return layout.headings
+    place = roles.index("stroke")
+    ends = [split_line(row, layout.separator) for row in (layout.rows[0], layout.rows[-1])]
+    if not all(len(row) > place and row[place].isalpha() for row in ends):
+        return layout.headings
+    own = layout.headings[place]._replace(role="direction")
+    return (*layout.headings[:place], own, *layout.headings[place + 1 :])
 
 
 def strokes_by_direction(
     column: Column, number: Ints, row: Ints, angle: Array, *, cycles: bool = False
 ) -> tuple[Ints, tuple[str, ...]]:
-    """Count strokes by number and direction.
+    """Count strokes by number and direction: odd ones go forward and even ones back.
 
-    Parameters
-    ----------
-    column : Column
-        Direction of each row.
-    number : ndarray of int, shape (m,)
-        Number of each reading's stroke, or of its cycle of one stroke forward and one back.
-    row : ndarray of int, shape (m,)
-        Row of each reading.
-    angle : ndarray of float, shape (m,)
-        Head angle of each reading [deg].
-    cycles : bool, default False
-        Whether the numbers are called cycles, so that nothing but the direction tells the strokes.
-
-    Returns
-    -------
-    ndarray of int, shape (m,)
-        Numbers of the strokes, odd ones forward and even ones back.
-    tuple of str
-        How they were counted, where not as `number` has them, or that the column was set aside.
-
-    Raises
-    ------
-    TableError
-        Where a direction has no known name, or few readings are against that of their stroke.
+    The column has the direction of each row; of each reading there are the number of its stroke, or
+    of its cycle of one stroke forward and one back, its row, and its head angle [deg]. Numbers that
+    are called cycles do not tell the strokes. Notes say how these were counted, where not as the
+    numbers have them, or that the column was set aside. Raises TableError where a direction has no
+    known name, or few readings are against that of their stroke.
     """
     of_row, names = labels(column)
     is_back = np.array([_is_back(with_hyphen(name.casefold())) for name in names])
@@ -92,7 +93,8 @@ def strokes_by_direction(
             forward, back = (shown(names[i]) for i in np.argsort(ways))
             told = (f"direction {forward} is forward and {back} back, as the angles show",)
     known = ~np.isnan(is_back)[of_row]
-    column.check(known, "{} is neither forward nor back", "write forward or back")
+    remedy = "write forward or back, or number the strokes"
+    column.check(known, "{} is neither forward nor back", remedy)
     back = is_back[label] == 1.0
     against: Mask = back != even
     if not cycles and against.mean() < _FEW:
@@ -131,10 +133,7 @@ def _tell_what_numbers_tell(is_back: Array, label: Ints, even: Mask) -> bool:
 def strokes_of_rows(column: Column) -> Ints:
     """Return the number of the stroke in each row.
 
-    Raises
-    ------
-    TableError
-        At the first cell that is no whole number from 1.
+    Raises TableError at the first cell that is no whole number from 1.
     """
     stroke = whole_numbers(column, "strokes count from 1, odd ones go forward and even ones back")
     column.check(stroke > 0, "{} is missing", "write the stroke in every row")

@@ -22,6 +22,7 @@ from accelcal.io.declarations import (
 from accelcal.io.engines import Engine, by_an_engine
 from accelcal.io.files.text import Source, SourceText, Texts, read_texts
 from accelcal.io.layout.blocks_below import blocks_of
+from accelcal.io.layout.facts_beside import notes_of_facts
 from accelcal.io.layout.output_columns import (
     with_channels,
     with_lone_conditions,
@@ -212,34 +213,16 @@ def survey(source: Source | Texts, *, overrides: Mapping[str, object] | None = N
 def sheets_of(texts: Texts) -> list[Sheet]:
     """Take the texts of a source apart: its sheets, or blocks with the same headings.
 
-    Raises
-    ------
-    TableError
-        If one of them has no headings or no rows.
+    Raises TableError if one of them has no headings or no rows.
     """
     blocks = blocks_of(texts[0]) if len(texts) == 1 else texts
     return [Sheet(text, layout_of(text)) for text in blocks]
 
 
 def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> Survey:
-    """Read sheets: accelerometers, each of its own, or parts of one table.
+    """Read sheets, as `survey` does: accelerometers, each of its own, or parts of one table.
 
-    Parameters
-    ----------
-    sheets : sequence of Sheet
-        One or more; one alone may be any table.
-    overrides : mapping of str to object
-        As for `read_tables`.
-
-    Returns
-    -------
-    tuple
-        As of `survey`.
-
-    Raises
-    ------
-    TableError
-        If the table is unusable.
+    One alone may be any table.
     """
     rest: dict[str, Any] = dict(overrides)
     serial = rest.pop("serial", None)
@@ -303,10 +286,7 @@ def _require_one_unit(sheets: Sequence[Sheet], records: Sequence[TumbleRecord]) 
 def layout_of(text: SourceText) -> Layout:
     """Take the text of a table apart.
 
-    Raises
-    ------
-    TableError
-        If it has no headings or no rows.
+    Raises TableError if it has no headings or no rows.
     """
     layout = without_repeated_headings(without_remarks(with_row_names(read_layout(text))))
     layout = with_blocks_below(without_words_below(with_units_below(layout)))
@@ -338,7 +318,8 @@ def _read_by(
     if readings.std is not None and factor != 1.0:
         readings = replace(readings, std=readings.std * factor)
     notes = (
-        *(*text.notes, *layout.notes, *table.notes, *notes_of_scale(warmth)),
+        *(*text.notes, *layout.notes, *notes_of_facts(text.beside, layout.declared)),
+        *(*table.notes, *notes_of_scale(warmth)),
         *notes_of_turn(readings, declared.record["positions"]),
         *notes_of_minutes(readings.angle),
         *notes_of_far(readings.output, readings.line),

@@ -23,23 +23,11 @@ _APART = (
 
 
 def with_levels_around(readings: Readings, level: Ints) -> tuple[Readings, tuple[str, ...]]:
-    """Give readings without temperature that of the rows around them.
+    """Give readings without temperature that of the rows around them, to tell the levels by.
 
-    Parameters
-    ----------
-    readings : Readings
-        All readings of one accelerometer.
-    level : ndarray of int, shape (n,)
-        Level of each by its temperature.
-
-    Returns
-    -------
-    readings : Readings
-        With these temperatures, to tell the levels by. Those stay unknown that stand between two
-        levels, are of no stroke of the rows around them nor of one between two of these, or come
-        again in them.
-    notes : tuple of str
-        What was told from the rows, and what they do not tell.
+    The readings are all of one accelerometer, each with its level by its temperature. Those stay
+    unknown that stand between two levels, are of no stroke of the rows around them nor of one
+    between two of these, or come again in them. Notes say what the rows tell, and what not.
     """
     unknown = np.isnan(readings.temperature)
     if unknown.all():

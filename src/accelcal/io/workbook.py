@@ -36,14 +36,9 @@ def read_sheets(data: bytes, name: str) -> tuple[SourceText, ...]:
 
     The text of a sheet has a line for each row of it and tabs between the cells. Where there are
     several tables each has the name of its sheet, and where there are other sheets a note. The name
-    of the file has that of a sheet behind ``#`` where one is meant.
-
-    Raises
-    ------
-    InputError
-        If python-calamine is not installed.
-    TableError
-        If this is no workbook, has no such sheet, or no sheet of several has a table.
+    of the file has that of a sheet behind ``#`` where one is meant. Raises InputError if
+    python-calamine is not installed. Raises TableError if this is no workbook, has no such sheet,
+    or no sheet of several has a table.
     """
     try:
         from python_calamine import CalamineError, CalamineWorkbook, PasswordError

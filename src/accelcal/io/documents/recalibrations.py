@@ -26,12 +26,8 @@ def read_entries(paths: Sequence[str]) -> list[Entry]:
     """Read what some files say of units.
 
     They are frames of ``accelcal batch`` (CSV or Parquet) or documents of ``accelcal fit`` (JSON),
-    and an entry is of one table.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, or is neither of the two.
+    and an entry is of one table. Raises InputError if a file cannot be read, or is neither of the
+    two.
     """
     return [entry for path in paths for entry in _read(path)]
 

@@ -26,24 +26,12 @@ __all__ = ["read_calibration", "read_discovery"]
 
 
 class ResultFile(NamedTuple):
-    """A file of results.
-
-    Attributes
-    ----------
-    name : str
-        Name of the file.
-    sha256 : str
-        SHA-256 of its bytes, in hexadecimal.
-    results : tuple of StoredResult
-        What it holds, all of one kind.
-    stand : StandDiscovery or None
-        What its discoveries tell of their stand.
-    """
+    """A file of results."""
 
     name: str
-    sha256: str
-    results: tuple[Any, ...]
-    stand: StandDiscovery | None = None
+    sha256: str  # SHA-256 of its bytes, in hexadecimal
+    results: tuple[Any, ...]  # what it holds, all of one kind
+    stand: StandDiscovery | None = None  # what its discoveries tell of their stand
 
     @property
     def calibrations(self) -> tuple[Calibration, ...]:
@@ -54,12 +42,8 @@ class ResultFile(NamedTuple):
         """Choose the result of a serial number; one that has none fits any.
 
         Without a serial number the file must hold one result. Of a calibration, the tables of a
-        mounting alone are kept where one is asked for.
-
-        Raises
-        ------
-        InputError
-            If there is none, or several, or no table of this mounting.
+        mounting alone are kept where one is asked for. Raises InputError if there is none, or
+        several, or no table of this mounting.
         """
         is_discovery = isinstance(self.results[0], Discovery)
         what = "discovery" if is_discovery else "calibration"
@@ -78,10 +62,7 @@ class ResultFile(NamedTuple):
     def only(self) -> Any:
         """Return the only result, for those who take one model for many units.
 
-        Raises
-        ------
-        InputError
-            If there are several.
+        Raises InputError if there are several.
         """
         if len(self.results) > 1:
             have = ", ".join(str(found.serial) for found in self.results)
@@ -94,10 +75,7 @@ class ResultFile(NamedTuple):
     def of_serial(self, serial: str) -> ResultFile:
         """Keep the results of one serial number, or of none, without the stand.
 
-        Raises
-        ------
-        InputError
-            If there is none.
+        Raises InputError if there is none.
         """
         kept = tuple(all_of_serial(self.results, serial))
         if not kept:
@@ -111,12 +89,8 @@ def read_results(
 ) -> ResultFile:
     """Read a file of results of one of some kinds; `what` it is to be, for messages.
 
-    Raises
-    ------
-    TableError
-        If the file cannot be read.
-    DocumentError
-        If it is no file of such results.
+    Raises TableError if the file cannot be read. Raises DocumentError if it is no file of such
+    results.
     """
     read, (results, stand) = read_document(source, what, partial(_results, kinds=kinds))
     return ResultFile(read.name, read.sha256 or "", results, stand)
@@ -265,19 +239,9 @@ def read_later(
 ) -> tuple[TumbleRecord | Calibration, ...]:
     """Read what a calibration is compared with: a table of readings, or another calibration.
 
-    Parameters
-    ----------
-    source : str
-        Path of a file; ``"-"`` reads standard input.
-    overrides : mapping of str to object
-        Declarations of a table, as of `accelcal.read_tables`; None is not declared.
-
-    Raises
-    ------
-    TableError, DocumentError
-        If the file cannot be read or used.
-    InputError
-        If something is declared of a calibration.
+    Overrides are declarations of a table, as of `accelcal.read_tables`; None is not declared.
+    Raises TableError or DocumentError if the file cannot be read or used, and InputError if
+    something is declared of a calibration.
     """
     from accelcal.io.tables import read_tables  # here, as few calibrations need it
 

@@ -22,7 +22,7 @@ _CYRILLIC = re.compile(rb"[\xc0-\xff\xa8\xb8]{4}")
 """Four letters of windows-1251; in Latin-1 they are four with accents, and no word has these."""
 _OF_WINDOWS = re.compile(rb"[\x80-\x9f]")
 """What Latin-1 has no letters or signs for."""
-_BETWEEN = re.compile(r"[\s_,;|:=/\-.\[\]()（）\"'#]+")
+_BETWEEN = re.compile(r"[\s_,，;|:=/\-.\[\]()（）\"'#]+")
 
 
 def encoding_of(data: bytes) -> str:

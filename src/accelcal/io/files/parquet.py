@@ -26,14 +26,8 @@ def is_parquet(path: str) -> bool:
 def read_all(source: str | IO[bytes]) -> Any:
     """Read a Parquet file.
 
-    Texts are in dictionaries.
-
-    Raises
-    ------
-    InputError
-        If pyarrow is not installed.
-    TableError
-        If the file is no Parquet file.
+    Texts are in dictionaries. Raises InputError if pyarrow is not installed. Raises TableError if
+    the file is no Parquet file.
     """
     return _open(source, with_dictionaries=True).read(use_threads=False)
 
@@ -43,10 +37,7 @@ def read_rows(path: str, start: int, end: int) -> Any:
 
     `end` is the row behind the last.
 
-    Raises
-    ------
-    InputError, TableError
-        As of `read_all`.
+    Raises as `read_all` does.
     """
     import pyarrow as pa
 
@@ -68,13 +59,9 @@ def _row_group(path: str, _stamp: int, group: int) -> Any:
 def as_csv(table: Any, name: str, above: int = 0) -> bytes:
     """Write rows as CSV, below their headings; numbers keep all their digits.
 
-    Cells that are missing are empty. `above` counts the rows of the file above these.
-
-    Raises
-    ------
-    TableError
-        If a column holds more than a value a row, or durations under a unit that is not ``s``, or
-        a text a line break.
+    Cells that are missing are empty. `above` counts the rows of the file above these. Raises
+    TableError if a column holds more than a value a row, or durations under a unit that is not
+    ``s``, or a text a line break.
     """
     import pyarrow as pa
 
@@ -200,10 +187,7 @@ def _text_of(table: Any, quoting: str) -> bytes:
 def headings_of(path: str) -> list[str]:
     """Names of the columns of a Parquet file.
 
-    Raises
-    ------
-    InputError, TableError
-        As of `read_all`.
+    Raises as `read_all` does.
     """
     names: list[str] = _open(path).schema_arrow.names
     return names

@@ -51,39 +51,21 @@ _ALONE = "_sha256" if sys.version_info < (3, 12) else "_sha2"
 
 
 class SourceText(NamedTuple):
-    """Text of a source.
+    """Text of a source."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the file, ``"<stdin>"`` for standard input.
-    text : str
-        The text, every line ended by a line feed.
-    encoding : str
-        How the bytes were read; ``"parquet"`` or ``"workbook"`` where they are no text, and this
-        is that of the rows.
-    compressed : bool
-        Whether the bytes came out of gzip.
-    sha256 : str or None
-        SHA-256 of the bytes, in hexadecimal; None where the source gave text.
-    skipped : int
-        Lines of the file that are left out below the headings, where this is a part of it.
-    notes : tuple of str
-        What is to be told of how it was read.
-    sheet : str
-        Name of the sheet of a workbook; empty where it is none.
-    beside : tuple of SourceText
-        Sheets of the workbook that have no table, and may tell of the test.
-    """
-
-    name: str
-    text: str
+    name: str  # name of the file, ``"<stdin>"`` for standard input
+    text: str  # the text, every line ended by a line feed
+    # how the bytes were read; ``"parquet"`` or ``"workbook"`` where they are no text, and this is
+    # that of the rows
     encoding: str
-    compressed: bool = False
+    compressed: bool = False  # whether the bytes came out of gzip
+    # SHA-256 of the bytes, in hexadecimal; None where the source gave text
     sha256: str | None = None
+    # lines of the file that are left out below the headings, where this is a part of it
     skipped: int = 0
-    notes: tuple[str, ...] = ()
-    sheet: str = ""
+    notes: tuple[str, ...] = ()  # what is to be told of how it was read
+    sheet: str = ""  # name of the sheet of a workbook; empty where it is none
+    # sheets of the workbook that have no table, and may tell of the test
     beside: tuple[SourceText, ...] = ()
 
 
@@ -96,14 +78,9 @@ def read_text(source: Source | Texts, what: str = "table") -> SourceText:
 
     Gzip, Parquet and workbooks are told by their first bytes. A path may end in the name of a
     sheet, as in ``"tests.xlsx#AL-15"``. Texts that were read before are given back. `what` is for
-    messages.
-
-    Raises
-    ------
-    TableError
-        If the source cannot be read, is not text, or is a workbook with several tables.
-    InputError
-        If it is a Parquet file or a workbook, and what reads it is not installed.
+    messages. Raises TableError if the source cannot be read, is not text, or is a workbook with
+    several tables. Raises InputError if it is a Parquet file or a workbook, and what reads it is
+    not installed.
     """
     first, *others = read_texts(source, what)
     if others:
@@ -115,10 +92,7 @@ def read_text(source: Source | Texts, what: str = "table") -> SourceText:
 def read_texts(source: Source | Texts, what: str = "table") -> Texts:
     """Read the tables of a source as text: several where a workbook has them in its sheets.
 
-    Raises
-    ------
-    TableError, InputError
-        As of `read_text`.
+    Raises as `read_text` does.
     """
     if isinstance(source, tuple):
         return source
@@ -140,14 +114,8 @@ def read_document(
 ) -> tuple[SourceText, Found]:
     """Read a source whose text is a document.
 
-    `read` takes the text, and gives what it holds.
-
-    Raises
-    ------
-    TableError
-        If the source cannot be read or is not text.
-    DocumentError
-        If `read` refuses it; the message names the source.
+    `read` takes the text, and gives what it holds. Raises TableError if the source cannot be read
+    or is not text. Raises DocumentError if `read` refuses it; the message names the source.
     """
     given = read_text(source, what)
     try:
@@ -159,10 +127,7 @@ def read_document(
 def standard_input() -> IO[bytes]:
     """Give standard input.
 
-    Raises
-    ------
-    InputError
-        If it is closed.
+    Raises InputError if it is closed.
     """
     if sys.stdin is None:
         raise InputError("standard input is closed; open it, or give the path of a file")

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Set
+import re
+from collections.abc import Iterator, Mapping, Sequence, Set
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
 from accelcal.io.files.text import SourceText
-from accelcal.io.layout.header_lines import Declared, is_any_unit
-from accelcal.io.layout.rows_above import SIGNS, declarations_above, label
+from accelcal.io.layout.header_lines import TESTED, Declared, is_any_unit
+from accelcal.io.layout.rows_above import (
+    INSTRUMENT,
+    SIGNS,
+    declarations_above,
+    label,
+    note_of_instrument,
+)
 from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import COLUMNS, KEYS
 from accelcal.plural import listed
@@ -16,6 +23,9 @@ from accelcal.plural import listed
 _OF_THE_TEST = {*KEYS}.difference(COLUMNS, ("runs", "serials")) | {"serial", "unit", "date"}
 """Keys that are not of single rows or columns of the table."""
 
+_OF_IT = re.compile(
+    r"\W*(?:model|mod[eè]le|type?|maker?|manufacturer|hersteller|instrument)\b", re.I
+)
 _MOST_LINES = 200
 _LONGEST = 40  # letters of a name; what is longer is a sentence
 
@@ -23,7 +33,7 @@ _LONGEST = 40  # letters of a name; what is longer is a sentence
 def with_facts(
     declared: Mapping[str, Declared], source: SourceText, roles: Set[str | None]
 ) -> tuple[dict[str, Declared], list[str]]:
-    r"""Add the facts that the sheets beside a table tell, with notes; those of its own win.
+    r"""Add what the sheets beside a table tell, with notes of doubts; facts of its own win.
 
     Words with a meaning are found as in a form above the headings; of other rows those count that
     have two cells, name and value. A sheet that tells something in two ways counts for nothing,
@@ -35,7 +45,7 @@ def with_facts(
     >>> info = SourceText("a.xlsx#Info", "Serial\tA-7\nOperator\tMia\n", "workbook", sheet="Info")
     >>> found, notes = with_facts({}, SourceText("a.xlsx", "", "workbook", beside=(info,)), set())
     >>> found["serial"].value, found["Operator"].value, notes
-    ('A-7', 'Mia', ["Operator and serial: told by the sheet 'Info'"])
+    ('A-7', 'Mia', [])
     """
     own: dict[str, Declared] = {}
     notes: list[str] = []
@@ -50,8 +60,6 @@ def with_facts(
             notes.append(f"facts of the sheet {shown(sheet.sheet)} were set aside: {why}")
             continue
         facts = {key: fact for key, fact in told.items() if key not in known}
-        if facts:
-            notes.append(f"{listed(facts)}: told by the sheet {shown(sheet.sheet)}")
         if "serial" not in known:
             notes += [f"sheet {shown(sheet.sheet)}: {doubt}" for doubt in doubts]
         for key, fact in facts.items():
@@ -59,6 +67,13 @@ def with_facts(
                 notes.append(_otherwise(key, own[key], fact))
                 known.add(key)
     return {**declared} | {key: fact for key, fact in own.items() if key not in known}, notes
+
+
+def notes_of_facts(beside: Sequence[SourceText], declared: Mapping[str, Declared]) -> Iterator[str]:
+    """Say which of the facts that are used the sheets beside a table tell."""
+    for sheet in beside:
+        if facts := [key for key, own in declared.items() if own.source == sheet.name]:
+            yield f"{listed(facts)}: told by the sheet {shown(sheet.sheet)}"
 
 
 def _otherwise(key: str, one: Declared, other: Declared) -> str:
@@ -75,8 +90,26 @@ def _facts(sheet: SourceText) -> tuple[dict[str, Declared], list[str]]:
     own = {key: fact for key, fact in told.items() if key in _OF_THE_TEST or key not in KEYS}
     facts = {**dict(_named(filled, sheet.name)), **own}
     kept = {key: fact for key, fact in facts.items() if _is_told(key, fact.value)}
-    is_sound = ("serial" in facts) == ("serial" in kept)
-    return kept, [note for note in notes if note.startswith("serial") and is_sound]
+    if "serial" in kept and _is_of_instrument(kept["serial"].line, dict(filled), sheet.sheet):
+        notes = [note_of_instrument(kept.pop("serial").value)]
+    elif "serial" in facts and "serial" not in kept:
+        notes = []
+    return kept, [note for note in notes if note.startswith("serial")]
+
+
+def _is_of_instrument(line: int, rows: Mapping[int, str], sheet: str) -> bool:
+    """Whether a serial may be that of an instrument.
+
+    The name of the sheet says so, a row of its block above it, or the one below, as its model.
+    """
+    below = rows.get(line + 1, "")
+    near = [sheet] if not _OF_IT.match(below) else [sheet, below]
+    while line in rows:
+        if TESTED.search(rows[line]):
+            return False
+        near.append(rows[line])
+        line -= 1
+    return any(map(INSTRUMENT.search, near))
 
 
 def _is_fact(cells: list[str]) -> bool:

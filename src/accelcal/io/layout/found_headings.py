@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.layout.block_labels import labels_of_blocks, with_merged_names
 from accelcal.io.layout.directions import tells_direction
 from accelcal.io.layout.header_lines import header_line, uncommented
 from accelcal.io.layout.heading_rows import (
@@ -22,7 +21,7 @@ from accelcal.io.layout.heading_rows import (
     read_headings,
     tell_places,
 )
-from accelcal.io.layout.pivot_names import named_below
+from accelcal.io.layout.labels_around import labels_of_blocks, named_below, with_merged_names
 from accelcal.io.layout.rows_above import is_of_numbers
 from accelcal.io.layout.separators import MARKS, cells_of_headings, filled, known
 from accelcal.io.layout.unit_rows import UNITS_ABOVE, headings_with_units
@@ -48,10 +47,7 @@ class FoundHeadings(NamedTuple):
 def find_headings(lines: list[str], name: str, remedy: str) -> FoundHeadings:
     """Find the headings of a table with all rows that tell more of them.
 
-    Raises
-    ------
-    TableError
-        If there are none.
+    Raises TableError if there are none.
     """
     first = _first_headings(lines, name, remedy)
     return _with_row_above(lines, _in_rows(lines, _below_numbers(lines, first)))

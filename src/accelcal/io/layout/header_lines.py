@@ -20,6 +20,7 @@ PAIR = re.compile(r"((?:[^:=(\[]|[(\[][^)\]]*[)\]])+|[^:=]+)[:=](.*)")
 _ONE_CELL = re.compile(r"(?:[^,;\t(\[]|[(\[][^)\]]*[)\]])+|[^,;\t]+")
 BEGINS_PAIR = re.compile(r"[^\W\d_][^:=]*(?:=|:(?![0-9])|(?<!\s[0-9])(?<!\s[0-9]{2}):)")
 """A key with its sign, which is not the colon of a time, as in ``at 12:30``."""
+_COMMENT = re.compile(r"#|%[\s%\w]")  # % alone is a unit
 _NUMBER = re.compile(r"[+-]?[.,]?[0-9]")
 _WITHOUT_UNIT = frozenset(KEYS).difference(KINDS_OF, ("resolution", "std", "clamping"))
 _SHORTEST = 6  # letters of a key below which one that is nearly alike means something else
@@ -198,9 +199,9 @@ def unquoted(line: str) -> str:
 
 
 def uncommented(line: str) -> str | None:
-    """Text of a line that begins with ``#``, None for any other line."""
+    """Text of a line that begins with ``#``, or ``%`` as of MATLAB, None for any other line."""
     bare = unquoted(line)
-    return bare.lstrip("#").strip() if bare.startswith("#") else None
+    return bare.lstrip("#%").strip() if _COMMENT.match(bare) else None
 
 
 def notes_of_keys(declared: Mapping[str, Declared]) -> Iterator[str]:

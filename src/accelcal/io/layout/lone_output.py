@@ -18,6 +18,7 @@ _MEANS = frozenset(
 
 _MEASURED = _MEANS | {
     *("current", "voltage", "frequency", "strom", "spannung", "frequenz"),
+    *("vout", "iout", "uout", "fout", "v_out", "i_out", "u_out", "f_out"),
     *("courant", "tension", "fréquence", "ток", "напряжение", "частота"),
     *("prąd", "napięcie", "proud", "napětí", "stroom", "spanning"),
     *("電流", "電圧", "周波数"),
@@ -26,7 +27,7 @@ _MEASURED = _MEANS | {
 """What is measured, or how: of one such column without a unit the readings are."""
 
 _CHANNEL = re.compile(
-    r"(?:ch|chan|channel|kanal|canal|canale|voie|канал)[ _.]*[0-9]+|[0-9]+ *<.*>|[1-9][0-9]{2}",
+    r"(?:dmm|ch|chan|channel|kanal|canal|canale|voie|канал)[ _.]*[0-9]+|[0-9]+ *<.*>|[1-9][0-9]{2}",
     re.IGNORECASE,
 )
 """A channel of a data logger, which is no serial number."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import partial
 
@@ -15,6 +16,8 @@ from accelcal.io.words.vocabulary import OUTPUTS, has_unit
 from accelcal.units import is_output_unit
 
 _BEFORE_UNIT = " _/,[("
+_ACTUAL = re.compile(r"(?:^|[\W_])(?:act(?:ual)?|meas(?:ured)?|ist|real|mesurée?)(?:[\W_]|$)", re.I)
+"""Says that a column is not of what was asked for, as of the chamber."""
 _INSTEAD = {
     "temperature": ("temperature", "temperatures"),
     "angle": ("angle", "angles", "position", "positions"),
@@ -26,12 +29,8 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
     r"""Take columns for the outputs of accelerometers, where a list of serials names them.
 
     Serials that the caller lists win over the header line ``# serials``. The table stays the same
-    where nothing lists serials, or other columns hold outputs or serials.
-
-    Raises
-    ------
-    TableError
-        If a serial is the heading of no column.
+    where nothing lists serials, or other columns hold outputs or serials. Raises TableError if a
+    serial is the heading of no column.
 
     Examples
     --------
@@ -113,6 +112,8 @@ def with_lone_conditions(layout: Layout) -> Layout:
         if {*layout.declared, *(own.role for own in layout.headings)}.isdisjoint(others):
             units = [_unit_behind(own, role) for own in layout.headings]
             found = [place for place, unit in enumerate(units) if unit]
+            actual = [place for place in found if _ACTUAL.search(layout.headings[place].text)]
+            found = actual if len(actual) == 1 else found
             behind = [own.text for own in layout.headings[found[0] + 1 :][:1]] if found else []
             if len(found) == 1 and not (role == "angle" and any(map(is_part_of_angle, behind))):
                 place = found[0]

@@ -14,24 +14,12 @@ from accelcal.units import canonical_unit, conversion_factor, is_output_unit, ou
 
 
 class Written(NamedTuple):
-    """A unit as written.
-
-    Attributes
-    ----------
-    unit : str
-        The text.
-    line : int
-        Its line.
-    in_header : bool
-        Whether a header line has it, which an option replaces.
-    source : str
-        The file or sheet; empty where it is that of the table.
-    """
+    """A unit as written."""
 
     unit: str
     line: int
-    in_header: bool = False
-    source: str = ""
+    in_header: bool = False  # whether a header line has it, which an option replaces
+    source: str = ""  # the file or sheet; empty where it is that of the table
 
 
 _SEVERAL = "units {!r} and {!r} in one table; give all outputs and their std in one unit"
@@ -43,14 +31,8 @@ def unit_of_outputs(
     """Tell the one unit of the outputs.
 
     That of the caller wins over the one unit of the file, and a note says so. `several` is what is
-    said of two units that are not the same, problem and remedy.
-
-    Raises
-    ------
-    TableError
-        If a unit of the file is no output unit, or there are several.
-    InputError
-        If the given one is none.
+    said of two units that are not the same, problem and remedy. Raises TableError if a unit of the
+    file is no output unit, or there are several. Raises InputError if the given one is none.
     """
     if given:
         unit, written = output_unit(given), list(written)
@@ -120,12 +102,8 @@ def factor_of_std(
 ) -> float:
     """Factor from the unit of a column std to that of the outputs.
 
-    The unit `given` is the one that the caller asks for.
-
-    Raises
-    ------
-    TableError
-        If the unit is none of outputs, or that of another quantity.
+    The unit `given` is the one that the caller asks for. Raises TableError if the unit is none of
+    outputs, or that of another quantity.
     """
     beside = [own.unit for own in outputs if not (own.in_header and given)]
     wanted = next(iter(beside), given)

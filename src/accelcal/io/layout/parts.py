@@ -14,12 +14,13 @@ from accelcal.io.layout.found_headings import FoundHeadings, find_headings, head
 from accelcal.io.layout.header_lines import Declared, refuse_declaration, uncommented
 from accelcal.io.layout.rows_above import declarations_above
 from accelcal.io.layout.separators import filled
-from accelcal.io.layout.wide_blanks import with_tabs
 from accelcal.io.words.headings import Heading
 from accelcal.io.words.wording import lines_named, were
 
 _WIDE_BLANKS = re.compile(r" {2,}")
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
+_WIDE_COMMA = "\uff0c"  # of Chinese text
+_WIDE_CELL = re.compile(r"[^ ]+(?: [^ ]+)*")
 _EXCEL_ERROR = r"#(N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 
 NO_READINGS = ("column headings but no readings", "add a row for each reading")
@@ -27,39 +28,18 @@ NO_READINGS = ("column headings but no readings", "add a row for each reading")
 
 
 class Layout(NamedTuple):
-    """A table taken apart, its cells still text.
-
-    Attributes
-    ----------
-    source : str
-        Name of the file.
-    declared : mapping of str to Declared
-        Header lines by canonical key, or by the key as written where it is not known.
-    headings : tuple of Heading
-        One entry a column.
-    headings_line : int
-        Line of the headings.
-    separator : str or None
-        ``","``, ``";"``, ``"|"`` or tab; None for runs of blanks.
-    rows : list of str
-        Lines of the table that are not blank.
-    lines : sequence of int
-        Line number of each row.
-    notes : tuple of str
-        What was set aside.
-    labels : tuple of Heading
-        What stands above each of several blocks of columns.
-    """
+    """A table taken apart, its cells still text."""
 
     source: str
+    # header lines by canonical key, or by the key as written where it is not known
     declared: Mapping[str, Declared]
-    headings: tuple[Heading, ...]
-    headings_line: int
-    separator: str | None
-    rows: list[str]
-    lines: Sequence[int]
-    notes: tuple[str, ...]
-    labels: tuple[Heading, ...] = ()
+    headings: tuple[Heading, ...]  # one entry a column
+    headings_line: int  # line of the headings
+    separator: str | None  # ``","``, ``";"``, ``"|"`` or tab; None for runs of blanks
+    rows: list[str]  # lines of the table that are not blank
+    lines: Sequence[int]  # line number of each row
+    notes: tuple[str, ...]  # what was set aside
+    labels: tuple[Heading, ...] = ()  # what stands above each of several blocks of columns
 
     def some(self, places: Sequence[int]) -> Layout:
         """Take some rows alone."""
@@ -74,10 +54,8 @@ class Layout(NamedTuple):
 def read_layout(source: SourceText, remedy: str = _HEADINGS_REMEDY) -> Layout:
     """Take a table apart.
 
-    Raises
-    ------
-    TableError
-        If there are no headings, no rows, or a key is declared twice with different values.
+    Raises TableError if there are no headings, no rows, or a key is declared twice with different
+    values.
     """
     refuse_document(source.text, source.name)
     lines = _with_tabs(source.text)
@@ -111,6 +89,8 @@ def _with_tabs(text: str) -> list[str]:
     others do; the last are missing where the cells of the others do not stand below one another.
     """
     lines = text.split("\n")
+    if _WIDE_COMMA in text and headings_of(lines) is None:
+        lines = text.replace(_WIDE_COMMA, ",").split("\n")
     if "  " not in text or "\t" in text:
         return lines
     plain = headings_of(lines)
@@ -126,7 +106,43 @@ def _with_tabs(text: str) -> list[str]:
     odd = any(plain is None or len(row.split()) == len(plain.cells) for row in short)
     if not rows or odd or not rows[0][0] == size >= max(rows)[0]:
         return lines
-    return [*wide[: headings.below], *with_tabs(lines[headings.below :], size)]
+    return [*wide[: headings.below], *_between_tabs(lines[headings.below :], size)]
+
+
+def _between_tabs(lines: Sequence[str], size: int) -> Iterator[str]:
+    r"""Put tabs between the cells of rows that two blanks or more separate.
+
+    A row of fewer cells has them in the columns of the others.
+
+    Examples
+    --------
+    >>> list(_between_tabs(["0   1.35  1.36", "45        0.96"], 3))
+    ['0\t1.35\t1.36', '45\t\t0.96']
+    """
+    found = [list(_WIDE_CELL.finditer(line)) for line in lines]
+    whole = [[cell.span() for cell in cells] for cells in found if len(cells) == size]
+    columns = [
+        (min(start for start, _ in own), max(end for _, end in own))
+        for own in zip(*whole, strict=True)
+    ]
+    for cells in found:
+        row = [""] * len(cells)
+        for place, cell in zip(_places(cells, columns), cells, strict=True):
+            row += [""] * (place + 1 - len(row))
+            row[place] = cell.group()
+        yield "\t".join(row)
+
+
+def _places(cells: Sequence[re.Match[str]], columns: Sequence[tuple[int, int]]) -> Sequence[int]:
+    """Columns in which cells stand: the first ones, where there are as many or nothing tells."""
+    over = [
+        place
+        for cell in cells
+        for place, (start, end) in enumerate(columns)
+        if cell.start() < end and start < cell.end()
+    ]
+    told = len(over) == len(set(over)) == len(cells) < len(columns)
+    return over if told else range(len(cells))
 
 
 def _rows(
@@ -141,7 +157,11 @@ def _rows(
     kept: Sequence[int] = numbers  # a list takes 40 bytes a row
     if not all(row.strip(blank) for row in rows):
         kept = [n for n, row in zip(numbers, rows, strict=True) if row.strip(blank)]
-    comments = list(_comments(lines, kept, source)) if any("#" in row for row in rows) else []
+    comments = (
+        list(_comments(lines, kept, source))
+        if any("#" in row or "%" in row for row in rows)
+        else []
+    )
     if comments:
         kept = sorted(set(kept).difference(comments))
     if not kept:

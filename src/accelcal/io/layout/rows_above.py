@@ -52,25 +52,25 @@ _COMMENT = re.compile(
 )
 """A cell with the beginning of a comment, which goes on to the end of its row."""
 
+INSTRUMENT = re.compile(
+    r"(?<![^\W_])(?:dmm\d*|daq\d*|nanovolt\w*|\w*(?:volt|multi|thermo)-?m[eè]t(?:er|re)s?"
+    r"|\w*kopf|head|(?:rotary|rate|turn)[ _]?table|drehtisch|\w*(?:chamber|kammer)|oven|ofen"
+    r"|instruments?|equipment|(?:mess)?ger[äa]te?|power supply|netzteil|cal\w* due"
+    r"|keysight|agilent|keithley|fluke|hewlett|hp|3458a?|34[49]\d\da?|2182a?|8508a?)(?![^\W_])",
+    re.IGNORECASE,
+)
+"""A word for what is no accelerometer: an instrument, its maker or its model."""
+
+_BEFORE_MODEL = re.compile(r"(?:(?:model|mod[eè]le|modell|type?|instrument)\W+)+", re.IGNORECASE)
+
 
 class Said(NamedTuple):
-    """What a cell of a form says, alone or with the next one that has its value.
+    """What a cell of a form says, alone or with the next one that has its value."""
 
-    Attributes
-    ----------
-    key : str
-        Canonical key; empty where it declares nothing.
-    value : str
-        What it declares, or the words of an instrument or anything else.
-    behind : str
-        What stands before a serial number, and may be another instrument.
-    is_first : bool
-        Whether that is in rows above, so that the serial number is the first of its row.
-    """
-
-    key: str
-    value: str
-    behind: str = ""
+    key: str  # canonical key; empty where it declares nothing
+    value: str  # what it declares, or the words of an instrument or anything else
+    behind: str = ""  # what stands before a serial number, and may be another instrument
+    # whether that is in rows above, so that the serial number is the first of its row
     is_first: bool = False
 
 
@@ -86,12 +86,8 @@ def declarations_above(
 
     The lines are those that are not blank, with their numbers; separator and headings are those of
     the table below. Values are by canonical key, or by the key as written where a header line has
-    another one; with them come notes.
-
-    Raises
-    ------
-    TableError
-        If a key is declared twice with different values, or a reading stands above the headings.
+    another one; with them come notes. Raises TableError if a key is declared twice with different
+    values, or a reading stands above the headings.
     """
     _refuse_readings(above, name, separator, len(headings))
     declared: dict[str, Declared] = {}
@@ -110,8 +106,9 @@ def declarations_above(
             declare(declared, said.key, new)
     told: list[str] = []
     if unsure and not {"serial", "serials"} & {*declared, *(own.role for own in headings)}:
-        likely = [own for own in unsure if own[1].is_first] or unsure
-        told = [_note_of_serial(likely)]
+        others = [own for own in unsure if not _names_instrument(own[1].behind)]
+        likely = [own for own in others if own[1].is_first] or others
+        told = [_note_of_serial(likely) if likely else note_of_instrument(unsure[0][0].value)]
         if len({own.value for own, _ in likely}) == 1:
             declared["serial"] = likely[0][0]
             unsure = [own for own in unsure if own[0].value != likely[0][0].value]
@@ -145,6 +142,18 @@ def _note_of_serial(unsure: Sequence[tuple[Declared, Said]]) -> str:
     own, said = unsure[0]
     where = f"stands behind {shown(said.behind)} (line {own.line})"
     return f"serial {names} {where} and is taken for that of the accelerometer"
+
+
+def _names_instrument(text: str) -> bool:
+    """Whether a text begins with what an instrument is called, and does not tell its serial."""
+    words = map(canonical_key, text.split())
+    return bool(INSTRUMENT.match(_BEFORE_MODEL.sub("", text))) and "serial" not in words
+
+
+def note_of_instrument(serial: str) -> str:
+    """Tell that a serial number is not taken for that of the accelerometer."""
+    remedy = "give --serial, write it above the table as '# serial: ...', or call it 'DUT S/N'"
+    return f"serial {shown(serial)} may be that of an instrument and is not used; {remedy}"
 
 
 def _each_with_its_value(

@@ -28,21 +28,11 @@ _NUMBER = rb"-?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++)(?:[eE][-+]?+[0-9]++)?+"
 
 
 class CellBlock(NamedTuple):
-    """Columns of many tables, one below the other.
+    """Columns of many tables, one below the other."""
 
-    Attributes
-    ----------
-    numbers : dict of str to ndarray of float
-        Columns of numbers by role.
-    codes : dict of str to ndarray of int
-        Columns of labels by role, as indices into `labels`.
-    labels : dict of str to list of str
-        The labels of each of these columns.
-    """
-
-    numbers: dict[str, Array]
-    codes: dict[str, Ints]
-    labels: dict[str, list[str]]
+    numbers: dict[str, Array]  # columns of numbers by role
+    codes: dict[str, Ints]  # columns of labels by role, as indices into `labels`
+    labels: dict[str, list[str]]  # the labels of each of these columns
 
     def some(self, roles: Collection[str], rows: Ints | slice) -> CellBlock:
         """Return some of the rows, of the columns of some roles."""
@@ -83,12 +73,8 @@ def parse_cells(
     r"""Parse rows of plain cells.
 
     Cells are separated by commas, and each row is ended by a line feed. `labels` are the roles
-    whose cells are text; the engine is ``"pyarrow"`` or ``"pandas"``.
-
-    Raises
-    ------
-    BulkEngineGivesUp
-        If a row has another number of cells, or a cell is not plain.
+    whose cells are text; the engine is ``"pyarrow"`` or ``"pandas"``. Raises BulkEngineGivesUp if a
+    row has another number of cells, or a cell is not plain.
 
     Examples
     --------
@@ -124,12 +110,9 @@ def _rows_of(is_label: tuple[bool, ...]) -> re.Pattern[bytes]:
 def cells_of_arrow(table: Any, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
     """Take the columns of an Arrow table, where they are as plain as those of `parse_cells`.
 
-    The table has a row or more. Each number is the one of its shortest decimal form.
-
-    Raises
-    ------
-    BulkEngineGivesUp
-        If a cell is missing, a number has neither 64 bits nor is whole, or a label is not plain.
+    The table has a row or more. Each number is the one of its shortest decimal form. Raises
+    BulkEngineGivesUp if a cell is missing, a number has neither 64 bits nor is whole, or a label is
+    not plain.
     """
     if table.num_columns != len(roles) or any(column.null_count for column in table.columns):
         raise BulkEngineGivesUp

@@ -32,26 +32,16 @@ _MOST = 10_000  # strokes, positions: more are no ordinary test
 
 
 class Plans(NamedTuple):
-    """Where the readings of some tests were taken.
-
-    Attributes
-    ----------
-    temperature, angle, stroke, position, mounting, run : ndarray
-        As of a `TumbleRecord`, test after test; the mounting by its place in `MOUNTINGS`.
-    run_labels : list of tuple of str
-        Those of each test.
-    odd : ndarray of bool
-        Tests that need the general reader.
-    """
+    """Where the readings of some tests were taken, as a `TumbleRecord` has it, test after test."""
 
     temperature: Array
     angle: Array
     stroke: Ints
     position: Ints
-    mounting: Ints
+    mounting: Ints  # by its place in `MOUNTINGS`
     run: Ints
-    run_labels: list[tuple[str, ...]]
-    odd: Mask
+    run_labels: list[tuple[str, ...]]  # of each test
+    odd: Mask  # tests that need the general reader
 
 
 def read_plans(cells: CellBlock, tests: Stretches, positions: int) -> Plans:

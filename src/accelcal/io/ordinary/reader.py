@@ -50,25 +50,14 @@ _BOM = b"\xef\xbb\xbf"
 
 
 class Content(NamedTuple):
-    """A table, or a part of one, in memory.
+    """A table, or a part of one, in memory."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the file, for the records.
-    data : bytes
-        Its content.
-    skipped : int or None
-        Lines that are left out below the headings, where this is a part of the file; its SHA-256
-        is then not known.
-    file : bytes or None
-        The file itself, where `data` holds its rows in another form.
-    """
-
-    name: str
+    name: str  # name of the file, for the records
     data: bytes
+    # lines that are left out below the headings, where this is a part of the file; its SHA-256 is
+    # then not known
     skipped: int | None = None
-    file: bytes | None = None
+    file: bytes | None = None  # the file itself, where `data` holds its rows in another form
 
 
 def read_ordinary(

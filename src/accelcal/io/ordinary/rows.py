@@ -28,60 +28,31 @@ from accelcal.record import TumbleRecord
 
 
 class Rules(NamedTuple):
-    """What must be the same for tables that are read together.
+    """What must be the same for tables that are read together."""
 
-    Attributes
-    ----------
-    roles : tuple of str
-        What the columns hold.
-    positions : int
-        Number of positions in a full turn.
-    factor : float
-        Unit of the times [s].
-    """
-
-    roles: tuple[str, ...]
-    positions: int
-    factor: float
+    roles: tuple[str, ...]  # what the columns hold
+    positions: int  # number of positions in a full turn
+    factor: float  # unit of the times [s]
 
 
 class Plain(NamedTuple):
-    """An ordinary table, its cells not yet read.
+    """An ordinary table, its cells not yet read."""
 
-    Attributes
-    ----------
-    body : bytes
-        The rows.
-    rows, line : int
-        Their number, and the line of the first.
-    declared, own : mapping of str to object
-        Fields of the record that the rows do not hold: those that most tables have in common, and
-        those of the table itself, which win.
-    """
-
-    body: bytes
-    rows: int
-    line: int
+    body: bytes  # the rows
+    rows: int  # their number
+    line: int  # of the first
+    # fields of the record that the rows do not hold: those that most tables have in common, and
+    # those of the table itself, which win
     declared: Mapping[str, Any]
     own: Mapping[str, Any]
 
 
 class Group(NamedTuple):
-    """Ordinary tables that are read together.
+    """Ordinary tables that are read together."""
 
-    Attributes
-    ----------
-    rules : Rules
-        What is the same for them.
-    tables : list of Plain
-        The tables.
-    cells : CellBlock
-        Their cells, table below table.
-    """
-
-    rules: Rules
+    rules: Rules  # what is the same for them
     tables: list[Plain]
-    cells: CellBlock
+    cells: CellBlock  # their cells, table below table
 
 
 def records_of(group: Group) -> list[tuple[TumbleRecord, ...] | None]:

@@ -16,16 +16,10 @@ from accelcal.arrays import Ints, Mask
 
 
 class Stretches(NamedTuple):
-    """Rows in stretches that follow each other.
+    """Rows in stretches that follow each other."""
 
-    Attributes
-    ----------
-    start, size : ndarray of int
-        The first row of each stretch, and the number of its rows, one or more.
-    """
-
-    start: Ints
-    size: Ints
+    start: Ints  # first row of each stretch
+    size: Ints  # number of its rows, one or more
 
     @classmethod
     def of(cls, size: Ints) -> Stretches:
@@ -67,24 +61,12 @@ class Stretches(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """The rows of one accelerometer each.
+    """The rows of one accelerometer each."""
 
-    Attributes
-    ----------
-    rows : Stretches
-        Their rows.
-    table : ndarray of int
-        Table of each part; each table has one or more.
-    code : ndarray of int
-        Number of its serial.
-    again : ndarray of bool
-        Which have a serial that their table had before.
-    """
-
-    rows: Stretches
-    table: Ints
-    code: Ints
-    again: Mask
+    rows: Stretches  # their rows
+    table: Ints  # table of each part; each table has one or more
+    code: Ints  # number of its serial
+    again: Mask  # which have a serial that their table had before
 
 
 def parts_of(serial: Ints | None, tables: Stretches) -> Parts:
@@ -119,21 +101,11 @@ def met_before(group: Ints, code: Ints) -> Mask:
 
 
 class Leading(NamedTuple):
-    """Stretches that differ from the one before.
+    """Stretches that differ from the one before."""
 
-    Attributes
-    ----------
-    places : slice or ndarray of int
-        Their rows among all.
-    rows : Stretches
-        The same rows, one below the other.
-    of : ndarray of int
-        For each stretch of all, which of these it is, or repeats.
-    """
-
-    places: slice | Ints
-    rows: Stretches
-    of: Ints
+    places: slice | Ints  # their rows among all
+    rows: Stretches  # the same rows, one below the other
+    of: Ints  # for each stretch of all, which of these it is, or repeats
 
 
 def leading_of(stretches: Stretches, columns: Sequence[NDArray[Any]]) -> Leading:

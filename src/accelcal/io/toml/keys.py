@@ -22,12 +22,8 @@ _PLAIN: Mapping[Any, str] = {
 def read_toml(given: SourceText, make: Callable[[dict[str, Any]], Found], tables: str) -> Found:
     """Make what a file in TOML describes.
 
-    `tables` is how its tables are headed, as the remedy names them.
-
-    Raises
-    ------
-    TableError
-        If the file is not TOML, or `make` refuses the document.
+    `tables` is how its tables are headed, as the remedy names them. Raises TableError if the file
+    is not TOML, or `make` refuses the document.
     """
     return located(make, toml_document(given, tables), source=given.name)
 
@@ -35,10 +31,7 @@ def read_toml(given: SourceText, make: Callable[[dict[str, Any]], Found], tables
 def toml_document(given: SourceText, tables: str) -> dict[str, Any]:
     """Read a file in TOML.
 
-    Raises
-    ------
-    TableError
-        If the file is not TOML; the message names the line.
+    Raises TableError if the file is not TOML; the message names the line.
     """
     try:
         return tomllib.loads(given.text)

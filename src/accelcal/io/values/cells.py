@@ -47,33 +47,15 @@ _WHOLE = re.compile(r"0*([0-9]+)(?:\.0*)?")
 
 
 class Column(NamedTuple):
-    """One column of the table.
+    """One column of the table."""
 
-    Attributes
-    ----------
-    role : str
-        What it holds.
-    heading : str
-        Its heading as written.
-    unit : str or None
-        Unit of its heading or cells.
-    cells : sequence of str, or ndarray of float
-        Text, or numbers where the engine has read them already.
-    lines : ndarray of int
-        Line of each cell.
-    source : str
-        Name of the file.
-    decimal : str
-        Decimal mark, ``"."`` or ``","``.
-    """
-
-    role: str
-    heading: str
-    unit: str | None
-    cells: Sequence[str] | Array
-    lines: Ints
+    role: str  # what it holds
+    heading: str  # its heading as written
+    unit: str | None  # unit of its heading or cells
+    cells: Sequence[str] | Array  # text, or numbers where the engine has read them already
+    lines: Ints  # line of each cell
     source: str
-    decimal: str = "."
+    decimal: str = "."  # decimal mark, ``"."`` or ``","``
 
     def take(self, keep: Mask) -> Column:
         """Keep the cells where `keep` is true."""
@@ -171,10 +153,7 @@ def number_and_unit(text: str, decimal: str) -> tuple[str, str]:
 def numbers(column: Column) -> Array:
     """Numbers of a column, NaN where a cell is missing; temperatures in degC.
 
-    Raises
-    ------
-    TableError
-        At the first cell that is not a finite number.
+    Raises TableError at the first cell that is not a finite number.
     """
     if isinstance(column.cells, np.ndarray):
         values = column.cells
@@ -199,10 +178,7 @@ def counts_rows(values: Array) -> bool:
 def complete_numbers(column: Column) -> Array:
     """Numbers of a column, of which none is missing.
 
-    Raises
-    ------
-    TableError
-        At the first cell that is missing or no finite number.
+    Raises TableError at the first cell that is missing or no finite number.
     """
     values = numbers(column)
     column.check(~np.isnan(values), "{} is missing", "complete the row or delete it")
@@ -212,12 +188,8 @@ def complete_numbers(column: Column) -> Array:
 def whole_numbers(column: Column, rule: str) -> Ints:
     """Whole numbers of a column, 0 where a cell is missing.
 
-    The rule tells what would be right.
-
-    Raises
-    ------
-    TableError
-        At the first cell that is not a whole number, 1 or more.
+    The rule tells what would be right. Raises TableError at the first cell that is not a whole
+    number, 1 or more.
     """
     values = numbers(column)
     missing = np.isnan(values)
@@ -229,12 +201,8 @@ def whole_numbers(column: Column, rule: str) -> Ints:
 def labels(column: Column) -> tuple[Ints, tuple[str, ...]]:
     """Labels of a column, in order of first appearance.
 
-    Returns the index of the label of each cell, and the labels.
-
-    Raises
-    ------
-    TableError
-        At the first cell that is empty, or a number that is written in two ways.
+    Returns the index of the label of each cell, and the labels. Raises TableError at the first cell
+    that is empty, or a number that is written in two ways.
     """
     cells = [str(cell) for cell in column.cells]
     place = {name: index for index, name in enumerate(dict.fromkeys(cells))}

@@ -29,12 +29,8 @@ def places_of_rows(columns: Mapping[str, Column], positions: int) -> tuple[Ints,
     """Read positions and head angles.
 
     A position is 0 where there is none. Angles [deg] are as written where they are, else those of
-    the positions.
-
-    Raises
-    ------
-    TableError
-        At the first cell that is no such place, or where both do not agree.
+    the positions. Raises TableError at the first cell that is no such place, or where both do not
+    agree.
     """
     position, angle = _position(columns.get("position"), positions), None
     if "angle" in columns:
@@ -65,12 +61,9 @@ def _angle(column: Column) -> Array:
 def in_degrees(column: Column, angle: Array) -> Array:
     """Angles of a column in degrees, NaN where one is missing.
 
-    Raises
-    ------
-    TableError
-        At the first that is no whole number, if they look like radians and no unit is written: they
-        go around in a few degrees, and not by whole ones. Below a unit of degrees, as for a tilt,
-        where they are fractions of a turn in radians.
+    Raises TableError at the first that is no whole number, if they look like radians and no unit is
+    written: they go around in a few degrees, and not by whole ones. Below a unit of degrees, as for
+    a tilt, where they are fractions of a turn in radians.
     """
     if (size := degrees_in(column.unit or "")) != 1.0:
         return angle * size

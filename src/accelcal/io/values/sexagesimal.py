@@ -23,10 +23,7 @@ _COLONS = re.compile(rf"{_SIGN}([0-9]+):{_NUMBER}(?::{_NUMBER})?")
 def with_decimal_degrees(column: Column) -> Column:
     """Turn cells such as ``45°30'`` or ``45:30:15`` into decimal degrees.
 
-    Raises
-    ------
-    TableError
-        At the first cell with 60 minutes or seconds or more.
+    Raises TableError at the first cell with 60 minutes or seconds or more.
 
     Examples
     --------
@@ -43,12 +40,8 @@ def with_decimal_degrees(column: Column) -> Column:
 def with_parts(angle: Column, parts: Sequence[Column]) -> Column:
     """Put minutes and seconds, which stand in columns of their own, to the degrees of an angle.
 
-    A blank cell is 0.
-
-    Raises
-    ------
-    TableError
-        At the first cell with a fraction of a degree, or 60 minutes or seconds or more.
+    A blank cell is 0. Raises TableError at the first cell with a fraction of a degree, or 60
+    minutes or seconds or more.
 
     Examples
     --------

@@ -15,10 +15,7 @@ from accelcal.units import celsius, scale_of
 def temperatures_of(column: Column) -> Array:
     """Temperatures of a column, NaN where they are not known [degC].
 
-    Raises
-    ------
-    TableError
-        At the first cell that is empty, no number, or hardly a temperature of a test.
+    Raises TableError at the first cell that is empty, no number, or hardly a temperature of a test.
     """
     values = numbers(column)
     blank = np.isnan(values)
@@ -32,10 +29,7 @@ def temperatures_of(column: Column) -> Array:
 def refuse_other_temperatures(column: Column, values: Array) -> None:
     """Refuse what is hardly a temperature in degC, such as one of another scale or a marker.
 
-    Raises
-    ------
-    TableError
-        At the first.
+    Raises TableError at the first.
     """
     right = "write temperatures in degC, or with their unit, as in T [K]"
     if scale_of(column.unit) != "degC":

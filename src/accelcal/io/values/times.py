@@ -54,11 +54,7 @@ def times(column: Column, dates: Column | None = None, group: Ints | None = None
     They are numbers in the unit of the column; UTC dates; or, of clock times without days, the time
     since the midnight before the first of their group. One that is more than 12 h before the one
     above it is of the next day. Cells of a group follow each other in time; by default all do.
-
-    Raises
-    ------
-    TableError
-        At the first cell that is empty or not of the kind of the first.
+    Raises TableError at the first cell that is empty or not of the kind of the first.
 
     Examples
     --------
@@ -102,12 +98,9 @@ def days(column: Column, found: NDArray[Any]) -> NDArray[np.datetime64] | None:
 def in_seconds(column: Column, values: Array) -> Array:
     """Turn the numbers of a column of times into seconds.
 
-    Without a unit the column is in seconds, and of ``s since start`` the first word counts.
-
-    Raises
-    ------
-    TableError
-        If the unit is none of a time, or a time is far from all clocks, as ms since 1970 are.
+    Without a unit the column is in seconds, and of ``s since start`` the first word counts. Raises
+    TableError if the unit is none of a time, or a time is far from all clocks, as ms since 1970
+    are.
 
     Examples
     --------

@@ -101,21 +101,11 @@ _KEYS |= {key: key for key in HEAD_KEYS}
 
 
 class Cover(NamedTuple):
-    """What stands beside an uncertainty of how it is expanded.
+    """What stands beside an uncertainty of how it is expanded."""
 
-    Attributes
-    ----------
-    rest : str
-        The text without it.
-    factors : tuple of float
-        Coverage factors.
-    probability : bool
-        Whether there is a coverage probability.
-    """
-
-    rest: str
-    factors: tuple[float, ...] = ()
-    probability: bool = False
+    rest: str  # the text without it
+    factors: tuple[float, ...] = ()  # coverage factors
+    probability: bool = False  # whether there is a coverage probability
 
 
 def without_cover(text: str) -> Cover:

@@ -21,12 +21,13 @@ _ROLES = {name: role for role, names in COLUMNS.items() for name in names}
 _BRACKET = re.compile(r"(.*?)\s*[\[(（]\s*([^\])）]*?)\s*[\])）]")
 _BEFORE_UNIT = re.compile(r"\s*[/,]\s*|\s(?:in|en|в)\s+|((?:[_ ](?:in|en|в))?[_ ])")
 """What stands between a name and its unit; a blank alone in the group."""
+_NEXT_WORD = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z])")  # of names in a program, as StrokeNo
 _NUMBER_BEHIND = r"(?:(?:no|nr|№|n°)_)?([0-9]{1,6})"
 _STROKES = (
     re.compile(rf"(?:y|output|reading|{'|'.join(COLUMNS['stroke'])})?[_=]?{_NUMBER_BEHIND}"),
     re.compile(r"y_?\{?j,?([0-9]{1,6})\}?(?:\^\{?t\}?)?"),  # Y_JK^T, as the paper has it
 )
-_POSITIONS = re.compile(rf"(?:p|lage|{'|'.join(COLUMNS['position'])})_?{_NUMBER_BEHIND}")
+_POSITIONS = re.compile(rf"(?:p|{'|'.join(COLUMNS['position'])})_?{_NUMBER_BEHIND}")
 _SERIAL = re.compile(  # and a label with a digit, which a serial port does not have
     r"(?:(?:output|y)[ _])?(?:s/?n|serial(?:[ _](?:no|nr|number))?)(?:[ _.:#]+|(?=[0-9]))"
     r"([^\s,;]*[0-9][^\s,;]*)",
@@ -42,24 +43,14 @@ _COUNTED = re.compile(
 
 
 class Heading(NamedTuple):
-    """Meaning of a column heading.
+    """Meaning of a column heading."""
 
-    Attributes
-    ----------
-    text : str
-        As written.
-    role : str or None
-        One of `COLUMNS`, one of `ACROSS` for an output of a wide table, None if unknown.
-    unit : str or None
-        Unit given in the heading, as written.
-    of : float, str or None
-        Stroke, direction, position, angle [deg], temperature [degC; else a text with its unit] or
-        serial of an output of a wide table.
-    """
-
-    text: str
+    text: str  # as written
+    # one of `COLUMNS`, one of `ACROSS` for an output of a wide table, None if unknown
     role: str | None
-    unit: str | None = None
+    unit: str | None = None  # unit given in the heading, as written
+    # stroke, direction, position, angle [deg], temperature [degC; else a text with its unit] or
+    # serial of an output of a wide table
     of: float | str | None = None
 
 
@@ -135,7 +126,7 @@ def _known(text: str, name: str, unit: str | None) -> Heading:
     folded = plain_name(name)
     if folded == "t":
         return Heading(text, _temperature_or_time(name, unit), unit)
-    role = _role(folded)
+    role = _role(folded) or _role(plain_name(_NEXT_WORD.sub("_", name)))
     if role and not (role == "lot" and unit):  # an electric charge has a unit
         in_degrees = role == "position" and unit and has_unit("angle", unit)
         return Heading(text, "angle" if in_degrees else role, unit)

@@ -16,7 +16,7 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("температура", "т", "温度", "teplota", "temperatuur"),
         ),
         "position": (
-            *("position", "pos", "j", "stellung", "posición", "posição", "posizione"),
+            *("position", "pos", "j", "stellung", "lage", "posición", "posição", "posizione"),
             *("положение", "положения", "позиция", "位置", "ポジション"),
             *("pozycja", "położenie", "poloha", "pozice", "positie"),
         ),
@@ -25,13 +25,22 @@ COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             *("угол", "角度", "kąt", "úhel", "hoek"),
         ),
         "stroke": (
-            *("stroke", "k", "hub", "durchlauf", "durchgang", "passage"),
+            *("stroke", "k", "hub", "durchlauf", "durchgang", "passage", "course"),
             *("pasada", "passagem", "passata", "passaggio", "corsa"),
             *("ход", "хода", "проход", "прохода", "行程", "ストローク"),
             *("skok", "przebieg", "przejście", "zdvih", "průchod", "slag", "doorgang"),
         ),
         "direction": (
-            *("direction", "dir", "richtung", "sens", "sentido", "direzione", "направление"),
+            *(
+                "direction",
+                "dir",
+                "richtung",
+                "drehrichtung",
+                "sens",
+                "sentido",
+                "direzione",
+                "направление",
+            ),
             *("方向", "往復", "kierunek", "směr", "richting"),
         ),
         "output": (
