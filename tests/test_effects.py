@@ -99,10 +99,16 @@ def test_unknown_effect_lists_near_names(wrong, near):
     assert "\n" not in str(caught.value)
 
 
+def test_the_first_parameter_has_a_name_too():
+    """By its name it was a `TypeError` that `value` is missing."""
+    assert effect("warm-up").of(amplitude=1e-4, tau=900) == effect("warm-up").of(1e-4, tau=900)
+
+
 @pytest.mark.parametrize(
     ("name", "value", "others", "message"),
     [
         ("warm-up", 1e-4, {"ta": 3}, "warm-up has no parameter 'ta'; it has amplitude, tau"),
+        ("warm-up", None, {"tau": 900}, r"warm-up: amplitude is missing; it is needed \[g\]"),
         ("warm-up", 1e-4, {"tau": 0}, "warm-up: tau is 0; it is 0.001 or more"),
         ("warm-up", math.nan, {}, "warm-up: amplitude is nan; it is a finite number"),
         ("dead-zone", -1e-6, {}, "dead-zone: threshold is -1e-06; it is 0 or more"),

@@ -547,14 +547,17 @@ def test_a_fit_of_what_a_batch_fitted_counts_once(tmp_path):
     for number, path in enumerate(paths):
         record = replace(accelcal.simulate(seed=number), date=f"{path.stem}-05-01")
         accelcal.write_table(record, path)
-    tables = accelcal.batch(tmp_path).tables
+    found = accelcal.batch(tmp_path)
+    tables = found.tables
+    assert accelcal.history(found) == accelcal.history(tables)  # it was "DataFrame in place of"
+    assert accelcal.fleet_history(found) == accelcal.fleet_history(tables)
     accelcal.fit(accelcal.read_table(paths[0])).to_json(tmp_path / "2020.json")
     tables.to_csv(tmp_path / "results.csv", index=False)
     entries = read_entries([str(tmp_path / name) for name in ("results.csv", "2020.json")])
-    found = comparable(
+    same = comparable(
         [replace(entry, source=str(n)) for n, entry in enumerate(entries)], *3 * [None]
     )
-    assert len(found.entries) == 3
+    assert len(same.entries) == 3
 
 
 GIVEN_AGAIN = (

@@ -1023,6 +1023,12 @@ def test_an_angle_about_an_axis_is_no_output(heading):
     assert f"column '{heading}' is not known and was set aside" in beside.notes
 
 
+def test_columns_that_are_not_known_are_told_in_a_line():
+    """Each had a line of its own: six of an exported table of means."""
+    found = read_triad(io.StringIO("x,y,z,n,sd_x\n1,0,0,9,0.1\n"))
+    assert found.notes == ("columns 'n', 'sd_x' are not known and were set aside",)
+
+
 def test_shafts_and_attitudes_are_taken_from_a_column_of_a_frame():
     frame = pd.DataFrame({"shaft": ["x"] * 4 + ["z"] * 4, "row": range(8)})
     up = np.concatenate([up_of_turn(shaft, np.arange(0.0, 360.0, 90.0)) for shaft in "xz"])

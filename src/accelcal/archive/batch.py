@@ -84,6 +84,14 @@ class BatchCounts(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
+_IN_NOTEBOOK = (
+    *("source", "serial", "run", "mounting", "date", "temperature_degC"),
+    *("K1", "K1_expanded_uncertainty", "k0", "k0_expanded_uncertainty"),
+    *("coefficient", "value", "expanded_uncertainty", "unit", "warnings", "message"),
+)
+"""Columns of the frames that a notebook shows; K1 and k0 stand for the coefficients."""
+
+
 class BatchFrames(NamedTuple):
     """Results of a batch; the units of a frame's columns are in its ``attrs["units"]``.
 
@@ -123,8 +131,13 @@ class BatchFrames(NamedTuple):
         return f"<BatchFrames: {self._told()}>"
 
     def _repr_html_(self) -> str:
-        shown = (frame.to_html(max_rows=10, max_cols=12) for frame in self if len(frame))
-        return f"<p>Batch: {self._told()}</p>" + "".join(shown)
+        parts = [f"<p>Batch: {self._told()}</p>"]
+        for name, frame in self._asdict().items():
+            if len(frame):
+                size = f"{counted(len(frame), 'row')}, {counted(len(frame.columns), 'column')}"
+                parts.append(f"<p><code>.{name}</code>, {size}</p>")
+                parts.append(frame.filter(items=_IN_NOTEBOOK).to_html(max_rows=10))
+        return "".join(parts)
 
     def _told(self) -> str:
         tables, terms, errors = map(len, self)

@@ -140,13 +140,13 @@ class Effect:
         """Parameters that enter nonlinearly and have values to try."""
         return tuple(item for item in self.parameters if item.search is not None)
 
-    def of(self, value: float, **others: float) -> Disturbance:
+    def of(self, value: float | None = None, **others: float) -> Disturbance:
         """Give the effect a size.
 
         Parameters
         ----------
-        value : float
-            Value of the first parameter [its unit].
+        value : float, optional
+            Value of the first parameter, which may stand by its name as well [its unit].
         **others : float
             Other parameters by name; those left out have their defaults.
 
@@ -166,7 +166,8 @@ class Effect:
         >>> accelcal.effect("warm-up").of(1e-4, tau=900).values
         {'amplitude': 0.0001, 'tau': 900.0}
         """
-        return Disturbance(self, {self.parameters[0].name: value, **others})
+        first = {} if value is None else {self.parameters[0].name: value}
+        return Disturbance(self, {**first, **others})
 
     def columns(
         self, conditions: Conditions, near: float | None = None, /, **shape: float

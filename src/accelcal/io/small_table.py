@@ -16,6 +16,7 @@ from accelcal.io.layout.separators import Recognise, split_headings
 from accelcal.io.values.cells import Column
 from accelcal.io.words.vocabulary import canonical_key
 from accelcal.io.words.wording import lines_named
+from accelcal.plural import are, named
 
 
 class SmallTable(NamedTuple):
@@ -79,7 +80,9 @@ def _with_headings(
     (start, text), *rows = table
     headings, separator = split_headings(text.strip(), recognise)
     unused = [shown(heading.text) for heading in headings if not heading.role]
-    notes = [f"column {heading} is not known and was set aside" for heading in unused]
+    was = "was" if len(unused) == 1 else "were"
+    told = f"{named('column', unused)} {are(unused)} not known and {was} set aside"
+    notes = [told] * bool(unused)
     written, lines = [row for _, row in rows], [line for line, _ in rows]
     layout = Layout(name, {}, headings, start, separator, written, lines, tuple(notes))
     if len(unused) == len(headings):

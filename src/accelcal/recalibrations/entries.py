@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -23,6 +23,16 @@ _NEEDED = (
     *("serial", "mounting", "date"),
     *("k0", "k0_standard_uncertainty", "K1", "K1_standard_uncertainty"),
 )
+
+
+class Frames(Protocol):
+    """What `accelcal.batch` returns."""
+
+    @property
+    def tables(self) -> pd.DataFrame:
+        """Its frame of tables."""
+
+
 NO_UNIT = "output unit"
 """What stands for the output unit where none is given."""
 
@@ -85,22 +95,23 @@ class Entry:
         return None not in sizes and self.bias[1] != 0.0 and self.scale_factor[1] != 0.0
 
 
-def entries_of(calibrations: pd.DataFrame | Iterable[Calibration]) -> list[Entry]:
-    """List the tables of some calibrations, or of a frame, also of polars or pyarrow.
+def entries_of(calibrations: Frames | pd.DataFrame | Iterable[Calibration]) -> list[Entry]:
+    """List the tables of some calibrations, a batch, or a frame, also of polars or pyarrow.
 
     Raises
     ------
     InputError
         If a column of the frame is missing.
     """
-    if hasattr(calibrations, "columns"):
-        return _of_frame(calibrations)
-    given = (calibrations,) if isinstance(calibrations, Calibration) else several(calibrations)
+    for frame in (calibrations, getattr(calibrations, "tables", None)):
+        if hasattr(frame, "columns"):
+            return _of_frame(frame)
+    given = several(calibrations)
     for each in given:
         if not isinstance(each, Calibration):
             raise InputError(
                 f"{kind_of(each)} in place of calibrations; give those of accelcal.fit,"
-                " accelcal.batch(paths).tables, or pandas.read_csv of what accelcal batch -o wrote"
+                " accelcal.batch(paths), or pandas.read_csv of what accelcal batch -o wrote"
             )
     return [entry for each in given for entry in _of_calibration(each)]
 

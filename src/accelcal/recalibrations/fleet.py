@@ -12,7 +12,7 @@ from accelcal.arguments.options import check_text
 from accelcal.errors import InputError
 from accelcal.numerics.probability import LEVEL, student_survival
 from accelcal.plural import counted
-from accelcal.recalibrations.entries import Entry, day, entries_of, year
+from accelcal.recalibrations.entries import Entry, Frames, day, entries_of, year
 from accelcal.recalibrations.history import QUANTITIES, check_options, judged_history
 from accelcal.results.calibration import Calibration
 from accelcal.results.fleet_history import DOUBT, FleetHistory, UnitOfFleet, UnitTrend
@@ -28,7 +28,7 @@ __all__ = ["fleet_history", "fleet_history_of"]
 
 
 def fleet_history(
-    calibrations: pd.DataFrame | Iterable[Calibration],
+    calibrations: Frames | pd.DataFrame | Iterable[Calibration],
     *,
     mounting: str | None = None,
     temperature: float | None = None,
@@ -39,8 +39,8 @@ def fleet_history(
 
     Parameters
     ----------
-    calibrations : DataFrame or iterable of Calibration
-        The frame of tables of `accelcal.batch`, or what `accelcal.fit` returns.
+    calibrations : BatchFrames, DataFrame or iterable of Calibration
+        What `accelcal.batch` returns or its frame of tables, or what `accelcal.fit` returns.
     mounting, temperature, alpha
         As of `accelcal.history`, which judges each unit.
     due_before : str, optional

@@ -22,7 +22,7 @@ from accelcal.recalibrations.comparable import (
     Comparable,
     comparable,
 )
-from accelcal.recalibrations.entries import Entry, day, entries_of
+from accelcal.recalibrations.entries import Entry, Frames, day, entries_of
 from accelcal.recalibrations.jumps import (
     FEWEST,
     SMALLEST_CHANCE,
@@ -53,7 +53,7 @@ _ALIKE = 0.02
 
 
 def history(
-    calibrations: pd.DataFrame | Iterable[Calibration],
+    calibrations: Frames | pd.DataFrame | Iterable[Calibration],
     serial: str | None = None,
     *,
     mounting: str | None = None,
@@ -64,8 +64,8 @@ def history(
 
     Parameters
     ----------
-    calibrations : DataFrame or iterable of Calibration
-        The frame of tables of `accelcal.batch`, or what `accelcal.fit` returns.
+    calibrations : BatchFrames, DataFrame or iterable of Calibration
+        What `accelcal.batch` returns or its frame of tables, or what `accelcal.fit` returns.
     serial : str, optional
         Serial number; not needed where there is one unit.
     mounting : str, optional

@@ -46,7 +46,7 @@ from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.results.table import TableCalibration
 from accelcal.results.unit_history import History
 from accelcal.results.verdict import Verdict
-from accelcal.shown_units import readable, written
+from accelcal.shown_units import plain, readable
 from accelcal.units import MICRO
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def calibration_html(calibration: Calibration) -> str:
     for mean in means_of_runs(calibration):
         parts.append(table(f"mean of {mean.runs}", LAW_HEADINGS, rows_of_mean(mean)))
     for whose, rows in temperature_laws(calibration):
-        caption = f"temperature laws{whose}, T0 = {calibration.T0_degC:g} °C"
+        caption = f"temperature laws{whose}, T0 = {calibration.T0_degC:g} degC"
         parts.append(table(caption, LAW_HEADINGS, rows))
     for found in calibration.fixture_angle:
         caption = f"fixture angle apart from the misalignment, {reversed_mountings(found)}"
@@ -89,7 +89,7 @@ def calibration_html(calibration: Calibration) -> str:
 def table_html(found: TableCalibration) -> str:
     """Write one table of a calibration."""
     temperature = found.temperature_degC
-    where = "" if temperature is None else f", {temperature:.2f} °C"
+    where = "" if temperature is None else f", {temperature:.2f} degC"
     caption = f"run {found.run}{where}, mounting {found.mounting}"
     rows = [(r.name, r.meaning or r.symbol, *r[3:]) for r in coefficient_rows(found)]
     return table(caption, HEADINGS, rows)
@@ -130,7 +130,7 @@ def discovery_html(discovery: Discovery) -> str:
 def disagreement_html(found: Disagreement) -> str:
     """Write where a comparison found differences, and what has changed run by run."""
     gap = significant(MICRO * found.rms) if found.rms else "0"
-    rms, chi2 = f"rms {gap} µg", f"reduced χ² {found.reduced_chi2:.3g}"
+    rms, chi2 = f"rms {gap} ug", f"reduced chi^2 {found.reduced_chi2:.3g}"
     rows = shape_rows(found)
     return result(
         f"Comparison of {found.serial or found.source}",
@@ -161,12 +161,12 @@ def stand_html(stand: StandDiscovery) -> str:
         for effect in stand.effects
         for name, quantity in (effect.parameters or {"": Quantity(None, None, "")}).items()
     ]
-    head = [(f"{angle:g}°", *shown) for angle, *shown in head_rows(stand)]
+    head = [(f"{angle:g}", *shown) for angle, *shown in head_rows(stand)]
     return result(
         "Stand",
         [counted(len(stand.units), "unit")],
         table("effects", ("effect", "whose", "parameter", *_INTERVAL, "p"), rows),
-        long_table("head positions [µrad]", ("angle", *_INTERVAL[:2]), head),
+        long_table("head positions [urad]", ("angle [deg]", *_INTERVAL[:2]), head),
         notes=stand.notes,
     )
 
@@ -183,10 +183,7 @@ def stability_html(found: Stability) -> str:
     return result(
         f"Stability of {found.serial or found.source}",
         [counted(len(found.launches), "launch")],
-        *(
-            table(caption, (*HEADING, ""), [(*row[:5], written(row[5]), *row[6:]) for row in rows])
-            for caption, rows in tables.items()
-        ),
+        *(table(caption, (*HEADING, ""), rows) for caption, rows in tables.items()),
         notes=[*warned, *found.warnings],
     )
 
@@ -201,7 +198,7 @@ def budget_html(budget: ErrorBudget) -> str:
     rows = [
         (
             f"{row['a_i']:g} g",
-            "" if row["temperature_degC"] is None else f"{row['temperature_degC']:g} °C",
+            "" if row["temperature_degC"] is None else f"{row['temperature_degC']:g} degC",
             f"{row['time_s']:g} s",
             row["component"],
             *(f"{MICRO * row[key]:.1f}" for key in _OF_BUDGET[:2]),
@@ -217,7 +214,7 @@ def budget_html(budget: ErrorBudget) -> str:
     return result(
         f"Error by (4) of {budget.serial or budget.source}",
         [counted(budget.a_i.size, "point")],
-        long_table("errors [µg]", headings, rows),
+        long_table("errors [ug]", headings, rows),
         notes=[_CORRELATED if budget.correlated else "", *budget.warnings],
     )
 
@@ -230,7 +227,7 @@ def verdict_html(verdict: Verdict) -> str:
     return result(
         f"Verdict against {verdict.specification}",
         [verdict.outcome.upper()],
-        table("limits", ("", "", "value", "± U", "limit", ""), map(limit_row, limits)),
+        table("limits", ("", "", "value", "+- U", "limit", ""), map(limit_row, limits)),
         notes=[*said, *verdict.notes, f"decision rule: {verdict.rule_statement}"],
     )
 
@@ -319,7 +316,7 @@ def _interval(quantity: Quantity) -> tuple[str, str, str]:
     if is_number_of(quantity):
         return (f"{quantity.value:g}", "", "")
     factor, unit = readable(quantity.unit, quantity.value)
-    return (*matching_digits(quantity.value, quantity.expanded_uncertainty, factor), unit)
+    return (*matching_digits(quantity.value, quantity.expanded_uncertainty, factor), plain(unit))
 
 
 def _table_row(part: TumbleRecord) -> tuple[str, ...]:
@@ -327,7 +324,7 @@ def _table_row(part: TumbleRecord) -> tuple[str, ...]:
     return (
         part.run_labels[int(part.run[0])],
         str(part.mounting[0]),
-        "" if temperature != temperature else f"{temperature:.2f} °C",  # NaN differs from itself
+        "" if temperature != temperature else f"{temperature:.2f} degC",  # NaN differs from itself
         str(len(part)),
         str(len(set(part.stroke.tolist()))),
         str(part.head_angles.size),

@@ -21,7 +21,7 @@ _PLAIN = (
 _SYMBOL = re.compile(r"\b(K|k|T|lam|beta|gam|delta)([0-4])([NLDF]?)\b")
 _COUPLING = re.compile(r"\b(M|delta|K|a)_(ip|pp|io|oo|[ipo])\b")
 _ANGLE = re.compile(r"\b((?:sin|cos)\s*\(?\s*\d*\s*)th\b")
-_ALONE = re.compile(r"\bdelta(?=N?\b)")
+_ALONE = re.compile(r"\b(lam|beta|gam|delta)(?=N?\b)")
 _MICRO = re.compile(r"(?<![\w])u(?=[gAV]\b)")
 _POWER = re.compile(r"(?<=[\w)])\^([0-9])")
 _TIMES_TEN = re.compile(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b")
@@ -35,6 +35,8 @@ def typeset(text: str) -> str:
     --------
     >>> typeset("k2 = -52 +- 11 ug/g^2 at -40 degC; (K0+K2)/K1; 2e-05 rad; run 2026-11-21; 3 uA")
     'k₂ = −52 ± 11 µg/g² at −40 °C; (K₀+K₂)/K₁; 2·10⁻⁵ rad; run 2026-11-21; 3 µA'
+    >>> typeset("lam, beta dT, deltaN"), typeset("beta1; a lamp")
+    ('λ, β dT, δN', 'β₁; a lamp')
     """
     text = _TIMES_TEN.sub(_power_of_ten, text)
     for ascii_text, printed in _PLAIN:
@@ -42,7 +44,7 @@ def typeset(text: str) -> str:
     text = _SYMBOL.sub(_symbol, text)
     text = _COUPLING.sub(_coupling, text)
     text = _ANGLE.sub(r"\1θ", text).replace("d th =", "dθ =")
-    text = _ALONE.sub("δ", text)
+    text = _ALONE.sub(lambda match: _GREEK[match[1]], text)
     text = _MICRO.sub("µ", text)
     text = _POWER.sub(lambda match: match[1].translate(_SUPERSCRIPTS), text)
     return _NEGATIVE.sub("−", text)

@@ -215,8 +215,9 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         return triad_text(self)
 
     def __repr__(self) -> str:
+        name = f"serial {self.serial}" if self.serial else self.source
         rms = f"{1e3 * self.residual_rms:.3g} mg rms"
-        return visible(f"<TriadCalibration {self.source}: {self.attitudes} attitudes, {rms}>")
+        return visible(f"<TriadCalibration {name}: {self.attitudes} attitudes, {rms}>")
 
     def rows(self) -> list[dict[str, Any]]:
         """List all quantities, a flat dictionary each."""

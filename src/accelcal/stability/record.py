@@ -230,7 +230,8 @@ class StabilityRecord(EqualByContents):
     def __repr__(self) -> str:
         samples = sum(launch.output.size for launch in self.launches)
         count = f"{counted(len(self.launches), 'launch')}, {counted(samples, 'sample')}"
-        return visible(f"<StabilityRecord {self.source}: {count}>")
+        name = f"serial {self.serial}" if self.serial else self.source
+        return visible(f"<StabilityRecord {name}: {count}>")
 
     def _repr_html_(self) -> str:
         table = headed_by_units(self.to_frame()).to_html(max_rows=20)

@@ -118,8 +118,9 @@ class TriadRecord(EqualByContents):
             _check_directions(self.up, len(self.output))
 
     def __repr__(self) -> str:
+        name = f"serial {self.serial!r}" if self.serial else repr(self.source)
         known = "not known" if self.up is None else "known"
-        return f"<TriadRecord {self.source!r}: {len(self.output)} attitudes, {known}>"
+        return f"<TriadRecord {name}: {len(self.output)} attitudes, {known}>"
 
     def _repr_html_(self) -> str:
         table = headed_by_units(self.to_frame()).to_html(max_rows=20)
