@@ -647,6 +647,20 @@ def test_an_effect_that_a_voltmeter_of_two_ranges_explains_as_well_is_not_sure(p
     assert any(f"a voltmeter {what} beyond " in note for note in found.notes)
 
 
+@pytest.mark.parametrize(
+    ("power", "size", "term"),
+    [(5, 3e-5, "|a_p|^5 sign a_p"), (2, 6e-5, "|a_p|^2 sign a_p")],
+    ids=["fifth", "second"],
+)
+def test_a_cube_that_another_power_explains_better_is_not_sure(power, size, term):
+    """On 16 positions every such power was a cube, for certain."""
+    odd = patterned(16, lambda th: size * np.abs(np.sin(th)) ** power * np.sign(np.sin(th)))
+    found = accelcal.discover(odd)
+    assert [item.id for item in found.effects] == ["cross-axis-cubic"]
+    assert found.doubtful == ("cross-axis-cubic",)
+    assert any(f"a term {term} explains these readings as well" in note for note in found.notes)
+
+
 def test_an_effect_that_shows_what_no_pattern_of_its_kind_has_is_sure():
     """A dead zone mostly goes with the sign of sin th, of which kind 12 positions show two."""
     plan = TumblePlan(positions=12, temperatures=(T0,), timed=True)

@@ -223,6 +223,31 @@ def test_exchanged_positions_are_named():
     assert "those at 45 and 135 deg exchanged in all strokes" in fault.finding
 
 
+def second_run_at(place_of):
+    """A test of three runs; in the second one each position is taken for another."""
+    clean = accelcal.simulate(seed=1)
+    places = np.where(clean.run == 1, place_of(clean.position), clean.position)
+    return replace(clean, position=places, angle=45.0 * (places - 1.0))
+
+
+@pytest.mark.parametrize(
+    ("place_of", "name", "said"),
+    [
+        (lambda p: np.where(p == 2, 4, np.where(p == 4, 2, p)), "exchanged", "45 and 135 deg exch"),
+        (lambda p: p % 8 + 1, "shifted", "shifted by -45"),
+        (lambda p: (p + 1) % 8 + 1, "shifted", "shifted by -90"),
+    ],
+    ids=["exchanged", "by one", "by two"],
+)
+def test_wrong_positions_of_a_run_are_no_other_scale_factor(place_of, name, said):
+    """They were told as a run of 0.627, 0.75 and 0.00132 times the scale factor first."""
+    (fault,), _ = faults(second_run_at(place_of), 20.0)
+    assert fault.name == f"positions {name}"
+    assert fault.finding.startswith("run 2, ")
+    assert said in fault.finding
+    assert fault.readings == tuple(range(54, 108))
+
+
 def test_a_unit_mounted_anew_is_turned_back():
     """It passed for a bias that is shifted for a time, in readings on one side of the turn."""
     plan = accelcal.TumblePlan(temperatures=(20.0, 20.0, 20.0), strokes=4)

@@ -1,8 +1,8 @@
 """What explains the readings as well as a named effect, and no test of the catalogue finds.
 
 A bias that goes with the root of the time, or its square, looks like a drift or a warm-up, another
-k2 of one run like one that goes with the temperature, a voltmeter whose ranges differ like a term
-of the shape.
+k2 of one run like one that goes with the temperature, a voltmeter whose ranges differ, or another
+power of the acceleration, like a term of the shape.
 
 And what an effect of the catalogue looks like that goes on for longer than the readings: a drift
 is the beginning of a warm-up. Beside a drift, K0 is the bias at the first reading; beside the
@@ -43,6 +43,19 @@ _LAWS: Mapping[str, Callable[[Array], Array]] = MappingProxyType(
 )
 """Laws by which something slow goes with the part of the time that has passed."""
 
+_POWERS: Mapping[str, Sequence[tuple[int, str]]] = MappingProxyType(
+    {
+        "a_i": ((3, "even"), (4, "odd"), (5, "even"), (5, "odd"), (6, "even")),
+        "a_p": ((1, "even"), (2, "odd"), (3, "even"), (4, "odd"), (5, "even"), (5, "odd")),
+    }
+)
+"""Powers that are no mixture of those of the model and of the catalogue."""
+
+_BETTER = 1.0 + 1e-9
+"""Times as many squares that one pattern takes up as another, which are no rounding."""
+
+_BETWEEN = "measure at positions between these"
+
 _OTHER_SCALES = (1.5, 1.0 / 1.5)
 """Time constants over that of a named effect, beside which a drift is looked for."""
 
@@ -63,18 +76,41 @@ def not_listed(
 ) -> Iterator[tuple[str, NotListed]]:
     """Find what explains the readings best in place of each effect that is not due beside it.
 
+    And another power of the acceleration that explains them better. Few positions hardly tell it
+    from one of the catalogue, which would hardly ever be sure beside all that explain them as well.
     Yields the id of the effect and the pattern.
     """
-    found = [*_of_time(comparison), *_of_one_run(comparison), *_of_ranges(comparison)]
-    seen, shown = comparison.space.shown(np.stack([one.column for one in found], axis=1))
-    patterns, seen = list(compress(found, shown)), seen[:, shown]
+    kinds = (_of_time, _of_one_run, _of_ranges)
+    as_well = _shown(comparison, [pattern for kind in kinds for pattern in kind(comparison)])
+    powers = _shown(comparison, list(_of_powers(comparison)))
+    named = squares_in(comparison.span(instances), comparison.seen)
     for place, item in enumerate(instances):
         others = comparison.span(replaced(instances, place))
-        beside = [orthonormal(np.hstack([others, column[:, None]])) for column in seen.T]
-        squares = [squares_in(basis, comparison.seen) for basis in beside]
-        best = int(np.argmax(squares))
-        if not is_needed(comparison, item, beside[best]):
-            yield item.effect.id, patterns[best]
+        pattern, beside, _ = _best(comparison, others, as_well)
+        if not is_needed(comparison, item, beside):
+            yield item.effect.id, pattern
+        elif powers:
+            pattern, _, squares = _best(comparison, others, powers)
+            if squares > _BETTER * named:
+                yield item.effect.id, pattern
+
+
+def _shown(comparison: Comparison, patterns: Sequence[NotListed]) -> list[tuple[NotListed, Array]]:
+    """Those of some patterns that show, with their columns in the space."""
+    columns = np.stack([one.column for one in patterns], axis=1)
+    seen, shown = comparison.space.shown(columns)
+    return list(compress(zip(patterns, seen.T, strict=True), shown))
+
+
+def _best(
+    comparison: Comparison, others: Array, patterns: Sequence[tuple[NotListed, Array]]
+) -> tuple[NotListed, Array, float]:
+    """The pattern that takes up most beside others, the basis of both and what they take up."""
+    found = []
+    for pattern, column in patterns:
+        basis = orthonormal(np.hstack([others, column[:, None]]))
+        found.append((pattern, basis, squares_in(basis, comparison.seen)))
+    return max(found, key=lambda one: one[-1])
 
 
 def _of_time(comparison: Comparison) -> Iterator[NotListed]:
@@ -123,7 +159,18 @@ def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
         for what, columns in told:
             said = f"a voltmeter {what} beyond {limit:.2g} g"
             for column in columns:
-                yield NotListed(said, "measure at positions between these", c.gain * column)
+                yield NotListed(said, _BETWEEN, c.gain * column)
+
+
+def _of_powers(comparison: Comparison) -> Iterator[NotListed]:
+    """A power of an acceleration, even or odd, that neither the model nor the catalogue has."""
+    c = comparison.model.conditions
+    for name, along in (("a_i", c.input), ("a_p", c.cross)):
+        size, odd = np.abs(along), np.sign(along)
+        for power, sign in _POWERS[name]:
+            term = f"|{name}|^{power}" + (f" sign {name}" if sign == "odd" else "")
+            column = size**power * (odd if sign == "odd" else 1.0)
+            yield NotListed(f"a term {term}", _BETWEEN, c.gain * column)
 
 
 def said_of_ends(

@@ -29,6 +29,9 @@ _FAR_BETTER = 50.0
 """How many times smaller another order of one direction must make the squared residuals: where it
 leaves more, lags of any kind are likelier."""
 
+_HALFWAY = 135.0
+"""Turn [deg] from which on a table is rather negated than turned."""
+
 
 def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...], TumbleRecord]:
     """Find strokes that would fit far better in another order or sign, and put them right."""
@@ -128,9 +131,9 @@ def _turned(record: TumbleRecord, own: Mask, delta0: float, index: Places) -> Fa
     k1, m = found.values["K1"], found.values.get("M", 0.0)
     if k1 > 0.0 and abs(m) <= LARGEST_RATIOS["M"] * k1:
         return None
-    what = "K1" if k1 <= 0.0 else "M"
-    error = max(found.error(what), SMALLEST)
     turn = float(np.degrees(np.arctan2(-m, k1)))
+    what = "K1" if abs(turn) > _HALFWAY else "M"
+    error = max(found.error(what), SMALLEST)
     name, said = _whole_table(found.table, k1, turn, delta0)
     return order_fault(
         name,
@@ -145,6 +148,6 @@ def _whole_table(table: PreparedTable, k1: float, turn: float, delta0: float) ->
     """Name and words for what is wrong with a table that is out of proportion."""
     if other := other_positions(table, table.record.output, delta0):
         return other
-    if k1 <= 0.0:
+    if abs(turn) > _HALFWAY:
         return "wrong sign", wrong_sign(k1, table.record.unit)
     return "positions shifted", f"all positions as if shifted by {turn:.1f} deg"

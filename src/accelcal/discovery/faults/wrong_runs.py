@@ -14,8 +14,10 @@ from accelcal.arrays import Array, Mask
 from accelcal.discovery.faults.fault import SMALLEST, order_fault
 from accelcal.discovery.faults.single_tables import SingleTable, single_table, tables_of
 from accelcal.estimate.launch import same_levels
+from accelcal.estimate.tables import prepare
 from accelcal.estimate.trend import moments
 from accelcal.gates.record import is_turn
+from accelcal.gates.sizes import other_positions
 from accelcal.gates.verdict import angle
 from accelcal.geometry import accelerations
 from accelcal.numerics.probability import student_survival
@@ -110,18 +112,23 @@ def run_of_another_size(
     """Find the run whose scale factor is least that of the others, and bring it to their size.
 
     There is a fault where it is further off than any temperature brings it, with a fixture angle
-    [rad]. The outputs of that run are taken over a power of ten, where that is what the others
-    differ by, else over the ratio of the scale factors.
+    [rad], but not where other positions explain that. The outputs of that run are taken over a
+    power of ten, where that is what the others differ by, else over the ratio of the scale factors.
     """
-    size = _scale_factors(record, delta0)
+    slopes = _slopes(record, delta0)
+    size = {run: along for run, (along, _) in slopes.items()}
     usual = sorted(size.values())[(len(size) - 1) // 2] if len(size) > 1 else np.nan
     ratio = {run: abs(own / usual) for run, own in size.items()} if usual else {}
     odd = max(ratio, key=lambda run: abs(np.log(ratio[run])), default=-1)
     if odd < 0 or not abs(ratio[odd] - 1.0) > _OF_ANOTHER_SIZE:
         return (), record
+    readings = record.run == odd
+    is_turned = abs(np.hypot(*slopes[odd]) / abs(usual) - 1.0) < _OF_ANOTHER_SIZE
+    own_tables = [own for own in tables_of(record) if readings[own][0]]
+    if is_turned or any(_at_other_positions(record, own, delta0) for own in own_tables):
+        return (), record
     factor = 10.0 ** round(np.log10(ratio[odd]))
     factor = factor if abs(ratio[odd] / factor - 1.0) < _OF_ANOTHER_SIZE else ratio[odd]
-    readings = record.run == odd
     finding = (
         f"K1 of run {record.run_labels[odd]} is {ratio[odd]:.3g} times that of the others: another"
         f" unit, resistor or accelerometer; taken over {factor:.3g}, mend that first"
@@ -131,8 +138,13 @@ def run_of_another_size(
     return (order_fault("run of another size", finding, {}, 0.0, where),), mended
 
 
-def _scale_factors(record: TumbleRecord, delta0: float) -> dict[int, float]:
-    """Scale factor of each run that tells it [output unit / g]."""
+def _at_other_positions(record: TumbleRecord, readings: Mask, delta0: float) -> bool:
+    table = prepare(record.select(readings), delta0=delta0)
+    return other_positions(table, table.record.output, delta0) is not None
+
+
+def _slopes(record: TumbleRecord, delta0: float) -> dict[int, tuple[float, float]]:
+    """Slopes of each run that tells them over a_i and a_p [output unit / g]."""
     sensed = accelerations(record.angle, delta0, record.mounting)
     cross = sensed.cross
     design = np.stack([np.ones(len(record)), sensed.input, cross], axis=1)
@@ -141,5 +153,5 @@ def _scale_factors(record: TumbleRecord, delta0: float) -> dict[int, float]:
         own = record.run == run
         fitted, _, rank, _ = np.linalg.lstsq(design[own], record.output[own], rcond=1e-9)
         if rank == design.shape[1]:
-            found[run] = float(fitted[1])
+            found[run] = (float(fitted[1]), float(fitted[2]))
     return found
