@@ -1,8 +1,10 @@
 """Each benchmark runs, and prints the figures that it is there for."""
 
 import re
+import runpy
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +14,33 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
 
 def run(name, *arguments):
+    """In a process of its own, as those that have workers or measure processes need it."""
     done = subprocess.run(
         [sys.executable, BENCHMARKS / name, *arguments], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    """Run a benchmark here: it does the same, and starts no Python."""
+    monkeypatch.setattr(sys, "path", [str(BENCHMARKS), *sys.path])
+
+    def called(name, *arguments):
+        monkeypatch.setattr(sys, "argv", [name, *arguments])
+        code = None
+        with warnings.catch_warnings(action="default"):
+            try:
+                runpy.run_path(str(BENCHMARKS / name), run_name="__main__")
+            except SystemExit as end:
+                code = end.code
+        assert not code
+        return capsys.readouterr().out
+
+    yield called
+    for shared in ("tumble", "compare"):
+        sys.modules.pop(shared, None)
 
 
 def test_coverage():
@@ -37,27 +61,27 @@ def test_apply():
     assert re.search(r"1000 samples.*\nwall \d+\.\d+ s, CPU \d+\.\d+ s, peak \d+ MiB", printed)
 
 
-def test_apply_coverage():
-    printed = run("apply_coverage.py", "--smoke")
+def test_apply_coverage(call):
+    printed = call("apply_coverage.py", "--smoke")
     assert len(re.findall(r"^\| all declared.*(?:\| [\d.]+ \([\d.]+\) ){4}\|$", printed, re.M)) == 1
 
 
-def test_levels_coverage():
-    printed = run("levels_coverage.py", "--smoke")
+def test_levels_coverage(call):
+    printed = call("levels_coverage.py", "--smoke")
     share = r"[\d.]+ \([\d.]+\)"
     row = rf"^\| laws; 3 levels(?: \| {share} \| {share} \| \d+){{2}} \|$"
     assert len(re.findall(row, printed, re.M)) == 1
 
 
-def test_apply_triad_coverage():
-    printed = run("apply_triad_coverage.py", "--smoke")
+def test_apply_triad_coverage(call):
+    printed = call("apply_triad_coverage.py", "--smoke")
     shares = re.findall(r"^\| 8 known \| [\d :]+ \| 0 \| ([\d.]+) \| [\d.]+ \|$", printed, re.M)
     assert len(shares) == 2
     assert all(float(share) > 75.0 for share in shares)
 
 
-def test_triad():
-    printed = run("triad.py", "--smoke")
+def test_triad(call):
+    printed = call("triad.py", "--smoke")
     told = re.search(
         r"^\| six faces \| 3 \| 0.001 \| 1e-05 \| 0 \| ([\d.]+) \| ([\d.]+) ", printed, re.M
     )
@@ -81,22 +105,22 @@ def test_static_effects():
     assert int(row[2]) < int(row[1]) / 4
 
 
-def test_stability_coverage():
-    printed = run("stability_coverage.py", "--smoke")
+def test_stability_coverage(call):
+    printed = call("stability_coverage.py", "--smoke")
     assert len(re.findall(r"^.{24}(?: +[01]\.\d{3}){3} +[\d.]+$", printed, re.MULTILINE)) == 10
     assert re.search(r"^coefficient K, instants +[01]\.\d{3}$", printed, re.MULTILINE)
 
 
-def test_stand_budget():
-    printed = run("stand_budget.py", "--smoke")
+def test_stand_budget(call):
+    printed = call("stand_budget.py", "--smoke")
     ratios = re.search(r"^closed-form +(.*)$", printed, re.MULTILINE)[1].split()
     assert len(ratios) == 10
     # of 40 tests the spread is known to 11 %, and off by five times that once in a million
     assert all(0.45 < float(ratio) < 1.55 for ratio in ratios)
 
 
-def test_stand_of_the_paper():
-    printed = run("stand_budget.py", "--paper")
+def test_stand_of_the_paper(call):
+    printed = call("stand_budget.py", "--paper")
     found = re.findall(r"^(\w.{30}) ((?: +[\d.]+){10})$", printed, re.MULTILINE)
     sizes = {name.strip(): [float(size) for size in row.split()] for name, row in found}
     assert len(sizes) == 14
@@ -124,8 +148,8 @@ def test_choices():
     assert all(counted > 93.0 for *_, counted in shares)
 
 
-def test_history():
-    printed = run("history.py", "--smoke")
+def test_history(call):
+    printed = call("history.py", "--smoke")
     lines = re.findall(
         r"^ +\d+ +[\d.]+ +[\d.]+ +(?:no|5x(?: true)?)  normal +([\d.]+) +[\d.]+ +[\d.]+ +([\d.]+)$",
         printed,
@@ -137,8 +161,8 @@ def test_history():
     assert all(float(held) >= 100.0 * 47 / 60 and float(named) <= 12.0 for held, named in lines)
 
 
-def test_history_of_units_that_wander():
-    printed = run("history.py", "--wandering", "--smoke")
+def test_history_of_units_that_wander(call):
+    printed = call("history.py", "--wandering", "--smoke")
     cells = r" +([\d.]+)" * 4
     lines = re.findall(rf"^ +(\d+) +(\d+){cells}$", printed, re.M)
     still, walking = lines
@@ -148,22 +172,22 @@ def test_history_of_units_that_wander():
     assert float(still[-1]) <= 12.0 < float(walking[-1])
 
 
-def test_history_of_campaigns():
-    printed = run("history.py", "--campaigns", "--smoke")
+def test_history_of_campaigns(call):
+    printed = call("history.py", "--campaigns", "--smoke")
     ((held, named),) = re.findall(r"^ +8 +40 +([\d.]+) +([\d.]+)$", printed, re.M)
     assert float(held) >= 100.0 * 47 / 60
     assert float(named) <= 12.0
 
 
-def test_history_of_jumps_that_return():
-    printed = run("history.py", "--returns", "--smoke")
+def test_history_of_jumps_that_return(call):
+    printed = call("history.py", "--returns", "--smoke")
     ((named, other),) = re.findall(r"^ +8 +1000 +([\d.]+) +([\d.]+)$", printed, re.M)
     assert float(named) >= 70.0
     assert float(other) <= 12.0
 
 
-def test_history_of_units_that_settle():
-    printed = run("history.py", "--settling", "--smoke")
+def test_history_of_units_that_settle(call):
+    printed = call("history.py", "--settling", "--smoke")
     (noted,) = re.findall(r"^ +8 +300(?: +[\d.]+){3} +([\d.]+)$", printed, re.M)
     assert float(noted) >= 70.0
 
@@ -268,12 +292,12 @@ def test_each_benchmark_is_known_here(path):
     assert not runnable or f'"{path.name}"' in Path(__file__).read_text("utf-8")
 
 
-def test_design():
-    printed = run("design.py", "--smoke")
+def test_design(call):
+    printed = call("design.py", "--smoke")
     worst = re.search(r"^declared: 22 figures, worst ([\d.]+) % off", printed, re.MULTILINE)[1]
     # a standard deviation of 60 draws is uncertain by 9.1 %; 40 % off is 4.4 times as much
     assert float(worst) < 40.0
-    printed = run("design.py", "--harmonics")
+    printed = call("design.py", "--harmonics")
     seen = re.findall(r"^(\d+) +1 +([\d.]+)", printed, re.MULTILINE)
     assert seen == [(n, "14.14") for n in ("6", "8", "12", "24", "36")]
 
@@ -291,8 +315,8 @@ def test_archives():
     )
 
 
-def test_head():
-    printed = run("head.py", "--smoke")
+def test_head(call):
+    printed = call("head.py", "--smoke")
     told = re.findall(
         r"^delta_ip +rms error +[\d.]+ -> +[\d.]+  factor +([\d.]+) .* ([\d.]+) %  U .*$",
         printed,
@@ -302,23 +326,23 @@ def test_head():
     # of 12 intervals at 95 %, fewer than 7 hold the truth once in a million tries
     assert all(float(held) >= 100.0 * 7 / 12 for _, held in told)
     assert min(float(factor) for factor, _ in told[-3:]) > 1.5
-    harmonics = run("head.py", "--harmonics")
+    harmonics = call("head.py", "--harmonics")
     assert re.search(r"^  mean .* 0 %  cannot be told apart from M$", harmonics, re.MULTILINE)
 
 
-def test_coverage_of_comparisons_runs():
-    printed = run("compare.py", "--smoke", "--only", "one head, the other side")
+def test_coverage_of_comparisons_runs(call):
+    printed = call("compare.py", "--smoke", "--only", "one head, the other side")
     assert [line.split("  ")[0] for line in printed.splitlines()[2:]] == [
         "one head, the other side",
         "* one head, the other side, not told",
     ]
 
 
-def test_false_alarms_of_two_calibrations_run():
-    printed = run("two_calibrations.py", "--smoke", "--only", "one head, the other side")
+def test_false_alarms_of_two_calibrations_run(call):
+    printed = call("two_calibrations.py", "--smoke", "--only", "one head, the other side")
     rows = [line.split() for line in printed.splitlines()[2:]]
     assert len(rows) == 2
     # the misalignment of the other side is not compared
     assert all(row[-7] == "-" and float(row[-1]) >= 40.0 for row in rows)
-    printed = run("two_calibrations.py", "--smoke", "--only", "size of backlash")
+    printed = call("two_calibrations.py", "--smoke", "--only", "size of backlash")
     assert "with |E_n| > 1" in printed.splitlines()[2]

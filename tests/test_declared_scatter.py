@@ -7,11 +7,18 @@ from one_record import estimate_of_record
 from scipy.special import digamma, polygamma
 from tumble_oracle import AL15, Apparatus, forward, record, turn
 
-from accelcal.estimate.declared_scatter import _bias_of_log, _variance_of_log, declared_scatter
+from accelcal.estimate.declared_scatter import (
+    _bias_of_log,
+    _of_samples,
+    _variance_of_log,
+    declared_scatter,
+    is_weighted,
+)
 from accelcal.estimate.tables import prepare
 
 ANGLES = turn(8, 2)
 SIGMA = 5e-6
+RISE = np.arange(2.0, 11.0)
 
 
 def declared(std, count):
@@ -89,6 +96,16 @@ def test_deviations_of_few_samples_say_nothing_against_those_of_many():
     assert_allclose(scatter * np.sqrt(count), 1.0, rtol=0.1)
 
 
+def test_deviations_of_few_and_of_many_samples_are_compared_as_chance_has_them():
+    """The mean of the logarithm of a variance is smaller where it has few degrees of freedom."""
+    angles, count = turn(8, 40), np.where(np.arange(360) // 9 % 2, 2.0, 61.0)
+    chance = np.random.default_rng(1).chisquare(count - 1.0) / (count - 1.0)
+    size = 1.0 + np.cos(np.radians(angles)) ** 2
+    std = size * np.sqrt(chance)
+    found = _of_samples(record(angles, forward(AL15, angles), std=std, count=count))
+    assert_allclose(found.size * np.sqrt(count), size, rtol=0.1)  # one for all at a position
+
+
 @pytest.mark.parametrize("few", [2.0, 3.0])
 def test_counts_far_apart_give_finite_weights(few):
     for many in (1e6, 1e20):
@@ -96,6 +113,22 @@ def test_counts_far_apart_give_finite_weights(few):
         assert np.isfinite([*scatter, dof, *doubt]).all()
         assert (scatter > 0.0).all()
         assert (doubt >= 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("std", "count", "weighted"),
+    [
+        (None, None, False),
+        (1.0, None, False),
+        (RISE, None, True),
+        (1.0, 5.0, False),
+        (1.0, RISE, True),
+    ],
+)
+def test_what_is_declared_unlike_gives_weights(std, count, weighted):
+    given = {"std": std, "count": count}
+    own = {name: np.broadcast_to(size, 9) for name, size in given.items() if size is not None}
+    assert is_weighted(record(turn(8), forward(AL15, turn(8)), **own)) is weighted
 
 
 def test_what_is_declared_of_one_sample_stands():

@@ -139,6 +139,51 @@ def test_csv_reads_back(calibration):
     assert "# sign_convention: Misalignment terms are added with + for both" in text
 
 
+# -- a program of a laboratory, from the equations of the paper ------------------------------------
+
+LAWS = {"k0", "K1", "delta_O", "delta_P"}
+
+
+def output_by_the_paper(k, a_i, rise, a_p=0.0, a_o=0.0):
+    """Equation (1) with the laws of temperature; what is not determined counts for nothing."""
+    slope = {name: k[f"{name}_slope_{'above' if rise > 0.0 else 'below'}"] for name in LAWS & {*k}}
+    now = {name: k[name] + slope[name] * rise for name in slope if name != "K1"}
+    across = now["delta_O"] * a_p + k["delta_ip"] * a_i * a_p if "delta_O" in k else 0.0
+    across += now["delta_P"] * a_o + k["delta_io"] * a_i * a_o if "delta_P" in k else 0.0
+    felt = now["k0"] + a_i + k["k2"] * a_i**2 + k["k3"] * a_i**3 + across
+    return k["K1"] * (1.0 + slope["K1"] * rise) * felt
+
+
+def shifts(k, symbols, a_i, rise, across):
+    """Shift of the acceleration by each coefficient, relative for K1; the sign is left out."""
+    y, tiny = output_by_the_paper(k, a_i, rise, **across), 1e-6
+    slope = output_by_the_paper(k, a_i + tiny, rise, **across) - y
+    steps = {s: tiny * (k["K1"] if s == "K1" else 1.0) for s in symbols}
+    moved = [k | {symbol: k[symbol] + step} for symbol, step in steps.items()]
+    return np.array([(output_by_the_paper(m, a_i, rise, **across) - y) / slope for m in moved])
+
+
+@pytest.mark.parametrize("a_i", [-0.9, 0.4])
+@pytest.mark.filterwarnings("ignore::accelcal.AccelcalWarning")
+def test_the_numbers_of_an_export_give_acceleration_and_uncertainty(calibration, a_i):
+    content = export_content(calibration)
+    rows = {row["symbol"]: row for row in content["coefficients"]}
+    k = {symbol: row["value"] or 0.0 for symbol, row in rows.items()}
+    names, launch = content["covariance"]["symbols"], content["new_launch"]
+    across = {a: v for a, v in (("a_p", 0.5), ("a_o", -0.3)) if f" {a}" in content["model"]}
+    beside = [s for s, row in rows.items() if row["standard_uncertainty"] and s not in names]
+    new = math.hypot(launch["bias"], launch["scale_factor"] * a_i, launch["hysteresis"])
+    for degC in {20.0, *(content["validity"]["temperature_degC"] or ())}:
+        y = output_by_the_paper(k, a_i, degC - 20.0, **across)
+        row = shifts(k, names, a_i, degC - 20.0, across)
+        own = math.sqrt(row @ np.array(content["covariance"]["matrix"]) @ row)
+        for_each = [rows[symbol]["standard_uncertainty"] for symbol in beside]
+        own += np.linalg.norm(shifts(k, beside, a_i, degC - 20.0, across) * for_each)
+        found = accelcal.apply(calibration, [y], [degC], **{a: [v] for a, v in across.items()})
+        assert found.value[0] == pytest.approx(a_i, abs=1e-14)
+        assert found.standard_uncertainty[0] == pytest.approx(math.hypot(own, new), rel=0.01)
+
+
 # -- C ---------------------------------------------------------------------------------------------
 
 

@@ -15,6 +15,8 @@ from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.options import Options
 from accelcal.cli.main import main
 from accelcal.estimate.declared_scatter import moderated
+from accelcal.estimate.self_calibration import _noise
+from accelcal.estimate.tables import prepare
 from accelcal.io.words.head_words import EXPANDED, HEAD_COLUMNS, HEAD_KEYS
 from accelcal.io.words.vocabulary import COLUMNS
 from accelcal.numerics.covariance import posterior
@@ -436,6 +438,52 @@ def test_a_standard_uncertainty_is_not_divided_by_a_coverage_factor(lines):
 def test_the_only_noise_that_is_told_is_moderated_by_no_other():
     variances, doubt = moderated(np.array([2.0]), np.array([1.5]))
     assert (variances.tolist(), doubt.tolist()) == ([2.0], [0.0])
+
+
+STD, SAMPLES = ",1e-6,", ",2e-6,4"  # of a reading, of the samples that it is the mean of
+
+
+@pytest.mark.parametrize(
+    ("runs", "dof", "pure", "residuals"),
+    [
+        # of 8 positions a stroke reads the first twice: 9 S - 8 degrees of freedom of S strokes
+        ([(4, ",,"), (4, ",,")], 56.0, 56.0, False),  # these differ by no more than chance
+        ([(1, ",,")] * 4, 4.0, 4.0, False),  # those of all tables, once
+        ([(4, ",,"), (1, ",,")], 28.0, 29.0, False),  # those of one are among those of all
+        ([(1, ",,"), (1, ",,")], 6.0, 0.0, True),  # residuals of 9 readings and 6 coefficients
+        ([(4, STD), (4, STD)], np.inf, 0.0, False),
+        ([(4, SAMPLES), (4, SAMPLES)], 2 * 36 * 3.0, 0.0, False),
+        ([(4, STD), (4, SAMPLES)], 36 * 3.0, 0.0, False),  # nothing to moderate a sure one by
+        ([(4, STD), (4, ",,")], 28.0, 28.0, False),
+        ([(1, STD), (1, ",,")], 3.0, 0.0, False),  # the residuals of one are taken for its noise
+    ],
+)
+def test_what_tells_the_noise_and_by_how_many_degrees_of_freedom(runs, dof, pure, residuals):
+    record = with_declarations([(strokes, 9, std) for strokes, std in runs])
+    factors, *told = _noise(record, [prepare(table) for table in record.tables()])
+    assert told == [pytest.approx(dof), pytest.approx(pure), residuals]
+    expected = [1e-6 if std == ",," else 1.0 for _, std in runs]
+    assert factors == pytest.approx(expected, rel=0.5)  # declared ones over the declaration
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_run_whose_noise_nothing_tells_is_refused(turn):
+    """Behind one that declares its own it ended in an error of the arithmetic."""
+    record = with_declarations([(1, 9, STD), (1, 6, ",,")][::turn])
+    with pytest.raises(accelcal.InputError, match="the reading noise is unknown"):
+        accelcal.calibrate_head([record.with_apparatus(head_uncertainty=2e-5)])
+
+
+def with_declarations(runs):
+    rng = np.random.default_rng(2)
+    lines = [
+        f"20,{run},{place},{stroke},{np.cos(place * np.pi / 4) + rng.normal(0, 1e-6):.12f}{std}"
+        for run, (strokes, places, std) in enumerate(runs)
+        for stroke in range(1, strokes + 1)
+        for place in range(1, places + 1)
+    ]
+    text = "\n".join(["temperature,run,position,stroke,output,std,n", *lines])
+    return accelcal.read_table(io.StringIO(text))
 
 
 def drawn(rng, positions=8, **options):

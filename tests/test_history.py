@@ -16,6 +16,7 @@ from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.documents.recalibrations import read_entries
 from accelcal.recalibrations import jumps
+from accelcal.recalibrations.bends import jumps_like_bends
 from accelcal.recalibrations.comparable import comparable
 from accelcal.recalibrations.entries import entries_of, year
 from accelcal.recalibrations.history import _told
@@ -969,6 +970,14 @@ def test_a_jump_that_a_settling_unit_makes_is_told(constant):
     (jump,) = found.trends[0].jumps
     (note,) = told_of_bends(found)
     assert f"fits the bias better than its jump between {jump.after} and {jump.before}:" in note
+
+
+def test_bends_and_steps_are_held_against_values_of_unlike_uncertainties():
+    time, uncertainty = np.arange(10.0), np.where(np.arange(10) % 2, 5.0, 1.0)
+    for place in range(2, 5):
+        step, settled = 1.0 * (time >= place), np.exp(-time / 2.0)
+        assert jumps_like_bends(time, step, uncertainty, (place,)) == ()
+        assert jumps_like_bends(time, settled, uncertainty, (place,)) == (place,)
 
 
 def test_true_jumps_are_not_taken_for_bends():

@@ -9,6 +9,7 @@ import accelcal
 from accelcal.cli.main import main
 from accelcal.compensate.apply import compensate
 from accelcal.compensate.choice import compensation
+from accelcal.compensate.runs import level_run
 
 ALL = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 SEVEN = (-40.0, -20.0, 0.0, 20.0, 40.0, 60.0, 80.0)
@@ -171,6 +172,18 @@ def test_runs_of_a_level_are_averaged_and_lie_within_u():
             assert min(values) <= found[name].value <= max(values)
             assert np.ptp(values) / 2.0 <= 1.05 * found[name].standard_uncertainty
         assert found["k0"].standard_uncertainty >= h  # on the branches, at the ends too
+
+
+@pytest.mark.parametrize("levels", [(20, 20, 80, 80), (20, 20, 20, 80), (20, 20, 20, 80, 80)])
+def test_what_repeats_tell_of_launches_is_all_theirs(levels):
+    """The rest is of the declared head, whose degrees of freedom do not end."""
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=levels), seed=1)
+    record = record.with_apparatus(launch_uncertainty=None, launch_sf_uncertainty=None)
+    found = accelcal.fit(record)
+    for table in found.tables:
+        run = level_run(found, table, found.tables)
+        (_, rest), (_, launches) = (np.diagonal(e, 0, 1, 2)[:, :2] for e in (run.common, run.shift))
+        assert (np.abs(rest) < 0.01 * launches).all()
 
 
 def test_temperatures_of_runs_of_a_level_may_differ():

@@ -937,6 +937,7 @@ def test_a_triad_knows_its_temperature():
     drifting = accelcal.calibrate_triad(of_temperatures(20, 20.5, 21, 21.5, 22, 22.5))
     (gate,) = (gate for gate in drifting.gates if gate.name == "temperature")
     assert (gate.verdict, gate.finding[:15]) == ("warn", "20 to 22.5 degC")
+    assert accelcal.calibrate_triad(of_temperatures(*[20] * 5, 25)).temperature_degC is not None
     twice = np.vstack([record.output, record.output]), np.vstack([record.up, record.up])
     both = accelcal.TriadRecord(*twice, temperature=[20.0] * 6 + [22.0] * 5 + [np.nan])
     assert accelcal.calibrate_triad(both).temperature_degC == pytest.approx((5 * 21.0 + 20.0) / 6)

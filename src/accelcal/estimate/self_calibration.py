@@ -247,7 +247,7 @@ def _noise(
     """
     found = _rounded_noises(record, tables)
     factors, dofs = [n.factor for n in found], [n.dof for n in found]
-    if not min(factors) > 0.0:
+    if not all(factor > 0.0 for factor in factors):
         with naming(record):
             raise InputError("the reading noise is unknown; read each position twice or more")
     sources = {n.source for n in found}
