@@ -47,6 +47,8 @@ CASES = (
     Case("nothing declared, 20, 80, -40 degC twice", 2 * (20.0, 80.0, -40.0)),
     Case("nothing declared, 20 degC three times, 80, -40 degC", (20.0, 20.0, 20.0, 80.0, -40.0)),
     Case("the same, the head declared", (20.0, 20.0, 20.0, 80.0, -40.0), ("head_uncertainty",)),
+    Case("the same, 20 degC twice", (20.0, 20.0, 80.0, -40.0), ("head_uncertainty",)),
+    Case("the same, two runs at 20 degC alone", (20.0, 20.0), ("head_uncertainty",)),
     Case("all declared, 20 degC, one stroke", (20.0,), tuple(SIZES), strokes=1),
     Case("all declared, 20 degC, two strokes", (20.0,), tuple(SIZES), strokes=2),
     Case("launches declared, 20 degC", (20.0,), ("launch_uncertainty", "launch_sf_uncertainty")),

@@ -296,6 +296,7 @@ REGIMES = (
         )
         for text, temperatures in (
             ("3 temperatures", THREE),
+            ("3 temperatures, 20 degC twice", (*THREE, 20.0)),
             ("3 temperatures there and back", (20.0, 80.0, 20.0, -40.0, 20.0)),
         )
     ),

@@ -334,13 +334,19 @@ def test_the_expanded_uncertainty_holds_a_new_launch_that_few_launches_tell():
         assert abs(held / units - 0.95) < 4.0 * (0.95 * 0.05 / units) ** 0.5
 
 
-def test_the_expanded_uncertainty_is_that_of_the_budget():
-    plan = accelcal.TumblePlan(temperatures=(20.0, 80.0, -40.0) * 2)
-    record = accelcal.simulate(plan=plan, seed=4)
+@pytest.mark.parametrize(
+    ("levels", "degrees", "count"),
+    [((20.0, 80.0, -40.0) * 2, "3 degrees", 3.0), ((20.0, 80.0, -40.0, 20.0), "1 degree", 0.5)],
+)
+def test_the_expanded_uncertainty_is_that_of_the_budget(levels, degrees, count):
+    """One degree of freedom of the next launch counted as one in both, and U held 89 to 91 %."""
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=levels), seed=4)
     fit = accelcal.fit(dataclasses.replace(record, apparatus=accelcal.Apparatus()))
     found, a_i = compensation(fit), np.array([-1.0, 0.0, 0.4, 1.0])
-    assert found.launch.bias_dof < 10.0
-    with pytest.warns(accelcal.AccelcalWarning, match="launch estimated with 3 degrees of freedom"):
+    assert found.launch.bias_dof == found.launch.scale_factor_dof == count
+    new_launch = next(part for part in budget(fit, a_i).components if part.symbol == "k0L")
+    assert (new_launch.dof == count).all()
+    with pytest.warns(accelcal.AccelcalWarning, match=f"launch estimated with {degrees} of freed"):
         measured = accelcal.apply(fit, forward(found, a_i, 20.0, 0.3), 20.0, a_p=0.3)
     told = budget(fit, a_i, a_p=0.3).expanded_uncertainty
     assert measured.expanded_uncertainty == pytest.approx(told, rel=0.01)

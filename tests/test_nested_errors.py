@@ -231,6 +231,13 @@ def test_the_head_is_searched_far_enough():
     assert head_error(extreme, None).uncertainty == pytest.approx(best, rel=0.006)
 
 
+@pytest.mark.parametrize(("contrast", "size"), [(0.3, 0.6), (3.0, 6.0), (0.0, 0.0)])
+def test_of_the_noise_nothing_is_taken_off_one_contrast(contrast, size):
+    """Below 0.38 of the noise it showed no head: U held 91 to 95 % on 7 positions."""
+    alone = LackOfFit(np.zeros(1), np.array([contrast]), np.array([0.5]), np.eye(1))
+    assert head_error(alone, None).uncertainty == pytest.approx(size, rel=0.006)
+
+
 def test_a_large_head_error_is_found_to_its_size():
     sizes = [fitted(12, head=1e-3, seed=seed)[1].head.uncertainty for seed in range(40)]
     assert np.sqrt(np.mean(np.square(sizes))) == pytest.approx(1e-3, rel=0.2)
@@ -383,10 +390,12 @@ def test_each_run_has_its_shift_from_the_others():
     assert_allclose(found.dof_of_run, [1.0, 1.0, 1.0, 2.0])
 
 
-def test_little_of_the_noise_is_taken_off_a_shift_of_few_degrees_of_freedom():
-    found = run_shift(None, np.array([1.0, 3.0]), np.array([1.0, 1.0]), [20.0, 20.0])
-    assert found.uncertainty == pytest.approx(math.sqrt(2.0 - 1.0 / 7.0))
-    assert run_shift(None, np.zeros(2), np.ones(2), [20.0, 20.0]).uncertainty == 0.0
+def test_little_of_the_noise_is_taken_off_a_shift_of_few_degrees_of_freedom_and_nothing_of_one():
+    alone = run_shift(None, np.array([1.0, 3.0]), np.ones(2), [20.0, 20.0])
+    assert alone.uncertainty == pytest.approx(math.sqrt(2.0))
+    of_two = run_shift(None, np.array([1.0, 2.0, 3.0]), np.ones(3), [20.0] * 3)
+    assert of_two.uncertainty == pytest.approx(math.sqrt(1.0 - 0.25))
+    assert run_shift(None, np.zeros(3), np.ones(3), [20.0] * 3).uncertainty == 0.0
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ _FEW_REPEATS = 5
 _AS_LARGE_AS_NOISE = 4.0
 
 # With one degree of freedom the estimate of the head is often near zero by chance: the 95 %
-# intervals then held the truth in 89 to 99 % (benchmarks/coverage.py, 7 positions).
+# intervals then held the truth in 92 to 100 % (benchmarks/coverage.py, 7 positions).
 _FEW_HEAD_DOF = 2
 
 # One stroke without the return to the first position needs this many residuals. With fewer, its
@@ -207,7 +207,7 @@ def _of_estimated_head(estimate: JointEstimate) -> Iterator[Sentence]:
     yield Sentence(
         estimated & (head.dof < _FEW_HEAD_DOF),
         "head error estimated from the lack of fit with 1 degree of freedom: no honest interval can"
-        f" be had, and those given {FEWER} (89 to 99 in"
+        f" be had, and those given {FEWER} (92 to 100 in"
         " simulations); declare head_uncertainty or measure more positions",
     )
     told = head.uncertainty > 0.0, head.dof

@@ -30,6 +30,7 @@ from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.effects.without_sources import without_sources
 from accelcal.errors import InputError
+from accelcal.estimate.uncertainty import counted
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import LOOK_ALIKES
 from accelcal.results.table import TableCalibration, known_temperatures
@@ -155,8 +156,8 @@ def _next_launch(calibration: Calibration) -> Launch:
     return Launch(
         bias=(bias and bias.value) or 0.0,
         scale_factor=(scale_factor and scale_factor.value) or 0.0,
-        bias_dof=(bias and bias.dof) or math.inf,
-        scale_factor_dof=(scale_factor and scale_factor.dof) or math.inf,
+        bias_dof=float(counted((bias and bias.dof) or math.inf)),
+        scale_factor_dof=float(counted((scale_factor and scale_factor.dof) or math.inf)),
     )
 
 

@@ -203,7 +203,8 @@ class Launch:
     scale_factor : float
         Standard uncertainty of the relative shift of the scale factor.
     bias_dof, scale_factor_dof : float
-        Degrees of freedom of each; infinite where it was declared.
+        Degrees of freedom of each, as they count beside other errors: a half is one alone; infinite
+        where it was declared.
     """
 
     bias: float = 0.0

@@ -15,7 +15,7 @@ from accelcal.effects.static import Samples, StaticEffects, static_effects
 from accelcal.error_budget.coefficients import Coefficients
 from accelcal.error_budget.conditions import Conditions
 from accelcal.error_budget.random_part import RandomBound, RandomPart
-from accelcal.estimate.uncertainty import combined
+from accelcal.estimate.uncertainty import combined, counted
 from accelcal.model import CROSS_AXES, acceleration_error, bias_bound
 from accelcal.results.calibration import Calibration
 from accelcal.results.error_budget import ErrorComponent
@@ -231,6 +231,6 @@ def _random(name: str, symbol: str, part: RandomBound, x: Array, bound: Array) -
         value=np.zeros(x.size),
         bound=bound,
         standard_uncertainty=np.abs(part.standard_uncertainty * x),
-        dof=np.full(x.size, part.dof),
+        dof=np.full(x.size, counted(part.dof)),
         origin=part.origin,
     )

@@ -26,6 +26,8 @@ from accelcal.numerics.grouping import Grouped
 # would take a time that grows as J^3 and matrices of J by J (see `many_positions`).
 _MANY = 128
 
+_ALMOST_NOTHING = 1e-6  # of the noise, so that contrasts which are zero have a likelihood as well
+
 
 class HeadError(NamedTuple):
     """Standard uncertainty of a head position.
@@ -205,7 +207,7 @@ def _most_likely(found: LackOfFit | ManyPositions, telling: NDArray[Any]) -> Arr
     unit = 1.0 / np.where(strongest > 0.0, strongest, 1.0)
     top = 2.0 + strongest * found.largest()[..., None]
     number = np.maximum(telling[..., None], 1)
-    share = share_taken_off(number)
+    share = np.maximum(share_taken_off(number), _ALMOST_NOTHING)
 
     def misfit(size: Array) -> Array:
         spread, squares = found.deviance(share, (unit * size) ** 2)

@@ -61,7 +61,8 @@ class ErrorComponent(EqualByContents, ReadByFields):
     standard_uncertainty : ndarray, shape (n,)
         Standard uncertainty [local g].
     dof : ndarray, shape (n,)
-        Degrees of freedom of the standard uncertainty; infinite where it is declared.
+        Degrees of freedom of the standard uncertainty, as they count beside other errors: of
+        launches a half is one alone; infinite where it is declared.
     origin : str
         Where the bound or the uncertainty comes from.
     """
