@@ -119,6 +119,19 @@ def test_a_fault_of_the_readings_is_a_remark_and_a_gate_that_noise_trips_is_none
     assert fleet.to_frame()["notes"].str.contains("warn").sum() == 2
 
 
+def test_an_offset_that_all_calibrations_have_is_no_remark():
+    """The unit stood above sound ones for good, though nothing was wrong with its readings."""
+    rng = np.random.default_rng(4)
+    both = [unit(name, rng, 4) for name in ("OFFSET", "WRONG")]
+    both[0]["gate_proportions"] = "warn"
+    both[1]["gate_proportions"] = ["pass", "warn", "warn", "warn"]
+    fleet = accelcal.fleet_history(pd.concat(both))
+    found = {own.serial: (own.attention, own.notes) for own in fleet.units}
+    assert "remark" in found["WRONG"][0]
+    assert "remark" not in found["OFFSET"][0]
+    assert any("(proportions)" in note for note in found["OFFSET"][1])
+
+
 def test_units_that_are_due_alone_are_sorted_by_their_last_dates(frame):
     fleet = accelcal.fleet_history(frame, due_before="2024-01-01")
     due = [own.last for own in fleet.units if own.attention == ("due",)]
