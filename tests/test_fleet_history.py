@@ -355,6 +355,22 @@ def test_the_picture_names_units_without_doubt_first():
     assert any(doubtful)
 
 
+def test_one_bad_unit_does_not_scale_the_picture_of_all():
+    """The others lay on one line, as it took the height of the axes."""
+    pytest.importorskip("matplotlib")
+    rng = np.random.default_rng(8)
+    bad = unit("BAD", rng, 3, drift=-1e6)
+    sound = pd.concat([unit(f"U{i}", rng, 3, drift=150.0) for i in range(8)])
+    alone, beside = (
+        accelcal.fleet_history(frame.reset_index(drop=True)).plot.drifts()[0]
+        for frame in (sound, pd.concat([sound, bad]))
+    )
+    assert beside.get_ylim()[1] < 2.0 * alone.get_ylim()[1]
+    labels = [axes.get_legend_handles_labels()[1] for axes in (alone, beside)]
+    assert "outside the axes: BAD" in labels[1]
+    assert not any(label.startswith("outside") for label in labels[0])
+
+
 def test_a_picture_of_few_units_names_each_along_the_axis():
     pytest.importorskip("matplotlib")
     rng = np.random.default_rng(1)
