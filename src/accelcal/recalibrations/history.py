@@ -320,7 +320,7 @@ def _apart(followed: _Followed, chosen: Comparable, columns: Array, alpha: float
     alone = np.column_stack([columns, np.arange(values.size) == place])
     size, beyond = followed.last_beyond_heat(alone, chosen.rise)
     if chance < alpha and beyond:
-        told = f"{1e6 * size:.1f} {'ug' if followed.unit == 'g' else 'ppm'}"
+        told = f"{float(f'{1e6 * size:.3g}'):.12g} {'ug' if followed.unit == 'g' else 'ppm'}"
         after = ", or a jump that no second one confirms; calibrate again"
         yield (
             f"the {followed.name} of {day(chosen.entries[place].date)} is {told} from what all"
