@@ -56,8 +56,8 @@ class FleetHistoryPlot(Pictures[FleetHistory]):
         Returns
         -------
         ndarray of Axes, shape (2,)
-            Drifts of bias and scale factor of units that may wander, with their 95 % intervals, of
-            which the longest may leave the axes; units far outside are marked at the edge and named.
+            Drifts of bias and scale factor of units that may wander, with their 95 % intervals; the
+            longest may leave the axes. Units far outside are marked at the edge and named.
 
         Raises
         ------
