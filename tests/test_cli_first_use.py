@@ -165,6 +165,18 @@ def test_a_fixture_angle_in_degrees_is_told(run, command):
     assert run(*command, "--delta0", "0.001")[0] == 0
 
 
+def test_an_option_without_effect_is_refused(run, folder):
+    """The accelerations were in g all the same, and the effects in nothing."""
+    code, out, err = run("apply", "cal.json", "table.csv", "--g", "9.81")
+    assert (code, out) == (2, "")
+    assert "--g M_S2 is given for accelerations in g; leave it out, or ask for m/s^2" in said(err)
+    (folder / "mine.toml").write_text('[[effect]]\nid = "a"\n')
+    for command in (["fit", "table.csv"], ["simulate"]):
+        code, out, err = run(*command, "--effects", "mine.toml")
+        assert (code, out) == (2, "")
+        assert "--effects has no effect without --" in said(err)
+
+
 def test_a_gravity_that_is_nowhere_gives_no_accelerations(run):
     for gravity in ("3", "0", "-9.81", "9.75"):  # the last was taken, though the rule says no
         code, out, err = run("apply", "cal.json", "table.csv", "--in", "m/s^2", "--g", gravity)

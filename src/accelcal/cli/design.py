@@ -99,7 +99,7 @@ def whole_numbers(text: str) -> tuple[int, ...]:
     "Write the test plan as a sheet to fill in at the laboratory.",
 )
 @flag_option("--no-effects", "Do not examine the effects of the catalogue.")
-@effects_option
+@effects_option()
 @picture_option("uncertainty by hours (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def design(
