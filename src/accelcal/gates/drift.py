@@ -14,7 +14,7 @@ from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.replicate_plan import contracted, rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, angle, gate_stack
-from accelcal.numerics.probability import LEAST_CHANCE, f_exceeds, f_survival, p_value
+from accelcal.numerics.probability import f_exceeds, f_survival, written_p_value
 from accelcal.plural import listed
 
 _AND_BACK = 1.5  # times the change from start to end beyond which a bias moved there and back
@@ -105,7 +105,7 @@ def drift(stack: TableStack, level: float) -> GateStack:
         shown = names or list(compress(Trend._fields, told))
         moved = _moved(stack, index)
         courses = listed(moved[name].course(name, hours) for name in shown)
-        p = p_value(parts.p(ratio, index), LEAST_CHANCE)
+        p = written_p_value(parts.p(ratio, index))
         return f"from start to end of the run {courses}, {p}{_what_is_a_mean(names)}"
 
     few = not stack.plan.trend.bias.shape[2], "needs three strokes or more, of all positions"

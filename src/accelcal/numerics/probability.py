@@ -307,13 +307,13 @@ def f_exceeds(level: ArrayLike, ratio: Array, dof1: ArrayLike, dof2: ArrayLike) 
     return np.asarray(ratio > limits)
 
 
-def p_value(p: float, least: float = 1e-3) -> str:
+def written_p_value(p: float, least: float = LEAST_CHANCE) -> str:
     """Write a p-value beside a number, one that is too small as below the least.
 
     Examples
     --------
-    >>> p_value(0.0123), p_value(1e-9), p_value(1e-9, 1e-15)
-    ('p = 0.012', 'p < 0.001', 'p = 1e-09')
+    >>> written_p_value(0.0123), written_p_value(0.0), written_p_value(1e-9, 1e-3)
+    ('p = 0.012', 'p < 1e-15', 'p < 0.001')
     """
     return f"p < {least:g}" if p < least else f"p = {p:.2g}"
 

@@ -11,13 +11,12 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.in_use.action import Action, action
 from accelcal.model import symbol_of
-from accelcal.numerics.probability import p_value
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import Readings
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.plot.ticks import literal
 from accelcal.report.discovery import with_doubts
-from accelcal.report.findings import parts_of_disagreement
+from accelcal.report.findings import p_value, parts_of_disagreement
 from accelcal.report.lines import sentence
 from accelcal.report.typeset import typeset
 from accelcal.results.discovery import Discovery

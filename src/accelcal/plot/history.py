@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from accelcal.numerics.probability import NORMAL_FACTOR, p_value
+from accelcal.numerics.probability import NORMAL_FACTOR
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvases, entitled, palette, styled
 from accelcal.plot.ticks import LONGEST_TITLE, shortened
+from accelcal.report.findings import p_value
 from accelcal.results.unit_history import History
 from accelcal.shown_units import readable
 

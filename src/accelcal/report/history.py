@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from accelcal.escapes import visible
-from accelcal.numerics.probability import p_value
 from accelcal.plural import counted
+from accelcal.report.findings import p_value
 from accelcal.report.lines import aligned, hanging, visible_lines
 from accelcal.report.numbers import in_millionths, matching_digits, significant
 from accelcal.results.quantity import Quantity

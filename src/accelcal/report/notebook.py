@@ -7,7 +7,6 @@ from functools import singledispatch
 from typing import TYPE_CHECKING
 
 from accelcal.compensate.at_temperature import means_of_runs
-from accelcal.numerics.probability import p_value
 from accelcal.plural import counted
 from accelcal.report.calibration import fixture_angle_rows, reversed_mountings
 from accelcal.report.calibration_comparison import HEADINGS as COMPARISON_HEADINGS
@@ -30,7 +29,7 @@ from accelcal.report.discovery import (
     other_values,
     outcome,
 )
-from accelcal.report.findings import chance, factor_rows
+from accelcal.report.findings import chance, factor_rows, p_value
 from accelcal.report.html import items, long_table, preformatted, result, safe, table
 from accelcal.report.numbers import is_number_of, matching_digits, significant
 from accelcal.report.stability import HEADING, bound_rows, component_rows, noise_rows

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.model import ERROR_UNITS
-from accelcal.numerics.probability import LEAST_CHANCE, p_value
+from accelcal.numerics.probability import written_p_value
 from accelcal.results.agreement import explained_by_errors, hidden_by_errors, verdict_of
 from accelcal.results.checked import Kind, checked, member, number
 from accelcal.results.fields import StoredPart
@@ -152,7 +152,7 @@ class Disagreement(StoredResult, TabularResult):
         worst = max(self.where, key=lambda share: share.share, default=None)
         told = f", mostly by {worst.factor}" if worst and self.structure else ""
         name = self.serial or self.source
-        chance = p_value(self.p_value, LEAST_CHANCE)
+        chance = written_p_value(self.p_value)
         return visible(f"<Disagreement {name}: {self.verdict}, {chance}{told}>")
 
     @property
