@@ -173,7 +173,6 @@ def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources
 
 
 def _once(found: Iterable[str | SourceFile], aside: Aside) -> list[str | SourceFile]:
-    """Each file by its first name."""
     first: dict[str, str | SourceFile] = {}
     for item in found:
         if isinstance(item, SourceFile):
@@ -226,7 +225,6 @@ def _measured(path: str) -> SourceFile:
 
 
 def _of_path(path: str, results: Collection[str], aside: Aside) -> list[str]:
-    """Tables of a path."""
     if path == "-":
         raise InputError("- is standard input, which accelcal fit reads; batch takes files")
     if os.path.isdir(path):  # noqa: PTH112

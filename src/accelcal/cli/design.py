@@ -130,7 +130,6 @@ def design(
 
 
 def _arguments(options: dict[str, Any]) -> dict[str, Any]:
-    """Keywords that `accelcal.design` and `accelcal.optimal_design` share."""
     strokes = options["strokes"] or tuple(2 * n for n in options["cycles"] or ())
     if options["strokes"] and options["cycles"]:
         raise InputError("--strokes and --cycles say the same; give one of them")

@@ -130,7 +130,6 @@ def _ratios(stack: TableStack, parts: _Parts) -> Array:
 
 
 def _places(trend: Trend) -> list[slice]:
-    """Columns of each part among those of all."""
     edges = np.cumsum([0, *(part.shape[2] for part in trend)]).tolist()
     return [slice(*edge) for edge in pairwise(edges)]
 
