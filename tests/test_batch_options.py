@@ -164,6 +164,7 @@ def test_the_command_takes_all_three(archive, tmp_path, monkeypatch, capsys):
         ("--head", "tables/0.csv", "tables/0.csv:9: no column error, or correction beside it"),
         ("--model", "model.json", "model.json: effect 'lens' is not in the catalogue; it has"),
         ("--model", "lens.toml", "lens.toml"),
+        ("--effects", "model.json", "model.json:1: not TOML"),
         ("--effects", "lens.toml", "error: --effects has no effect without --model; give that"),
     ],
 )

@@ -148,11 +148,11 @@ def effects_option(*users: str) -> Callable[[Function], Function]:
         def command(*arguments: Any, effect_files: tuple[str, ...], **options: Any) -> Any:
             if not effect_files:
                 return function(*arguments, **options)
-            _refuse_unused("--effects", users, options)
             from accelcal.effects.catalogue import registered
             from accelcal.io.toml.effects import read_effects
 
             with registered(*(entry for path in effect_files for entry in read_effects(path))):
+                _refuse_unused("--effects", users, options)
                 return function(*arguments, **options)
 
         return cast("Function", command)
