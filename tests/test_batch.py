@@ -296,15 +296,17 @@ def test_jobs_change_no_byte(archive, tmp_path, name):
     assert content(tmp_path / "1" / name) == content(tmp_path / "3" / name)
 
 
-def test_results_are_not_read_again(tmp_path, monkeypatch):
+def test_results_are_not_read_again(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     write_archive(tmp_path / "a", 3)
     for _ in range(2):
         assert main(["batch", "a", "-o", "a/r.csv"]) == 0
     assert len(pd.read_csv(tmp_path / "a" / "r.csv")) == 3
-    assert main(["batch", "a", "-o", "other.csv"]) == 1
-    told = pd.read_csv(tmp_path / "other.errors.csv")["message"]
-    assert told.str.contains("results of accelcal batch, not a table of readings").all()
+    assert main(["batch", "a", "-o", "other.csv"]) == 0
+    assert "note: results of other batches are left out: a/r.csv, " in capsys.readouterr().err
+    assert main(["batch", "a", "a/r.csv", "-o", "other.csv"]) == 1
+    (told,) = pd.read_csv(tmp_path / "other.errors.csv")["message"]
+    assert "results of accelcal batch, not a table of readings" in told
 
 
 def test_no_bar_in_a_pipe(archive, run_cli, tmp_path):

@@ -11,7 +11,7 @@ from accelcal.archive.through import LAST_FILES, MOST_FILES, blocks_of
 
 
 def sources(count):
-    return Sources([SourceFile(f"{i}.csv", 3000, str(i)) for i in range(count)], Aside({}, set()))
+    return Sources([SourceFile(f"{i}.csv", 3000, str(i)) for i in range(count)], Aside())
 
 
 @pytest.mark.parametrize("count", [1, 26, 201, 4321, 10_000, 12_345])

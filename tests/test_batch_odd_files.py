@@ -81,6 +81,33 @@ def test_files_with_other_endings_are_counted(archive, tmp_path, capsys):
     assert beside.attrs["notes"] == [LEFT_OUT.replace("2 *.lvm, ", "")]
 
 
+@pytest.mark.parametrize("target", ["old.csv", "old.csv.gz", "old.parquet"])
+def test_results_of_another_batch_are_left_out_of_a_folder(archive, target):
+    """Each was told as a file with errors, so that a second batch ended with code 1."""
+    accelcal.write_batch(archive, archive / target)
+    shutil.copy(EXAMPLE, archive / "mine.errors.csv")
+    for pattern in ("", "*"):
+        found = accelcal.batch(archive / pattern)
+        (note,) = found.tables.attrs["notes"]
+        assert note.startswith("results of other batches are left out: ")
+        assert note.count("old.") == 3
+        assert found.errors.empty
+        assert "mine.errors.csv" in map(os.path.basename, found.tables["source"])
+
+
+def test_a_file_of_two_names_counts_once(archive):
+    """Its rows came twice; fit refuses it."""
+    names = sorted(path.name for path in archive.glob("*.csv"))
+    (archive / "z.csv").symlink_to(names[0])
+    for paths in (archive, [archive / names[0], archive / "z.csv", archive / names[1]]):
+        found = accelcal.batch(paths).tables
+        assert found["source"].nunique() == len(names)
+        (note,) = found.attrs["notes"]
+        assert (
+            note == f"files of two names count once: {archive / 'z.csv'} (as {archive / names[0]})"
+        )
+
+
 def test_a_folder_of_other_endings_alone_says_how_to_give_them(tmp_path):
     (tmp_path / "a.lvm").write_bytes(EXAMPLE.read_bytes())
     told = r"no table in it; files with other endings .*: 1 \*\.lvm; give .* by name or glob"

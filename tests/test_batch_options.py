@@ -165,6 +165,7 @@ def test_the_command_takes_all_three(archive, tmp_path, monkeypatch, capsys):
         ("--model", "model.json", "model.json: effect 'lens' is not in the catalogue; it has"),
         ("--model", "lens.toml", "lens.toml"),
         ("--effects", "model.json", "model.json:1: not TOML"),
+        ("--effects", "lens.toml", "error: --effects has no effect without --model; give that"),
     ],
 )
 def test_a_wrong_file_is_told_once(archive, tmp_path, monkeypatch, capsys, option, name, said):

@@ -331,6 +331,15 @@ def test_a_large_fixture_angle_is_said_with_what_it_takes_off_the_scale_factor()
     assert not any("is the fixture angle or the zero" in text for text in right.warnings)
 
 
+def test_a_large_misalignment_is_told_of_its_table():
+    """No run was named, so that nobody knew which of three it was."""
+    record = accelcal.simulate(seed=2, plan=accelcal.TumblePlan(delta0=-0.0349066))
+    found = accelcal.fit(dataclasses.replace(record, metadata={}), delta0=0.0)
+    largest = max(found.tables, key=lambda table: abs(table.error_model["delta"].value))
+    (said,) = (text for text in found.warnings if text.startswith("delta is 36"))
+    assert f"mrad in table {found.tables.index(largest) + 1} of 3: if all" in said
+
+
 @pytest.mark.parametrize("angle", [-0.2, 0.2])
 def test_a_misalignment_that_no_unit_has_is_no_fixture_angle_either(angle):
     record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0,), delta0=angle), seed=2)

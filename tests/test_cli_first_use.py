@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+from pathlib import Path
 
 import pytest
 
@@ -163,6 +164,18 @@ def test_a_fixture_angle_in_degrees_is_told(run, command):
     assert code == 2
     assert "above pi/4; give it in rad, 10 deg are 0.174533 rad" in err
     assert run(*command, "--delta0", "0.001")[0] == 0
+
+
+def test_an_option_without_effect_is_refused(run):
+    """The accelerations were in g all the same, and the effects in nothing."""
+    code, out, err = run("apply", "cal.json", "table.csv", "--g", "9.81")
+    assert (code, out) == (2, "")
+    assert "--g M_S2 is given for accelerations in g; leave it out, or ask for m/s^2" in said(err)
+    mine = Path(__file__).parent.parent / "examples" / "effects.toml"
+    for command in (["fit", "table.csv"], ["simulate"]):
+        code, out, err = run(*command, "--effects", str(mine))
+        assert (code, out) == (2, "")
+        assert "--effects has no effect without --" in said(err)
 
 
 def test_a_gravity_that_is_nowhere_gives_no_accelerations(run):

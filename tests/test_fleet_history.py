@@ -119,6 +119,19 @@ def test_a_fault_of_the_readings_is_a_remark_and_a_gate_that_noise_trips_is_none
     assert fleet.to_frame()["notes"].str.contains("warn").sum() == 2
 
 
+def test_an_offset_that_all_calibrations_have_is_no_remark():
+    """The unit stood above sound ones for good, though nothing was wrong with its readings."""
+    rng = np.random.default_rng(4)
+    both = [unit(name, rng, 4) for name in ("OFFSET", "WRONG")]
+    both[0]["gate_proportions"] = "warn"
+    both[1]["gate_proportions"] = ["pass", "warn", "warn", "warn"]
+    fleet = accelcal.fleet_history(pd.concat(both))
+    found = {own.serial: (own.attention, own.notes) for own in fleet.units}
+    assert "remark" in found["WRONG"][0]
+    assert "remark" not in found["OFFSET"][0]
+    assert any("(proportions)" in note for note in found["OFFSET"][1])
+
+
 def test_units_that_are_due_alone_are_sorted_by_their_last_dates(frame):
     fleet = accelcal.fleet_history(frame, due_before="2024-01-01")
     due = [own.last for own in fleet.units if own.attention == ("due",)]
@@ -340,6 +353,22 @@ def test_the_picture_names_units_without_doubt_first():
     assert "SURE" in names
     assert doubtful == sorted(doubtful)
     assert any(doubtful)
+
+
+def test_one_bad_unit_does_not_scale_the_picture_of_all():
+    """The others lay on one line, as it took the height of the axes."""
+    pytest.importorskip("matplotlib")
+    rng = np.random.default_rng(8)
+    bad = unit("BAD", rng, 3, drift=-1e6)
+    sound = pd.concat([unit(f"U{i}", rng, 3, drift=150.0) for i in range(8)])
+    alone, beside = (
+        accelcal.fleet_history(frame.reset_index(drop=True)).plot.drifts()[0]
+        for frame in (sound, pd.concat([sound, bad]))
+    )
+    assert beside.get_ylim()[1] < 2.0 * alone.get_ylim()[1]
+    labels = [axes.get_legend_handles_labels()[1] for axes in (alone, beside)]
+    assert "outside the axes: BAD" in labels[1]
+    assert not any(label.startswith("outside") for label in labels[0])
 
 
 def test_a_picture_of_few_units_names_each_along_the_axis():

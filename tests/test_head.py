@@ -194,6 +194,7 @@ def test_something_else_is_told():
     disturbed = record.output + 1e-4 * np.cos(4 * np.deg2rad(record.angle))
     found = accelcal.calibrate_head([dataclasses.replace(record, output=disturbed)])
     assert found.gates[1].verdict == "warn"
+    assert "noise and head explain (p < 1e-15);" in found.gates[1].finding  # it said p = 0
 
 
 @pytest.mark.parametrize(

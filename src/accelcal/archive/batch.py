@@ -64,7 +64,8 @@ class BatchCounts(NamedTuple):
         Records that failed the data sheet, and whose gates warn.
     notes : tuple of str
         That there was nothing to resume, files of folders that are left out, counted by their
-        endings, and serial numbers that count as several units by their spelling alone.
+        endings, results of other batches, files of two names, and serial numbers that count as
+        several units by their spelling alone.
 
     Examples
     --------

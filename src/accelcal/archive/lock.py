@@ -59,7 +59,6 @@ def _only_thread(folder: Path, output: str) -> Iterator[None]:
 
 
 def _lock(folder: Path, output: str) -> AbstractContextManager[object]:
-    """Keep other processes out until the context ends."""
     try:
         import fcntl
     except ImportError:  # not on this system

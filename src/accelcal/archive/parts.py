@@ -166,7 +166,6 @@ def _parts_of_csv(path: str) -> Iterator[Part]:
 
 
 def _parts_below(file: IO[bytes], column: int) -> Iterator[Part]:
-    """Parts of the rows below the headings."""
     start, skipped = file.tell(), 0
     while chunk := file.read(PART):
         last = chunk[chunk.rfind(b"\n") + 1 :] + file.readline()

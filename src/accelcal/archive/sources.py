@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
+from accelcal.archive import formats
 from accelcal.archive.failures import reason
-from accelcal.archive.formats import FORMS
 from accelcal.errors import InputError, not_installed
+from accelcal.io.files.csv_text import is_batch_result
+from accelcal.io.files.overwriting import begins_as
 from accelcal.io.files.text import WORKBOOK_SUFFIXES, file_and_sheet
 from accelcal.plural import listed
 
@@ -22,7 +25,8 @@ Item = TypeVar("Item")
 _SUFFIXES_TOLD = ", ".join(f"*{suffix}" for suffix in SUFFIXES)
 _MAGIC = frozenset("*?[")
 _HIDDEN = (".", "~$")  # the second is beside a workbook as long as it is open
-_JOURNALS = tuple(f"{form}.journal" for form in FORMS)  # of this batch and others
+_JOURNALS = tuple(f"{form}.journal" for form in formats.FORMS)  # of this batch and others
+_ERRORS = ".errors.csv"
 _READ = os.O_RDONLY | getattr(os, "O_BINARY", 0)  # Windows has a mode for text
 
 
@@ -44,7 +48,8 @@ class SourceFile(NamedTuple):
     stamp: str
 
 
-class Aside(NamedTuple):
+@dataclass(slots=True)
+class Aside:
     """What is not read of the folders.
 
     Attributes
@@ -53,23 +58,44 @@ class Aside(NamedTuple):
         Folders that cannot be read, each with the line that tells why.
     others : set of str
         Files that end in none of `SUFFIXES`, by their whole paths or URLs.
+    links : set of str
+        Links to files.
+    results : set of str
+        Results of other batches.
+    again : dict of str to str
+        Second names of files, and their first ones.
     """
 
-    unreadable: dict[str, str]
-    others: set[str]
+    unreadable: dict[str, str] = field(default_factory=dict)
+    others: set[str] = field(default_factory=set)
+    links: set[str] = field(default_factory=set)
+    results: set[str] = field(default_factory=set)
+    again: dict[str, str] = field(default_factory=dict)
 
-    def notes(self) -> tuple[str, ...]:
-        """Tell how many other files there are, by the ends of their names."""
+    def take(self, other: Aside) -> None:
+        """Add what another path has aside."""
+        self.unreadable.update(other.unreadable)
+        self.others.update(other.others)
+        self.links.update(other.links)
+        self.results.update(other.results)
+
+    def notes(self) -> Iterator[str]:
+        """Tell of results, of files of two names, and how many others there are, by their ends."""
+        if self.results:
+            yield f"results of other batches are left out: {listed(sorted(self.results))}"
+        if self.again:
+            told = listed(f"{name} (as {first})" for name, first in self.again.items())
+            yield f"files of two names count once: {told}"
         if not self.others:
-            return ()
+            return
         ends = Counter(os.path.splitext(path.lower())[1] for path in self.others)  # noqa: PTH122
         most_first = sorted(ends.items(), key=lambda item: (-item[1], item[0]))
         told = listed(
             f"{number} {f'*{end}' if end else 'without any'}" for end, number in most_first
         )
-        return (
+        yield (
             f"files with other endings are left out of folders: {told}; give those that are tables"
-            " by name or glob",
+            " by name or glob"
         )
 
 
@@ -94,7 +120,7 @@ class Sources:
     def __init__(self, found: Collection[str | SourceFile], aside: Aside) -> None:
         self._found = found
         self.unreadable = tuple(sorted(aside.unreadable.items()))
-        self.notes = aside.notes()
+        self.notes = tuple(aside.notes())
 
     def __len__(self) -> int:
         """Number of the files."""
@@ -114,13 +140,14 @@ def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources
         Files, sheets such as ``a.xlsx#60 degC``, folders (with all that is below them), globs such
         as ``2024/**/*.csv``, and URLs of fsspec such as ``s3://bucket/folder``.
     results : collection of str
-        Files that are left out where a folder or glob holds them: the results themselves.
+        Files that are left out where a folder or glob holds them: the results themselves. Those of
+        other batches are left out too, with a note.
 
     Returns
     -------
     Sources
-        In the order of `paths`, those of a folder or glob by name; a file that is met again is
-        there once. Folders below one of `paths` that cannot be read are told of apart.
+        In the order of `paths`, those of a folder or glob by name; a file that is met again, by a
+        link too, is there once. Folders below one of `paths` that cannot be read are told of apart.
 
     Raises
     ------
@@ -134,22 +161,29 @@ def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources
     ...
     accelcal.errors.InputError: nosuch: no such file or folder; give files, folders or globs
     """
-    aside = Aside({}, set())
-    if len(paths) == 1 and os.path.isdir(paths[0]):  # noqa: PTH112  (holds no file twice)
-        return Sources(_of_path(paths[0], results, aside), aside)
-    found: dict[str, str | SourceFile] = {}
+    aside = Aside()
+    found: list[str | SourceFile] = []
     for path in paths:
-        own = Aside({}, set())
-        if is_url(path):
-            for source in _of_url(path, own):
-                found.setdefault(source.path, source)
-        else:
-            for name in _of_path(path, results, own):
-                found.setdefault(os.path.abspath(name), name)  # noqa: PTH100
-        aside.unreadable.update(own.unreadable)
-        aside.others.update(own.others)
-    aside.others.difference_update(found)  # by name or glob beside the folder
-    return Sources(list(found.values()), aside)
+        own = Aside()
+        found += _of_url(path, own) if is_url(path) else _of_path(path, results, own)
+        aside.take(own)
+    if len(paths) > 1 or aside.links or not os.path.isdir(paths[0]):  # noqa: PTH112
+        found = _once(found, aside)  # one folder without links holds no file twice
+    return Sources(found, aside)
+
+
+def _once(found: Iterable[str | SourceFile], aside: Aside) -> list[str | SourceFile]:
+    first: dict[str, str | SourceFile] = {}
+    for item in found:
+        if isinstance(item, SourceFile):
+            first.setdefault(item.path, item)
+            aside.others.discard(item.path)  # named beside the folder
+            continue
+        aside.others.discard(os.path.abspath(item))  # noqa: PTH100
+        before = str(first.setdefault(os.path.realpath(item), item))
+        if os.path.abspath(before) != os.path.abspath(item):  # noqa: PTH100
+            aside.again[os.path.normpath(item)] = before
+    return list(first.values())
 
 
 def is_url(path: str) -> bool:
@@ -191,25 +225,33 @@ def _measured(path: str) -> SourceFile:
 
 
 def _of_path(path: str, results: Collection[str], aside: Aside) -> list[str]:
-    """Tables of a path."""
     if path == "-":
         raise InputError("- is standard input, which accelcal fit reads; batch takes files")
     if os.path.isdir(path):  # noqa: PTH112
-        return _some(sorted(_without(results, _in_folder(path, aside))), path, aside)
+        return _some(sorted(_without(results, _in_folder(path, aside), aside)), path, aside)
     if os.path.isfile(file_and_sheet(path)[0]):  # noqa: PTH113
         return [path]
     if os.path.exists(path):  # noqa: PTH110
         raise InputError(f"{path} is a pipe or device, which accelcal fit reads; batch takes files")
     if _MAGIC.isdisjoint(path):
         raise InputError(f"{path}: no such file or folder; give files, folders or globs")
-    return _some(list(_without(results, _in_glob(path, aside))), path, aside)
+    return _some(list(_without(results, _in_glob(path, aside), aside)), path, aside)
 
 
-def _without(results: Collection[str], found: Iterator[str]) -> Iterator[str]:
+def _without(results: Collection[str], found: Iterable[str], aside: Aside) -> Iterator[str]:
+    """Leave out the results, and those of other batches, which have their list of errors beside."""
+    found = list(found)
+    lists = (path.removesuffix(_ERRORS) for path in found if path.endswith(_ERRORS))
+    forms = (stem + form for stem in lists for form in formats.FORMS)
+    others = {name for path in forms for name in formats.results(path).values()}
     names = tuple(os.path.basename(path) for path in results)  # noqa: PTH119
     real = {os.path.realpath(path) for path in results}
     for path in found:
-        if not path.endswith(names) or os.path.realpath(path) not in real:
+        if path.endswith(names) and os.path.realpath(path) in real:
+            continue
+        if path in others and begins_as(path, is_batch_result):
+            aside.results.add(os.path.normpath(path))
+        else:
             yield path
 
 
@@ -225,7 +267,7 @@ def _in_folder(folder: str, aside: Aside) -> Iterator[str]:
                         continue
                     if entry.is_dir(follow_symlinks=False):
                         folders.append(entry.path)
-                    elif not _is_file(entry):
+                    elif not _is_file(entry, aside):
                         continue
                     elif entry.name.lower().endswith(SUFFIXES):
                         yield entry.path
@@ -254,10 +296,13 @@ def _in_glob(pattern: str, aside: Aside) -> Iterator[str]:
             yield path
 
 
-def _is_file(entry: os.DirEntry[str]) -> bool:
+def _is_file(entry: os.DirEntry[str], aside: Aside) -> bool:
     if entry.is_file(follow_symlinks=False):
         return True
-    return entry.is_symlink() and _leads_to_file(entry.path)
+    if not (entry.is_symlink() and _leads_to_file(entry.path)):
+        return False
+    aside.links.add(entry.path)
+    return True
 
 
 def _leads_to_file(path: str) -> bool:

@@ -118,12 +118,14 @@ def _of_one_side(
     largest = np.take_along_axis(ratios, at[..., None], axis=-1)[..., 0]
     turn = np.array([side_of(table.mounting) for table in tables])[at] * largest
     lost = largest**2 / 2.0
+    where = [f" in table {n} of {len(tables)}" for n, _ in enumerate(tables, 1)]
+    where = where if len(tables) > 1 else [""]
     return Sentence(
         (lost > _LOST) & (np.abs(largest) < LARGEST_RATIOS["M"]),
-        lambda largest, turn, lost: (
-            f"delta is {1e3 * largest:.3g} mrad: if all of it is the fixture angle or the zero of"
-            f" the head, K1 is {1e6 * lost:.0f} ppm too small, and delta0 is"
+        lambda at, largest, turn, lost: (
+            f"delta is {1e3 * largest:.3g} mrad{where[at]}: if all of it is the fixture angle or"
+            f" the zero of the head, K1 is {1e6 * lost:.0f} ppm too small, and delta0 is"
             f" {delta0 - turn:.3g} rad"
         ),
-        [largest, turn, lost],
+        [at, largest, turn, lost],
     )

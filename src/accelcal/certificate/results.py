@@ -322,7 +322,6 @@ def _base(unit: str) -> str | None:
 
 
 def _acceleration(power: int) -> str:
-    """(m/s^2) to a power."""
     if power == 0:
         return ""
     metre = r"\metre" if power == 1 else rf"\metre\tothe{{{power}}}"

@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 )
 @flag_option("--extrapolate", "Accept temperatures outside the calibrated range.")
 @flag_option("--same-launch", "Do not include the shift from launch to launch in the uncertainty.")
-@effects_option
+@effects_option()
 def apply(calibration: str, data: str, path: str | None, **options: Any) -> None:
     """Turn the outputs in DATA into accelerations, using CAL.json.
 

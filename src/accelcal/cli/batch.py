@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     "Work on the Dask cluster of this scheduler; 'local' starts one of --jobs processes.",
 )
 @calibration_options
-@effects_option
+@effects_option("model")
 def batch(
     paths: Sequence[str],
     path: str,

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     "Standard uncertainty of the fixture angle of each of both tests [rad; default: it is not"
     " counted].",
 )
-@effects_option
+@effects_option()
 @apparatus_options
 @format_option("text", "json")
 def compare(

@@ -99,7 +99,7 @@ def whole_numbers(text: str) -> tuple[int, ...]:
     "Write the test plan as a sheet to fill in at the laboratory.",
 )
 @flag_option("--no-effects", "Do not examine the effects of the catalogue.")
-@effects_option
+@effects_option()
 @picture_option("uncertainty by hours (png, svg or pdf)")
 @format_option("text", "json", "csv")
 def design(
@@ -130,7 +130,6 @@ def design(
 
 
 def _arguments(options: dict[str, Any]) -> dict[str, Any]:
-    """Keywords that `accelcal.design` and `accelcal.optimal_design` share."""
     strokes = options["strokes"] or tuple(2 * n for n in options["cycles"] or ())
     if options["strokes"] and options["cycles"]:
         raise InputError("--strokes and --cycles say the same; give one of them")

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.command(cls=Command)
 @data_argument(many=True)
 @output_option("the discovery, with the extended model, as JSON", metavar="MODEL.json", file=JSON)
-@effects_option
+@effects_option()
 @click.option(
     "--without",
     metavar="ID",

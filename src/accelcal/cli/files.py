@@ -131,7 +131,6 @@ class Command(click.Command):
                 )
 
     def _files(self, ctx: click.Context, kind: type) -> Iterator[tuple[click.Parameter, str]]:
-        """Parameters and their files."""
         for param in self.params:
             given = ctx.params.get(param.name or "")
             if isinstance(param.type, kind) and given is not None:

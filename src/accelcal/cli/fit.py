@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @output_option("the calibration as JSON", metavar="CAL.json", file=JSON)
 @calibration_options
 @declared_serial_option
-@effects_option
+@effects_option("model")
 @report_option
 @format_option("text", "json", "csv")
 def fit(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial, reduce, wraps
 from typing import Any, TypeVar, cast
 
@@ -23,6 +23,7 @@ from accelcal.cli.values import (
     temperature_of_table,
     temperature_of_test,
 )
+from accelcal.errors import InputError
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -128,27 +129,42 @@ def together(*options: Callable[[Function], Function]) -> Callable[[Function], F
     return lambda function: reduce(lambda made, option: option(made), reversed(options), function)
 
 
-def effects_option(function: Function) -> Function:
-    """Option ``--effects``: effects of the user's own, in the catalogue while the command runs."""
+def effects_option(*users: str) -> Callable[[Function], Function]:
+    """Option ``--effects``: effects of the user's own, in the catalogue while the command runs.
 
-    @file_option(
+    Where `users`, parameters of the command, are named, they are of use with one of these alone.
+    """
+    declared = file_option(
         "--effects",
         "FILE.toml",
         "Your own effects, in addition to the catalogue; may be repeated.",
         name="effect_files",
         multiple=True,
     )
-    @wraps(function)
-    def command(*arguments: Any, effect_files: tuple[str, ...], **options: Any) -> Any:
-        if not effect_files:
-            return function(*arguments, **options)
-        from accelcal.effects.catalogue import registered
-        from accelcal.io.toml.effects import read_effects
 
-        with registered(*(entry for path in effect_files for entry in read_effects(path))):
-            return function(*arguments, **options)
+    def made(function: Function) -> Function:
+        @declared
+        @wraps(function)
+        def command(*arguments: Any, effect_files: tuple[str, ...], **options: Any) -> Any:
+            if not effect_files:
+                return function(*arguments, **options)
+            from accelcal.effects.catalogue import registered
+            from accelcal.io.toml.effects import read_effects
 
-    return cast("Function", command)
+            with registered(*(entry for path in effect_files for entry in read_effects(path))):
+                _refuse_unused("--effects", users, options)
+                return function(*arguments, **options)
+
+        return cast("Function", command)
+
+    return made
+
+
+def _refuse_unused(flag: str, users: Sequence[str], options: Mapping[str, Any]) -> None:
+    if users and not any(map(options.get, users)):
+        params = click.get_current_context().command.params
+        needed = " or ".join(param.opts[0] for param in params if param.name in users)
+        raise InputError(f"{flag} has no effect without {needed}; give that, or leave it out")
 
 
 def format_option(*forms: str) -> Callable[[Function], Function]:

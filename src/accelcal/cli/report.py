@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     "Laboratory, customer and persons of the certificate; without it they are not stated.",
     name="laboratory",
 )
-@effects_option
+@effects_option()
 def report(
     result: str,
     path: str | None,

@@ -50,7 +50,7 @@ def settings(text: str) -> Settings:
     name="effects",
     multiple=True,
 )
-@effects_option
+@effects_option("effects", "list_effects", "model")
 @flag_option("--list-effects", "List the effects with their units, and stop.")
 @seed_option("Seed of the random errors.")
 @plan_options()

@@ -37,6 +37,7 @@ from accelcal.numerics.probability import (
     dof_of_student_quantile,
     f_survival,
     student_quantile,
+    written_p_value,
 )
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord, naming
@@ -373,8 +374,8 @@ def _left_over(units: Sequence[_Unit], declared: float) -> Gate:
     if dof < 1 or not (pure or all(math.isinf(unit.dof) for unit in units)):
         return Gate(LEFT_OVER, "not assessed", "too few readings")
     chance = f_survival(square, dof, pure or math.inf)
-    times = math.sqrt(square)
-    told = f"residuals are {times:.2f} times what noise and head explain (p = {chance:.2g})"
+    p = written_p_value(chance)
+    told = f"residuals are {math.sqrt(square):.2f} times what noise and head explain ({p})"
     if chance < _FALSE_ALARM:
         if len(units) > 1:
             worst = max(units, key=lambda unit: _beside_head([unit], declared)[0])

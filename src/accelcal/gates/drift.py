@@ -14,7 +14,7 @@ from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.replicate_plan import contracted, rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, angle, gate_stack
-from accelcal.numerics.probability import f_exceeds, f_survival
+from accelcal.numerics.probability import f_exceeds, f_survival, written_p_value
 from accelcal.plural import listed
 
 _AND_BACK = 1.5  # times the change from start to end beyond which a bias moved there and back
@@ -105,7 +105,7 @@ def drift(stack: TableStack, level: float) -> GateStack:
         shown = names or list(compress(Trend._fields, told))
         moved = _moved(stack, index)
         courses = listed(moved[name].course(name, hours) for name in shown)
-        p = f"p = {parts.p(ratio, index):.2g}"
+        p = written_p_value(parts.p(ratio, index))
         return f"from start to end of the run {courses}, {p}{_what_is_a_mean(names)}"
 
     few = not stack.plan.trend.bias.shape[2], "needs three strokes or more, of all positions"
@@ -130,7 +130,6 @@ def _ratios(stack: TableStack, parts: _Parts) -> Array:
 
 
 def _places(trend: Trend) -> list[slice]:
-    """Columns of each part among those of all."""
     edges = np.cumsum([0, *(part.shape[2] for part in trend)]).tolist()
     return [slice(*edge) for edge in pairwise(edges)]
 

@@ -16,7 +16,7 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.copies import are_copies, copy_said
 from accelcal.gates.verdict import SIGNIFICANT, GateStack, acceleration, angle, gate_stack, times
 from accelcal.model import BIAS, MISALIGNMENT, SCALE_FACTOR
-from accelcal.numerics.probability import f_exceeds, f_survival
+from accelcal.numerics.probability import f_exceeds, f_survival, written_p_value
 from accelcal.numerics.sorting import median
 from accelcal.plural import degrees_of_freedom
 
@@ -163,10 +163,10 @@ def _lack_of_fit(stack: RecordStack) -> GateStack:
                 f"the positions scatter as if the head had an error of {size};"
                 f" {degrees_of_freedom(float(stack.head_dof[index]))}"
             )
-        p = f_survival(*(float(each[index]) for each in test))
+        p = written_p_value(f_survival(*(float(each[index]) for each in test)))
         return (
             f"position residuals {times(float(ratio[index]) ** 0.5)} times what reading noise and"
-            f" the declared head error of {size} allow, p = {p:.2g}{_UNTOLD if bad[index] else ''}"
+            f" the declared head error of {size} allow, {p}{_UNTOLD if bad[index] else ''}"
         )
 
     return gate_stack(

@@ -20,6 +20,7 @@ _FINER = 20.0  # declared step over that of the digits above which the two may b
 _OFF = 0.1  # declared steps by which a reading is off the multiples of the step
 _MANY = 0.1  # share of such readings that contradicts the declaration
 _FEWEST = 4  # readings that are equal at the end of a range
+_CUT = 5.0  # noise that is left of equal readings at both ends where these are cut off
 _FINE = 0.2  # chance that two agree: coarser ones leave readings of less noise equal as well
 
 
@@ -129,16 +130,21 @@ def _is_no_chance(stack: TableStack, table: int, equal: Mask, far: Mask, step: f
     Of others m agree with one by the m-th power of the chance that two do, for each choice of m
     among those at the positions of the equal ones. The noise is that at the other end, as it may
     be smaller at the ends than between them; the step is no finer than the digits of readings of
-    this size, as numbers of so many digits have coarser ones where they are larger. The digits of
+    this size, as numbers of so many digits have coarser ones where they are larger. Where the other
+    end has no noise and far more is left of the equal ones, both ends are cut off. The digits of
     the equal ones alone would not tell it: a range often ends at a round number.
     """
     head, output = stack.plan.head, stack.output[:, table]
     noise, there = float(stack.noise[table] * stack.scatter[table]), output[head == head[far][0]]
-    if there.size > 1:
+    left = abs(float(stack.residual[equal, table].mean()))
+    if there.size > 1 and (np.ptp(there) > 0.0 or left <= step + _CUT * noise):
         noise = min(noise, float(np.std(there, ddof=1)))
     smallest = float(np.spacing(np.abs(output).max()))
     decade = 10.0 ** np.floor(np.log10(max(float(np.abs(output[equal][0])), smallest)))
-    written = max(step, decimal_step(output[np.abs(output) >= decade]))
+    size = np.abs(output)
+    below = output[(size < decade) & (size >= decade / 10.0)]  # ten times finer, not more
+    coarsest = 10.0 * decimal_step(below) if below.size else np.inf
+    written = max(step, min(decimal_step(output[size >= decade]), coarsest))
     share = chance_of_agreement(written, noise, smallest)
     others, near = int(equal.sum()) - 1, int(np.isin(head, head[equal]).sum())
     return share < _FINE and math.comb(near - 1, others) * share**others < NO_CHANCE

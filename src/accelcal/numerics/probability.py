@@ -23,6 +23,9 @@ Number = Any  # a float, or an array of them: what both can do is written once
 LEVEL = 0.95
 """Probability of all intervals that are told, and so of every expanded uncertainty."""
 
+LEAST_CHANCE = 1e-15
+"""A p-value below this is told as no more than that."""
+
 _TINY = 1e-300  # in place of zero in a denominator
 _SETTLED = 1e-15  # relative change that ends a continued fraction
 _AS_GOOD_AS_INFINITE = 1e15  # degrees of freedom: to the last digits
@@ -302,6 +305,17 @@ def f_exceeds(level: ArrayLike, ratio: Array, dof1: ArrayLike, dof2: ArrayLike) 
     tests = zip(*(values.ravel().tolist() for values in each), strict=True)
     limits = np.array([f_quantile(*test) for test in tests]).reshape(each[0].shape)
     return np.asarray(ratio > limits)
+
+
+def written_p_value(p: float, least: float = LEAST_CHANCE) -> str:
+    """Write a p-value beside a number, one that is too small as below the least.
+
+    Examples
+    --------
+    >>> written_p_value(0.0123), written_p_value(0.0), written_p_value(1e-9, 1e-3)
+    ('p = 0.012', 'p < 1e-15', 'p < 0.001')
+    """
+    return f"p < {least:g}" if p < least else f"p = {p:.2g}"
 
 
 def _one_a_row(values: ArrayLike) -> Array:

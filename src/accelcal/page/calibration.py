@@ -271,7 +271,6 @@ _LAW_HEADINGS = ("quantity", "symbol", *LAW_HEADINGS[2:])
 
 
 def _coefficients(calibration: Calibration) -> Section:
-    """Tell the coefficients of each table, and what they stand for."""
     intro = (
         "U is the half width of the interval that holds the true value with a probability of 95 %,"
         " u the standard uncertainty. Values are per power of local g."

@@ -203,7 +203,6 @@ def blank_plan(pace: Pace, resolution: float, accelerometer: Accelerometer) -> T
 def _fitting(
     choices: Sequence[TumblePlan], strokes: Sequence[int], pace: Pace, hours: float | None
 ) -> list[TumblePlan]:
-    """All tests that fit into the hours."""
     if not choices:
         raise InputError("no test to compare; give positions or angles, temperatures and mountings")
     found = []

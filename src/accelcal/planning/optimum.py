@@ -249,7 +249,6 @@ def _starts(question: _Question, grid: Array, rng: np.random.Generator) -> Itera
 
 
 def _rivals(question: _Question) -> Iterator[tuple[str, TumblePlan]]:
-    """Equally spaced tests of the same hours."""
     most = int(360.0 / question.spacing + 1e-9)
     filled = [
         replace(question.plan, positions=n, strokes=s)

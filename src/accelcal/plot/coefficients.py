@@ -88,7 +88,6 @@ def draw_runs(ax: Axes, found: Sequence[Quantity], names: Sequence[str]) -> None
 
 
 def _tell(ax: Axes, value: float, half: float, unit: str) -> None:
-    """Write a value that stands alone."""
     text, wide = matching_digits(value, half)
     told = f"{text} ± {wide} {unit}" if np.isfinite(half) else f"{text} {unit}, U unknown"
     ax.text(0.5, 0.95, told, ha="center", va="top", fontsize=SMALL, transform=ax.transAxes)

@@ -73,7 +73,6 @@ class ErrorBudgetPlot(Pictures[ErrorBudget]):
 
 
 def _draw(panels: Sequence[Axes], points: Sequence[Document]) -> dict[str, Any]:
-    """Fill the panels; return one bar of each component, for the legend."""
     titles = ("systematic part", "bounds behind ± in (4), added", "shares of U (95 %), GUM")
     bounds = _parts(points, "bound")
     tables = _parts(points, "value"), bounds, shares(points)

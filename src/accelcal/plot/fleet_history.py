@@ -32,6 +32,9 @@ _NAMED = 5
 _LONGEST_NAME = 24
 """Letters of such a name."""
 
+_FAR = 8.0
+"""Times the median of drift and interval that a drift within the axes has at most."""
+
 _ROOM = 1.3
 """Height of the axes over what the drifts themselves and a usual interval take."""
 
@@ -54,7 +57,7 @@ class FleetHistoryPlot(Pictures[FleetHistory]):
         -------
         ndarray of Axes, shape (2,)
             Drifts of bias and scale factor of units that may wander, with their 95 % intervals; the
-            longest may leave the axes.
+            longest may leave the axes. Units far outside are marked at the edge and named.
 
         Raises
         ------
@@ -81,6 +84,8 @@ def _draw(ax: Axes, units: list[UnitOfFleet], place: int, name: str) -> None:
     wide = factor * np.array([own.expanded_uncertainty for own in drifts], dtype=float)
     jumped = np.array([bool(trend.jumps) for trend in trends])
     size = np.abs(value)
+    far = size > _FAR * np.median(size + wide)
+    largest = _ROOM * (size[~far].max() + np.median(wide))
     beyond = (size > wide) & ~jumped
     for chosen, colour, label in (
         (~beyond & ~jumped, colours.muted, "drift, 95 %"),
@@ -91,7 +96,10 @@ def _draw(ax: Axes, units: list[UnitOfFleet], place: int, name: str) -> None:
             shown = np.flatnonzero(chosen) + 1, value[chosen], wide[chosen]
             drawn: Any = {"ls": "", "marker": "o", "ms": 3, "lw": 0.8, "capsize": 0}
             ax.errorbar(*shown, color=colour, label=label, **drawn)
-    largest = _ROOM * (size.max() + np.median(wide))
+    if far.any():
+        places, edge = np.flatnonzero(far) + 1, np.copysign(0.96 * largest, value[far])
+        label = f"outside the axes: {_names(units, far, 'drift', size)}"
+        ax.plot(places, edge, ls="", marker="D", ms=5, mfc="none", mec=colours.ink, label=label)
     ax.set_ylim(-largest, largest)
     ax.set_ylabel(f"drift [{written(unit)}/year]")
     if len(units) <= _FEW:

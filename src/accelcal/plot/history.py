@@ -74,7 +74,6 @@ def _draw(ax: Axes, trend: Trend) -> None:
 
 
 def _draw_line(ax: Axes, trend: Trend, dates: Any, line: Any) -> None:
-    """Draw the line between the jumps, and the jumps."""
     colours = palette()
     breaks = [[point.date for point in trend.points].index(jump.before) for jump in trend.jumps]
     for number, part in enumerate(np.split(np.arange(dates.size), breaks)):

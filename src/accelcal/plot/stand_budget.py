@@ -71,7 +71,6 @@ def _places(document: Document) -> list[int]:
 
 
 def _panels(document: Document, count: int) -> Any:
-    """A figure of its own with a panel for each coefficient."""
     axes = own_panels(count, min(_COLUMNS, count), (4.0, 2.5), around=0.6)
     stand = shortened(document["stand"], LONGEST_TITLE)
     axes[0].figure.suptitle(

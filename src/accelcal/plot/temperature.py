@@ -112,7 +112,6 @@ def _points(
 
 
 def _draw(ax: Axes, kind: _Panel, points: _Points, calibration: Calibration) -> None:
-    """Draw the law and the runs."""
     at = _temperatures(calibration, points)
     law = _law(calibration, kind.name, at)
     factor, unit = readable(kind.unit, points.value, points.half_width, *(law or ()))

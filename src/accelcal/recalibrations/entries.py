@@ -225,8 +225,6 @@ def _of_quantity(found: Quantity) -> Numbers:
 
 
 def _numbers(*given: Any) -> Numbers:
-    """Numbers; None for what is missing, or no finite number."""
-
     def finite(item: Any) -> float | None:
         try:
             number = float(item)

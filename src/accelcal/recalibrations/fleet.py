@@ -119,7 +119,6 @@ def fleet_history_of(
 
 
 def _due(date: str | None) -> float | None:
-    """A date in years."""
     check_text(due_before=date)
     if date is None:
         return None

@@ -48,6 +48,9 @@ QUANTITIES = 2
 _FAULTS = frozenset({"order of positions", "proportions", "units", "agreement of tables"})
 """Gates that no good record makes warn: what warns is a fault of the readings."""
 
+_OF_THE_UNIT = frozenset({"proportions"})
+"""The ones that warn of the unit itself where they warn of all: it has a large offset, say."""
+
 _ALIKE = 0.02
 """Chance of neighbours as much alike by independent scatter, below which a note says it."""
 
@@ -155,8 +158,7 @@ def judged_history(
         notes=(*chosen.notes, *remarks, *_few(chosen), *warned),
         software=SOFTWARE,
     )
-    faulty = any(_FAULTS.intersection(entry.warned) for entry in chosen.entries)
-    return Judged(history, (*remarks, *warned) if faulty else remarks)
+    return Judged(history, (*remarks, *warned) if _is_faulty(chosen) else remarks)
 
 
 def _few(chosen: Comparable) -> tuple[str, ...]:
@@ -185,6 +187,12 @@ def _warned(chosen: Comparable) -> tuple[str, ...]:
         f"{day(entry.date)} ({', '.join(entry.warned)})" for entry in chosen.entries if entry.warned
     ]
     return (f"checks of a calibration warn: {listed(found)}",) if found else ()
+
+
+def _is_faulty(chosen: Comparable) -> bool:
+    """Whether gates warn of faults of the readings, and not of what is so in all calibrations."""
+    faults = [_FAULTS.intersection(entry.warned) for entry in chosen.entries]
+    return bool(frozenset.union(*faults) - (_OF_THE_UNIT & frozenset.intersection(*faults)))
 
 
 class _Followed(NamedTuple):
@@ -312,7 +320,7 @@ def _apart(followed: _Followed, chosen: Comparable, columns: Array, alpha: float
     alone = np.column_stack([columns, np.arange(values.size) == place])
     size, beyond = followed.last_beyond_heat(alone, chosen.rise)
     if chance < alpha and beyond:
-        told = f"{1e6 * size:.1f} {'ug' if followed.unit == 'g' else 'ppm'}"
+        told = f"{float(f'{1e6 * size:.3g}'):.12g} {'ug' if followed.unit == 'g' else 'ppm'}"
         after = ", or a jump that no second one confirms; calibrate again"
         yield (
             f"the {followed.name} of {day(chosen.entries[place].date)} is {told} from what all"

@@ -322,7 +322,6 @@ def _grid(
 def _by_angle(
     found: Mapping[float, Mapping[int, float]], shown: Callable[[Residual], str]
 ) -> Iterator[str]:
-    """Summary of the residuals at each head angle."""
     columns = [["deg", *_SUMMARY]]
     columns += [[f"{angle:g}", *map(shown, _summary(own))] for angle, own in found.items()]
     yield from aligned(columns, right=range(len(columns[0])))

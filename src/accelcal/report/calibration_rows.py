@@ -117,7 +117,6 @@ def grouped_alarms(calibration: Calibration) -> list[str]:
 
 
 def _same_for(others: Sequence[tuple[str, Gate]]) -> str:
-    """Name the other runs of one warning."""
     runs = ", ".join(title.removeprefix("run ") for title, _ in others)
     return f"; the same for {counted(len(others), 'other run')}: {runs}" if others else ""
 

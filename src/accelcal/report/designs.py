@@ -147,7 +147,6 @@ def _large_factors(found: DesignComparison) -> bool:
 
 
 def _booking(found: DesignComparison) -> Iterator[str]:
-    """Which test to book by the targets."""
     if not found.targets:
         return
     units = found.units()
@@ -163,7 +162,6 @@ def _booking(found: DesignComparison) -> Iterator[str]:
 
 
 def _what_time_buys(found: DesignComparison) -> Iterator[str]:
-    """Where more time buys little."""
     names = [name for names in _groups(found) for name in names]
     fronts = {name: [found.designs[i] for i in found.front(name)] for name in names}
     rows = [_worth(name, front) for name, front in fronts.items() if front]

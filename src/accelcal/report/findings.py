@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from accelcal.numerics.probability import LEAST_CHANCE, written_p_value
 from accelcal.plural import degrees_of_freedom
 from accelcal.report.lines import aligned, hanging, wrapped
 from accelcal.report.numbers import significant
@@ -79,18 +80,12 @@ def chance(p: float) -> str:
 
 def probability(p: float) -> str:
     """Write a p-value with the digits that it is worth."""
-    return f"{p:.2f}" if p >= 0.1 else f"{p:.1g}" if p > 1e-15 else "below 1e-15"
+    return f"{p:.2f}" if p >= 0.1 else f"{p:.1g}" if p > LEAST_CHANCE else f"below {LEAST_CHANCE:g}"
 
 
 def p_value(p: float) -> str:
-    """Write a p-value beside a number, for pictures and notebooks.
-
-    Examples
-    --------
-    >>> p_value(0.0123), p_value(1e-9)
-    ('p = 0.012', 'p < 0.001')
-    """
-    return "p < 0.001" if p < 1e-3 else f"p = {p:.2g}"
+    """Write a p-value beside a number, for pictures and notebooks, as 0.001 at least."""
+    return written_p_value(p, 1e-3)
 
 
 _WORDS = {"agree": "agree", "disagree": "DISAGREE"}

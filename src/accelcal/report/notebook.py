@@ -305,7 +305,6 @@ def _where(found: Sequence[Share]) -> str:
 
 
 def _headed(rows: Sequence[Sequence[str]]) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-    """Take the heading from the rows of a text."""
     return rows[0], rows[1:]
 
 

@@ -131,7 +131,6 @@ def _open(result: Stability) -> Iterator[str]:
 
 
 def _row(name: str, symbol: str, estimate: Estimate) -> tuple[str, ...]:
-    """Cells of an estimate in a readable unit."""
     if estimate.unit.endswith("/s") and "sqrt" not in estimate.unit:
         estimate = estimate.times(HOUR, estimate.unit[:-1] + "h")
     numbers = (estimate.value, estimate.lower, estimate.upper)

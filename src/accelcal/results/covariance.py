@@ -68,7 +68,6 @@ class CorrelatedByName(Correlated):
     covariance_names: tuple[str, ...]
 
     def _covariance_document(self) -> dict[str, Any]:
-        """Return the covariance as it stands in the JSON document."""
         rows = [list(row) for row in self.covariance_matrix]
         return {"names": list(self.covariance_names), "matrix": rows}
 
@@ -115,7 +114,6 @@ class CorrelatedBySource(CorrelatedByName):
         """Return the degrees of freedom of a quantity of the covariance."""
 
     def _covariance_document(self) -> dict[str, Any]:
-        """Return the matrices as they stand in the JSON document."""
         found = CorrelatedByName._covariance_document(self)
         found["over_dof"] = [list(row) for row in self.over_dof_matrix]
         return {**found, "shares": document_of(self.shares)} if self.shares else found

@@ -316,7 +316,6 @@ class DesignComparison(StoredResult, TabularResult):
         return [list(_rows(design, i, fronts)) for i, design in enumerate(self.designs)]
 
     def __str__(self) -> str:
-        """Write the comparison as a table."""
         from accelcal.report.designs import comparison_text
 
         return comparison_text(self)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.model import ERROR_UNITS
+from accelcal.numerics.probability import written_p_value
 from accelcal.results.agreement import explained_by_errors, hidden_by_errors, verdict_of
 from accelcal.results.checked import Kind, checked, member, number
 from accelcal.results.fields import StoredPart
@@ -151,7 +152,8 @@ class Disagreement(StoredResult, TabularResult):
         worst = max(self.where, key=lambda share: share.share, default=None)
         told = f", mostly by {worst.factor}" if worst and self.structure else ""
         name = self.serial or self.source
-        return visible(f"<Disagreement {name}: {self.verdict}, p = {self.p_value:.2g}{told}>")
+        chance = written_p_value(self.p_value)
+        return visible(f"<Disagreement {name}: {self.verdict}, {chance}{told}>")
 
     @property
     def verdict(self) -> str:

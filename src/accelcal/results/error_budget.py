@@ -235,7 +235,6 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
 
 
 def _part(document: Mapping[str, Any]) -> tuple[ErrorComponent, bool]:
-    """Read a component at one point, and whether it is correlated with others."""
     return ErrorComponent._of_fields(document), checked(document, "correlated", flag)
 
 

@@ -61,7 +61,6 @@ class ReadByFields:
         return cls(**known)
 
     def _contents(self) -> dict[str, Any]:
-        """What a document has of it."""
         found: dict[str, Any] = {}
         for item in fields(self):
             part = document_of(getattr(self, item.name))

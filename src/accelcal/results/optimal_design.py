@@ -123,7 +123,6 @@ class OptimalDesign(StoredResult, TabularResult):
         return [{"test": name, **row} for name, part in parts for row in part]
 
     def __str__(self) -> str:
-        """Write the design for a person."""
         from accelcal.report.optimal_design import optimal_text
 
         return optimal_text(self)

@@ -77,7 +77,6 @@ class Estimate(StoredPart):
 
 
 def _low_and_high(value: Any) -> tuple[float, float]:
-    """Take the ends of a range."""
     found = list_of(number)(value)
     if len(found) != 2:
         raise DamageError(f"{len(found)} numbers in place of the lowest and the highest")

@@ -27,12 +27,17 @@ def may_be_replaced(path: str, is_own: Callable[[str], bool]) -> bool:
     """
     if not os.path.isfile(path):  # noqa: PTH113  (nothing, a device, a name that cannot be)
         return True
+    return begins_as(path, lambda beginning: not beginning or is_own(beginning))
+
+
+def begins_as(path: str, is_own: Callable[[str], bool]) -> bool:
+    """Tell whether a file can be read and begins as one of a kind, as of `may_be_replaced`."""
     try:
         with open(path, "rb") as file:  # noqa: PTH123  (pathlib costs start-up time)
             beginning = file.read(_BEGINNING)
     except OSError:
         return False
-    return not beginning or is_own(_down_to_headings(path, beginning))
+    return is_own(_down_to_headings(path, beginning))
 
 
 def is_simulated(text: str) -> bool:

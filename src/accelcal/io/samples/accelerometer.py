@@ -66,7 +66,7 @@ class Accelerometer:
         self._options = options
         self.serial = found.serial
         gravity = options.local_gravity or found.local_gravity
-        self.scale = acceleration_scale(options, gravity)
+        self.scale = acceleration_scale(options, headings, gravity)
         self.notes = list(found.notes)
         self._temperatures = SampleTemperatures(
             headings, options.temperature, found.temperatures, extrapolate=options.extrapolate

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from accelcal.apparatus import Apparatus
 from accelcal.errors import InputError
 from accelcal.io.layout.output_unit import notes_of_unit
-from accelcal.io.samples.headings import SampleHeadings
+from accelcal.io.samples.headings import SampleHeadings, acceleration_unit
 from accelcal.units import canonical_unit, conversion_factor
 
 __all__ = ["StreamOptions", "acceleration_scale", "output_factor"]
@@ -57,13 +57,17 @@ class StreamOptions:
     same_launch: bool = False
 
 
-def acceleration_scale(options: StreamOptions, gravity: float | None) -> float:
+def acceleration_scale(
+    options: StreamOptions, headings: SampleHeadings, gravity: float | None
+) -> float:
     """Tell what accelerations in g are multiplied by.
 
     Parameters
     ----------
     options : StreamOptions
         The unit that is wanted.
+    headings : SampleHeadings
+        What stands above the samples, whose accelerations may be in m/s^2 as well.
     gravity : float or None
         Gravity where it was calibrated [m/s^2].
 
@@ -75,10 +79,15 @@ def acceleration_scale(options: StreamOptions, gravity: float | None) -> float:
     Raises
     ------
     InputError
-        If the gravity is needed and not known, or found nowhere on Earth.
+        If the gravity is needed and not known, given without need, or found nowhere on Earth.
     """
     Apparatus(local_gravity=options.local_gravity)  # refuses what is found nowhere on Earth
     if options.unit == "g":
+        units = (acceleration_unit(headings.units.get(name, "g")) for name in ("a_p", "a_o"))
+        if options.local_gravity is not None and not any(unit and unit[1] for unit in units):
+            raise InputError(
+                "local_gravity=... is given for accelerations in g; leave it out, or ask for m/s^2"
+            )
         return 1.0
     if not gravity:
         raise InputError(

@@ -60,7 +60,8 @@ class Triad:
         self.assumptions = assumptions_of_triad(found, same_launch=options.same_launch)
         self._noise = options.output_uncertainty
         self.serial = found.serial
-        self.scale = acceleration_scale(options, options.local_gravity or found.g_local_m_s2)
+        gravity = options.local_gravity or found.g_local_m_s2
+        self.scale = acceleration_scale(options, headings, gravity)
         self._factor, self.notes = output_factor(options.output_unit, headings, found.output_unit)
         self._temperatures = SampleTemperatures(
             headings, options.temperature, found.temperatures, extrapolate=options.extrapolate
