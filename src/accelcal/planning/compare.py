@@ -47,9 +47,9 @@ _MOST_READINGS = 50_000
 def design(
     *,
     positions: Sequence[int] = POSITIONS,
-    angles: Sequence[Numbers] = (),
+    angles: Numbers | Sequence[Numbers] = (),
     strokes: Sequence[int] = (),
-    temperatures: Sequence[Numbers] = (TEMPERATURES,),
+    temperatures: Numbers | Sequence[Numbers] = (TEMPERATURES,),
     mountings: Sequence[Sequence[str]] = (("o+",),),
     noise: NoiseComponents = STAND,
     resolution: float = 0.0,
@@ -69,11 +69,11 @@ def design(
     ----------
     positions : sequence of int
         Numbers of equally spaced positions in a turn.
-    angles : sequence of sequence of float
+    angles : sequence of float, or sequence of these
         Further choices: head angles of a forward stroke; a flat list is one choice [deg].
     strokes : sequence of int
         Strokes in a run. By default 2 and 6, or with `hours` as many whole cycles as fit.
-    temperatures : sequence of sequence of float
+    temperatures : sequence of float, or sequence of these
         Choices of levels; a flat list is the only choice [degC].
     mountings : sequence of sequence of str
         Choices of mountings; a flat list is the only choice.

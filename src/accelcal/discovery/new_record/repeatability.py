@@ -124,7 +124,7 @@ def worse_than_known(noise: ReadingNoise, known: KnownNoise | None) -> str:
     return (
         f"the readings scatter by {acceleration(noise.sigma)}, those of the calibration by"
         f" {acceleration(known.sigma)}: such noise hides disagreements; look for an outlier or a"
-        " coarse step by accelcal fit, and mend it"
+        " coarse step by accelcal fit, and for a warm-up or another effect by accelcal discover"
     )
 
 
