@@ -35,6 +35,7 @@ _CHECKS: dict[str, Tone] = {"pass": "good", "WARN": "warn"}
 _SHOWN = {"warn": "WARN", "pass": "pass"}
 _NAMES = {"reading": "readings", "launch": "launches", "launch_sf": "launches (scale factor)"}
 _NOT_RECORDED = "not recorded"
+_NO_GRAVITY = "not given; g is local g"
 
 
 def place(table: TableCalibration) -> str:
@@ -243,7 +244,7 @@ def provenance(calibration: Calibration) -> Section:
         ("readings", f"{sum(table.readings for table in calibration.tables)}"),
         ("method", calibration.method + (", robust" if calibration.robust else "")),
         ("reference temperature", _NOT_RECORDED if reference is None else f"{reference:g} °C"),
-        ("local gravity", f"{gravity:.9g} m/s²" if gravity else "not given; g is local g"),
+        ("local gravity", f"{gravity!r} m/s², taken as exact" if gravity else _NO_GRAVITY),
         ("unit of the output", calibration.output_unit or _NOT_RECORDED),
         ("declared", _declared(calibration) if known else _NOT_RECORDED),
         ("options", _listed(known.get("options")) if known else _NOT_RECORDED),

@@ -61,9 +61,10 @@ def _heading(calibration: Calibration) -> Iterator[str]:
     tables = calibration.tables
     readings = counted(sum(table.readings for table in tables), "reading")
     robust = ", robust" if calibration.robust else ""
+    gravity = calibration.g_local_m_s2
     yield (
         f"{calibration.method}{robust}, {readings} in {counted(len(tables), 'table')}; g is local g"
-        + (f" = {calibration.g_local_m_s2:g} m/s^2" if calibration.g_local_m_s2 else "")
+        + (f" = {gravity!r} m/s^2, taken as exact" if gravity else "")
         + (f"; T0 = {calibration.T0_degC:g} degC" if calibration.T0_degC is not None else "")
     )
 
@@ -120,7 +121,6 @@ def scale_factor_elsewhere(table: TableCalibration, local_gravity: float | None)
     ):
         shown = matching_digits(value, expanded, factor)
         yield f"  K1 = {shown[0]} +- {shown[1]} {unit} {per}"
-    yield f"  with g = {local_gravity!r} m/s^2 taken as exact"
 
 
 def _mean_of_runs(calibration: Calibration) -> Iterator[str]:
