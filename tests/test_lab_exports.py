@@ -846,8 +846,8 @@ def test_what_was_measured_goes_before_what_was_set():
 def test_units_that_begin_with_percent_are_no_comment(heading, mark, humidity):
     """They were set aside as one of MATLAB, and the unit of the outputs with them."""
     humidity = humidity if mark != "  " else humidity.replace(" ", "")
-    rows = [f"{heading},T,J,k,Y", f"{humidity},K,-,-,mA", *["40,293.15,{},{},{}"] * 2]
-    rows[2:] = [f"40,{273.15 + T},{J},{k},{Y}" for T, J, k, Y in sorted(LONG)]
+    rows = [f"{heading},T,J,k,Y", "", f"{humidity},K,-,-,mA"]
+    rows += [f"40,{273.15 + T},{J},{k},{Y}" for T, J, k, Y in sorted(LONG)]
     record = read("\n".join(rows).replace(",", mark) + "\n")
     assert record.unit == "mA"
     assert record.temperature.tolist() == pytest.approx([T for T, *_ in sorted(LONG)])

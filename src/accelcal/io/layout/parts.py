@@ -179,7 +179,7 @@ def _comments(
         text = uncommented(line)
         if text is None or re.match(_EXCEL_ERROR, line.strip(' \t"')):
             continue
-        if number == headings.below + 1 and are_units(headings, line):
+        if number == numbers[0] and are_units(headings, line):
             continue
         refuse_declaration(text, source.name, number + source.skipped)
         yield number
