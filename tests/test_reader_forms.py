@@ -1140,6 +1140,8 @@ def test_what_a_row_above_a_table_does_not_declare_is_told():
         ("S/N;;DMM S/N;123", None),
         ("Accelerometer S/N: A-7, Voltmeter S/N: 123", "A-7"),
         ("Unit under test;AL-15;S/N;A-7;DMM;HP;S/N;123", "A-7"),
+        ("Equipment under test;AL-15;S/N;A-7;DMM;HP;S/N;123", "A-7"),
+        ("Instrument under test;AL-15\nS/N;A-7", "A-7"),
         ("Prüfling Typ;AL-15;Seriennr.;A-7;DMM;HP;Seriennr.;1", "A-7"),
         ("Изделие;АК-15;Зав. №;1234\nВольтметр;В7-78;Зав. №;555", "1234"),
         ("# DUT S/N: A-7\n# DMM S/N: 123", "A-7"),
