@@ -108,6 +108,16 @@ def test_a_file_of_two_names_counts_once(archive):
         )
 
 
+def test_a_link_before_its_file_does_not_take_its_place(archive):
+    """The rows had the name of the link, and lost that of the file."""
+    before = accelcal.batch(archive).tables["source"].unique()
+    (archive / "0.csv").symlink_to(Path(before[0]).name)
+    found = accelcal.batch(archive).tables
+    assert list(found["source"].unique()) == list(before)
+    note = f"files of two names count once: {archive / '0.csv'} (as {before[0]})"
+    assert found.attrs["notes"] == [note]
+
+
 def test_a_folder_of_other_endings_alone_says_how_to_give_them(tmp_path):
     (tmp_path / "a.lvm").write_bytes(EXAMPLE.read_bytes())
     told = r"no table in it; files with other endings .*: 1 \*\.lvm; give .* by name or glob"

@@ -804,6 +804,16 @@ def test_a_range_that_ends_alike_on_both_sides(end):
     assert_said(warned, "resolution", rf"^12 readings have the largest output, {end} mA,")
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_readings_without_noise_at_both_ends_of_a_poor_fit_are_no_end_of_a_range(seed):
+    """The head alone had noise, which is not felt at 0 and 180 deg, and a^4 is no range."""
+    record = accelcal.simulate(plan=accelcal.TumblePlan(positions=12, temperatures=(20.0,)))
+    turn = np.random.default_rng(seed).normal(0.0, 2e-5, len(record))
+    a = np.cos(np.radians(record.angle) + turn)
+    output = np.round(1.35 * (0.001 + a + 0.001 * a**4), 6)
+    assert "resolution" not in warnings_of(accelcal.fit(replace(record, output=output)))
+
+
 @pytest.mark.parametrize("digits", [5, 6, 7])
 @pytest.mark.parametrize("quiet", [0.0, 0.1])
 def test_readings_of_little_noise_at_the_ends_are_no_end_of_a_range(digits, quiet):

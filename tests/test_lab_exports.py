@@ -838,3 +838,16 @@ def test_what_was_measured_goes_before_what_was_set():
         )
     )
     assert (record.temperature.tolist(), record.angle.tolist()) == ([20.0] * 4, [1, 5, 5, 1])
+
+
+@pytest.mark.parametrize("humidity", ["%", "%RH", "% RH"])
+@pytest.mark.parametrize("mark", [";", "\t", "  "])
+@pytest.mark.parametrize("heading", ["RH", "%RH"])
+def test_units_that_begin_with_percent_are_no_comment(heading, mark, humidity):
+    """They were set aside as one of MATLAB, and the unit of the outputs with them."""
+    humidity = humidity if mark != "  " else humidity.replace(" ", "")
+    rows = [f"{heading},T,J,k,Y", "", f"{humidity},K,-,-,mA"]
+    rows += [f"40,{273.15 + T},{J},{k},{Y}" for T, J, k, Y in sorted(LONG)]
+    record = read("\n".join(rows).replace(",", mark) + "\n")
+    assert record.unit == "mA"
+    assert record.temperature.tolist() == pytest.approx([T for T, *_ in sorted(LONG)])

@@ -72,8 +72,8 @@ def test_cycles_with_a_direction_are_two_strokes_each(words):
     record = read(long_table(headings=("T", "J", "k", "Direction", "Y"), rows=rows))
     assert same_readings(record, REFERENCE)
     assert record.notes == (
-        "strokes are numbered by cycle, as the column direction shows: they were counted anew, odd"
-        " ones forward and even ones back, up to 2",
+        "strokes were counted by the column direction, odd ones forward and even ones back,"
+        " up to 2",
     )
     named = read(long_table(headings=("T", "J", "Cycle", "Dir", "Y"), rows=rows))
     assert same_readings(named, REFERENCE)
@@ -164,7 +164,7 @@ def test_columns_forward_and_back_beside_one_of_cycles(headings):
     record = read(f"{headings}\n{rows}")
     assert record.stroke.tolist() == [1, 2, 1, 2, 3, 4, 3]
     assert (record.output.tolist()[4:], record.unit) == ([1.32, 1.33, -1.32], "mA")
-    assert "strokes are numbered by cycle" in record.notes[0]
+    assert "strokes were counted by the column direction" in record.notes[0]
     with pytest.raises(TableError, match="columns 'dir' and 'Hin' in one table"):
         read("T;J;cycle;dir;Hin;Rück\n20;1;1;f;1,3;1,3\n")
 
@@ -1140,6 +1140,8 @@ def test_what_a_row_above_a_table_does_not_declare_is_told():
         ("S/N;;DMM S/N;123", None),
         ("Accelerometer S/N: A-7, Voltmeter S/N: 123", "A-7"),
         ("Unit under test;AL-15;S/N;A-7;DMM;HP;S/N;123", "A-7"),
+        ("Equipment under test;AL-15;S/N;A-7;DMM;HP;S/N;123", "A-7"),
+        ("Instrument under test;AL-15\nS/N;A-7", "A-7"),
         ("Prüfling Typ;AL-15;Seriennr.;A-7;DMM;HP;Seriennr.;1", "A-7"),
         ("Изделие;АК-15;Зав. №;1234\nВольтметр;В7-78;Зав. №;555", "1234"),
         ("# DUT S/N: A-7\n# DMM S/N: 123", "A-7"),
@@ -1164,6 +1166,12 @@ def test_a_serial_of_the_accelerometer_is_told_from_those_of_instruments(rows, s
         ("Tumble test in chamber 3;;Serial: A-7", "A-7", "Tumble test in chamber 3"),
         ("Accelerometer with logger;S/N;A-7", "A-7", "Accelerometer with logger"),
         ("Operator: J. Coven;S/N: A-7", "A-7", "Operator: J. Coven"),
+        ("Rotary table test;;S/N: A-7", "A-7", "Rotary table test"),
+        ("Head calibration\nS/N;A-7", "A-7", "Head calibration"),
+        ("Oven temperature;20 degC\nS/N;A-7", "A-7", "Oven temperature 20 degC"),
+        ("Chamber;20 °C\nS/N;A-7", "A-7", "Chamber 20 °C"),
+        ("Oven test of an accelerometer\nS/N;A-7", "A-7", "Oven test of an accelerometer"),
+        ("Gerät: QA-2000\nSeriennummer: A-7", "A-7", "Gerät: QA-2000"),
         ("Frame;HP;S/N;123", "123", "Frame HP"),
         ("Frame;HP\nDate;31.05.2024\nS/N;123", "123", "Frame HP"),
         ("Voltmeter S/N;123;S/N;A-7", "A-7", "Voltmeter S/N 123"),
@@ -1191,6 +1199,8 @@ def test_a_serial_that_may_be_of_an_instrument_is_taken_with_a_note(rows, serial
         "DUT;AL-15\nVoltmeter;HP\nS/N;123",
         "Model;DMM6500\nSerial Number;123",
         "Instrument:;34465A\nSerial Number:;123",
+        "Gerät:;Keithley 2182A\nSeriennummer:;123",
+        "Digital multimeter;S/N;123",
     ],
 )
 def test_a_serial_behind_an_instrument_is_not_that_of_the_accelerometer(rows):

@@ -208,6 +208,9 @@ def test_a_faulty_table_is_read_once_more_without_all_its_facts(tmp_path, monkey
         ("Info", [["S/N", "A-7"], ["Voltmeter", "Keysight 3458A"]], "A-7"),
         ("Info", [["Voltmeter", "3458A"], ["DUT S/N", "A-7"]], "A-7"),
         ("Info", [["Voltmeter", "3458A"], [""], ["S/N", "A-7"]], "A-7"),
+        ("Info", [["head_uncertainty", 2e-5], ["serial", "A-7"]], "A-7"),
+        ("Info", [["Head uncertainty", "2 arcsec"], ["g", 9.81], ["Serial number", "A-7"]], "A-7"),
+        ("Info", [["Customer", "Fluke"], ["Oven temperature", "20 degC"], ["S/N", "A-7"]], "A-7"),
     ],
 )
 def test_the_serial_of_an_instrument_is_not_that_of_the_accelerometer(

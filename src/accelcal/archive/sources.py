@@ -172,9 +172,9 @@ def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources
     return Sources(found, aside)
 
 
-def _once(found: Iterable[str | SourceFile], aside: Aside) -> list[str | SourceFile]:
+def _once(found: Sequence[str | SourceFile], aside: Aside) -> list[str | SourceFile]:
     first: dict[str, str | SourceFile] = {}
-    for item in found:
+    for item in sorted(found, key=_is_link):  # a file goes before the links to it
         if isinstance(item, SourceFile):
             first.setdefault(item.path, item)
             aside.others.discard(item.path)  # named beside the folder
@@ -183,7 +183,12 @@ def _once(found: Iterable[str | SourceFile], aside: Aside) -> list[str | SourceF
         before = str(first.setdefault(os.path.realpath(item), item))
         if os.path.abspath(before) != os.path.abspath(item):  # noqa: PTH100
             aside.again[os.path.normpath(item)] = before
-    return list(first.values())
+    kept = {*first.values()}
+    return list(dict.fromkeys(item for item in found if item in kept))
+
+
+def _is_link(item: str | SourceFile) -> bool:
+    return isinstance(item, str) and os.path.islink(item)  # noqa: PTH114
 
 
 def is_url(path: str) -> bool:

@@ -131,15 +131,17 @@ def _is_no_chance(stack: TableStack, table: int, equal: Mask, far: Mask, step: f
     among those at the positions of the equal ones. The noise is that at the other end, as it may
     be smaller at the ends than between them; the step is no finer than the digits of readings of
     this size, as numbers of so many digits have coarser ones where they are larger. Where the other
-    end has no noise and far more is left of the equal ones, both ends are cut off. The digits of
-    the equal ones alone would not tell it: a range often ends at a round number.
+    end has no noise, but the same size, and far more is left of the equal ones, both are cut off.
+    The digits of the equal ones alone would not tell it: a range often ends at a round number.
     """
     head, output = stack.plan.head, stack.output[:, table]
     noise, there = float(stack.noise[table] * stack.scatter[table]), output[head == head[far][0]]
-    left = abs(float(stack.residual[equal, table].mean()))
-    if there.size > 1 and (np.ptp(there) > 0.0 or left <= step + _CUT * noise):
-        noise = min(noise, float(np.std(there, ddof=1)))
     smallest = float(np.spacing(np.abs(output).max()))
+    left = abs(float(stack.residual[equal, table].mean()))
+    is_cut = np.ptp(output[equal | far]) - 2.0 * np.abs(output).max() >= -step - smallest
+    is_cut = is_cut and np.ptp(there) == 0.0 and left > step + _CUT * noise
+    if there.size > 1 and not is_cut:
+        noise = min(noise, float(np.std(there, ddof=1)))
     decade = 10.0 ** np.floor(np.log10(max(float(np.abs(output[equal][0])), smallest)))
     size = np.abs(output)
     below = output[(size < decade) & (size >= decade / 10.0)]  # ten times finer, not more

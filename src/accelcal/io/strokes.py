@@ -16,11 +16,7 @@ from accelcal.io.words.headings import Heading
 from accelcal.io.words.signs import with_hyphen
 
 _ASIDE = "column direction does not tell forward from back and was set aside"
-_BY_CYCLE = (
-    "strokes are numbered by cycle, as the column direction shows: they were counted anew, odd ones"
-    " forward and even ones back"
-)
-
+_COUNTED = "strokes were counted by the column direction, odd ones forward and even ones back"
 _FEW = 0.25
 """Part of the readings against the direction of their stroke that may still be mistakes."""
 
@@ -103,7 +99,7 @@ def strokes_by_direction(
         remedy = "odd strokes go forward and even ones back, so correct one of both"
         column.check(right, "{} contradicts the number of the stroke", remedy)
     strokes = np.where(back, 2 * number, 2 * number - 1)
-    return strokes, (*told, f"{_BY_CYCLE}, up to {strokes.max()}")
+    return strokes, (*told, f"{_COUNTED}, up to {strokes.max()}")
 
 
 def _ways(label: Ints, angle: Array) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence, Set
 
 from accelcal.arguments.kinds import shown
@@ -11,9 +10,11 @@ from accelcal.io.files.text import SourceText
 from accelcal.io.layout.header_lines import TESTED, Declared, is_any_unit
 from accelcal.io.layout.rows_above import (
     INSTRUMENT,
+    MODEL,
     SIGNS,
     declarations_above,
     label,
+    names_instrument,
     note_of_instrument,
 )
 from accelcal.io.words.signs import is_missing
@@ -23,9 +24,6 @@ from accelcal.plural import listed
 _OF_THE_TEST = {*KEYS}.difference(COLUMNS, ("runs", "serials")) | {"serial", "unit", "date"}
 """Keys that are not of single rows or columns of the table."""
 
-_OF_IT = re.compile(
-    r"\W*(?:model|mod[eè]le|type?|maker?|manufacturer|hersteller|instrument)\b", re.I
-)
 _MOST_LINES = 200
 _LONGEST = 40  # letters of a name; what is longer is a sentence
 
@@ -100,16 +98,18 @@ def _facts(sheet: SourceText) -> tuple[dict[str, Declared], list[str]]:
 def _is_of_instrument(line: int, rows: Mapping[int, str], sheet: str) -> bool:
     """Whether a serial may be that of an instrument.
 
-    The name of the sheet says so, a row of its block above it, or the one below, as its model.
+    The name of the sheet says so, a row of its block above it that is no key, or the one below, as
+    its model.
     """
-    below = rows.get(line + 1, "")
-    near = [sheet] if not _OF_IT.match(below) else [sheet, below]
+    below = rows.get(line + 1, "").strip()
+    near = [below] if MODEL.match(below) else []
     while line in rows:
         if TESTED.search(rows[line]):
             return False
-        near.append(rows[line])
+        cells = _cells(rows[line])
+        near += [] if label(cells[0])[0] else [" ".join(cells)]
         line -= 1
-    return any(map(INSTRUMENT.search, near))
+    return bool(INSTRUMENT.search(sheet)) or any(map(names_instrument, near))
 
 
 def _is_fact(cells: list[str]) -> bool:

@@ -73,11 +73,18 @@ def _first_headings(lines: list[str], name: str, remedy: str) -> FoundHeadings:
         found = found or (_below_directions(lines, number) if bare is None else None)
         if bare is None and found:
             return found
-        if bare is None and commented:  # headings as numpy.savetxt writes them
-            return commented._replace(below=number - 1)
+        if commented and (bare is None or are_units(commented, line)):
+            return commented._replace(below=number - 1)  # as numpy.savetxt writes them
         commented = found or commented
         above.append((number, line))
     return _find_over_time(above, name, remedy)
+
+
+def are_units(headings: FoundHeadings, line: str) -> bool:
+    """Whether a row tells the units of headings, of which the first may be ``% RH``."""
+    return (
+        headings_with_units(headings.cells, cells_of_headings(line, headings.separator)) is not None
+    )
 
 
 def _find_over_time(above: list[tuple[int, str]], name: str, remedy: str) -> FoundHeadings:

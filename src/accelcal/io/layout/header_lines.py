@@ -37,7 +37,8 @@ _NAMES = [name for names in KEYS.values() for name in names if len(name) >= _SHO
 
 TESTED = re.compile(
     r"(?:acc[ée]l[ée]rom[eè]t\w+|beschleunigungs(?:messer|aufnehmer|sensor|geber)s?|акселерометр\w*"
-    r"|[du]ut|(?:device|unit) under test|test item|prüflings?|изделие|加速度计|被测件)"
+    r"|[du]ut|(?:device|unit|equipment|instrument) under test|test item"
+    r"|prüflings?|изделие|加速度计|被测件)"
     r"(?:[ -](?:under test|type?|mod[eè]le?|modell|тип))?",
     re.IGNORECASE,
 )

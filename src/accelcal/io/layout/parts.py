@@ -10,7 +10,7 @@ from accelcal.errors import TableError
 from accelcal.io.files.encodings import ENCODINGS
 from accelcal.io.files.text import SourceText, refuse_document
 from accelcal.io.layout.facts_beside import with_facts
-from accelcal.io.layout.found_headings import FoundHeadings, find_headings, headings_of
+from accelcal.io.layout.found_headings import FoundHeadings, are_units, find_headings, headings_of
 from accelcal.io.layout.header_lines import Declared, refuse_declaration, uncommented
 from accelcal.io.layout.rows_above import declarations_above
 from accelcal.io.layout.separators import filled
@@ -158,7 +158,7 @@ def _rows(
     if not all(row.strip(blank) for row in rows):
         kept = [n for n, row in zip(numbers, rows, strict=True) if row.strip(blank)]
     comments = (
-        list(_comments(lines, kept, source))
+        list(_comments(lines, kept, headings, source))
         if any("#" in row or "%" in row for row in rows)
         else []
     )
@@ -171,11 +171,15 @@ def _rows(
     return rows, kept, [n + source.skipped for n in comments]
 
 
-def _comments(lines: list[str], numbers: Sequence[int], source: SourceText) -> Iterator[int]:
+def _comments(
+    lines: list[str], numbers: Sequence[int], headings: FoundHeadings, source: SourceText
+) -> Iterator[int]:
     for number in numbers:
         line = lines[number - 1]
         text = uncommented(line)
         if text is None or re.match(_EXCEL_ERROR, line.strip(' \t"')):
+            continue
+        if number == numbers[0] and are_units(headings, line):
             continue
         refuse_declaration(text, source.name, number + source.skipped)
         yield number

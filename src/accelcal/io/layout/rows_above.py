@@ -61,7 +61,17 @@ INSTRUMENT = re.compile(
 )
 """A word for what is no accelerometer: an instrument, its maker or its model."""
 
-_BEFORE_MODEL = re.compile(r"(?:(?:model|mod[eè]le|modell|type?|instrument)\W+)+", re.IGNORECASE)
+MODEL = re.compile(
+    r"(?:(?:digital|model|mod[eè]le|modell|type?|maker?|manufacturer|hersteller|instrument|ger[äa]t)"
+    r"\W+)+",
+    re.IGNORECASE,
+)
+"""What stands before the model of an instrument, or of the accelerometer."""
+
+_TITLE = re.compile(r"\W*(?:tumble|calibration|test)\b", re.IGNORECASE)
+"""What makes a title of the word for an instrument, as in ``Head calibration``."""
+
+_QUANTITY = re.compile(r"\s[+-]?[0-9]+(?:[.,][0-9]+)?(?:[eE][+-]?[0-9]+)?(?:\s+|(?=°))(\S+)")
 
 
 class Said(NamedTuple):
@@ -106,7 +116,7 @@ def declarations_above(
             declare(declared, said.key, new)
     told: list[str] = []
     if unsure and not {"serial", "serials"} & {*declared, *(own.role for own in headings)}:
-        others = [own for own in unsure if not _names_instrument(own[1].behind)]
+        others = [own for own in unsure if not names_instrument(own[1].behind)]
         likely = [own for own in others if own[1].is_first] or others
         told = [_note_of_serial(likely) if likely else note_of_instrument(unsure[0][0].value)]
         if len({own.value for own, _ in likely}) == 1:
@@ -144,10 +154,23 @@ def _note_of_serial(unsure: Sequence[tuple[Declared, Said]]) -> str:
     return f"serial {names} {where} and is taken for that of the accelerometer"
 
 
-def _names_instrument(text: str) -> bool:
-    """Whether a text begins with what an instrument is called, and does not tell its serial."""
-    words = map(canonical_key, text.split())
-    return bool(INSTRUMENT.match(_BEFORE_MODEL.sub("", text))) and "serial" not in words
+def names_instrument(text: str) -> bool:
+    """Whether a text begins with what an instrument is called, and does not tell its serial.
+
+    Titles of a test, and quantities such as ``Oven temperature 20 degC``, are no names.
+
+    Examples
+    --------
+    >>> names_instrument("Model: DMM 6500"), names_instrument("Head calibration of QA-2000")
+    (True, False)
+    """
+    name = MODEL.sub("", text)
+    found, quantity = INSTRUMENT.match(name), _QUANTITY.search(name)
+    if found is None or TESTED.search(text) or _TITLE.match(name, found.end()):
+        return False
+    return not (quantity and is_any_unit(quantity[1])) and "serial" not in map(
+        canonical_key, text.split()
+    )
 
 
 def note_of_instrument(serial: str) -> str:
