@@ -162,6 +162,7 @@ def test_two_cycles_tell_which_pair_is_exchanged(clean):
 
     (fault,), mended = faults(changed(short, change), 20.0)
     assert fault.readings == (10, 12)
+    assert "(p < 1e-15): exchanged back" in fault.finding  # it said 1e-300
     assert mended == short
 
 
