@@ -162,6 +162,7 @@ def test_two_cycles_tell_which_pair_is_exchanged(clean):
 
     (fault,), mended = faults(changed(short, change), 20.0)
     assert fault.readings == (10, 12)
+    assert "(p < 1e-15): exchanged back" in fault.finding  # it said 1e-300
     assert mended == short
 
 
@@ -236,16 +237,25 @@ def second_run_at(place_of):
         (lambda p: np.where(p == 2, 4, np.where(p == 4, 2, p)), "exchanged", "45 and 135 deg exch"),
         (lambda p: p % 8 + 1, "shifted", "shifted by -45"),
         (lambda p: (p + 1) % 8 + 1, "shifted", "shifted by -90"),
+        (lambda p: (p + 2) % 8 + 1, "shifted", "shifted by -135"),
+        (lambda p: (p + 4) % 8 + 1, "shifted", "shifted by 13"),
     ],
-    ids=["exchanged", "by one", "by two"],
+    ids=["exchanged", "by one", "by two", "by three", "by five"],
 )
 def test_wrong_positions_of_a_run_are_no_other_scale_factor(place_of, name, said):
-    """They were told as a run of 0.627, 0.75 and 0.00132 times the scale factor first."""
+    """They were told as one of 0.627, 0.75 or 0.00132 times the scale factor, or a wrong sign."""
     (fault,), _ = faults(second_run_at(place_of), 20.0)
     assert fault.name == f"positions {name}"
     assert fault.finding.startswith("run 2, ")
     assert said in fault.finding
     assert fault.readings == tuple(range(54, 108))
+
+
+def test_a_turn_of_a_table_on_the_other_side_has_its_sign():
+    clean = accelcal.simulate(plan=accelcal.TumblePlan(mountings=("o-",)), seed=1)
+    place = clean.position % 8
+    (fault,), _ = faults(replace(clean, position=place + 1, angle=45.0 * place), 20.0)
+    assert fault.parameters["turn"].value == pytest.approx(-45.0, abs=0.2)
 
 
 def test_a_unit_mounted_anew_is_turned_back():

@@ -324,6 +324,15 @@ def test_assumptions_are_said_and_written(tmp_path, capsys):
     assert "K1 stands for K1 + K3" in (tmp_path / "x.yaml").read_text()
 
 
+def test_one_degree_of_freedom_of_launches_is_exported_as_it_counts():
+    """A half stood there, and nothing said why."""
+    record = accelcal.simulate(plan=accelcal.TumblePlan(temperatures=(20.0, 80.0, 20.0)), seed=4)
+    fit = accelcal.fit(replace(record, apparatus=accelcal.Apparatus()))
+    told = export_content(fit)["new_launch"]
+    assert told["bias_dof"] == told["scale_factor_dof"] == 0.5
+    assert "a half is one alone" in told["note"]
+
+
 def test_covariance_is_plain_json(al15):
     json.dumps(export_content(al15), allow_nan=False)
 

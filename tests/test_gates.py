@@ -363,6 +363,15 @@ def test_all_strokes_of_the_other_sign():
     assert_said(warned, PROPORTIONS, r"K1 = -1\.35\d* mA/g is not positive: the sign")
 
 
+@pytest.mark.parametrize(("places", "turn"), [(3, -135), (5, 135)])
+def test_a_turn_beyond_a_quarter_is_no_wrong_sign(places, turn):
+    clean = accelcal.simulate(seed=1)
+    place = (clean.position - 1 + places) % 8
+    warned = warnings_of(accelcal.fit(replace(clean, position=place + 1, angle=45.0 * place)))
+    found = float(warned[PROPORTIONS].split("shifted by ")[1].split(" deg")[0])
+    assert found == pytest.approx(turn, abs=0.2)
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_readings_that_do_not_follow_the_angle(sign):
     rng = random.Random(1)

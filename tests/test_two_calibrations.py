@@ -614,6 +614,13 @@ def test_an_unknown_temperature_is_told_and_counts_as_the_same():
 # -- the result and the command --------------------------------------------------------------------
 
 
+def test_a_chance_too_small_to_write_is_no_zero():
+    """It was told as p = 0."""
+    moved = compare(OLD, accelcal.fit(simulate(accelcal.Accelerometer(k2=5e-3), seed=2)))
+    assert moved.p_value == 0.0
+    assert "disagree, p < 1e-15>" in repr(moved)
+
+
 def test_a_comparison_comes_back_from_its_document_and_is_a_table():
     found = compare(OLD, NEW)
     assert accelcal.CalibrationComparison.from_json(found.to_json()) == found

@@ -373,9 +373,11 @@ def test_effective_dof_keep_the_level(share, dof):
     assert lowest < held / draws < highest
 
 
-@pytest.mark.parametrize("new", [0.0, 1.0], ids=["mean", "next launch"])
+@pytest.mark.parametrize(
+    ("new", "least"), [(0.0, 0.927), (1.0, 0.917)], ids=["mean", "next launch"]
+)
 @pytest.mark.parametrize("runs", [2, 3])
-def test_mean_of_few_runs_is_held_where_their_shifts_are_estimated(runs, new):
+def test_mean_of_few_runs_is_held_where_their_shifts_are_estimated(runs, new, least):
     """Shifts of a few times the noise: what was taken off left too many estimates near zero."""
     rng = np.random.default_rng(3)
     values = 2.0 * rng.standard_normal((8000, runs))  # shifts of sqrt(3), noise of 1
@@ -383,7 +385,7 @@ def test_mean_of_few_runs_is_held_where_their_shifts_are_estimated(runs, new):
     parts = [shift.of_run[:, 0] ** 2 * (new + 1.0 / runs), np.full(8000, 1.0 / runs)]
     known = combined(parts, [counted(shift.dof_of_run[0]), np.inf])
     error = values.mean(axis=1) + new * np.sqrt(3.0) * rng.standard_normal(8000)
-    assert np.mean(np.abs(error) <= known.expanded) > 0.917
+    assert np.mean(np.abs(error) <= known.expanded) > least
 
 
 # -- many at once ----------------------------------------------------------------------------------

@@ -43,7 +43,8 @@ _WITHOUT_OTHER_AXIS = (
 _LAUNCH = (
     "Standard uncertainties of the shift to a new launch, of the bias [g] and of the scale factor"
     " (relative), and the hysteresis of the bias [g], which are not in the covariance; add them in"
-    " squares. The degrees of freedom are infinite where null."
+    " squares. The degrees of freedom are infinite where null; a half is one alone, as it counts"
+    " beside other errors, and all errors together have one at least."
 )
 
 

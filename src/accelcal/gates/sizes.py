@@ -52,7 +52,7 @@ def proportions(stack: TableStack) -> GateStack:
     It warns where the scale factor is not positive, or another coefficient or the rms residual is
     too large a part of it.
     """
-    scale_factor = stack.coefficients[:, SCALE_FACTOR]
+    scale_factor, misalignment = (stack.coefficients[:, i] for i in (SCALE_FACTOR, MISALIGNMENT))
     turned = scale_factor <= 0.0
     over = np.where(turned, np.nan, scale_factor)
     columns = [COEFFICIENTS.index(name) for name in LARGEST_RATIOS]
@@ -70,7 +70,8 @@ def proportions(stack: TableStack) -> GateStack:
         if other is None and left[index] > abs(scale_factor[index]):
             return _no_answer(float(scale_factor[index]), float(left[index]), unit)
         if turned[index] and other is None:
-            return wrong_sign(float(scale_factor[index]), unit)
+            across = side_of(stack.table.mounting) * float(misalignment[index])
+            return _not_positive(float(scale_factor[index]), across, unit)
         ratios = dict(zip(LARGEST_RATIOS, ratio[index].tolist(), strict=True))
         found = _out_of_proportion(ratios)
         if turned[index]:
@@ -110,11 +111,23 @@ def _reason(ratios: dict[str, float], rms: float, side: float, *, alone: bool) -
     if rms / LARGEST_RESIDUAL > 1.0:
         return [f"the readings are {acceleration(rms)} (rms) away from the model"]
     if abs(ratios["M"]) / LARGEST_RATIOS["M"] > 1.0:
-        turn = np.degrees(np.arctan2(-side * ratios["M"], 1.0))
-        return [f"as if all positions were shifted by {turn:.1f} deg"]
+        return [_shifted(1.0, side * ratios["M"])]
     if alone and abs(ratios["K0"]) / LARGEST_RATIOS["K0"] > 1.0:
         return ["subtract what the output is at 0 g by design, a carrier or mid-range"]
     return []
+
+
+def _shifted(scale_factor: float, across: float) -> str:
+    turn = np.degrees(np.arctan2(-across, scale_factor))
+    return f"as if all positions were shifted by {turn:.1f} deg"
+
+
+def _not_positive(scale_factor: float, across: float, unit: str | None) -> str:
+    """Say why a scale factor is not positive, beside what goes with a_p [output unit / g]."""
+    if not abs(across) > LARGEST_RATIOS["M"] * abs(scale_factor):
+        return wrong_sign(scale_factor, unit)
+    size = f"K1 = {scale_factor:.6g} {coefficient_unit('K1', unit)}"
+    return f"{size} is not positive, {_shifted(scale_factor, across)}"
 
 
 def wrong_sign(scale_factor: float, unit: str | None) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
+from accelcal.numerics.probability import written_p_value
 from accelcal.plural import listed
 from accelcal.results.agreement import (
     chance_of,
@@ -218,7 +219,8 @@ class CalibrationComparison(StoredResult, TabularResult):
 
     def __repr__(self) -> str:
         name = self.serial or self.new.source
-        return visible(f"<CalibrationComparison {name}: {self.verdict}, p = {self.p_value:.2g}>")
+        chance = written_p_value(self.p_value)
+        return visible(f"<CalibrationComparison {name}: {self.verdict}, {chance}>")
 
     def __getitem__(self, coefficient: str) -> CoefficientChange:
         """Change of a coefficient or parameter, of the first cross axis or effect that has it.

@@ -14,7 +14,7 @@ from accelcal.arguments.numbers import check_number, check_number_or_none
 from accelcal.arrays import Numbers
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL
-from accelcal.numerics.probability import LEVEL, student_quantile
+from accelcal.numerics.probability import LEVEL, student_quantile, written_p_value
 from accelcal.plural import counted, degrees_of_freedom
 from accelcal.results.quantity import Gate
 from accelcal.results.stability import (
@@ -298,7 +298,8 @@ def _gates(
         )
         yield Gate("independent launches", "not assessed", finding)
     else:
-        finding = f"lag-1 correlation of the launch means {lag.value:+.2f}, p = {lag.p_value:.2g}"
+        p = written_p_value(lag.p_value)
+        finding = f"lag-1 correlation of the launch means {lag.value:+.2f}, {p}"
         yield Gate("independent launches", "warn" if lag.p_value < _ALPHA else "pass", finding)
     yield from _temperature_gate(launches)
     yield from (Gate("pauses", "warn", said) for said in map(was_off, launches) if said)

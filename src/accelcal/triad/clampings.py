@@ -71,7 +71,8 @@ def seats_of(
     A turn r moves a channel with the axis u by u (r x a) = r (a x u). With C the coefficients of
     what the residuals show of the turns, S the singular values that belong to them and N the
     squares that noise makes of each (by attitudes, whose errors move all channels), the size is the
-    root of sum(C^2 - N q / (q + 6)) / sum(S^2) for q coefficients, 0 where that is negative.
+    root of sum(C^2 - N q / (q + 6)) / sum(S^2) for q coefficients, 0 where that is negative; of
+    one coefficient N is not taken off, see `accelcal.estimate.uncertainty.share_taken_off`.
     """
     n, names = len(up), sorted(set(shaft or ()))
     plain = Seats(residual, np.full(3, n - 4.0), 0.0, 1.0, None, np.zeros((3, 4, 0)))

@@ -10,7 +10,7 @@ from accelcal.arguments.axes import AXES
 from accelcal.errors import DesignError
 from accelcal.estimate.launch import SAME_LEVEL
 from accelcal.numerics.left_out import ratios_by_the_others
-from accelcal.numerics.probability import f_survival, student_quantile
+from accelcal.numerics.probability import f_survival, student_quantile, written_p_value
 from accelcal.plural import degrees_of_freedom
 from accelcal.results.quantity import Gate
 from accelcal.triad.record import TriadRecord
@@ -66,7 +66,7 @@ def _clampings(record: TriadRecord, found: Solution) -> Iterator[Gate]:
         yield Gate(name, "not assessed", f"{told}; {advice}")
         return
     told = f"on {shafts} shafts the block sits {1e3 * seats.size:.2g} mrad rms otherwise about each"
-    told += f" axis, which U counts (p = {seats.chance:.2g})"
+    told += f" axis, which U counts ({written_p_value(seats.chance)})"
     if seats.chance >= _SURE:
         yield Gate(name, "pass", f"{told}: no more than what is left")
     else:
@@ -170,8 +170,9 @@ def _misalignment(record: TriadRecord, found: Solution, frame: str) -> Iterator[
     left = float(found.residual @ found.residual) / found.dof
     gain = float(without.residual @ without.residual - found.residual @ found.residual) / 3.0
     chance = f_survival(gain / left, 3.0, float(found.dof)) if gain > 0.0 < left else 1.0
+    p = written_p_value(chance)
     told = (
         f"residual {1e3 * found.rms:.3g} mg rms, {1e3 * without.rms:.3g} mg with perpendicular"
-        f" axes: they {'show' if chance < _FALSE_ALARM else 'do not show'} (p = {chance:.2g})"
+        f" axes: they {'show' if chance < _FALSE_ALARM else 'do not show'} ({p})"
     )
     yield Gate("misalignments", "pass", told)

@@ -29,6 +29,7 @@ from accelcal.discovery.noise.pure_error import PureError, moving, pure_error, t
 from accelcal.effects.conditions import Conditions, conditions_of
 from accelcal.gates.verdict import acceleration
 from accelcal.numerics.decimal_steps import decimal_step
+from accelcal.numerics.probability import written_p_value
 from accelcal.numerics.sorting import median
 from accelcal.plural import degrees_of_freedom
 from accelcal.record import TumbleRecord
@@ -196,7 +197,7 @@ def _of_vibration(scene: _Scene, chance: float) -> Fault:
         "vibration-noise",
         f"readings scatter by {acceleration(found.sigma)} where the angle does not matter and"
         f" by {acceleration(float(np.hypot(found.sigma, found.vibration)))} where it matters most,"
-        f" p = {chance:.2g}; nothing is taken out for it; quiet the stand",
+        f" {written_p_value(chance)}; nothing is taken out for it; quiet the stand",
         {"sigma": Quantity(found.vibration, found.uncertainty, "g")},
         chance,
     )

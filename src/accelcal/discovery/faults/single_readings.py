@@ -11,6 +11,7 @@ from accelcal.discovery.faults.fault import SMALLEST, entry_fault, of_run
 from accelcal.discovery.faults.suspects import Suspect, Views, suspects, views_of
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions
 from accelcal.gates.verdict import acceleration, reading_name
+from accelcal.numerics.probability import written_p_value
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Fault
 from accelcal.results.quantity import Quantity
@@ -87,10 +88,11 @@ def _where(record: TumbleRecord, reading: int) -> str:
 
 
 def _doubt(record: TumbleRecord, step: Suspect) -> str:
+    if_normal, p = written_p_value(step.if_normal), written_p_value(step.p_value)
     return (
         f"{_where(record, step.readings[0])} is {step.deviation:.1f} standard deviations off its"
-        f" replicates: an outlier if the noise is normal (p = {step.if_normal:.2g}), but with"
-        f" tails as heavy as the other readings allow it may be none (p = {step.p_value:.2g}); it"
+        f" replicates: an outlier if the noise is normal ({if_normal}), but with"
+        f" tails as heavy as the other readings allow it may be none ({p}); it"
         " is kept: look it up, or repeat it"
     )
 
@@ -102,8 +104,8 @@ def _outlier(
     return entry_fault(
         "outlier",
         f"{_where(record, reading)} is {acceleration(size)} off its replicates (standard"
-        f" uncertainty {acceleration(uncertainty)}, p = {chance:.2g}): set aside as an outlier;"
-        " repeat the reading",
+        f" uncertainty {acceleration(uncertainty)}, {written_p_value(chance)}): set aside as an"
+        " outlier; repeat the reading",
         {
             "error": Quantity(size, uncertainty, "g"),
             "reading": Quantity(float(c.number[reading]), 0.0, "1"),
@@ -121,7 +123,7 @@ def _exchange(record: TumbleRecord, c: Conditions, step: Suspect) -> Fault:
     return entry_fault(
         "swapped-positions",
         f"{_where(record, first)} and {other} are written at each other's place"
-        f" (p = {chance:.2g}): exchanged back; check the protocol",
+        f" ({written_p_value(chance)}): exchanged back; check the protocol",
         {
             "reading": Quantity(float(c.number[first]), 0.0, "1"),
             "apart": Quantity(apart, 0.0, "1"),

@@ -15,6 +15,7 @@ from accelcal.estimate.tables import PreparedTable, prepare
 from accelcal.gates.order import OtherOrder, order_of_strokes
 from accelcal.gates.sizes import LARGEST_RATIOS, other_positions, wrong_sign
 from accelcal.gates.verdict import times
+from accelcal.geometry import side_of
 from accelcal.head_angles import head_positions
 from accelcal.numerics.probability import f_survival, student_survival
 from accelcal.numerics.sorting import distinct
@@ -28,9 +29,6 @@ _LAGGING = 1.5
 _FAR_BETTER = 50.0
 """How many times smaller another order of one direction must make the squared residuals: where it
 leaves more, lags of any kind are likelier."""
-
-_HALFWAY = 135.0
-"""Turn [deg] from which on a table is rather negated than turned."""
 
 
 def wrong_orders(record: TumbleRecord, delta0: float) -> tuple[tuple[Fault, ...], TumbleRecord]:
@@ -128,13 +126,19 @@ def _within_the_turn(turned: Array, given: Array) -> Array:
 
 def _turned(record: TumbleRecord, own: Mask, delta0: float, index: Places) -> Fault | None:
     found = single_table(record, own, delta0)
-    k1, m = found.values["K1"], found.values.get("M", 0.0)
-    if k1 > 0.0 and abs(m) <= LARGEST_RATIOS["M"] * k1:
+    k1 = found.values["K1"]
+    m = side_of(found.table.mounting) * found.values.get("M", 0.0)
+    is_straight = abs(m) <= LARGEST_RATIOS["M"] * abs(k1)
+    if k1 > 0.0 and is_straight:
         return None
     turn = float(np.degrees(np.arctan2(-m, k1)))
-    what = "K1" if abs(turn) > _HALFWAY else "M"
+    what = "K1" if is_straight else "M"
     error = max(found.error(what), SMALLEST)
-    name, said = _whole_table(found.table, k1, turn, delta0)
+    name, said = other_positions(found.table, found.table.record.output, delta0) or (
+        ("wrong sign", wrong_sign(k1, record.unit))
+        if is_straight
+        else ("positions shifted", f"all positions as if shifted by {turn:.1f} deg")
+    )
     return order_fault(
         name,
         f"{of_run(record, int(own.argmax()))}{said}; correct the table, it is fitted as given",
@@ -142,12 +146,3 @@ def _turned(record: TumbleRecord, own: Mask, delta0: float, index: Places) -> Fa
         2.0 * student_survival(abs(found.values[what]) / error, found.dof),
         index[own].tolist(),
     )
-
-
-def _whole_table(table: PreparedTable, k1: float, turn: float, delta0: float) -> tuple[str, str]:
-    """Name and words for what is wrong with a table that is out of proportion."""
-    if other := other_positions(table, table.record.output, delta0):
-        return other
-    if abs(turn) > _HALFWAY:
-        return "wrong sign", wrong_sign(k1, table.record.unit)
-    return "positions shifted", f"all positions as if shifted by {turn:.1f} deg"
