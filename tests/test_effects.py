@@ -102,6 +102,8 @@ def test_unknown_effect_lists_near_names(wrong, near):
 def test_the_first_parameter_has_a_name_too():
     """By its name it was a `TypeError` that `value` is missing."""
     assert effect("warm-up").of(amplitude=1e-4, tau=900) == effect("warm-up").of(1e-4, tau=900)
+    with pytest.raises(InputError, match=r"amplitude is given twice, as 0\.0001 and 0\.0002"):
+        effect("warm-up").of(1e-4, amplitude=2e-4)
 
 
 @pytest.mark.parametrize(

@@ -158,7 +158,7 @@ class Effect:
         Raises
         ------
         InputError
-            If a parameter is unknown or breaks a rule.
+            If a parameter is unknown, is given twice or breaks a rule.
 
         Examples
         --------
@@ -166,7 +166,10 @@ class Effect:
         >>> accelcal.effect("warm-up").of(1e-4, tau=900).values
         {'amplitude': 0.0001, 'tau': 900.0}
         """
-        first = {} if value is None else {self.parameters[0].name: value}
+        name = self.parameters[0].name
+        if value is not None and name in others:
+            raise InputError(f"{name} is given twice, as {value:g} and {others[name]:g}; give one")
+        first = {} if value is None else {name: value}
         return Disturbance(self, {**first, **others})
 
     def columns(
