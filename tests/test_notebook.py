@@ -570,12 +570,14 @@ def test_a_batch_shows_its_frames(tmp_path):
     accelcal.write_table(accelcal.simulate(seed=1), tmp_path / "a.csv")
     (tmp_path / "b.csv").write_text("nothing of use")
     found = accelcal.batch(tmp_path)
+    found.tables.loc[1, ["gate_drift", "gate_lack_of_fit"]] = "warn"
     assert repr(found) == "<BatchFrames: 3 tables, 9 terms of laws, 1 error>"
     html = found._repr_html_()
     assert html.count("<table") == 3
     for told in (
         "<code>.tables</code>, 3 rows",
         "<th>K1_expanded_uncertainty</th>",
+        "<td>drift, lack of fit</td>",  # the texts of all warnings filled the page
         "<th>message</th>",
     ):
         assert told in html  # the columns of numbers were cut out of the middle

@@ -16,6 +16,7 @@ from accelcal.archive.columns import (
     ROWS,
     Columns,
     FrameColumn,
+    in_notebook,
     put_together,
 )
 from accelcal.archive.formats import FORMS, require_form, results, write_errors
@@ -85,14 +86,6 @@ class BatchCounts(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-_IN_NOTEBOOK = (
-    *("source", "serial", "run", "mounting", "date", "temperature_degC"),
-    *("K1", "K1_expanded_uncertainty", "k0", "k0_expanded_uncertainty"),
-    *("coefficient", "value", "expanded_uncertainty", "unit", "warnings", "message"),
-)
-"""Columns of the frames that a notebook shows; K1 and k0 stand for the coefficients."""
-
-
 class BatchFrames(NamedTuple):
     """Results of a batch; the units of a frame's columns are in its ``attrs["units"]``.
 
@@ -137,7 +130,7 @@ class BatchFrames(NamedTuple):
             if len(frame):
                 size = f"{counted(len(frame), 'row')}, {counted(len(frame.columns), 'column')}"
                 parts.append(f"<p><code>.{name}</code>, {size}</p>")
-                parts.append(frame.filter(items=_IN_NOTEBOOK).to_html(max_rows=10))
+                parts.append(in_notebook(frame).to_html(max_rows=10))
         return "".join(parts)
 
     def _told(self) -> str:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from accelcal.arrays import Array, Labels, Places
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 TABLE_GATES = (
     "closure",
@@ -52,6 +55,10 @@ class FrameColumn(NamedTuple):
     told: str
 
 
+GATE = "gate_"
+"""Begin of the name of a column of a gate."""
+
+
 def gate_column(gate: str) -> str:
     """Name of the column of a gate.
 
@@ -60,7 +67,7 @@ def gate_column(gate: str) -> str:
     >>> gate_column("lack of fit")
     'gate_lack_of_fit'
     """
-    return "gate_" + gate.replace(" ", "_")
+    return GATE + gate.replace(" ", "_")
 
 
 def _of_quantity(name: str, unit: str) -> Iterator[FrameColumn]:
@@ -168,3 +175,23 @@ def _joined(parts: Sequence[Cells], order: Places | None) -> Cells:
     if labels:
         return Labels.joined(labels).taken(rows)
     return np.concatenate([part for part in parts if not isinstance(part, Labels)])[rows]
+
+
+# -- in a notebook ---------------------------------------------------------------------------------
+
+
+_IN_NOTEBOOK = (
+    *("source", "serial", "run", "mounting", "date", "temperature_degC"),
+    *("K1", "K1_expanded_uncertainty", "k0", "k0_expanded_uncertainty"),
+    *("coefficient", "value", "expanded_uncertainty", "unit", "message"),
+)
+"""Columns of the frames that a notebook shows; K1 and k0 stand for the coefficients."""
+
+
+def in_notebook(frame: pd.DataFrame) -> pd.DataFrame:
+    """Take what a notebook shows of a frame: some columns, and of the gates those that warn."""
+    shown, gates = frame.filter(items=_IN_NOTEBOOK), frame.filter(regex=f"^{GATE}")
+    if gates.empty:
+        return shown
+    names = gates.columns.to_series().str.removeprefix(GATE).str.replace("_", " ") + ", "
+    return shown.assign(**{"gates that warn": (gates == "warn").dot(names).str.removesuffix(", ")})
