@@ -293,7 +293,7 @@ def test_each_benchmark_is_known_here(path):
 
 
 def test_design(call):
-    printed = call("design.py", "--smoke")
+    printed = run("design.py", "--smoke")
     worst = re.search(r"^declared: 22 figures, worst ([\d.]+) % off", printed, re.MULTILINE)[1]
     # a standard deviation of 60 draws is uncertain by 9.1 %; 40 % off is 4.4 times as much
     assert float(worst) < 40.0
