@@ -6,7 +6,7 @@ import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple, TypeVar
 
 from accelcal.archive import formats
@@ -173,15 +173,20 @@ def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources
 
 
 def _once(found: Sequence[str | SourceFile], aside: Aside) -> list[str | SourceFile]:
+    real_folder = cache(os.path.realpath)  # that of each file takes as long as to read it
+    links = {*filter(_is_link, found)}
     first: dict[str, str | SourceFile] = {}
-    for item in sorted(found, key=_is_link):  # a file goes before the links to it
+    for item in sorted(found, key=links.__contains__):  # a file goes before the links to it
         if isinstance(item, SourceFile):
             first.setdefault(item.path, item)
             aside.others.discard(item.path)  # named beside the folder
             continue
-        aside.others.discard(os.path.abspath(item))  # noqa: PTH100
-        before = str(first.setdefault(os.path.realpath(item), item))
-        if os.path.abspath(before) != os.path.abspath(item):  # noqa: PTH100
+        if aside.others:
+            aside.others.discard(os.path.abspath(item))  # noqa: PTH100
+        folder, name = os.path.split(item)
+        real = os.path.realpath(item) if item in links else os.path.join(real_folder(folder), name)  # noqa: PTH118
+        before = str(first.setdefault(real, item))
+        if before != item and os.path.abspath(before) != os.path.abspath(item):  # noqa: PTH100
             aside.again[os.path.normpath(item)] = before
     kept = {*first.values()}
     return list(dict.fromkeys(item for item in found if item in kept))
