@@ -42,18 +42,7 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
 
     @styled
     def coefficients(self, ax: Axes | None = None) -> Axes:
-        """Draw E_n of each coefficient.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Axes to draw into.
-
-        Returns
-        -------
-        Axes
-            The coefficients agree within the band from -1 to 1.
-        """
+        """Draw E_n of each coefficient; within the band from -1 to 1 they agree."""
         from accelcal.report.calibration_comparison import shown_changes
 
         drawn, colours = canvas(ax, (6.4, 4.6)), palette()
@@ -82,15 +71,7 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
     def indicated(self, ax: Axes | None = None) -> Axes:
         """Draw how the indicated acceleration changes along the input axis.
 
-        Parameters
-        ----------
-        ax : Axes, optional
-            Axes to draw into.
-
-        Returns
-        -------
-        Axes
-            The change with the 95 % band that holds in the whole range at once.
+        The 95 % band holds in the whole range at once.
         """
         drawn, colours = canvas(ax), palette()
         found = self.result.indicated

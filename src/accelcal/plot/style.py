@@ -105,18 +105,7 @@ def theme(name: str = "light", *, transparent: bool = False) -> Iterator[Palette
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Let a function draw in the theme around it, or in the light one.
-
-    Parameters
-    ----------
-    draw : callable
-        What draws.
-
-    Returns
-    -------
-    callable
-        The same, in a theme.
-    """
+    """Let a function draw in the theme around it, or in the light one."""
 
     @wraps(draw)
     def drawn(*arguments: P.args, **named: P.kwargs) -> R:
@@ -129,21 +118,9 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
 
 def canvas(ax: Axes | None, size: tuple[float, float] = (6.4, 3.8), *, polar: bool = False) -> Axes:
-    """Take the axes given, or make a figure of its own for one.
+    """Take the axes given, or make a figure of its own for one, of a width and height [inch].
 
-    Parameters
-    ----------
-    ax : Axes or None
-        Axes to draw into; None makes some.
-    size : tuple of float
-        Width and height of a figure that is made [inch].
-    polar : bool, default False
-        Whether the axes go round.
-
-    Returns
-    -------
-    Axes
-        The axes, dressed.
+    The axes are dressed.
 
     Raises
     ------
@@ -159,21 +136,9 @@ def canvas(ax: Axes | None, size: tuple[float, float] = (6.4, 3.8), *, polar: bo
 
 
 def canvases(axes: Any, rows: int, columns: int, size: tuple[float, float]) -> Any:
-    """Take the axes given, or make a figure of its own for several.
+    """Take the axes given, or make a figure of its own for rows and columns of them [inch].
 
-    Parameters
-    ----------
-    axes : array-like of Axes or None
-        Axes to draw into; None makes some.
-    rows, columns : int
-        How many.
-    size : tuple of float
-        Width and height of a figure that is made [inch].
-
-    Returns
-    -------
-    ndarray of Axes, shape (rows * columns,)
-        The axes, dressed.
+    The axes, shape (rows * columns,), are dressed.
 
     Raises
     ------
@@ -192,23 +157,9 @@ def canvases(axes: Any, rows: int, columns: int, size: tuple[float, float]) -> A
 
 
 def own_panels(count: int, across: int, size: tuple[float, float], around: float) -> Any:
-    """Make a figure of its own for some panels, row by row.
+    """Make a figure of its own for some panels, shape (count,), row by row, `across` side by side.
 
-    Parameters
-    ----------
-    count : int
-        Number of panels.
-    across : int
-        How many stand side by side.
-    size : tuple of float
-        Width and height of one [inch].
-    around : float
-        Height that a title and a legend take [inch].
-
-    Returns
-    -------
-    ndarray of Axes, shape (count,)
-        The panels.
+    One has a width and height [inch], and a title and a legend take some height `around` them.
     """
     down = -(-count // across)
     axes = canvases(None, down, across, (size[0] * across, size[1] * down + around))
@@ -223,18 +174,7 @@ def _refuse_no_axes(ax: object) -> None:
 
 
 def dressed(ax: Axes) -> Axes:
-    """Give axes the colours in force, which ticks made later keep too.
-
-    Parameters
-    ----------
-    ax : Axes
-        The axes.
-
-    Returns
-    -------
-    Axes
-        The same.
-    """
+    """Give axes the colours in force, which ticks made later keep too."""
     colours = palette()
     ax.tick_params(colors=colours.ink, labelsize=SMALL, color=colours.muted)
     ax.set_axisbelow(True)
@@ -245,19 +185,7 @@ def dressed(ax: Axes) -> Axes:
 def entitled(ax: Axes, title: str, columns: int = 3) -> Axes:
     """Give axes a title, and between it and the data a legend of what has a label.
 
-    Parameters
-    ----------
-    ax : Axes
-        The axes.
-    title : str
-        The title.
-    columns : int, default 3
-        Columns of the legend, which hides no data there.
-
-    Returns
-    -------
-    Axes
-        The same.
+    The legend has some columns, and hides no data there.
     """
     labelled = len(ax.get_legend_handles_labels()[0])
     rows = -(-labelled // columns)
