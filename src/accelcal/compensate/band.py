@@ -12,23 +12,11 @@ _PARTS = ("at_T0", "above", "below")
 
 
 def law_and_band(model: TemperatureModel, name: str, rise: Array) -> tuple[Array, Array] | None:
-    """Work out a temperature law and its band.
+    """Work out the law of ``"k0"``, ``"K1"`` or ``"delta"`` at T - T0, shape (n,), and its band.
 
-    Parameters
-    ----------
-    model : TemperatureModel
-        The laws.
-    name : str
-        Which of them: ``"k0"``, ``"K1"`` or ``"delta"``.
-    rise : ndarray, shape (n,)
-        T - T0 [degC].
-
-    Returns
-    -------
-    values, half_widths : ndarray, shape (n,)
-        The law, NaN on a side whose slope is not determined, and the half width of its 95 %
-        interval; of K1 the change from T0, both over K1 at T0. None in place of both where there
-        is no value at T0.
+    That is the law, NaN on a side whose slope is not determined, and the half width of its 95 %
+    interval; of K1 the change from T0, both over K1 at T0. It is None where there is no value at
+    T0.
     """
     law = model.laws[name]
     if law.at_T0 is None or law.at_T0.value is None:

@@ -41,11 +41,8 @@ class _Errors(NamedTuple):
 def errors_of_table(calibration: Calibration, table: TableCalibration) -> _Errors:
     """Errors of `PARAMETERS` from those of K0 .. M_ip, by the quotients of (6).
 
-    Returns
-    -------
-    _Errors
-        A misalignment that is free of the fixture angle has its own uncertainty and the
-        correlations of the table. `SLOPES`, which are not in it, have no errors.
+    A misalignment that is free of the fixture angle has its own uncertainty and the correlations of
+    the table. `SLOPES`, which are not in it, have no errors.
     """
     if not table.covariance_names:
         unknown = np.full((len(PARAMETERS), len(PARAMETERS)), np.nan)
@@ -55,12 +52,9 @@ def errors_of_table(calibration: Calibration, table: TableCalibration) -> _Error
 
 
 def by_quotients(calibration: Calibration, table: TableCalibration) -> Array:
-    """Derivatives of `PARAMETERS` by the coefficients in the covariance of a table.
+    """Derivatives of `PARAMETERS` by the p coefficients in the covariance of a table, shape (6, p).
 
-    Returns
-    -------
-    ndarray, shape (6, p)
-        The derivatives; that of K1 is relative.
+    That of K1 is relative.
     """
     by_K1 = np.equal(table.covariance_names, "K1") / (table.coefficients["K1"].value or np.nan)
     rows = {**quotients_by_coefficients(table), "K1": by_K1}
@@ -78,21 +72,10 @@ def _of_table(covariance: Array, over_dof: Array) -> _Errors:
 def errors_of_laws(
     model: TemperatureModel, laws: Mapping[str, Law], common: Mapping[str, Quantity]
 ) -> _Errors:
-    """Errors of `PARAMETERS` and `SLOPES` from those of the laws.
+    """Errors of `PARAMETERS` and `SLOPES` from those of the laws of k0, K1 and delta.
 
-    Parameters
-    ----------
-    model : TemperatureModel
-        The laws with their covariance.
-    laws : mapping of str to Law
-        What is used of them: k0, K1 and delta.
-    common : mapping of str to Quantity
-        k2, k3 and delta_ip, which have no law.
-
-    Returns
-    -------
-    _Errors
-        What is not in the covariance of the model is uncorrelated.
+    k2, k3 and delta_ip, `common` to all temperatures, have no law. What is not in the covariance of
+    the model is uncorrelated.
     """
     names, scale_factor = (*PARAMETERS, *SLOPES), laws["K1"].at_T0
     variance, dof = _each_alone(model, laws, common)

@@ -77,13 +77,7 @@ def cross_name(mounting: str) -> str:
 
 
 def lost_symbols(groups: Sequence[Sequence[TableCalibration]]) -> tuple[str, ...]:
-    """List the symbols of (2) that no table determines.
-
-    Returns
-    -------
-    tuple of str
-        Such as ``"k3"`` and ``"delta_ip"``.
-    """
+    """List the symbols of (2) that no table determines, such as ``"k3"`` and ``"delta_ip"``."""
     found = (
         symbol_of(ERROR_TERMS[name], cross_name(tables[0].mounting))
         for tables, lost in zip(groups, undetermined(groups), strict=True)
@@ -95,10 +89,7 @@ def lost_symbols(groups: Sequence[Sequence[TableCalibration]]) -> tuple[str, ...
 def values_of(calibration: Calibration, table: TableCalibration) -> dict[str, float]:
     """Tell `PARAMETERS` of a table, 0 where not determined.
 
-    Returns
-    -------
-    dict of str to float
-        The misalignment is free of the fixture angle where that is known.
+    The misalignment is free of the fixture angle where that is known.
 
     Raises
     ------

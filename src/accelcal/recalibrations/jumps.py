@@ -181,22 +181,9 @@ def _left_by_pairs(measure: _Measure, values: Array) -> Array:
 def likeliest(columns: Array, tried: Array, values: Array, uncertainty: Array) -> tuple[int, float]:
     """Find which further column values ask for most, and the chance that noise asks as much.
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n, p)
-        Columns that the values have.
-    tried : ndarray, shape (n, s)
-        Further ones; n > p + 1.
-    values, uncertainty : ndarray, shape (n,)
-        Values and their standard uncertainties.
-
-    Returns
-    -------
-    place : int
-        Which of those that are tried.
-    chance : float
-        That the largest of all is so large by noise, by values that are drawn as `search_jumps`
-        says.
+    Beside the columns that the values have, shape (n, p), s others are tried, shape (n, s), where
+    n > p + 1; the values and their standard uncertainties are of shape (n,). The chance is that of
+    the largest of all, by values that are drawn as `search_jumps` says.
 
     Examples
     --------

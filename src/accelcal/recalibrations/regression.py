@@ -85,19 +85,9 @@ class Fit:
 
 
 def fit_line(columns: Array, values: Array, uncertainty: Array) -> Fit:
-    """Fit values with stated uncertainties and a common scatter beyond them.
+    """Fit values with stated uncertainties, shape (n,), and a common scatter beyond them.
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n, p)
-        What the values depend on; n > p.
-    values, uncertainty : ndarray, shape (n,)
-        Values and their standard uncertainties.
-
-    Returns
-    -------
-    Fit
-        The fit.
+    They depend on p columns, shape (n, p), with n > p.
 
     Notes
     -----
@@ -194,23 +184,12 @@ class _Weighted(NamedTuple):
 
 
 def farthest(columns: Array, values: Array, uncertainty: Array) -> tuple[int, float]:
-    """Find the value that is farthest from what the others say.
+    """Find the value that is farthest from what the others say: its place, and its chance by noise.
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n, p)
-        Columns of the line.
-    values, uncertainty : ndarray, shape (n,)
-        Values and their standard uncertainties.
-
-    Returns
-    -------
-    place : int
-        Which it is.
-    chance : float
-        That the farthest of all is so far by noise; 1 where the others are too few to tell. The
-        scatter is that of the others. Whether it is in proportion to the stated uncertainties is
-        not known: the chance is the largest for proportions from as stated to all alike.
+    Values and standard uncertainties, shape (n,), follow the columns of a line, (n, p). The chance
+    is that of the farthest of all, 1 where the others are too few to tell. The scatter is that of
+    the others. Whether it is in proportion to the stated uncertainties is not known: the chance is
+    the largest for proportions from as stated to all alike.
 
     Examples
     --------

@@ -33,20 +33,11 @@ _LEAST = 1e-6
 
 
 def chance_of_neighbours(columns: Array, values: Array, sigma: Array) -> float:
-    """Chance that independent errors leave neighbours as much alike as these.
+    """Chance that independent errors leave neighbours as much alike as these, one-sided.
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n, p)
-        Columns of the line, by date.
-    values, sigma : ndarray, shape (n,)
-        Values with the standard deviations of their errors, up to a factor.
-
-    Returns
-    -------
-    float
-        One-sided, by values that are drawn; 1 where there are too few, or rounding alone is left
-        of them. The draws are the same each time.
+    The values, shape (n,), have errors with the standard deviations sigma, up to a factor, about a
+    line of p columns by date, (n, p). The chance is by values that are drawn, the same each time;
+    it is 1 where there are too few, or rounding alone is left of them.
 
     Examples
     --------
@@ -73,19 +64,9 @@ def line_of_a_walk(
 ) -> tuple[Array, Array]:
     """Fit values that walk: a part of what scatters stays, and adds up.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Dates, rising [years].
-    columns : ndarray, shape (n, p)
-        What the values depend on; n > p.
-    values, variance : ndarray, shape (n,)
-        Values, and the variances of their errors if these were independent, up to a factor.
-
-    Returns
-    -------
-    coefficients, uncertainties : ndarray, shape (p,)
-        The coefficients, and their standard uncertainties by n - p degrees of freedom.
+    Dates, rising [years], have values with the variances that their errors would have if these were
+    independent, up to a factor, all of shape (n,); they depend on p columns, (n, p), with n > p.
+    The coefficients come with their standard uncertainties by n - p degrees of freedom.
 
     Examples
     --------

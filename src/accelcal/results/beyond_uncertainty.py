@@ -32,17 +32,8 @@ def beyond_uncertainty(
 ) -> list[str]:
     """List the sentences of a calibration by which its uncertainties are too small.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    tables : sequence of TableCalibration
-        Those of its tables that are used.
-    by_laws : bool
-        Whether its temperature laws are used too.
-    also : sequence of str, optional
-        Words of further sentences: of `OF_USE`, which name what those who use the numbers for an
-        acceleration mostly count themselves.
+    The tables are those of it that are used; `also` are words of further sentences, of `OF_USE`,
+    which name what those who use the numbers for an acceleration mostly count themselves.
 
     Examples
     --------

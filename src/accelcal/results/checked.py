@@ -16,14 +16,9 @@ if TYPE_CHECKING:
 class DamageError(DocumentError):
     """A part of a document is not what it must be.
 
-    Parameters
-    ----------
-    rule : str
-        What stands there, and what belongs there.
-    *keys : str or int
-        Way to the part: keys of objects, and places in lists.
-    remedy : str, optional
-        What would be right; by default a file of the command that writes such documents.
+    The rule says what stands there, and what belongs there; the keys of objects and places in lists
+    are the way to the part. The remedy is by default a file of the command that writes such
+    documents.
 
     Examples
     --------
@@ -47,21 +42,12 @@ class DamageError(DocumentError):
 
 
 def read_as(kind: Callable[[Any], Part], document: Any, writer: str) -> Part:
-    """Read a document.
-
-    Parameters
-    ----------
-    kind : callable
-        Takes the document, and gives what it holds or raises `DamageError`.
-    document : object
-        The document.
-    writer : str
-        The command that writes such documents.
+    """Read a document that a command, the writer, should have written.
 
     Raises
     ------
     DocumentError
-        If it is damaged, or another document.
+        If it is damaged, or another document: where `kind` raises `DamageError`.
     """
     try:
         return kind(document)
@@ -93,18 +79,7 @@ _FEWEST = 0.1
 
 
 def checked(document: Mapping[str, Any], key: str, kind: Kind[Part], *default: Part) -> Part:
-    """Take a part of a document.
-
-    Parameters
-    ----------
-    document : mapping
-        The document.
-    key : str
-        Key of the part.
-    kind : callable
-        One of the functions of this module: gives the part back, or raises a `DamageError`.
-    *default : object
-        What stands for a key that is not there.
+    """Take a part of a document, of a kind that a function of this module takes, or its default.
 
     Raises
     ------

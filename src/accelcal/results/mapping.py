@@ -20,17 +20,9 @@ def freeze(result: Any) -> None:
 
 
 def frozen(part: Any) -> Any:
-    """Freeze a part of a result, or of a JSON document.
+    """Freeze mappings, lists and arrays of a result, or of a JSON document, nested in any way.
 
-    Parameters
-    ----------
-    part : object
-        Mappings, lists, arrays and anything else, nested in any way.
-
-    Returns
-    -------
-    object
-        The same of `FrozenMapping`, tuples and views of arrays that cannot be written to.
+    They become `FrozenMapping`, tuples and views of arrays that cannot be written to.
 
     Examples
     --------
@@ -52,10 +44,7 @@ def frozen(part: Any) -> Any:
 def document_of(part: Any) -> Any:
     """Turn a part of a result into a part of a JSON document.
 
-    Parameters
-    ----------
-    part : object
-        What `frozen` returns, or what has a method ``to_document``, in mappings and tuples.
+    It is what `frozen` returns, or what has a method ``to_document``, in mappings and tuples.
 
     Examples
     --------
@@ -72,14 +61,7 @@ def document_of(part: Any) -> Any:
 
 
 def members(result: Any, names: str) -> dict[str, Any]:
-    """Turn some members of a result into members of a JSON document.
-
-    Parameters
-    ----------
-    result : object
-        The result.
-    names : str
-        Names of fields or properties, with spaces between them, as the document has them.
+    """Turn fields or properties of a result, named with blanks between them, into members of JSON.
 
     Examples
     --------

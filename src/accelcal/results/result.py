@@ -130,18 +130,6 @@ class StoredResult(ReadByFields):
 def part_of(kind: type[Result], document: Any) -> Result:
     """Read a result from its place in a document.
 
-    Parameters
-    ----------
-    kind : type of StoredResult
-        Which result.
-    document : object
-        What is in that place.
-
-    Returns
-    -------
-    StoredResult
-        The result.
-
     Raises
     ------
     DamageError
@@ -160,18 +148,6 @@ def part_of(kind: type[Result], document: Any) -> Result:
 def parts_of(kind: type[Result], document: Any) -> tuple[Result, ...]:
     """Read the results in the list of a document of several, or the one that it is.
 
-    Parameters
-    ----------
-    kind : type of StoredResult
-        Which results.
-    document : object
-        The document.
-
-    Returns
-    -------
-    tuple of StoredResult
-        One or more.
-
     Raises
     ------
     DamageError
@@ -183,19 +159,7 @@ def parts_of(kind: type[Result], document: Any) -> tuple[Result, ...]:
 
 
 def all_to_json(results: Sequence[StoredResult], **others: StoredResult | None) -> str:
-    """Write a result as its document, or several of a kind in one document.
-
-    Parameters
-    ----------
-    results : sequence of StoredResult
-        One or more, of a kind that has a key for several.
-    **others : StoredResult or None
-        What stands beside several, by its key.
-
-    Returns
-    -------
-    str
-        The JSON text.
+    """Write a result as its document, or several of a kind in one, with others beside them by key.
 
     Examples
     --------
@@ -212,19 +176,7 @@ def all_to_json(results: Sequence[StoredResult], **others: StoredResult | None) 
 
 
 def all_from_json(kind: type[Result], text: str) -> tuple[Result, ...]:
-    """Read the results of a JSON text.
-
-    Parameters
-    ----------
-    kind : type of StoredResult
-        Which results.
-    text : str
-        What `all_to_json` returns.
-
-    Returns
-    -------
-    tuple of StoredResult
-        One or more.
+    """Read the results of a JSON text as `all_to_json` returns it, one or more.
 
     Raises
     ------
@@ -320,23 +272,11 @@ _DATES = ("date", "first", "last", "k0_last_jump_before", "K1_last_jump_before")
 def frame_of(
     rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = (), **units: str
 ) -> pd.DataFrame:
-    """Make a frame of rows.
+    """Make a frame of rows with the same keys; `columns` are these of a frame without any.
 
-    Parameters
-    ----------
-    rows : sequence of mapping
-        A row each, with the same keys.
-    columns : sequence of str, optional
-        Keys of the rows, for a frame without any.
-    **units : str
-        Units of columns whose names do not tell them.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Numbers are numbers, texts are texts, dates ``datetime64``, also where none is known.
-        ``frame.attrs["units"]`` maps columns to units; ``"unit"`` means the unit in that column of
-        the same row.
+    Numbers are numbers, texts are texts, dates ``datetime64``, also where none is known.
+    ``frame.attrs["units"]`` maps columns to units; ``"unit"`` means the unit in that column of the
+    same row. `units` are those of columns whose names do not tell them.
 
     Examples
     --------

@@ -50,20 +50,11 @@ class TablesInUse:
         return (self.main,) if self.second is None else (self.main, self.second)
 
     def telling(self, name: str, *, second: bool = False) -> TableCalibration:
-        """Choose the table that gives k2, k3 or delta_ip.
+        """Choose the table that gives a term without a law: k2, k3 or delta_ip.
 
-        Parameters
-        ----------
-        name : str
-            The term of the error model.
-        second : bool, default False
-            Whether it is that of the second mounting, which must be there.
-
-        Returns
-        -------
-        TableCalibration
-            With laws the nearest that determined it, as in the covariance of the laws; without laws
-            the nearest of all, which tells all coefficients.
+        With laws it is the nearest that determined it, as in the covariance of the laws; without
+        laws the nearest of all, which tells all coefficients. There must be a second mounting where
+        it is asked for.
         """
         tables = self.of_second if second else self.of_main
         told = [t for t in tables if self.by_laws and t.error_model[name].value is not None]
@@ -71,20 +62,10 @@ class TablesInUse:
 
 
 def tables_in_use(calibration: Calibration, temperature: float | None = None) -> TablesInUse:
-    """Choose the tables that tell the coefficients of a calibration.
+    """Choose the tables that tell the coefficients of a calibration at a temperature, or at T0.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    temperature : float, optional
-        Where they are to hold, T0 by default. An unknown temperature of a table is farther than
-        any other [degC].
-
-    Returns
-    -------
-    TablesInUse
-        Beside temperature laws, those tables that they are made from.
+    Beside temperature laws they are those that the laws are made from. An unknown temperature of a
+    table is farther than any other.
 
     Examples
     --------
@@ -111,13 +92,7 @@ def _of_laws(tables: tuple[TableCalibration, ...]) -> tuple[TableCalibration, ..
 def nearest_of_mountings(
     tables: Sequence[TableCalibration], temperature: float | None
 ) -> dict[str, TableCalibration]:
-    """Choose the table nearest to a temperature in each mounting.
-
-    Returns
-    -------
-    dict of str to TableCalibration
-        By mounting, the one of most tables first.
-    """
+    """Choose the table nearest to a temperature in each mounting, that of most tables first."""
     mountings = [table.mounting for table in tables]
     found = sorted(dict.fromkeys(mountings), key=mountings.count, reverse=True)
     return {

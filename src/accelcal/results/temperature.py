@@ -136,20 +136,10 @@ def _bare(quantity: Quantity | None) -> Quantity | None:
 
 
 def nearest_level(levels: Sequence[float | None], temperature: float | None) -> int:
-    """Find the level that is nearest to a temperature.
+    """Find the place of the level nearest to a temperature; each may be unknown, None [degC].
 
-    Parameters
-    ----------
-    levels : sequence of float or None
-        Temperatures, one or more; None where unknown [degC].
-    temperature : float or None
-        What is asked for; None where unknown [degC].
-
-    Returns
-    -------
-    int
-        Place of the first of the nearest, those within 1e-6 degC alike; a level that is unknown is
-        farther than all others.
+    It is the first of the nearest, those within 1e-6 degC alike; a level that is unknown is farther
+    than all others.
 
     Examples
     --------

@@ -97,10 +97,7 @@ def tables_of_run(calibration: Calibration, run: str | int | None) -> tuple[Tabl
 def not_determined(groups: Sequence[Sequence[TableCalibration]]) -> list[str]:
     """Say what no table of a group determines, and what then stands for what.
 
-    Parameters
-    ----------
-    groups : sequence of sequence of TableCalibration
-        Tables that stand for one another, in each group of one mounting, see `undetermined`.
+    The tables of a group, all of one mounting, stand for one another, see `undetermined`.
     """
     said = []
     for place, (group, lost) in enumerate(zip(groups, undetermined(groups), strict=True)):

@@ -204,12 +204,9 @@ def _propagated(
 ) -> tuple[Array, float]:
     """Bring one component, of m errors, through readings and estimator.
 
-    Returns
-    -------
-    through : ndarray, shape (q, m)
-        Change of each coefficient by one standard uncertainty of each error.
-    residual : float
-        Part of the effect on the readings that the residuals show; NaN where there is no effect.
+    That is the change of each coefficient by one standard uncertainty of each error, shape (q, m),
+    and the part of the effect on the readings that the residuals show, NaN where there is no
+    effect.
     """
     slopes = _channel_slopes(readings, part.channel)
     standard = part.component.distribution.standard

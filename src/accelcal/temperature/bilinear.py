@@ -178,12 +178,7 @@ def named_model(
 def relative_slopes(law: Array) -> tuple[Array, Array]:
     """Divide the slopes of a law, shape (..., p), by its value at T0, which stays what it is.
 
-    Returns
-    -------
-    law : ndarray, shape (..., p)
-        Value at T0 and relative slopes.
-    jacobian : ndarray, shape (..., p, p)
-        Their derivatives by what was given.
+    With the law come its derivatives by what was given, shape (..., p, p).
 
     Examples
     --------

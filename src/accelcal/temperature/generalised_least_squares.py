@@ -16,20 +16,11 @@ _ALMOST_NOTHING = 1e-12  # added to a diagonal of ones, so that the matrix stays
 def law_maps(law: Array, pairs: Array, covariance: Array) -> Array:
     """Find the maps from n tables to the laws of k0, K1 and delta, and to the half widths of k0.
 
-    Parameters
-    ----------
-    law : ndarray, shape (R, n, p) or (1, n, p)
-        Columns of one law, see `accelcal.reference.bilinear_design`.
-    pairs : ndarray, shape (n, L)
-        Columns of the half widths, see `accelcal.temperature.hysteresis.Branches`.
-    covariance : ndarray, shape (R, 3, n, n)
-        Covariance of the tables in each quantity; NaN where unknown.
-
-    Returns
-    -------
-    ndarray, shape (R, 3, p + L, n)
-        The maps; zero for half widths of K1 and delta. Axes of R and of 3 have the length 1 where
-        the maps are alike.
+    The columns of one law, shape (R, n, p) or (1, n, p), are those of
+    `accelcal.reference.bilinear_design`; those of the half widths, (n, L), are of
+    `accelcal.temperature.hysteresis.Branches`. The covariance of the tables in each quantity, of
+    shape (R, 3, n, n), is NaN where unknown. The maps, (R, 3, p + L, n), are zero for half widths
+    of K1 and delta; axes of R and of 3 have the length 1 where they are alike.
 
     Notes
     -----

@@ -230,24 +230,11 @@ class _Quotients(NamedTuple):
 def joint_components(
     stack: LevelStack, levels: Levels, record: int, laws: Array
 ) -> tuple[dict[str, Component], tuple[str, ...]]:
-    """Errors of the laws of one record, and of what follows no law.
+    """Errors of the laws of one record, by its place, and of what follows no law.
 
-    Parameters
-    ----------
-    stack, levels : LevelStack, Levels
-        Records, and their quotients, at levels that are as uncertain as they are.
-    record : int
-        Place of one of them.
-    laws : ndarray, shape (m, 3 n)
-        Map from k0 of all tables, then K1, then delta, to the parameters of the laws.
-
-    Returns
-    -------
-    components : dict of str to Component
-        Components of the m parameters, then of the others.
-    others : tuple of str
-        k2, k3 and delta_ip, each of the table nearest to T0 that tells it by itself; those that
-        none tells are not in it.
+    The laws are a map, shape (m, 3 n), from k0 of all tables, then K1, then delta, to their
+    parameters. The components are those of the m parameters, then of the others, which are named:
+    k2, k3 and delta_ip, each of the table nearest to T0 that tells it by itself.
     """
     place, one = stack.place, slice(record, record + 1)
     size, near = len(place), np.argsort(np.abs(stack.rise[record]).round(6), kind="stable")

@@ -225,14 +225,9 @@ def _products(head: HeadErrors, blocks: Sequence[Block], columns: _ColumnsOf) ->
 
 
 def estimator(fit: ProductFit, state: Solution) -> tuple[Array, Errors]:
-    """Linearise the fit at its solution.
+    """Linearise the fit at its solution, and tell the errors of the readings there.
 
-    Returns
-    -------
-    map : ndarray, shape (R, 3 p + c, n)
-        Takes changes of the readings to those of the parameters.
-    errors : Errors
-        Errors of the readings there.
+    The map, shape (R, 3 p + c, n), takes changes of the readings to those of the parameters.
     """
     point = fit.readings.at(state.felt, state.parameters)
     columns = _Columns.of(fit, state, point, sizes_at(fit, state, point))

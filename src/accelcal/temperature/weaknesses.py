@@ -50,23 +50,12 @@ def law_sentences(
     temperature: Array,
     by_heat: Array,
 ) -> Iterator[Sentence]:
-    """Say what is missing in the laws of R records alike.
+    """Say what is missing in the laws of R records alike, of which some sides of T0 were measured.
 
-    Parameters
-    ----------
-    sides : sequence of str
-        Sides of T0 that were measured.
-    off : ndarray of bool, shape (R, 3)
-        Whether bias, scale factor and misalignment follow no law.
-    loop : Hysteresis
-        The hysteresis of each.
-    shift_source : str
-        Where the shift from launch to launch is from, see `accelcal.estimate.launch.RunShift`;
-        `OF_LOOP` where nothing tells it from a hysteresis.
-    reference, temperature : ndarray, shape (R,) and (R, n)
-        T0 and the levels [degC].
-    by_heat : ndarray, shape (R, n)
-        Share of their variances that errors of their temperature make.
+    Bias, scale factor and misalignment may be `off` their laws, shape (R, 3). `OF_LOOP` is the
+    source of a shift from launch to launch where nothing tells it from a hysteresis, else it is as
+    of `accelcal.estimate.launch.RunShift`. T0 and the levels [degC] are of shape (R,) and (R, n),
+    and so is `by_heat`, the share of their variances that errors of their temperature make.
     """
     for side, text in _NOT_MEASURED.items():
         if side not in sides:
