@@ -103,8 +103,7 @@ class CoefficientChange(StoredPart):
         """Chance of such a difference where nothing has changed, by itself."""
         return chance_of(self.difference)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the coefficient as it stands in the JSON document."""
+    def _contents(self) -> dict[str, Any]:
         return {
             **members(self, "effect coefficient cross_axis old new difference"),
             "E_n": self.normalised_error,
@@ -294,10 +293,8 @@ class CalibrationComparison(StoredResult, TabularResult):
 
         return CalibrationComparisonPlot(self)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the comparison as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(
                 self, "software serial old new temperature_degC same_head verdict agrees p_value"
             ),

@@ -178,10 +178,8 @@ class Disagreement(StoredResult, TabularResult):
 
         return DisagreementPlot(self)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the comparison as the JSON document of schema `SCHEMA`."""
+    def _contents(self) -> dict[str, Any]:
         return {
-            "schema": SCHEMA,
             **members(self, "software source calibration serial readings"),
             "noise": {source.name: source.to_document() for source in self.noise},
             "same_head": self.same_head,

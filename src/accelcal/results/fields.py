@@ -60,6 +60,11 @@ class ReadByFields:
                 known[item.name] = checked(document, item.name, kind, *default)
         return cls(**known)
 
+    @classmethod
+    def _read(cls, document: Mapping[str, Any]) -> Self:
+        """Read all of it; a DamageError says which part is missing or something else."""
+        return cls._of_fields(document)
+
     def _contents(self) -> dict[str, Any]:
         found: dict[str, Any] = {}
         for item in fields(self):
@@ -85,7 +90,7 @@ class StoredPart(ReadByFields):
         DamageError
             If a field is missing or something else.
         """
-        return cls._of_fields(document)
+        return cls._read(document)
 
 
 @cache

@@ -90,8 +90,7 @@ class FixtureAngle(CorrelatedByName, StoredPart):
         """Misalignment at the level nearest to a temperature [degC]."""
         return self.misalignments[nearest_level(self.temperatures, temperature)]
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the angle as it stands in the JSON document."""
+    def _contents(self) -> dict[str, Any]:
         levels = zip(self.temperatures, self.misalignments, strict=True)
         return {
             "axis": self.axis,
@@ -103,8 +102,7 @@ class FixtureAngle(CorrelatedByName, StoredPart):
         }
 
     @classmethod
-    def from_document(cls, document: Document) -> FixtureAngle:
-        """Read the angle from its place in a JSON document."""
+    def _read(cls, document: Document) -> FixtureAngle:
         levels = checked(document, "misalignment", list_of(_level, 1))
         temperatures, misalignments = zip(*levels, strict=True)
         none: tuple[Quantity, ...] = ()

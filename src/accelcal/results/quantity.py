@@ -222,8 +222,7 @@ class Residuals(StoredPart):
         return frame
 
     @classmethod
-    def from_document(cls, document: Document) -> Residuals:
-        """Read the residuals from their place in a JSON document."""
+    def _read(cls, document: Document) -> Residuals:
         found = cls._of_fields(document)
         if not len(found.angle_deg) == len(found.stroke) == len(found.value):
             raise DamageError("lists of different lengths")

@@ -72,17 +72,6 @@ class StoredResult(ReadByFields):
         return None
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> Self:
-        """Read a document of the right schema.
-
-        Raises
-        ------
-        DamageError
-            If a part of it is missing or something else.
-        """
-        return cls._of_fields(document)
-
-    @classmethod
     def from_document(cls, document: Any) -> Self:
         """Read the result from its document.
 

@@ -123,7 +123,7 @@ class LaunchTrend(StoredPart):
 
 
 @dataclass(frozen=True, slots=True)
-class BiasBound:
+class BiasBound(StoredPart):
     """Bound (3) of the random bias error at one time.
 
     Attributes
@@ -140,8 +140,7 @@ class BiasBound:
     drift: Estimate
     bound: Estimate
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the bound as it stands in the JSON document."""
+    def _contents(self) -> dict[str, Any]:
         return {
             "time_s": self.time_s,
             "k0D": self.drift.to_document(),
@@ -149,8 +148,7 @@ class BiasBound:
         }
 
     @classmethod
-    def from_document(cls, document: Document) -> BiasBound:
-        """Read the bound from its place in a JSON document."""
+    def _read(cls, document: Document) -> BiasBound:
         drift, bound = (checked(document, key, Estimate.from_document) for key in ("k0D", "k0"))
         return cls(checked(document, "time_s", number), drift, bound)
 

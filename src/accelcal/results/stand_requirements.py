@@ -46,8 +46,7 @@ class TargetReached(StoredPart):
         """Whether better instruments can reach it."""
         return self.floor < self.target
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the target as it stands in the JSON document."""
+    def _contents(self) -> dict[str, Any]:
         return members(self, "symbol unit target present floor reached reachable held_up_by")
 
 
@@ -135,8 +134,7 @@ class Sufficiency(StoredPart):
             return "suffices"
         return "guard band" if self.expanded_uncertainty < self.limit else "does not suffice"
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the limit as it stands in the JSON document."""
+    def _contents(self) -> dict[str, Any]:
         return members(self, "name symbol unit limit expanded_uncertainty ratio verdict note")
 
 

@@ -132,8 +132,7 @@ class TableCalibration(CorrelatedBySource, StoredPart):
             return name
         return f"({absorbed})/K1" if name in ERROR_UNITS else absorbed
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the table as it stands in the JSON document."""
+    def _contents(self) -> dict[str, Any]:
         return {
             **members(self, "run mounting temperature_degC readings dof residual_rms"),
             **members(self, "coefficients error_model"),
@@ -142,8 +141,7 @@ class TableCalibration(CorrelatedBySource, StoredPart):
         }
 
     @classmethod
-    def from_document(cls, document: Document) -> TableCalibration:
-        """Read the table from its place in a JSON document."""
+    def _read(cls, document: Document) -> TableCalibration:
         from accelcal.model import COEFFICIENTS, ERROR_TERMS  # here, as numpy comes with it
 
         return cls._of_fields(

@@ -103,8 +103,7 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
             laws["delta"] = TemperatureLaw(*map(_bare, parts))
         return replace(self, **laws, **NO_COVARIANCE)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the model as it stands in the JSON document."""
+    def _contents(self) -> dict[str, Any]:
         return {
             **members(self, "k0 K1 delta hysteresis warnings"),
             "covariance": self._covariance_document(),
@@ -126,8 +125,7 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
         return known.get(name, min(known.values(), default=math.inf))
 
     @classmethod
-    def from_document(cls, document: Document) -> TemperatureModel:
-        """Read the model from its place in a JSON document."""
+    def _read(cls, document: Document) -> TemperatureModel:
         return cls._of_fields(document, **cls._covariance_fields(document, UNKNOWN))
 
 

@@ -133,8 +133,7 @@ class Trend(StoredPart):
         drift = self.drift_of_a_walk or self.drift
         return f"<Trend of the {self.name}: {drift}, {counted(len(self.jumps), 'jump')}>"
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the trend as it stands in the JSON document."""
+    def _contents(self) -> dict[str, Any]:
         low, high = self.scatter_limits
         unit = self.points[0].measured.unit
         return {

@@ -124,8 +124,7 @@ class Verdict(StoredPart, TabularResult):
 
         return verdict_text(self)
 
-    def to_document(self) -> dict[str, Any]:
-        """Return the verdict as it stands in the JSON document of a calibration."""
+    def _contents(self) -> dict[str, Any]:
         return {
             **members(self, "specification source rule rule_statement outcome"),
             "limits": document_of(self.judgements),
@@ -133,7 +132,6 @@ class Verdict(StoredPart, TabularResult):
         }
 
     @classmethod
-    def from_document(cls, document: Document) -> Verdict:
-        """Read the verdict from its place in the JSON document of a calibration."""
+    def _read(cls, document: Document) -> Verdict:
         judgements = checked(document, "limits", list_of(Judgement.from_document, 1))
         return cls._of_fields(document, judgements=judgements)
