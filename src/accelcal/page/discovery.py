@@ -30,6 +30,7 @@ from accelcal.report.discovery import (
     alias_names,
     change_row,
     entry_of,
+    gap_rows,
     or_as_well,
     outcome,
 )
@@ -191,30 +192,18 @@ def _aliases(effect: FoundEffect) -> Note:
 
 
 def _gap(found: Discovery, name: str) -> Section:
-    after = found.changes_gap
-    rows = [_gap_row("all readings, rms", found.before.rms, found.after.rms)]
-    if found.before.heldout_rms is not None and found.after.heldout_rms is not None:
-        held = found.before.heldout_rms, found.after.heldout_rms
-        rows.append(_gap_row("readings left out of the fit, rms", *held))
-    chi2 = (found.before.reduced_chi2, found.after.reduced_chi2)
-    rows.append(("χ² per degree of freedom", significant(chi2[0]), significant(chi2[1])))
-    headings = ("gap", "before", "after") if after else ("gap", "value")
-    shown = [row[: len(headings)] for row in rows]
-    table = Table("Rms and χ² of reading minus model", headings, shown, (1, 2))
-    title = "The gap, before and after" if after else "The gap"
-    blocks: list[Block] = [table]
-    if after:
-        words = (
-            "The gap between model and readings, effect by effect; the dotted line is the noise of"
-            " a reading.",
-            "The gap before and after, fitted and left out; the table below has the numbers.",
-        )
-        blocks = [Gallery([picture(f"{name}gap", found.plot.gap, words), table])]
-    return Section(title, blocks)
-
-
-def _gap_row(what: str, before: float, after: float) -> tuple[str, str, str]:
-    return what, f"{significant(before * MICRO)} µg", f"{significant(after * MICRO)} µg"
+    (*heading, _), *rows = (tuple(map(typeset, row)) for row in gap_rows(found))
+    numeric = range(1, len(heading))
+    table = Table("Rms and χ² of reading minus model", (*heading, "unit"), rows, numeric)
+    if not found.changes_gap:
+        return Section("The gap", [table])
+    words = (
+        "The gap between model and readings, effect by effect; the dotted line is the noise of"
+        " a reading.",
+        "The gap before and after, fitted and left out; the table below has the numbers.",
+    )
+    drawn = picture(f"{name}gap", found.plot.gap, words)
+    return Section("The gap, before and after", [Gallery([drawn, table])])
 
 
 def _changes(found: Discovery, name: str) -> Section | None:

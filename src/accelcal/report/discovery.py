@@ -84,7 +84,7 @@ def with_doubts(found: Discovery, effect: FoundEffect) -> str:
 
 
 def gap_rows(found: Discovery) -> list[tuple[str, ...]]:
-    """Tell the gap before, and after where it is another one, and its unit, with a heading."""
+    """Tell the gap, before and after where it becomes another one, and its unit, with a heading."""
     rows: list[tuple[str, ...]] = [("gap", "before", "after", "")]
     rows.append(("all readings, rms", *_both(found.before.rms, found.after.rms), "ug"))
     held = (found.before.heldout_rms, found.after.heldout_rms)
@@ -92,7 +92,9 @@ def gap_rows(found: Discovery) -> list[tuple[str, ...]]:
         rows.append(("readings left out, rms", *_both(held[0], held[1]), "ug"))
     chi2 = (found.before.reduced_chi2, found.after.reduced_chi2)
     rows.append(("chi^2 per degree of freedom", *(significant(value, 3) for value in chi2), ""))
-    return rows if found.changes_gap else [row[:2] + row[3:] for row in rows]
+    if found.changes_gap:
+        return rows
+    return [("gap", "value", ""), *(row[:2] + row[3:] for row in rows[1:])]
 
 
 def _both(before: float, after: float) -> tuple[str, str]:
