@@ -193,24 +193,13 @@ def coefficients_at(
 
 
 class MeanOfRuns(NamedTuple):
-    """Coefficients of several runs at one level.
+    """Coefficients of several runs at one level."""
 
-    Attributes
-    ----------
-    runs : str
-        Which they are, such as ``"runs 1 and 2"``, in the second mounting ``"runs 3 and 4 (p+)"``.
-    first : TableCalibration
-        Table of the first of them.
-    temperature : float or None
-        Their mean temperature [degC]; None where unknown.
-    coefficients : CoefficientsAt
-        Those that `accelcal.coefficients_at` gives there.
-    """
-
+    # which they are, such as ``"runs 1 and 2"``, in the second mounting ``"runs 3 and 4 (p+)"``
     runs: str
-    first: TableCalibration
-    temperature: float | None
-    coefficients: CoefficientsAt
+    first: TableCalibration  # table of the first of them
+    temperature: float | None  # their mean temperature [degC]; None where unknown
+    coefficients: CoefficientsAt  # those that `accelcal.coefficients_at` gives there
 
 
 def means_of_runs(calibration: Calibration) -> list[MeanOfRuns]:

@@ -24,17 +24,10 @@ _IN_MODEL = {name: f"{name} at_T0" for name in LAWS} | {
 
 
 class _Errors(NamedTuple):
-    """Covariance of `PARAMETERS` and `SLOPES`, shape (12, 12), by itself and over the freedom.
+    """Covariance of `PARAMETERS` and `SLOPES`, shape (12, 12), by itself and over the freedom."""
 
-    Attributes
-    ----------
-    covariance : tuple of tuple of float
-        NaN where unknown.
-    over_dof : tuple of tuple of float
-        The same with each source of error over its degrees of freedom; 0 where unknown.
-    """
-
-    covariance: Rows
+    covariance: Rows  # NaN where unknown
+    # the same with each source of error over its degrees of freedom; 0 where unknown
     over_dof: Rows
 
 

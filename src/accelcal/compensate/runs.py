@@ -28,30 +28,18 @@ _ROUNDING = 1e-9
 
 
 class LevelRun(NamedTuple):
-    """One table, or the mean of several: coefficients, and their errors as `Errors` has them.
+    """One table, or the mean of several: coefficients, and their errors as `Errors` has them."""
 
-    Attributes
-    ----------
-    temperature : float
-        Its temperature [degC].
-    values : ndarray, shape (6,)
-        `PARAMETERS`.
-    common, shift, noise : ndarray, shape (2, 6, 6)
-        Their errors as those of a level: common to all runs; of launches and of temperatures, and
-        of the readings, which are new in each.
-    heat : ndarray, shape (6,)
-        What the standard uncertainty of the temperature does to the coefficients.
-    readings : float
-        Their number.
-    """
-
-    temperature: float
-    values: Array
+    temperature: float  # [degC]
+    values: Array  # shape (6,): `PARAMETERS`
+    # shape (2, 6, 6): their errors as those of a level: common to all runs; of launches and of
+    # temperatures, and of the readings, which are new in each
     common: Array
     shift: Array
     noise: Array
+    # shape (6,): what the standard uncertainty of the temperature does to the coefficients
     heat: Array
-    readings: float
+    readings: float  # number of them
 
     @property
     def own(self) -> Array:

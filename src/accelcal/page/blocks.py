@@ -57,25 +57,13 @@ class Table(_Part):
 
 @dataclass(frozen=True, slots=True)
 class Figure(_Part):
-    """A picture, drawn when a page asks for it.
+    """A picture, drawn when a page asks for it."""
 
-    Attributes
-    ----------
-    caption : str
-        What it shows.
-    alternative : str
-        What a reader who does not see it must know.
-    svg : callable
-        Draws it for ``"light"`` or for ``"dark"`` paper: SVG without a prologue, with ids of its
-        own.
-    wide : bool
-        Whether it takes the whole width.
-    """
-
-    caption: str
-    alternative: str
+    caption: str  # what it shows
+    alternative: str  # what a reader who does not see it must know
+    # draws it for ``"light"`` or for ``"dark"`` paper: SVG without a prologue, with ids of its own
     svg: Callable[[str], str]
-    wide: bool = False
+    wide: bool = False  # whether it takes the whole width
 
 
 @dataclass(frozen=True, slots=True)

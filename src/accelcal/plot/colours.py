@@ -10,27 +10,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Palette:
-    """Colours of a theme by what they are for.
+    """Colours of a theme by what they are for."""
 
-    Attributes
-    ----------
-    name : str
-        ``"light"`` or ``"dark"``.
-    ink, muted, grid, paper : str
-        Text and axes, what stands back, grid lines, and the ground.
-    series : tuple of str
-        Eight colours of data, the same hues in the same order in all themes.
-    middle : str
-        Middle of the scale of heat maps, which the first two of the series end.
-    """
-
-    name: str
+    name: str  # ``"light"`` or ``"dark"``
+    # text and axes, what stands back, grid lines, and the ground
     ink: str
     muted: str
     grid: str
     paper: str
-    series: tuple[str, ...]
-    middle: str
+    series: tuple[str, ...]  # eight colours of data, the same hues in the same order in all themes
+    middle: str  # middle of the scale of heat maps, which the first two of the series end
 
 
 LIGHT = Palette(

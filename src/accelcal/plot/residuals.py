@@ -28,21 +28,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:
-    """A value for each reading of a tumble test.
+    """A value for each reading of a tumble test."""
 
-    Attributes
-    ----------
-    angle : ndarray, shape (n,)
-        Head angle [deg].
-    stroke : ndarray of int, shape (n,)
-        Stroke; odd ones run forward.
-    value : ndarray, shape (n,)
-        Such as a residual [g].
-    """
-
-    angle: Array
-    stroke: Ints
-    value: Array
+    angle: Array  # shape (n,): head angle [deg]
+    stroke: Ints  # shape (n,): stroke; odd ones run forward
+    value: Array  # shape (n,): such as a residual [g]
 
     def directions(self) -> Iterator[tuple[int, str, Readings]]:
         """Iterate over what was read forward and what back, with its number and name."""

@@ -24,25 +24,14 @@ _ALIKE = 1e-6
 
 
 class Bend(NamedTuple):
-    """What a bent line says of values.
+    """What a bent line says of values."""
 
-    Attributes
-    ----------
-    chance : float
-        That noise about a straight line looks so; it counts all shapes that are tried.
-    slows : bool
-        Whether the bent line is less steep at the last date than where the bend begins, or than
-        before a jump from which on it has another slope.
-    start : int
-        Number of calibrations before the bend.
-    columns : ndarray, shape (n, 3 + number of jumps)
-        Columns of the bent line, the bend last.
-    """
-
-    chance: float
+    chance: float  # that noise about a straight line looks so; it counts all shapes that are tried
+    # whether the bent line is less steep at the last date than where the bend begins, or than
+    # before a jump from which on it has another slope
     slows: bool
-    start: int
-    columns: Array
+    start: int  # number of calibrations before the bend
+    columns: Array  # shape (n, 3 + number of jumps): columns of the bent line, the bend last
 
 
 def bend_of(

@@ -38,24 +38,12 @@ SCALE_FACTOR_PER_DEGREE = 500e-6
 
 @dataclass(frozen=True, slots=True)
 class Comparable:
-    """Calibrations of one unit that can be compared, by date.
-
-    Attributes
-    ----------
-    entries : tuple of Entry
-        The tables.
-    years : tuple of float
-        Their dates [years since 1970].
-    temperature : float or None
-        The level [degC]; None where temperatures are unknown.
-    notes : tuple of str
-        What was left out, and why.
-    """
+    """Calibrations of one unit that can be compared, by date."""
 
     entries: tuple[Entry, ...]
-    years: tuple[float, ...]
-    temperature: float | None
-    notes: tuple[str, ...]
+    years: tuple[float, ...]  # dates of the entries [years since 1970]
+    temperature: float | None  # the level [degC]; None where temperatures are unknown
+    notes: tuple[str, ...]  # what was left out, and why
 
     @property
     def rise(self) -> Array:

@@ -41,45 +41,23 @@ Numbers = tuple[float | None, ...]
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One table of one calibration.
+    """One table of one calibration."""
 
-    Attributes
-    ----------
-    serial : str or None
-        Serial number of the unit.
-    source, mounting : str
-        Where the readings came from, and the mounting.
-    date : str or None
-        Date of the test, as written.
-    temperature : float or None
-        Temperature of the table [degC].
-    bias, scale_factor : tuple of float or None
-        k0 [g] and K1 [output unit / g], each with its standard uncertainty and the half width of
-        its 95 % interval; None where unknown.
-    unit : str
-        Output unit.
-    warned : tuple of str
-        Gates that warn of the test.
-    gravity : float or None
-        Local gravity, where declared [m/s^2].
-    sha256 : str or None
-        SHA-256 of the file with the readings, where known.
-    run : str or None
-        Name of the run, where known.
-    """
-
-    serial: str | None
+    serial: str | None  # serial number of the unit
+    # where the readings came from, and the mounting
     source: str
     mounting: str
-    date: str | None
-    temperature: float | None
+    date: str | None  # date of the test, as written
+    temperature: float | None  # temperature of the table [degC]
+    # k0 [g] and K1 [output unit / g], each with its standard uncertainty and the half width of its
+    # 95 % interval; None where unknown
     bias: Numbers
     scale_factor: Numbers
-    unit: str
-    warned: tuple[str, ...] = ()
-    gravity: float | None = None
-    sha256: str | None = None
-    run: str | None = None
+    unit: str  # of the output
+    warned: tuple[str, ...] = ()  # gates that warn of the test
+    gravity: float | None = None  # local gravity, where declared [m/s^2]
+    sha256: str | None = None  # SHA-256 of the file with the readings, where known
+    run: str | None = None  # name of the run, where known
 
     @property
     def test(self) -> tuple[str, ...]:

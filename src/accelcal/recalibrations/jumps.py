@@ -70,25 +70,15 @@ class _Measure(NamedTuple):
 
 
 class Search(NamedTuple):
-    """What a search for jumps found.
+    """What a search for jumps found."""
 
-    Attributes
-    ----------
-    places : tuple of int
-        Number of calibrations before each jump, in the order found.
-    p_values : tuple of float
-        For each, the chance that a straight line with what was found before looks so by noise; of
-        two that were found together, that of both.
-    rest : float or None
-        The same of the largest jump that was not believed; None where there was none to try.
-    gaps : int
-        Gaps between dates that were searched.
-    """
-
-    places: tuple[int, ...]
+    places: tuple[int, ...]  # number of calibrations before each jump, in the order found
+    # for each, the chance that a straight line with what was found before looks so by noise; of two
+    # that were found together, that of both
     p_values: tuple[float, ...]
+    # the same of the largest jump that was not believed; None where there was none to try
     rest: float | None
-    gaps: int
+    gaps: int  # gaps between dates that were searched
 
 
 def search_jumps(time: Array, values: Array, uncertainty: Array, alpha: float) -> Search:

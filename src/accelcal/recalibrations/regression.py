@@ -54,27 +54,16 @@ _PROPORTIONS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """A fitted regression of n values on p columns.
+    """A fitted regression of n values on p columns."""
 
-    Attributes
-    ----------
-    coefficients, uncertainties : ndarray, shape (p,)
-        The coefficients and their standard uncertainties.
-    scatter : float
-        tau, the standard deviation beyond the stated uncertainties [unit of the values].
-    scatter_limits : tuple of float
-        Ends of its 95 % interval.
-    dof : int
-        n - p, of Student's quantile.
-    shared : ndarray, shape (p,)
-        Standard uncertainties of what all values have in common, beside `uncertainties`.
-    """
-
+    # shape (p,): the coefficients and their standard uncertainties
     coefficients: Array
     uncertainties: Array
+    # tau, the standard deviation beyond the stated uncertainties [unit of the values]
     scatter: float
-    scatter_limits: tuple[float, float]
-    dof: int
+    scatter_limits: tuple[float, float]  # ends of its 95 % interval
+    dof: int  # n - p, of Student's quantile
+    # shape (p,): standard uncertainties of what all values have in common, beside `uncertainties`
     shared: Array
 
     def interval(self, place: int, level: float = LEVEL) -> tuple[float, float]:

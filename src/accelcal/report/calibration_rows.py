@@ -62,31 +62,19 @@ LawRow = tuple[str, str, str, str, str]
 
 
 class CoefficientRow(NamedTuple):
-    """One coefficient, ready to print.
-
-    Attributes
-    ----------
-    name, symbol : str
-        What it is.
-    meaning : str
-        What it stands for, where that is not the coefficient alone.
-    value, expanded, unit : str
-        Value, half width of the 95 % interval, and their unit.
-    standard, factor : str
-        Standard uncertainty in the same unit, and the coverage factor.
-    dominated_by : str
-        The source of error that contributes most, with its share of the variance.
-    """
+    """One coefficient, ready to print."""
 
     name: str
     symbol: str
-    meaning: str
+    meaning: str  # what it stands for, where that is not the coefficient alone
+    # value, half width of the 95 % interval, and their unit
     value: str
     expanded: str
     unit: str
+    # standard uncertainty in the same unit, and the coverage factor
     standard: str
     factor: str
-    dominated_by: str
+    dominated_by: str  # the source of error that contributes most, with its share of the variance
 
 
 def alarms(calibration: Calibration) -> list[str]:

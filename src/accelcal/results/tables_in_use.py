@@ -15,24 +15,13 @@ from accelcal.results.table import TableCalibration, nearest_table, tells_laws
 
 @dataclass(frozen=True, slots=True)
 class TablesInUse:
-    """Tables that tell the coefficients at a temperature.
+    """Tables that tell the coefficients at a temperature."""
 
-    Attributes
-    ----------
-    of_main : tuple of TableCalibration
-        Those of the main mounting, one or more.
-    of_second : tuple of TableCalibration
-        Those of the second mounting, along the other axis; empty where there is none.
-    temperature : float or None
-        What is asked for; None where unknown [degC].
-    by_laws : bool
-        Whether temperature laws tell k0, K1 and delta.
-    """
-
-    of_main: tuple[TableCalibration, ...]
+    of_main: tuple[TableCalibration, ...]  # those of the main mounting, one or more
+    # those of the second mounting, along the other axis; empty where there is none
     of_second: tuple[TableCalibration, ...]
-    temperature: float | None
-    by_laws: bool
+    temperature: float | None  # what is asked for; None where unknown [degC]
+    by_laws: bool  # whether temperature laws tell k0, K1 and delta
 
     @property
     def main(self) -> TableCalibration:

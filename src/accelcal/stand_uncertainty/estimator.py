@@ -64,27 +64,13 @@ Rule = tuple[BudgetedCoefficient, Callable[[Array], Array]]
 
 @dataclass(frozen=True, eq=False)
 class Estimator:
-    """Coefficients of all tables and what follows from them.
+    """Coefficients of all tables and what follows from them."""
 
-    Attributes
-    ----------
-    map : ndarray, shape (p, n)
-        From the n readings to the p coefficients of all tables.
-    fitted : ndarray, shape (n, p)
-        From the coefficients back to the readings.
-    tables : tuple of _Table
-        The tables, the one nearest to T0 first.
-    unit : str
-        Output unit.
-    gravity : float or None
-        Declared local gravity, to express K1 per m/s^2 [m/s^2].
-    """
-
-    map: Array
-    fitted: Array
-    tables: tuple[_Table, ...]
-    unit: str
-    gravity: float | None
+    map: Array  # shape (p, n): from the n readings to the p coefficients of all tables
+    fitted: Array  # shape (n, p): from the coefficients back to the readings
+    tables: tuple[_Table, ...]  # the tables, the one nearest to T0 first
+    unit: str  # of the output
+    gravity: float | None  # declared local gravity, to express K1 per m/s^2 [m/s^2]
 
     def estimates(self, known: Array) -> Array:
         """All that is budgeted, in the order of `named`, from the coefficients of the tables.

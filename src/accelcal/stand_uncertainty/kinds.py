@@ -16,26 +16,13 @@ from accelcal.units import DAY, UNITS, size_of
 
 
 class ErrorQuantity(NamedTuple):
-    """What the size of an error is.
+    """What the size of an error is."""
 
-    Attributes
-    ----------
-    name : str
-        What it is called, with its article.
-    unit : str
-        Unit in which it is calculated.
-    largest : float
-        Standard uncertainty in this unit that no instrument reaches.
-    kinds : tuple of str
-        What its unit may be a unit of, of `accelcal.units.UNITS`.
-    per : mapping of str to float
-        What may stand behind a stroke of its unit, with its size; empty where nothing does.
-    """
-
-    name: str
-    unit: str
-    largest: float
-    kinds: tuple[str, ...]
+    name: str  # what it is called, with its article
+    unit: str  # unit in which it is calculated
+    largest: float  # standard uncertainty in this unit that no instrument reaches
+    kinds: tuple[str, ...]  # what its unit may be a unit of, of `accelcal.units.UNITS`
+    # what may stand behind a stroke of its unit, with its size; empty where nothing does
     per: Mapping[str, float] = MappingProxyType({})
 
     def size(self, unit: str) -> float | None:
@@ -100,24 +87,13 @@ def size_of_unit(unit: str, quantity: str, gravity: float | None = None) -> floa
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """One kind of error.
+    """One kind of error."""
 
-    Attributes
-    ----------
-    channel : str
-        What it changes, one of `accelcal.stand_uncertainty.readings.CHANNELS`.
-    quantity : str
-        What its size is, one of `accelcal.stand_uncertainty.kinds.ERROR_QUANTITIES`.
-    varies : tuple of str
-        For what a new error is drawn, where the file does not say.
-    pattern : callable
-        From the readings, and the harmonic order, to the change of the channel per unit: shape
-        (n, 1), or (n, 2) where an unknown phase makes two components.
-    """
-
-    channel: str
-    quantity: str
-    varies: tuple[str, ...]
+    channel: str  # what it changes, one of `accelcal.stand_uncertainty.readings.CHANNELS`
+    quantity: str  # what its size is, one of `accelcal.stand_uncertainty.kinds.ERROR_QUANTITIES`
+    varies: tuple[str, ...]  # for what a new error is drawn, where the file does not say
+    # from the readings, and the harmonic order, to the change of the channel per unit, of shape
+    # (n, 1), or (n, 2) where an unknown phase makes two components
     pattern: Callable[[Readings, int], Array]
 
 

@@ -188,27 +188,15 @@ class Stand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Acting:
-    """A component on the n readings of a test.
-
-    Attributes
-    ----------
-    component : StandComponent
-        The component.
-    channel : str
-        What it changes, one of `accelcal.stand_uncertainty.readings.CHANNELS`.
-    pattern : ndarray, shape (n, 1) or (n, 2)
-        Change of the channel per unit, as of `accelcal.stand_uncertainty.kinds.Kind`.
-    error : ndarray, shape (n,)
-        Number of the independent error that each reading has.
-    errors : int
-        How many there are.
-    """
+    """A component on the n readings of a test."""
 
     component: StandComponent
-    channel: str
+    channel: str  # what it changes, one of `accelcal.stand_uncertainty.readings.CHANNELS`
+    # shape (n, 1) or (n, 2): change of the channel per unit, as of
+    # `accelcal.stand_uncertainty.kinds.Kind`
     pattern: Array
-    error: Places
-    errors: int
+    error: Places  # shape (n,): number of the independent error that each reading has
+    errors: int  # how many there are
 
 
 def acting(component: StandComponent, readings: Readings) -> Acting:

@@ -15,33 +15,19 @@ from accelcal.numerics.grouping import Grouped, grouped
 
 
 class Block(NamedTuple):
-    """Some readings, and those of the positions that they have.
+    """Some readings, and those of the positions that they have."""
 
-    Attributes
-    ----------
-    rows : slice
-        The readings, n of them.
-    positions : Grouped
-        These readings by position; the keys are places among the positions of all readings.
-    """
-
-    rows: slice
+    rows: slice  # the readings, n of them
+    # these readings by position; the keys are places among the positions of all readings
     positions: Grouped
 
 
 class HeadErrors(NamedTuple):
-    """What independent errors of J positions do to n readings of each of R records.
+    """What independent errors of J positions do to n readings of each of R records."""
 
-    Attributes
-    ----------
-    acting : ndarray, shape (R, n)
-        What an error of one standard uncertainty of its position does to each reading.
-    positions : Grouped
-        The readings by position.
-    """
-
+    # shape (R, n): what an error of one standard uncertainty of its position does to each reading
     acting: Array
-    positions: Grouped
+    positions: Grouped  # the readings by position
 
     def of_records(self, rows: Places) -> HeadErrors:
         """Return those of some of the records."""

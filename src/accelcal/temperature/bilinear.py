@@ -96,22 +96,13 @@ def local_slopes(rise: Array, sides: Sequence[str], axis: int = -1) -> Array:
 
 
 class LawStack(NamedTuple):
-    """Laws of k0, K1 and delta of R records in which the same sides of T0 were measured.
+    """Laws of k0, K1 and delta of R records in which the same sides of T0 were measured."""
 
-    Attributes
-    ----------
-    sides : tuple of str
-        See `accelcal.reference.measured_sides`.
-    values : ndarray, shape (R, 3 p)
-        Value at T0 and slopes of k0 [g], of K1 [output unit / g] and of delta [rad]; the slopes of
-        K1 are relative.
-    intervals : Intervals
-        Their uncertainties.
-    """
-
-    sides: tuple[str, ...]
+    sides: tuple[str, ...]  # see `accelcal.reference.measured_sides`
+    # shape (R, 3 p): value at T0 and slopes of k0 [g], of K1 [output unit / g] and of delta [rad];
+    # the slopes of K1 are relative
     values: Array
-    intervals: Intervals
+    intervals: Intervals  # uncertainties of the values
 
     @property
     def names(self) -> list[str]:

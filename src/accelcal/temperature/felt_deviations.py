@@ -56,25 +56,14 @@ _AT_A_TIME = 20_000
 
 
 class _Felt(NamedTuple):
-    """What tables felt of the recorded changes of their temperature, shape (..., tables).
+    """What tables felt of the recorded changes of their temperature, shape (..., tables)."""
 
-    Attributes
-    ----------
-    share, doubt : ndarray
-        Share of the changes that was felt and its standard uncertainty; NaN where no law tells it.
-    span : ndarray
-        Range of the recorded temperatures [degC].
-    away : ndarray
-        Most by which one of them is away from their mean [degC].
-    beyond : ndarray of bool
-        Whether any lies on a side of T0 where no slope was measured.
-    """
-
+    # share of the changes that was felt and its standard uncertainty; NaN where no law tells it
     share: Array
     doubt: Array
-    span: Array
-    away: Array
-    beyond: Mask
+    span: Array  # range of the recorded temperatures [degC]
+    away: Array  # most by which one of them is away from their mean [degC]
+    beyond: Mask  # whether any lies on a side of T0 where no slope was measured
 
     @property
     def follows(self) -> Mask:

@@ -90,31 +90,19 @@ class _Group(NamedTuple):
 
 
 class LawsOfRecords(NamedTuple):
-    """Temperature laws of R records.
+    """Temperature laws of R records."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        ``"k0 at_T0"``, ``"k0 above"`` ... ``"delta below"``, ``"hysteresis"``.
-    value, standard, expanded, dof : ndarray, shape (R, 10)
-        Each with its standard and expanded uncertainty and degrees of freedom; NaN where not
-        determined, or unknown. Units are those of `TemperatureModel`.
-    warnings : sequence of tuple of str
-        What is missing in the laws of each record, and why.
-    groups : tuple
-        Records alike, fitted together.
-    group, member : ndarray of int, shape (R,)
-        Group of each record and its place there; -1 without laws, -2 where the levels determine
-        none.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # ``"k0 at_T0"``, ``"k0 above"`` ... ``"delta below"``, ``"hysteresis"``
+    # shape (R, 10): each with its standard and expanded uncertainty and degrees of freedom; NaN
+    # where not determined, or unknown. Units are those of `TemperatureModel`
     value: Array
     standard: Array
     expanded: Array
     dof: Array
-    warnings: Sequence[tuple[str, ...]]
-    groups: tuple[_Group, ...]
+    warnings: Sequence[tuple[str, ...]]  # what is missing in the laws of each record, and why
+    groups: tuple[_Group, ...]  # records alike, fitted together
+    # shape (R,): group of each record and its place there; -1 without laws, -2 where the levels
+    # determine none
     group: Places
     member: Places
 

@@ -26,27 +26,19 @@ closed there, or as wide as it is elsewhere."""
 
 
 class Branches(NamedTuple):
-    """On which branch of the loop n tables lie, alike in all records of one course of levels.
+    """On which branch of the loop n tables lie, alike in all records of one course of levels."""
 
-    Attributes
-    ----------
-    paired : ndarray, shape (n, L)
-        A column for each level that was reached both ways: 1 after heating, -1 after cooling.
-    acting : ndarray, shape (n, L)
-        The same, and at the lowest and the highest level what is expected of the loop there, from
-        the mean half width.
-    loose : ndarray, shape (n, m)
-        Columns of what lies off the middle by an amount that no pair shows: levels reached one
-        way only, the first level, of which nobody knows how it was reached, and the lowest and the
-        highest one, off what is expected there.
-    mean : ndarray, shape (n, L)
-        Weights that take the mean temperature of each level of `paired`.
-    """
-
+    # shape (n, L): a column for each level that was reached both ways: 1 after heating, -1 after
+    # cooling
     paired: Array
+    # shape (n, L): the same, and at the lowest and the highest level what is expected of the loop
+    # there, from the mean half width
     acting: Array
+    # shape (n, m): columns of what lies off the middle by an amount that no pair shows: levels
+    # reached one way only, the first level, of which nobody knows how it was reached, and the
+    # lowest and the highest one, off what is expected there
     loose: Array
-    mean: Array
+    mean: Array  # shape (n, L): weights that take the mean temperature of each level of `paired`
 
     def off_the_middle(self, half_widths: Array) -> Array:
         """Columns of the errors of `loose`, of the size of the root mean square half width [g].
@@ -85,27 +77,17 @@ def branches_of(temperature: Array, order: Places) -> Branches:
 
 
 class Hysteresis(NamedTuple):
-    """Half widths of the loop of R records, and their mean over the levels.
+    """Half widths of the loop of R records, and their mean over the levels."""
 
-    Attributes
-    ----------
-    mean : ndarray, shape (R,)
-        h_T [g]; NaN without a level.
-    intervals : Intervals
-        Its uncertainty, shape (R, 1), which is not less than the scatter of the half widths tells,
-        with L - 1 degrees of freedom.
-    half_widths, temperature : ndarray, shape (R, L)
-        Half the bias after heating less the bias after cooling, of each level [g], and the levels
-        [degC].
-    p : ndarray, shape (R,)
-        Probability that levels alike differ so much; NaN where it is unknown.
-    """
-
-    mean: Array
+    mean: Array  # shape (R,): h_T [g]; NaN without a level
+    # its uncertainty, shape (R, 1), which is not less than the scatter of the half widths tells,
+    # with L - 1 degrees of freedom
     intervals: Intervals
+    # shape (R, L): half the bias after heating less the bias after cooling, of each level [g], and
+    # the levels [degC]
     half_widths: Array
     temperature: Array
-    p: Array
+    p: Array  # shape (R,): probability that levels alike differ so much; NaN where it is unknown
 
     def quantity(self, index: int) -> Quantity | None:
         """h_T of one record; None without a level."""

@@ -29,21 +29,14 @@ from accelcal.temperature.recorded import RecordedTemperatures, stacked_temperat
 
 
 class Slopes(NamedTuple):
-    """Scale factor at T0 and the slopes of the laws of R records; NaN where not determined.
+    """Scale factor at T0 and the slopes of the laws of R records; NaN where not determined."""
 
-    Attributes
-    ----------
-    has_laws : ndarray of bool, shape (R,)
-        Whether a record has laws at all; its levels may determine nothing of them.
-    K1, K1_uncertainty : ndarray, shape (R,)
-        Scale factor at T0 and its standard uncertainty [output unit / g].
-    above, below : ndarray, shape (R, 3)
-        Slopes of k0 [g/degC], of K1 [1/degC] and of delta [rad/degC].
-    """
-
+    # shape (R,): whether a record has laws at all; its levels may determine nothing of them
     has_laws: Mask
+    # shape (R,): scale factor at T0 and its standard uncertainty [output unit / g]
     K1: Array
     K1_uncertainty: Array
+    # shape (R, 3): slopes of k0 [g/degC], of K1 [1/degC] and of delta [rad/degC]
     above: Array
     below: Array
 
@@ -123,23 +116,14 @@ def _rate(slopes: Slopes, rise: Array, k: Array, *, with_misalignment: bool) -> 
 
 
 class StackLaws(NamedTuple):
-    """Temperature laws of R records of one plan.
+    """Temperature laws of R records of one plan."""
 
-    Attributes
-    ----------
-    main : LawsOfRecords or None
-        Those of the mounting with most tables; None where it has one level only.
-    second_axis : LawsOfRecords or None
-        Those of the other axis along the shaft, from its tables.
-    of_tables : Component or None
-        What errors of the temperature do to the coefficients of all tables.
-    is_free : bool
-        Whether both sides of an axis free the misalignments of the fixture angle.
-    """
-
+    # those of the mounting with most tables; None where it has one level only
     main: LawsOfRecords | None
-    second_axis: LawsOfRecords | None
+    second_axis: LawsOfRecords | None  # those of the other axis along the shaft, from its tables
+    # what errors of the temperature do to the coefficients of all tables
     of_tables: Component | None
+    # whether both sides of an axis free the misalignments of the fixture angle
     is_free: bool = False
 
     def slopes(self, records: int) -> Slopes:

@@ -26,42 +26,24 @@ _WITH_LAW = [BIAS, SCALE_FACTOR, MISALIGNMENT]
 
 
 class LevelStack(NamedTuple):
-    """n tables of one mounting in each of R records, in which K0, K1 and M mean the same.
+    """n tables of one mounting in each of R records, in which K0, K1 and M mean the same."""
 
-    Attributes
-    ----------
-    temperature : ndarray, shape (R, n)
-        Mean temperature of each table [degC]; NaN where unknown.
-    uncertainty, dof : ndarray, shape (R, n)
-        Its standard uncertainty [degC], and the degrees of freedom.
-    reference : ndarray, shape (R,)
-        T0 [degC]; NaN where there is none.
-    coefficients : ndarray, shape (R, n, 6)
-        Coefficients [output unit / g^n].
-    components : mapping of str to Component
-        Components of the errors of all P coefficients that are estimated in the records, with the
-        shifts of all runs alike (`accelcal.estimate.joint.JointEstimate.alike`).
-    place : ndarray of int, shape (n, 6)
-        Place of each coefficient among those P; -1 where it is not estimated.
-    order : ndarray of int, shape (n,)
-        Order in which the runs were made.
-    shift_source : str
-        Where the shift of the bias from launch to launch is from, see
-        `accelcal.temperature.weaknesses.law_sentences`.
-    unit : str or None
-        Output unit.
-    """
-
-    temperature: Array
+    temperature: Array  # shape (R, n): mean temperature of each table [degC]; NaN where unknown
+    # shape (R, n): its standard uncertainty [degC], and the degrees of freedom
     uncertainty: Array
     dof: Array
-    reference: Array
-    coefficients: Array
+    reference: Array  # shape (R,): T0 [degC]; NaN where there is none
+    coefficients: Array  # shape (R, n, 6): coefficients [output unit / g^n]
+    # components of the errors of all P coefficients that are estimated in the records, with the
+    # shifts of all runs alike (`accelcal.estimate.joint.JointEstimate.alike`)
     components: Mapping[str, Component]
+    # shape (n, 6): place of each coefficient among those P; -1 where it is not estimated
     place: Places
-    order: Places
+    order: Places  # shape (n,): order in which the runs were made
+    # where the shift of the bias from launch to launch is from, see
+    # `accelcal.temperature.weaknesses.law_sentences`
     shift_source: str
-    unit: str | None
+    unit: str | None  # of the output
 
     @property
     def rise(self) -> Array:

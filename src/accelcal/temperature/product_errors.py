@@ -42,36 +42,19 @@ PRIOR = 0.5
 
 
 class ProductFit(NamedTuple):
-    """t tables of one mounting in each of R records, with all that is known of their errors.
+    """t tables of one mounting in each of R records, with all that is known of their errors."""
 
-    Attributes
-    ----------
-    tables : sequence of PreparedTable
-        The tables of any of the records.
-    readings : Readings
-        Their readings.
-    temperatures : tuple of ndarray, shape (R, n)
-        Temperatures of each table, those unknown at their mean [degC].
-    loop : Branches
-        On which branch of a hysteresis they lie.
-    head : HeadErrors
-        What the errors of the head positions do [output unit].
-    bias, scale_factor : ndarray, shape (R,)
-        Shifts from launch to launch [g, relative].
-    declared : float or None
-        Declared standard uncertainty of the temperature of a run [degC].
-    resolution : tuple of ndarray, shape (R,)
-        Step to which the readings of each table are rounded [output unit].
-    """
-
-    tables: Sequence[PreparedTable]
+    tables: Sequence[PreparedTable]  # the tables of any of the records
     readings: Readings
+    # shape (R, n): temperatures of each table, those unknown at their mean [degC]
     temperatures: tuple[Array, ...]
-    loop: Branches
-    head: HeadErrors
+    loop: Branches  # on which branch of a hysteresis they lie
+    head: HeadErrors  # what the errors of the head positions do [output unit]
+    # shape (R,): shifts from launch to launch [g, relative]
     bias: Array
     scale_factor: Array
-    declared: float | None
+    declared: float | None  # declared standard uncertainty of the temperature of a run [degC]
+    # shape (R,): step to which the readings of each table are rounded [output unit]
     resolution: tuple[Array, ...]
 
     def of_records(self, rows: Places) -> ProductFit:
@@ -92,35 +75,25 @@ class ProductFit(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """Where the solution stands.
+    """Where the solution stands."""
 
-    Attributes
-    ----------
-    parameters : ndarray, shape (R, 3 p + c)
-        Value at T0 and slopes of k0, K1 and delta, then what is common to all temperatures.
-    felt, doubt : ndarray, shape (R, t)
-        Part of the recorded deviations that each table felt, and its standard uncertainty.
-    """
-
+    # shape (R, 3 p + c): value at T0 and slopes of k0, K1 and delta, then what is common to all
+    # temperatures
     parameters: Array
+    # shape (R, t): part of the recorded deviations that each table felt, and its standard
+    # uncertainty
     felt: Array
     doubt: Array
 
 
 class Sizes(NamedTuple):
-    """Sizes of the errors that all readings of a table tell.
+    """Sizes of the errors that all readings of a table tell."""
 
-    Attributes
-    ----------
-    noise, noise_dof : ndarray, shape (R, n)
-        Standard uncertainty of what is new in each reading [output unit], and its degrees of
-        freedom.
-    temperature, temperature_dof : ndarray, shape (R, t)
-        Standard uncertainty of the temperatures [degC], and its degrees of freedom.
-    """
-
+    # shape (R, n): standard uncertainty of what is new in each reading [output unit], and its
+    # degrees of freedom
     noise: Array
     noise_dof: Array
+    # shape (R, t): standard uncertainty of the temperatures [degC], and its degrees of freedom
     temperature: Array
     temperature_dof: Array
 
@@ -130,23 +103,15 @@ class Sizes(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """Errors of the readings.
+    """Errors of the readings."""
 
-    Attributes
-    ----------
-    sizes : Sizes
-        Those of what is new in each reading, and of the temperatures.
-    head : HeadErrors
-        Those of the head.
-    shared : mapping of str to ndarray, shape (R, m, n)
-        By source, a column for each independent error but for those of the head [output unit].
-    felt : ndarray, shape (R, t, n)
-        What the parts that are felt do, in units of what is known of them before [output unit].
-    """
-
-    sizes: Sizes
+    sizes: Sizes  # those of what is new in each reading, and of the temperatures
     head: HeadErrors
+    # shape (R, m, n): by source, a column for each independent error but for those of the head
+    # [output unit]
     shared: Mapping[str, Array]
+    # shape (R, t, n): what the parts that are felt do, in units of what is known of them before
+    # [output unit]
     felt: Array
 
 

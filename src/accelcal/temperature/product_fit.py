@@ -104,20 +104,10 @@ def _step(fit: ProductFit, state: Solution, blocks: Sequence[Block]) -> tuple[So
 
 
 class _Columns(NamedTuple):
-    """Columns over the noise: of parameters, shared errors, felt parts, and what is left.
+    """Columns over the noise: of parameters, shared errors, felt parts, and what is left."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (R, k + 1, n)
-        The columns.
-    parameters : int
-        How many of them are of parameters.
-    errors : Errors
-        Errors of these readings.
-    """
-
-    values: Array
-    parameters: int
+    values: Array  # shape (R, k + 1, n): the columns
+    parameters: int  # how many of them are of parameters
     errors: Errors
 
     @classmethod

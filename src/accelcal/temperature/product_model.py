@@ -17,34 +17,18 @@ from accelcal.temperature.bilinear import local_slopes
 
 
 class Readings(NamedTuple):
-    """All n readings of one mounting in each of R records of one plan; laws of p parameters.
+    """All n readings of one mounting in each of R records of one plan; laws of p parameters."""
 
-    Attributes
-    ----------
-    output : ndarray, shape (R, n)
-        Outputs [output unit].
-    a_i, cross : ndarray, shape (n,)
-        Accelerations along the input axis, and across it where the misalignment feels them [g].
-    common : ndarray, shape (c, n)
-        Columns of what does not depend on temperature.
-    rise : ndarray, shape (R, n)
-        Mean T of the reading's run, less T0 [degC].
-    deviation : ndarray, shape (R, n)
-        What was recorded about that mean, of which the accelerometer felt a part [degC].
-    table : ndarray of int, shape (n,)
-        Table of each reading.
-    sides : sequence of str
-        See `accelcal.reference.measured_sides`.
-    """
-
-    output: Array
+    output: Array  # shape (R, n): outputs [output unit]
+    # shape (n,): accelerations along the input axis, and across it, felt by the misalignment [g]
     a_i: Array
     cross: Array
-    common: Array
-    rise: Array
+    common: Array  # shape (c, n): columns of what does not depend on temperature
+    rise: Array  # shape (R, n): mean T of the reading's run, less T0 [degC]
+    # shape (R, n): what was recorded about that mean, of which the accelerometer felt a part [degC]
     deviation: Array
-    table: Places
-    sides: Sequence[str]
+    table: Places  # shape (n,): table of each reading
+    sides: Sequence[str]  # see `accelcal.reference.measured_sides`
 
     def of_records(self, rows: Places) -> Readings:
         """Return those of some of the records."""
@@ -72,30 +56,14 @@ class Readings(NamedTuple):
 
 
 class Point(NamedTuple):
-    """Readings at their temperatures, and what the model says of them.
-
-    Attributes
-    ----------
-    readings : Readings
-        The readings.
-    rise : ndarray, shape (R, n)
-        What was felt, less T0 [degC].
-    law : ndarray, shape (R, p, n)
-        The bilinear design there.
-    laws : tuple of ndarray, shape (R, p)
-        Parameters of k0, K1 and delta.
-    scale_factor : ndarray, shape (R, n)
-        K1 there [output unit / g].
-    bracket : ndarray, shape (R, n)
-        Output over K1 [g].
-    """
+    """Readings at their temperatures, and what the model says of them."""
 
     readings: Readings
-    rise: Array
-    law: Array
-    laws: tuple[Array, Array, Array]
-    scale_factor: Array
-    bracket: Array
+    rise: Array  # shape (R, n): what was felt, less T0 [degC]
+    law: Array  # shape (R, p, n): the bilinear design there
+    laws: tuple[Array, Array, Array]  # shape (R, p): parameters of k0, K1 and delta
+    scale_factor: Array  # shape (R, n): K1 there [output unit / g]
+    bracket: Array  # shape (R, n): output over K1 [g]
 
     def of_rows(self, rows: slice) -> Point:
         """Return some of the readings of each record."""

@@ -12,21 +12,12 @@ from accelcal.arrays import Array
 
 
 class RecordedTemperatures(NamedTuple):
-    """Temperatures of R records of one plan.
+    """Temperatures of R records of one plan."""
 
-    Attributes
-    ----------
-    readings : sequence of ndarray, shape (R, n)
-        Temperatures of the readings of each table, those unknown at their mean [degC].
-    levels : ndarray, shape (R, tables)
-        Mean temperature of each table; NaN where unknown [degC].
-    reference : ndarray, shape (R,)
-        T0; NaN where there is none [degC].
-    """
-
+    # shape (R, n): temperatures of the readings of each table, those unknown at their mean [degC]
     readings: Sequence[Array]
-    levels: Array
-    reference: Array
+    levels: Array  # shape (R, tables): mean temperature of each table; NaN where unknown [degC]
+    reference: Array  # shape (R,): T0; NaN where there is none [degC]
 
     @property
     def rise(self) -> Array:
@@ -46,20 +37,14 @@ class RecordedTemperatures(NamedTuple):
 
 
 class AtRest(NamedTuple):
-    """Readings of R records at the mean temperatures of their runs.
+    """Readings of R records at the mean temperatures of their runs."""
 
-    Attributes
-    ----------
-    outputs : tuple of ndarray, shape (R, n)
-        Readings of each table; other than before where they moved [output unit].
-    unfelt : ndarray, shape (R, tables)
-        Share of the recorded scatter, as a variance, that the accelerometer did not feel.
-    said : sequence of tuple of str
-        What was done with each record, and which of its tables move still.
-    """
-
+    # shape (R, n): readings of each table; other than before where they moved [output unit]
     outputs: tuple[Array, ...]
+    # shape (R, tables): share of the recorded scatter, as a variance, that the accelerometer did
+    # not feel
     unfelt: Array
+    # what was done with each record, and which of its tables move still
     said: Sequence[tuple[str, ...]]
 
     @classmethod
