@@ -11,6 +11,7 @@ from typing import Any
 
 from accelcal.errors import not_installed
 from accelcal.page.blocks import Figure
+from accelcal.plot.style import theme as themed
 
 _SCREEN_FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 _STATIC: dict[str, None] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -77,7 +78,6 @@ def _drawn(
         from matplotlib.figure import Figure as Canvas
     except ImportError:
         raise not_installed("a report", "matplotlib", "report") from None
-    from accelcal.plot.style import theme as themed
 
     with themed(theme, transparent=True), rc_context(_FOR_A_PAGE):
         rows, count = shape

@@ -8,6 +8,7 @@ import numpy as np
 
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.report.calibration_comparison import shown_changes
 from accelcal.report.typeset import typeset
 from accelcal.results.calibration_comparison import CalibrationComparison
 from accelcal.units import MICRO
@@ -43,8 +44,6 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
     @styled
     def coefficients(self, ax: Axes | None = None) -> Axes:
         """Draw E_n of each coefficient; within the band from -1 to 1 they agree."""
-        from accelcal.report.calibration_comparison import shown_changes
-
         drawn, colours = canvas(ax, (6.4, 4.6)), palette()
         changes = shown_changes(self.result)
         scores = np.array([own.normalised_error for _, own in changes], dtype=float)

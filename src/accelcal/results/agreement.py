@@ -30,21 +30,10 @@ OF_CALIBRATION = "reading of the calibration"
 
 
 def verdict_of(p_value: float, hidden_by: str, *, explained: bool = False) -> str:
-    """Say what a comparison comes to.
+    """Say what a comparison comes to: ``"agree"``, ``"disagree"`` or ``"no verdict"``.
 
-    Parameters
-    ----------
-    p_value : float
-        Chance of such differences where nothing has changed.
-    hidden_by : str
-        Why differences may be there unseen; empty where they would be seen.
-    explained : bool, default False
-        Whether errors that nothing tells may have made all of the differences.
-
-    Returns
-    -------
-    str
-        ``"agree"``, ``"disagree"`` or ``"no verdict"``.
+    `hidden_by` tells why differences may be there unseen, empty where they would be seen;
+    `explained`, whether errors that nothing tells may have made all of them.
 
     Examples
     --------

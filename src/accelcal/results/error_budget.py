@@ -28,7 +28,7 @@ from accelcal.results.checked import (
 )
 from accelcal.results.fields import ReadByFields
 from accelcal.results.mapping import finite_or_none, members, members_at
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.result import StoredResult, TabularResult, frame_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -229,8 +229,6 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate totals and components, a line each with the columns of `rows`."""
-        from accelcal.results.result import frame_of
-
         return frame_of(self.rows(), a_i="g", a_p="g", a_o="g")
 
 
