@@ -888,6 +888,16 @@ def test_the_picture_has_each_error_with_its_interval(tables, tmp_path, capsys):
     assert labels == ["declared, 95 %", "error, 95 %"]
 
 
+def test_an_uncertainty_that_nothing_tells_is_not_shown_as_zero():
+    found = accelcal.calibrate_head([accelcal.simulate(seed=1)])
+    (unit,) = found.units
+    bare = accelcal.Quantity(5.2e-5, None, "g/g^2")
+    own = {n: dataclasses.replace(c, before=bare) for n, c in unit.coefficients.items()}
+    units = (dataclasses.replace(unit, coefficients=own),)
+    text = str(dataclasses.replace(found, units=units))
+    assert re.search(r"k2_o +52 +unknown", text)
+
+
 def test_units_in_the_cells_of_a_certificate():
     """They were no numbers."""
     text = "Winkel;Abweichung;U (k=2)\n0\u00b0;1,5 arcsec;2 arcsec\n90\u00b0;-1 arcsec;2 arcsec\n"

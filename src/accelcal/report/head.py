@@ -6,9 +6,8 @@ from collections.abc import Iterator
 
 from accelcal.report.findings import gate_lines
 from accelcal.report.lines import aligned, visible_lines, wrapped
-from accelcal.report.numbers import matching_digits, significant
+from accelcal.report.numbers import in_millionths
 from accelcal.results.head_calibration import HeadCalibration
-from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
 _TOLD = 0.5
@@ -36,7 +35,7 @@ def _head(found: HeadCalibration) -> Iterator[str]:
 def _positions(found: HeadCalibration) -> Iterator[str]:
     rows = [("position", "error", "U (95 %)", "")]
     for angle, q in zip(found.angles_deg, found.quantities(), strict=True):
-        rows.append((f"{angle:g} deg", *_micro(q), "urad"))
+        rows.append((f"{angle:g} deg", *in_millionths(q), "urad"))
     yield from aligned(rows, right={0, 1, 2}, indent="  ")
 
 
@@ -46,7 +45,7 @@ def _harmonics(found: HeadCalibration) -> Iterator[str]:
         lost = item.told < _TOLD
         why = f"cannot be told apart from {item.absorbed_by}" if item.absorbed_by else "not told"
         share = f"{100 * item.told:.0f} %"
-        rows.append((item.name, *_micro(item.amplitude), "urad", share, why if lost else ""))
+        rows.append((item.name, *in_millionths(item.amplitude), "urad", share, why if lost else ""))
     yield from aligned(rows, right={1, 2, 4}, indent="  ")
 
 
@@ -55,12 +54,6 @@ def _units(found: HeadCalibration) -> Iterator[str]:
     rows = [("", "", "alone", "U (95 %)", "jointly", "U (95 %)")]
     for unit in found.units:
         for name, change in unit.coefficients.items():
-            rows.append((unit.name, name, *_micro(change.before), *_micro(change.after)))
+            before, after = map(in_millionths, (change.before, change.after))
+            rows.append((unit.name, name, *before, *after))
     yield from aligned(rows, right={2, 3, 4, 5}, indent="  ")
-
-
-def _micro(quantity: Quantity) -> tuple[str, str]:
-    value, expanded = quantity.value or 0.0, quantity.expanded_uncertainty
-    if not expanded:
-        return significant(MICRO * value), "0"
-    return matching_digits(value, expanded, MICRO)
