@@ -11,7 +11,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.assumptions import same_at_all_temperatures, without_covariance
 from accelcal.compensate.coefficients import PARAMETERS, Compensation
 from accelcal.compensate.levels import Errors, LevelCompensation, LevelTable
-from accelcal.compensate.of_table import by_table, lost_symbols, with_other
+from accelcal.compensate.of_table import by_table, lost_symbols, meanings_of, with_other
 from accelcal.compensate.runs import LevelRun, level_run, mean_run, weights_of
 from accelcal.errors import InputError
 from accelcal.estimate.launch import SAME_LEVEL, same_levels
@@ -149,10 +149,9 @@ def _refuse_different(tables: Sequence[TableCalibration]) -> None:
                 f"by='levels' needs the temperature of every table, and that of run {table.run} is"
                 " not known; give the temperatures with the readings"
             )
-        told = [{n: t.meaning(n) for n, q in t.coefficients.items() if q.value is not None}
-                for t in (first, table)]  # fmt: skip
-        if told[0] != told[1]:
-            names = [n for n in first.coefficients if told[0].get(n) != told[1].get(n)]
+        told, own = meanings_of(first), meanings_of(table)
+        if told != own:
+            names = [n for n in first.coefficients if told.get(n) != own.get(n)]
             raise InputError(
                 f"by='levels': {', '.join(names)} of run {table.run} at {table.temperature_degC:g}"
                 f" degC do not mean the same as of run {first.run}; measure the same positions at"

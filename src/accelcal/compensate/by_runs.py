@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from accelcal.compensate.coefficients import PARAMETERS, SLOPES, Compensation, Law
-from accelcal.compensate.of_table import by_table
+from accelcal.compensate.of_table import by_table, meanings_of
 from accelcal.compensate.runs import level_run, mean_run
 from accelcal.estimate.launch import same_levels
 from accelcal.plural import listed
@@ -21,12 +21,9 @@ def are_alike(tables: Sequence[TableCalibration]) -> bool:
     """Tell whether tables are of one mounting and one level, and tell the same coefficients."""
     levels = [table.temperature_degC for table in tables]
     known = [level for level in levels if level is not None]
-    told = [
-        {name: table.meaning(name) for name, q in table.coefficients.items() if q.value is not None}
-        for table in tables
-    ]
     one_level = not known or (len(known) == len(levels) and len(same_levels(np.array(known))) == 1)
     one_mounting = len({table.mounting for table in tables}) == 1
+    told = list(map(meanings_of, tables))
     return one_mounting and one_level and all(own == told[0] for own in told)
 
 

@@ -86,6 +86,12 @@ def lost_symbols(groups: Sequence[Sequence[TableCalibration]]) -> tuple[str, ...
     return tuple(dict.fromkeys(found))
 
 
+def meanings_of(table: TableCalibration) -> dict[str, str]:
+    """Say what each coefficient that a table determined really estimates."""
+    found = table.coefficients.items()
+    return {name: table.meaning(name) for name, own in found if own.value is not None}
+
+
 def values_of(calibration: Calibration, table: TableCalibration) -> dict[str, float]:
     """Tell `PARAMETERS` of a table, 0 where not determined.
 

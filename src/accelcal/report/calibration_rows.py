@@ -188,7 +188,7 @@ def _row(
     factor: float,
     unit: str | None,
 ) -> CoefficientRow:
-    quantity = table.quantities[symbol]
+    quantity, meaning = table.quantities[symbol], table.meaning(symbol)
     unit = unit or quantity.unit.replace("output unit", "output")
     if quantity.value is None:
         return CoefficientRow(name, symbol, "", "not determined", "", unit, "", "", "")
@@ -198,7 +198,7 @@ def _row(
     return CoefficientRow(
         name=name,
         symbol=symbol,
-        meaning=meaning_of(table, symbol, coefficient),
+        meaning="" if meaning == symbol else meaning,
         value=value if known else _few_digits(factor * quantity.value),
         expanded=half_width,
         unit=unit,
@@ -256,21 +256,12 @@ def law_row(name: str, symbol: str, quantity: Quantity | None, factor: float, un
     return name, symbol, *shown, unit
 
 
-def meaning_of(table: TableCalibration, symbol: str, coefficient: str) -> str:
-    """Tell of what sum a symbol is in a table that does not tell the terms apart; else empty."""
-    absorbed = table.stands_for.get(coefficient)
-    if absorbed is None:
-        return ""
-    return absorbed if symbol == coefficient else f"({absorbed})/K1"
-
-
 def rows_of_mean(found: MeanOfRuns) -> list[LawRow]:
     """Make a line of each coefficient of the mean of several runs at one level."""
     rows = []
-    for name, symbol, coefficient, factor, unit in SHOWN_COEFFICIENTS:
+    for name, symbol, _, factor, unit in SHOWN_COEFFICIENTS:
         own = found.coefficients[symbol]
-        meaning = meaning_of(found.first, symbol, coefficient) or symbol
-        rows.append(law_row(name, meaning, own, factor, unit or own.unit))
+        rows.append(law_row(name, found.first.meaning(symbol), own, factor, unit or own.unit))
     return rows
 
 
