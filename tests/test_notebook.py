@@ -637,3 +637,9 @@ def test_a_quantity_says_what_to_calculate_with(calibration, work):
     quantity = calibration.tables[0].coefficients["K1"]
     with pytest.raises(TypeError, match=r"is no bare number; take .value, in mA/g, or .standard_"):
         work(quantity)
+
+
+def test_the_text_names_no_measurement_that_is_not_known(discovery):
+    """It ended in "To tell them apart: .", with nothing between."""
+    assert "It could as well be: other." in str(discovery)
+    assert "To tell them apart" not in str(discovery)

@@ -27,7 +27,7 @@ from accelcal.record import TumbleRecord
 from accelcal.report.discovery import (
     CHANGE_HEADINGS,
     NOT_REGISTERED,
-    alias_names,
+    aliases,
     change_row,
     entry_of,
     gap_rows,
@@ -164,8 +164,8 @@ def _effect(found: Discovery, place: int, record: TumbleRecord | None, name: str
         blocks.append(
             Gallery([_signature(found, effect, record, f"{name}signature-{place}"), size])
         )
-    if effect.indistinguishable:
-        blocks.append(_aliases(effect))
+    if others := [typeset(said) for said in aliases(effect)]:
+        blocks.append(Note("plain", "These readings fit others as well", others))
     return Section(f"{sentence(effect.name)} ({effect.id})", blocks)
 
 
@@ -182,13 +182,6 @@ def _signature(found: Discovery, effect: FoundEffect, record: TumbleRecord, name
         "Points are readings less the model without this effect; the line is what it adds.",
     )
     return picture(name, partial(found.plot.signature, record, effect.id), words)
-
-
-def _aliases(effect: FoundEffect) -> Note:
-    items = [f"It could as well be: {alias_names(effect)}."]
-    if effect.to_tell_apart:
-        items.append(f"To tell them apart: {effect.to_tell_apart}.")
-    return Note("plain", "These readings fit others as well", [typeset(item) for item in items])
 
 
 def _gap(found: Discovery, name: str) -> Section:

@@ -78,7 +78,7 @@ def outcome(found: Discovery, p: str) -> str:
 def with_doubts(found: Discovery, effect: FoundEffect) -> str:
     """Name of an effect, and in brackets what makes it uncertain."""
     others = len(effect.indistinguishable)
-    or_else = [f"or {alias_names(effect) if others == 1 else f'one of {others} others'}"]
+    or_else = [f"or {_alias_names(effect) if others == 1 else f'one of {others} others'}"]
     doubts = or_else * bool(others) + [NOT_SURE] * (effect.id in found.doubtful)
     return f"{effect.name} ({'; '.join(doubts)})" if doubts else effect.name
 
@@ -127,9 +127,8 @@ def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
     if len(found.effects) > 1:
         before, after = _both(effect.gap_before, effect.gap_after)
         yield f"  gap {before} -> {after} ug"
-    if effect.indistinguishable:
-        yield from wrapped(f"It could as well be: {alias_names(effect)}.", "  ")
-        yield from wrapped(f"To tell them apart: {effect.to_tell_apart}.", "  ")
+    for said in aliases(effect):
+        yield from wrapped(said, "  ")
 
 
 def other_values(effect: FoundEffect, name: str) -> str:
@@ -154,7 +153,15 @@ def entry_of(name: str, parameters: Iterable[str] = ()) -> Effect | None:
         return None
 
 
-def alias_names(effect: FoundEffect) -> str:
+def aliases(effect: FoundEffect) -> list[str]:
+    """Say what explains the readings as well, and how to tell them apart; empty where nothing."""
+    if not effect.indistinguishable:
+        return []
+    apart = [f"To tell them apart: {effect.to_tell_apart}."] if effect.to_tell_apart else []
+    return [f"It could as well be: {_alias_names(effect)}.", *apart]
+
+
+def _alias_names(effect: FoundEffect) -> str:
     """Names of the effects that explain the readings as well, or their ids where unknown here."""
     others = {other: entry_of(other) for other in effect.indistinguishable}
     return ", ".join(entry.name if entry else other for other, entry in others.items())
