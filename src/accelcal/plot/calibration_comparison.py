@@ -43,7 +43,18 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
 
     @styled
     def coefficients(self, ax: Axes | None = None) -> Axes:
-        """Draw E_n of each coefficient; within the band from -1 to 1 they agree."""
+        """Draw E_n of each coefficient.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            The coefficients agree within the band from -1 to 1.
+        """
         drawn, colours = canvas(ax, (6.4, 4.6)), palette()
         changes = shown_changes(self.result)
         scores = np.array([own.normalised_error for _, own in changes], dtype=float)
@@ -70,7 +81,15 @@ class CalibrationComparisonPlot(Pictures[CalibrationComparison]):
     def indicated(self, ax: Axes | None = None) -> Axes:
         """Draw how the indicated acceleration changes along the input axis.
 
-        The 95 % band holds in the whole range at once.
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            The change with the 95 % band that holds in the whole range at once.
         """
         drawn, colours = canvas(ax), palette()
         found = self.result.indicated

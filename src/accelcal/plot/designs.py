@@ -50,11 +50,19 @@ class DesignPlot(Pictures[DesignComparison | OptimalDesign]):
 
     @styled
     def hours(self, axes: Any = None) -> Any:
-        """Draw the uncertainty of each coefficient against the hours of each test, a panel each.
+        """Draw the uncertainty of each coefficient against the hours of each test.
 
-        A point is a test, its number that of the positions (where there is room for it), its colour
-        and form tell strokes, levels and mountings; the line joins the tests that no quicker one
-        equals.
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            As many axes as coefficients are drawn.
+
+        Returns
+        -------
+        ndarray of Axes
+            A point is a test, its number that of the positions (where there is room for it), its
+            colour and form tell strokes, levels and mountings; the line joins the tests that no
+            quicker one equals.
 
         Examples
         --------

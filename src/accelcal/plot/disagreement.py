@@ -41,16 +41,32 @@ class DisagreementPlot(Pictures[Disagreement]):
     def where(self, ax: Axes | None = None) -> Axes:
         """Draw which factors of the test have the disagreement.
 
-        Shares of the sum of squares, with the chance that each is noise.
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Shares of the sum of squares, with the chance that each is noise.
         """
         title = f"Simulation and measurement: {self.result.verdict}"
         return draw_where(self.result.where, ALPHA, ax, title)
 
     @styled
     def runs(self, axes: Any = None) -> Any:
-        """Draw what has changed in each run since the calibration, with 95 % intervals.
+        """Draw what has changed in each run since the calibration.
 
-        Six axes: bias, scale factor, misalignment, k2, k3 and delta_ip.
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            Six axes to draw into.
+
+        Returns
+        -------
+        ndarray of Axes, shape (6,)
+            Changes of bias, scale factor, misalignment, k2, k3 and delta_ip with 95 % intervals.
         """
         panels = canvases(axes, 2, 3, (10.0, 5.2))
         names = run_labels(self.result.run_names, self.result.runs)
@@ -66,9 +82,6 @@ class DisagreementPlot(Pictures[Disagreement]):
     ) -> Axes:
         """Draw reading minus simulation by head angle, forward and back strokes apart.
 
-        Points are readings; bars are their means by angle and direction with 95 % intervals. Fewer
-        than three readings of an angle have the scatter of all angles together.
-
         Parameters
         ----------
         calibration : Calibration
@@ -77,6 +90,12 @@ class DisagreementPlot(Pictures[Disagreement]):
             The readings that were compared.
         ax : Axes, optional
             Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Points are readings; bars are their means by angle and direction with 95 % intervals.
+            Fewer than three readings of an angle have the scatter of all angles together.
 
         Raises
         ------

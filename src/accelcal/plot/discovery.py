@@ -56,7 +56,15 @@ class DiscoveryPlot(Pictures[Discovery]):
     def gap(self, ax: Axes | None = None) -> Axes:
         """Draw the gap between model and readings, effect by effect, fitted and held out.
 
-        The dashed line is the noise of a reading.
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            The dashed line is the noise of a reading.
         """
         steps, fitted, held_out = zip(*_steps(self.result), strict=True)
         noise = next((s.value for s in self.result.noise if s.name == "reading"), None)
@@ -80,7 +88,15 @@ class DiscoveryPlot(Pictures[Discovery]):
     def where(self, ax: Axes | None = None) -> Axes:
         """Draw which factors of the test have the disagreement.
 
-        Shares of the sum of squares, with the chance that each is noise.
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Shares of the sum of squares, with the chance that each is noise.
         """
         return draw_where(self.result.where, self.result.alpha, ax)
 
@@ -90,8 +106,6 @@ class DiscoveryPlot(Pictures[Discovery]):
     ) -> Axes:
         """Draw the action of an effect over the residuals that it explains.
 
-        Points are the readings less the model without this effect.
-
         Parameters
         ----------
         record : TumbleRecord
@@ -100,6 +114,11 @@ class DiscoveryPlot(Pictures[Discovery]):
             Its id; the first one found without it.
         ax : Axes, optional
             Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Points are the readings less the model without this effect.
 
         Raises
         ------
@@ -135,8 +154,16 @@ class DiscoveryPlot(Pictures[Discovery]):
     def changes(self, ax: Axes | None = None) -> Axes:
         """Draw what the effects change in the coefficients.
 
-        Coefficients without and with the effects, in 95 % half widths of the fit without them;
-        those are named unchanged that the effects leave as they were.
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Coefficients without and with the effects, in 95 % half widths of the fit without them;
+            those are named unchanged that the effects leave as they were.
         """
         shown = [
             change

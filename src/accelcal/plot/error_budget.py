@@ -38,7 +38,15 @@ class ErrorBudgetPlot(Pictures[ErrorBudget]):
     def stack(self, axes: Any = None) -> Any:
         """Draw the components on top of one another, a bar a point.
 
-        Three axes: systematic parts, bounds of (4), and shares of the expanded uncertainty.
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            Three axes to draw into.
+
+        Returns
+        -------
+        ndarray of Axes, shape (3,)
+            Systematic parts, bounds of (4), and shares of the expanded uncertainty.
 
         Notes
         -----
@@ -98,9 +106,17 @@ def _parts(points: Sequence[Document], key: str) -> dict[str, list[float]]:
 
 
 def shares(points: Sequence[Document]) -> dict[str, list[float]]:
-    """Tell the share of U that each component has at each of the ``"points"`` of a budget [g].
+    """Tell the share of the expanded uncertainty that each component has.
 
-    Those that are correlated have one together.
+    Parameters
+    ----------
+    points : sequence of mapping
+        The ``"points"`` of a budget.
+
+    Returns
+    -------
+    dict of str to list of float
+        Component -> its share at each point [g]; correlated ones have one together.
     """
     found: dict[str, list[float]] = {}
     for point in points:

@@ -46,10 +46,23 @@ class FleetHistoryPlot(Pictures[FleetHistory]):
 
     @styled
     def drifts(self, axes: Any = None) -> Any:
-        """Draw the drifts of all units, sorted, in two axes: of the bias, and of the scale factor.
+        """Draw the drifts of all units, sorted.
 
-        They are those of units that may wander, with their 95 % intervals; the longest may leave
-        the axes. Units far outside are marked at the edge and named.
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            Two axes to draw into.
+
+        Returns
+        -------
+        ndarray of Axes, shape (2,)
+            Drifts of bias and scale factor of units that may wander, with their 95 % intervals; the
+            longest may leave the axes. Units far outside are marked at the edge and named.
+
+        Raises
+        ------
+        InputError
+            If no unit has a drift.
         """
         units = [unit for unit in self.result.units if unit.trends]
         if not units:

@@ -25,9 +25,18 @@ class HeadPlot(Pictures[HeadCalibration]):
 
     @styled
     def errors(self, ax: Axes | None = None) -> Axes:
-        """Draw the error of each position, true minus nominal, with its 95 % interval.
+        """Draw the error of each position with its 95 % interval.
 
-        A band shows what was declared of a position before any reading.
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Errors, true minus nominal, by the graduation. A band shows what was declared of a
+            position before any reading.
         """
         head, colours = self.result, palette()
         half = np.array([each.expanded_uncertainty for each in head.quantities()], dtype=float)

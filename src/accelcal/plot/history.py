@@ -30,9 +30,17 @@ class HistoryPlot(Pictures[History]):
 
     @styled
     def trends(self, axes: Any = None) -> Any:
-        """Draw bias and scale factor by date in two axes, with their lines and jumps.
+        """Draw bias and scale factor by date, with their lines and jumps.
 
-        Calibrations have 95 % intervals; thin bars add the scatter beyond what is stated.
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            Two axes to draw into.
+
+        Returns
+        -------
+        ndarray of Axes, shape (2,)
+            Calibrations with 95 % intervals; thin bars add the scatter beyond what is stated.
         """
         panels = canvases(axes, 2, 1, (7.6, 6.2))
         for ax, trend in zip(panels, self.result.trends, strict=True):

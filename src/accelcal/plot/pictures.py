@@ -16,9 +16,8 @@ R = TypeVar("R")
 class Pictures(Generic[R]):
     """Pictures of a result, a method each.
 
-    Each method draws into the matplotlib axes that it is given, `ax`, or `axes` where it has
-    several panels, or makes a figure of its own. It returns the axes, several as an array of shape
-    (n,); ``ax.figure`` is the figure. `accelcal.plot.style.theme` chooses dark colours.
+    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
+    returns the axes; ``ax.figure`` is the figure. `accelcal.plot.style.theme` chooses dark colours.
 
     Attributes
     ----------

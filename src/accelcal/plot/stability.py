@@ -34,7 +34,18 @@ class StabilityPlot(Pictures[Stability]):
 
     @styled
     def allan(self, ax: Axes | None = None) -> Axes:
-        """Draw the overlapping Allan deviation with its band, and the noise terms in it."""
+        """Draw the overlapping Allan deviation with its band, and the noise terms in it.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Logarithmic axes.
+        """
         ax, found = canvas(ax, (5.6, 4.2)), self.result.allan
         ax.set_title("Overlapping Allan deviation")
         if not found.tau_s:
@@ -63,14 +74,17 @@ class StabilityPlot(Pictures[Stability]):
     def record(self, record: StabilityRecord, ax: Axes | None = None) -> Axes:
         """Draw the bias in each launch with its trend line.
 
-        Time counts from the start of each launch, the bias from the mean of all launches.
-
         Parameters
         ----------
         record : StabilityRecord
             The record that was analysed.
         ax : Axes, optional
             Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Time since the start of each launch, and bias less the mean of all launches.
         """
         found, launches = self.result, self.result.launches
         resting = _resting(record, len(launches))
@@ -110,7 +124,7 @@ def _resting(record: StabilityRecord, analysed: int) -> list[Launch]:
 
 @styled
 def both(stability: Stability, record: StabilityRecord) -> Any:
-    """Draw the bias in time and the Allan deviation side by side, in a figure of their own.
+    """Draw the bias in time and the Allan deviation side by side.
 
     Parameters
     ----------
@@ -122,7 +136,7 @@ def both(stability: Stability, record: StabilityRecord) -> Any:
     Returns
     -------
     ndarray of Axes, shape (2,)
-        Bias and Allan deviation.
+        In a figure of their own.
     """
     panels = canvases(None, 1, 2, (11.0, 4.6))
     unit = shortened(stability.serial or stability.source, LONGEST_TITLE)

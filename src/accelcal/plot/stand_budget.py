@@ -36,7 +36,15 @@ class StandBudgetPlot(Pictures[StandBudget]):
     def pareto(self, axes: Any = None) -> Any:
         """Draw what each component does to each coefficient, the largest first.
 
-        A Pareto chart for each of K1, the error model and the slopes, in axes of its own.
+        Parameters
+        ----------
+        axes : array-like of Axes, optional
+            As many axes as coefficients are drawn: K1, the error model and the slopes.
+
+        Returns
+        -------
+        ndarray of Axes
+            A Pareto chart for each coefficient.
         """
         document = self.result.to_document()
         places = _places(document)

@@ -33,7 +33,18 @@ class StandPlot(Pictures[StandDiscovery]):
 
     @styled
     def head(self, ax: Axes | None = None) -> Axes:
-        """Draw the errors of the head positions, true minus nominal angle with 95 % intervals."""
+        """Draw the errors of the head positions.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            True minus nominal angle with 95 % intervals.
+        """
         ax = canvas(ax)
         ax.set_title("Errors of the head positions")
         head = self.result.head
@@ -51,9 +62,7 @@ class StandPlot(Pictures[StandDiscovery]):
 
     @styled
     def sizes(self, effect: str | None = None, ax: Axes | None = None) -> Axes:
-        """Draw the size of an effect with its 95 % interval, unit by unit.
-
-        A line and band show the common size where all units share it.
+        """Draw the size of an effect, unit by unit.
 
         Parameters
         ----------
@@ -61,6 +70,11 @@ class StandPlot(Pictures[StandDiscovery]):
             Its id; the first one found without it.
         ax : Axes, optional
             Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Sizes with 95 % intervals, and the common size where all units share it.
 
         Raises
         ------

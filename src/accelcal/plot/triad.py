@@ -33,15 +33,18 @@ class TriadPlot(Pictures[TriadCalibration]):
     def residuals(self, record: TriadRecord, ax: Axes | None = None) -> Axes:
         """Draw what the calibration leaves in each row of its record.
 
-        Where the attitudes are known, residuals of the channels over their scale factors; otherwise
-        the length of the acceleration less 1.
-
         Parameters
         ----------
         record : TriadRecord
             The record that was calibrated.
         ax : Axes, optional
             Axes to draw into.
+
+        Returns
+        -------
+        Axes
+            Where the attitudes are known, residuals of the channels over their scale factors;
+            otherwise the length of the acceleration less 1.
 
         Raises
         ------
