@@ -35,24 +35,12 @@ _PARTS = (
 
 
 class FrameColumn(NamedTuple):
-    """A column of a frame.
+    """A column of a frame."""
 
-    Attributes
-    ----------
-    name : str
-        Its heading.
-    kind : str
-        ``"text"``, ``"number"``, ``"whole"`` or ``"flag"``.
-    unit : str
-        Unit of its numbers; empty where they have none.
-    told : str
-        What it holds, in a few words.
-    """
-
-    name: str
-    kind: str
-    unit: str
-    told: str
+    name: str  # its heading
+    kind: str  # ``"text"``, ``"number"``, ``"whole"`` or ``"flag"``
+    unit: str  # of its numbers; empty where they have none
+    told: str  # what it holds, in a few words
 
 
 GATE = "gate_"

@@ -31,46 +31,24 @@ _READ = os.O_RDONLY | getattr(os, "O_BINARY", 0)  # Windows has a mode for text
 
 
 class SourceFile(NamedTuple):
-    """A file to read, and what tells that it has not changed.
+    """A file to read, and what tells that it has not changed."""
 
-    Attributes
-    ----------
-    path : str
-        Path or URL, as the results name it.
-    size : int
-        Size in bytes; -1 where unknown.
-    stamp : str
-        Time of the last change, or a checksum where the store has one.
-    """
-
-    path: str
-    size: int
-    stamp: str
+    path: str  # or URL, as the results name it
+    size: int  # bytes; -1 where unknown
+    stamp: str  # time of the last change, or a checksum where the store has one
 
 
 @dataclass(slots=True)
 class Aside:
-    """What is not read of the folders.
+    """What is not read of the folders."""
 
-    Attributes
-    ----------
-    unreadable : dict of str to str
-        Folders that cannot be read, each with the line that tells why.
-    others : set of str
-        Files that end in none of `SUFFIXES`, by their whole paths or URLs.
-    links : set of str
-        Links to files.
-    results : set of str
-        Results of other batches.
-    again : dict of str to str
-        Second names of files, and their first ones.
-    """
-
+    # folders that cannot be read -> the line that tells why
     unreadable: dict[str, str] = field(default_factory=dict)
+    # files that end in none of `SUFFIXES`, by their whole paths or URLs
     others: set[str] = field(default_factory=set)
-    links: set[str] = field(default_factory=set)
-    results: set[str] = field(default_factory=set)
-    again: dict[str, str] = field(default_factory=dict)
+    links: set[str] = field(default_factory=set)  # to files
+    results: set[str] = field(default_factory=set)  # of other batches
+    again: dict[str, str] = field(default_factory=dict)  # second names of files -> the first ones
 
     def take(self, other: Aside) -> None:
         """Add what another path has aside."""
@@ -102,19 +80,7 @@ class Aside:
 class Sources:
     """Files of a batch; each is measured when its turn comes, so that work need not wait for all.
 
-    Parameters
-    ----------
-    found : collection of str or SourceFile
-        Their paths, or what a store has told of them.
-    aside : Aside
-        What is not read.
-
-    Attributes
-    ----------
-    unreadable : tuple of tuple of str
-        Folders that cannot be read, and the lines that tell why, by the folders.
-    notes : tuple of str
-        Files that were left out.
+    They are found as paths, or as what a store has told of them.
     """
 
     def __init__(self, found: Collection[str | SourceFile], aside: Aside) -> None:
@@ -134,32 +100,13 @@ class Sources:
 def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources:
     """Find the files of a batch.
 
-    Parameters
-    ----------
-    paths : sequence of str
-        Files, sheets such as ``a.xlsx#60 degC``, folders (with all that is below them), globs such
-        as ``2024/**/*.csv``, and URLs of fsspec such as ``s3://bucket/folder``.
-    results : collection of str
-        Files that are left out where a folder or glob holds them: the results themselves. Those of
-        other batches are left out too, with a note.
+    The paths are files, sheets such as ``a.xlsx#60 degC``, folders with all that is below them,
+    globs such as ``2024/**/*.csv``, and URLs of fsspec such as ``s3://bucket/folder``. The results
+    are left out where a folder or glob holds them; those of other batches too, with a note.
 
-    Returns
-    -------
-    Sources
-        In the order of `paths`, those of a folder or glob by name; a file that is met again, by a
-        link too, is there once. Folders below one of `paths` that cannot be read are told of apart.
-
-    Raises
-    ------
-    InputError
-        If one of `paths` is nothing, holds no table, or cannot be read.
-
-    Examples
-    --------
-    >>> find_sources(["nosuch"])
-    Traceback (most recent call last):
-    ...
-    accelcal.errors.InputError: nosuch: no such file or folder; give files, folders or globs
+    Files are in the order of the paths, those of a folder or glob by name; one that is met again,
+    by a link too, is there once. Folders below that cannot be read are told of apart. Raises
+    InputError if one of the paths is nothing, holds no table, or cannot be read.
     """
     aside = Aside()
     found: list[str | SourceFile] = []
@@ -202,14 +149,9 @@ def is_url(path: str) -> bool:
 
 
 def read_bytes(path: str, size: int = 0) -> bytes:
-    """Read a file or the object of a URL whole.
+    """Read a file or the object of a URL whole, at once if it still has the size that is known.
 
-    A file that still has the size that is known is read at once.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
+    Raises OSError if it cannot be read.
     """
     if is_url(path):
         system, name = _file_system(path)

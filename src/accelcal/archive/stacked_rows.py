@@ -39,10 +39,7 @@ JOINT = " | "
 
 
 def stacked_tables(stack: CalibrationStack) -> Columns:
-    """Columns of the tables of a stack, record after record.
-
-    Of R records of t tables these are R * t cells of each of `ROWS`.
-    """
+    """Columns of the tables of a stack, record after record: of R of t tables R * t rows."""
     records, count = stack.plan.records, len(stack.tables)
     record = np.repeat(np.arange(len(records)), count)
     table = np.tile(np.arange(count), len(records))
