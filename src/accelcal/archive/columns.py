@@ -9,6 +9,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Labels, Places
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
+from accelcal.results.gate_columns import gate_column, gate_of_column
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,21 +42,6 @@ class FrameColumn(NamedTuple):
     kind: str  # ``"text"``, ``"number"``, ``"whole"`` or ``"flag"``
     unit: str  # of its numbers; empty where they have none
     told: str  # what it holds, in a few words
-
-
-GATE = "gate_"
-"""Begin of the name of a column of a gate."""
-
-
-def gate_column(gate: str) -> str:
-    """Name of the column of a gate.
-
-    Examples
-    --------
-    >>> gate_column("lack of fit")
-    'gate_lack_of_fit'
-    """
-    return GATE + gate.replace(" ", "_")
 
 
 def _of_quantity(name: str, unit: str) -> Iterator[FrameColumn]:
@@ -178,8 +164,9 @@ _IN_NOTEBOOK = (
 
 def in_notebook(frame: pd.DataFrame) -> pd.DataFrame:
     """Take what a notebook shows of a frame: some columns, and of the gates those that warn."""
-    shown, gates = frame.filter(items=_IN_NOTEBOOK), frame.filter(regex=f"^{GATE}")
-    if gates.empty:
+    shown, names = frame.filter(items=_IN_NOTEBOOK), frame.columns.to_series().map(gate_of_column)
+    names = names[names != ""] + ", "
+    if names.empty:
         return shown
-    names = gates.columns.to_series().str.removeprefix(GATE).str.replace("_", " ") + ", "
-    return shown.assign(**{"gates that warn": (gates == "warn").dot(names).str.removesuffix(", ")})
+    warned = (frame[names.index] == "warn").dot(names)
+    return shown.assign(**{"gates that warn": warned.str.removesuffix(", ")})

@@ -15,7 +15,6 @@ from accelcal.archive.columns import (
     ROWS,
     Columns,
     FrameColumn,
-    gate_column,
     put_together,
 )
 from accelcal.arrays import Labels, Places
@@ -25,6 +24,7 @@ from accelcal.gates.verdict import VERDICTS
 from accelcal.io.values.lots import declared_lot
 from accelcal.model import law_units
 from accelcal.record import TumbleRecord
+from accelcal.results.gate_columns import gate_column
 from accelcal.results.table import mountings_of_laws
 from accelcal.results.verdict import OUTCOMES
 from accelcal.sentences import both
