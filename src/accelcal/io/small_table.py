@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.columns import places_of
+from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.engines import columns_by_split, decimal_mark
 from accelcal.io.files.text import SourceText, refuse_document
 from accelcal.io.layout.header_lines import Declared, KeyOf, declare, keys_and_values, unquoted
@@ -16,7 +16,6 @@ from accelcal.io.layout.separators import Recognise, split_headings
 from accelcal.io.values.cells import Column
 from accelcal.io.words.vocabulary import canonical_key
 from accelcal.io.words.wording import lines_named
-from accelcal.plural import are, named
 
 
 class SmallTable(NamedTuple):
@@ -79,14 +78,11 @@ def _with_headings(
 ) -> Layout:
     (start, text), *rows = table
     headings, separator = split_headings(text.strip(), recognise)
-    unused = [shown(heading.text) for heading in headings if not heading.role]
-    was = "was" if len(unused) == 1 else "were"
-    told = f"{named('column', unused)} {are(unused)} not known and {was} set aside"
-    notes = [told] * bool(unused)
     written, lines = [row for _, row in rows], [line for line, _ in rows]
-    layout = Layout(name, {}, headings, start, separator, written, lines, tuple(notes))
-    if len(unused) == len(headings):
+    layout = Layout(name, {}, headings, start, separator, written, lines, ())
+    known = {heading.role for heading in headings if heading.role}
+    if not known:
         raise layout.refuse(f"no column headings in {shown(text.strip())}", remedy)
     if not rows:
         raise layout.refuse("column headings but no rows", "add the rows")
-    return layout
+    return layout._replace(notes=(*notes_of_unused(layout, known),))
