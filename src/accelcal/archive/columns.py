@@ -14,19 +14,11 @@ from accelcal.results.gate_columns import gate_column, gate_of_column
 if TYPE_CHECKING:
     import pandas as pd
 
-TABLE_GATES = (
-    "closure",
-    "drift",
-    "forward against back",
-    "order of positions",
-    "outlier",
-    "proportions",
-    "resolution",
-    "units",
+_GATES = (
+    *("closure", "drift", "forward against back", "order of positions", "outlier"),
+    *("proportions", "resolution", "units", "lack of fit", "agreement of tables"),
 )
-"""Gates of each table, in their order; those of the record follow them."""
-
-_RECORD_GATES = ("lack of fit", "agreement of tables")
+"""Gates of each table, in their order, and behind them the last two of the record."""
 
 _PARTS = (
     ("", "{}"),
@@ -75,7 +67,7 @@ _OF_TABLE = (
     ),
     *(c for name in ERROR_TERMS.values() for c in _of_quantity(name, ERROR_UNITS[name])),
     FrameColumn("stands_for", "text", "", "what a coefficient holds besides itself, at few angles"),
-    *(FrameColumn(gate_column(g), "text", "", f"gate {g}") for g in (*TABLE_GATES, *_RECORD_GATES)),
+    *(FrameColumn(gate_column(g), "text", "", f"gate {g}") for g in _GATES),
     FrameColumn(
         "warnings",
         "text",
