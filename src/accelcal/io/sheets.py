@@ -53,8 +53,7 @@ def with_name_of_sheet(layout: Layout, sheet: str) -> Layout:
         if value is not None and known.isdisjoint([key, f"{key}s"]):
             here = Declared(value, layout.headings_line, layout.source)
             note = f"{key} {value}{unit} is told by the name of the sheet {shown(sheet)}"
-            declared, notes = {**layout.declared, key: here}, (*layout.notes, note)
-            layout = layout._replace(declared=declared, notes=notes)
+            layout = layout._replace(declared={**layout.declared, key: here}).noting(note)
     return layout
 
 

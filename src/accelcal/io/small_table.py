@@ -46,7 +46,7 @@ def small_table(
         raise TableError(problem, remedy, source=given.name)
     told = [f"comments were set aside ({lines_named(aside)})"] if aside else []
     layout = _with_headings(table, given.name, recognise, remedy)
-    layout = layout._replace(declared=declared, notes=(*layout.notes, *told))
+    layout = layout._replace(declared=declared).noting(*told)
     places = places_of(layout, needed, remedy)
     split = columns_by_split(layout, sorted(places.values()), 1 + max(places.values(), default=0))
     cells = [str(cell) for column in split.values() for cell in column.cells]
@@ -85,4 +85,4 @@ def _with_headings(
         raise layout.refuse(f"no column headings in {shown(text.strip())}", remedy)
     if not rows:
         raise layout.refuse("column headings but no rows", "add the rows")
-    return layout._replace(notes=(*notes_of_unused(layout, known),))
+    return layout.noting(*notes_of_unused(layout, known))

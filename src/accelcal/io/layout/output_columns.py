@@ -40,7 +40,7 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
         return layout
     if others & {"serial", *OUTPUTS}:
         unused = f"serials {given} was not used: other columns hold the outputs or the serials"
-        return layout._replace(notes=(*layout.notes, unused)) if given else layout
+        return layout.noting(unused) if given else layout
     for place, name in enumerate(names):
         if name in names[:place]:
             remedy = "list each once, and give two columns of one heading different ones"
@@ -111,4 +111,4 @@ def _taken(layout: Layout, place: int, taken: Heading, what: str) -> Layout:
     why = "unit" if taken.unit else "name"
     note = f"column {shown(taken.text)} is taken for the {what}, by its {why}"
     headings = (*layout.headings[:place], taken, *layout.headings[place + 1 :])
-    return layout._replace(headings=headings, notes=(*layout.notes, note))
+    return layout._replace(headings=headings).noting(note)

@@ -39,12 +39,8 @@ def with_units_below(layout: Layout) -> Layout:
     headings = headings_with_units(layout.headings, row) if len(layout.rows) > 1 else None
     if headings is None:
         return layout
-    return layout._replace(
-        headings=headings,
-        rows=layout.rows[1:],
-        lines=layout.lines[1:],
-        notes=(*layout.notes, UNITS_BELOW.format(layout.lines[0])),
-    )
+    left = layout.some(range(1, len(layout.rows)))._replace(headings=headings)
+    return left.noting(UNITS_BELOW.format(layout.lines[0]))
 
 
 def with_row_names(layout: Layout) -> Layout:
@@ -66,8 +62,7 @@ def without_words_below(layout: Layout) -> Layout:
     if not count:
         return layout
     note = f"text below the headings was set aside ({lines_named(layout.lines[:count])})"
-    left = layout._replace(rows=layout.rows[count:], lines=layout.lines[count:])
-    return left._replace(notes=(*layout.notes, note))
+    return layout.some(range(count, len(layout.rows))).noting(note)
 
 
 def _are_words(layout: Layout, place: int) -> bool:
@@ -113,7 +108,7 @@ def without_repeated_headings(layout: Layout) -> Layout:
         raise layout.refuse(*NO_READINGS)
     lines = [layout.lines[place] for place in sorted(repeated)]
     note = f"{were(lines, 'row')} of headings again, and left out ({lines_named(lines)})"
-    return _if_told_apart(layout, layout.some(left)._replace(notes=(*layout.notes, note)))
+    return _if_told_apart(layout, layout.some(left).noting(note))
 
 
 def with_blocks_below(layout: Layout) -> Layout:
@@ -151,8 +146,7 @@ def with_blocks_below(layout: Layout) -> Layout:
             headings=headings,
             rows=_joined((cells for cells, _ in blocks), layout.separator or " "),
             lines=[line for _, line in blocks],
-            notes=(*layout.notes, f"{count} blocks side by side are read as one table"),
-        ),
+        ).noting(f"{count} blocks side by side are read as one table"),
     )
 
 
@@ -198,7 +192,7 @@ def with_merged_cells(layout: Layout) -> Layout:
     names = shown(", ".join(layout.headings[place].text for place in merged))
     note = f"empty cells of {names} count as the one above them"
     rows = _joined(table, layout.separator)
-    return layout._replace(rows=rows, notes=(*layout.notes, note))
+    return layout._replace(rows=rows).noting(note)
 
 
 def _stands_once(table: list[list[str]], place: int) -> bool:

@@ -49,7 +49,7 @@ def without_remarks(layout: Layout) -> Layout:
     told = [(what, [layout.lines[place] for place in own]) for what, own in kinds if own]
     notes = [f"{were(lines, what)} set aside ({lines_named(lines)})" for what, lines in told]
     left = sorted(set(range(len(layout.rows))).difference(summaries, remarks))
-    return layout.some(left)._replace(notes=(*layout.notes, *notes))
+    return layout.some(left).noting(*notes)
 
 
 def is_called_summary(row: str) -> bool:
