@@ -1024,6 +1024,17 @@ def test_an_angle_about_an_axis_is_no_output(heading):
     assert f"columns not used: '{heading}'" in beside.notes
 
 
+def test_excel_may_tell_the_separator():
+    """Its line was taken for the headings, of a triad and of a head."""
+    text = EXAMPLE.read_text("utf-8")
+    assert (
+        read_triad(io.StringIO(f"sep=,\n{text}")).output.tolist()
+        == read_triad(EXAMPLE).output.tolist()
+    )
+    head = "angle,error [arcsec],uncertainty [arcsec]\n0,1,1\n90,-1,1\n"
+    assert accelcal.read_head(io.StringIO(f"sep=,\n{head}")).angles_deg == (0.0, 90.0)
+
+
 def test_columns_that_are_not_known_are_told_in_a_line():
     """Each had a line of its own: six of an exported table of means."""
     found = read_triad(io.StringIO("x,y,z,n,sd_x\n1,0,0,9,0.1\n"))

@@ -214,8 +214,6 @@ def _said(above: Iterable[tuple[int, str]], separator: str | None) -> Iterator[t
         of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
         if pairs is not None:
             told = [Said(*(pair if pair[0] else _in_cells(pair[1]))) for pair in pairs]
-        elif line.casefold().startswith("sep="):  # as Excel tells the separator
-            told = []
         else:
             told = [_NOTHING] if of_channels else said_in_row(line, separator, behind)
         for said in told:

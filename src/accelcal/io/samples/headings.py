@@ -197,7 +197,7 @@ def _down_to_headings(
             for key, value in pairs:
                 if key in KEYS and value:
                     declare(declared, key, Declared(value, line, source))
-        elif unquoted(bare) and not bare.casefold().startswith("sep="):  # as Excel has it
+        elif unquoted(bare):
             return declared, commented, row, line
     raise TableError("no samples", form.remedy, source=source)
 
