@@ -12,7 +12,7 @@ from accelcal.io.layout.parts import NO_READINGS, Layout
 from accelcal.io.layout.separators import split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
 from accelcal.io.words.headings import Heading, read_heading, split_unit
-from accelcal.io.words.signs import is_missing
+from accelcal.io.words.signs import begins_number, is_missing
 from accelcal.io.words.vocabulary import ACROSS, LABELS, is_unit_of
 from accelcal.io.words.wording import lines_named, were
 
@@ -79,7 +79,7 @@ def _are_words(layout: Layout, place: int) -> bool:
     roles = {role for role, cell in known if cell.strip(_RULE)}
     return not (
         any(map(is_missing, words))
-        or any(cell.lstrip("+-\u2212\u2013.,")[:1].isdecimal() for cell in words)
+        or any(map(begins_number, words))
         or all(any(map(str.isdecimal, cell)) for cell in words)  # as T=20;J=1;k=1;Y=1.35
         or (roles and roles <= LABELS)
         or any(is_unit_of(role, part) for role, cell in known for part in split_unit(cell))
