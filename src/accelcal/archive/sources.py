@@ -139,6 +139,8 @@ def _identity(path: str) -> Any:
         status = os.stat(file)  # noqa: PTH116
     except OSError:  # a link to nowhere
         return path
+    if not status.st_ino:  # some file systems number no files
+        return os.path.realpath(path)
     return status.st_dev, status.st_ino, sheet
 
 
