@@ -24,11 +24,12 @@ from rows_of_calibrations import law_rows, table_rows, warnings
 
 import accelcal
 from accelcal.archive import fitting, journal, parts, reading, through, workers
-from accelcal.archive.columns import LAWS, ROWS, gate_column
+from accelcal.archive.columns import LAWS, ROWS
 from accelcal.archive.sources import find_sources
 from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.engines import exact_numbers
+from accelcal.results.gate_columns import gate_column
 
 ROOT = Path(__file__).parents[1]
 PLAN = accelcal.TumblePlan(temperatures=(20.0,), strokes=2)

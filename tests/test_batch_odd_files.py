@@ -95,10 +95,11 @@ def test_results_of_another_batch_are_left_out_of_a_folder(archive, target):
         assert "mine.errors.csv" in map(os.path.basename, found.tables["source"])
 
 
-def test_a_file_of_two_names_counts_once(archive):
+@pytest.mark.parametrize("link", [Path.symlink_to, Path.hardlink_to])
+def test_a_file_of_two_names_counts_once(archive, link):
     """Its rows came twice; fit refuses it."""
     names = sorted(path.name for path in archive.glob("*.csv"))
-    (archive / "z.csv").symlink_to(names[0])
+    link(archive / "z.csv", archive / names[0])
     for paths in (archive, [archive / names[0], archive / "z.csv", archive / names[1]]):
         found = accelcal.batch(paths).tables
         assert found["source"].nunique() == len(names)

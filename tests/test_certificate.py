@@ -570,7 +570,7 @@ HEADED = 'schema = "accelcal/laboratory/1"\n'
 @pytest.mark.parametrize(
     ("lab", "said"),
     [
-        ("schema = 1", "schema 1; write schema ="),
+        ("schema = 1", "schema 1 is unknown; write schema ="),
         ("x = [", "lab.toml: not TOML"),
         ("\nx = ]", "lab.toml:2: not TOML"),
         (HEADED + 'lab = "x"', "key 'lab' is unknown"),

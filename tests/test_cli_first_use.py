@@ -188,7 +188,7 @@ def test_a_gravity_that_is_nowhere_gives_no_accelerations(run):
 def test_the_schema_of_another_file_is_told_before_its_keys(run, folder):
     (folder / "lab.toml").write_text('schema = "accelcal/laboratory/1"\nidentifier = "7"\n')
     _, _, err = run("fit", "table.csv", "--spec", "lab.toml")
-    schemas = "schema 'accelcal/laboratory/1' is unknown; write 'accelcal/specification/1'"
+    schemas = "schema 'accelcal/laboratory/1' is unknown; write schema = 'accelcal/specification/1'"
     assert err == f"lab.toml: {schemas}\n"
 
 

@@ -211,6 +211,7 @@ def test_a_sheet_filled_in_is_a_table(for_k2):
     plan = TumblePlan(angles=best.angles, strokes=best.strokes, temperatures=best.temperatures)
     record = simulate(plan=plan, seed=1)
     read = accelcal.read_table(io.StringIO(filled(sheet(best, STAND), record)))
+    assert read.notes == ()
     for name in ("output", "angle", "temperature", "stroke", "run", "mounting"):
         np.testing.assert_array_equal(getattr(read, name), getattr(record, name))
     assert read.apparatus.head_uncertainty == STAND.head

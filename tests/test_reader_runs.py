@@ -324,7 +324,7 @@ def test_another_order_of_the_runs_than_that_of_the_rows_is_told():
     """A table sorted by temperature had its runs in another order, and nothing said so."""
     rows = [(*row, run) for run, at in ((3, 60), (1, 20), (2, -40)) for row in visit(at, (1, 2))]
     told = "the runs are in the order of their {}, not of the rows: {}"
-    assert read(rows, HEADINGS + ",run").notes == (told.format("numbers", "1, 2, 3"),)
+    assert read(rows, HEADINGS + ",run").notes == (told.format("numbers", "1, 2 and 3"),)
     timed = [(*row[:4], "abc"[row[4] - 1], 1000 * row[4] + i) for i, row in enumerate(rows)]
-    assert read(timed, HEADINGS + ",run,time").notes == (told.format("times", "a, b, c"),)
+    assert read(timed, HEADINGS + ",run,time").notes == (told.format("times", "a, b and c"),)
     assert read(sorted(rows, key=lambda row: row[4]), HEADINGS + ",run").notes == ()

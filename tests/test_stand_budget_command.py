@@ -362,7 +362,7 @@ def test_units_of_a_stand_are_those_of_header_lines(kind, unit, size):
         (
             '"accelcal/stand/1"',
             '"accelcal/stand/2"',
-            "schema 'accelcal/stand/2' is none of a stand",
+            "schema 'accelcal/stand/2' is unknown; write schema = 'accelcal/stand/1'",
         ),
         ("load_resistor_ohm", "load_ohm", "conditions: key 'load_ohm' is unknown"),
         ("load_resistor_ohm = 700", 'load_resistor_ohm = "700"', "load_resistor_ohm is '700'"),

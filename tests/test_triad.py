@@ -1021,13 +1021,24 @@ def test_an_angle_about_an_axis_is_no_output(heading):
     rows = [f"{line},{0 if i else heading}" for i, line in enumerate(lines[start:])]
     beside = read_triad(io.StringIO("\n".join([*lines[:start], *rows])))
     np.testing.assert_array_equal(beside.output, read_triad(EXAMPLE).output)
-    assert f"column '{heading}' is not known and was set aside" in beside.notes
+    assert f"columns not used: '{heading}'" in beside.notes
+
+
+def test_excel_may_tell_the_separator():
+    """Its line was taken for the headings, of a triad and of a head."""
+    text = EXAMPLE.read_text("utf-8")
+    assert (
+        read_triad(io.StringIO(f"sep=,\n{text}")).output.tolist()
+        == read_triad(EXAMPLE).output.tolist()
+    )
+    head = "angle,error [arcsec],uncertainty [arcsec]\n0,1,1\n90,-1,1\n"
+    assert accelcal.read_head(io.StringIO(f"sep=,\n{head}")).angles_deg == (0.0, 90.0)
 
 
 def test_columns_that_are_not_known_are_told_in_a_line():
     """Each had a line of its own: six of an exported table of means."""
     found = read_triad(io.StringIO("x,y,z,n,sd_x\n1,0,0,9,0.1\n"))
-    assert found.notes == ("columns 'n', 'sd_x' are not known and were set aside",)
+    assert found.notes == ("columns not used: 'n, sd_x'",)
 
 
 def test_shafts_and_attitudes_are_taken_from_a_column_of_a_frame():

@@ -62,6 +62,17 @@ def by_size(
     return units[-1]
 
 
+def three_digits(value: float) -> str:
+    """Write a number with three significant digits, two where it is small, and no exponent.
+
+    Examples
+    --------
+    >>> three_digits(1234.5), three_digits(12.3), three_digits(0.0123)
+    ('1230', '12.3', '0.012')
+    """
+    return f"{float(f'{value:.3g}'):.12g}" if 0.1 <= abs(value) < 1e9 else f"{value:.2g}"
+
+
 def time_unit(seconds: float) -> tuple[float, str]:
     """Choose the unit in which a time is best read: its seconds, and its symbol.
 

@@ -1,6 +1,7 @@
 """Rows of the two frames of a batch from a calibration, to compare them."""
 
-from accelcal.archive.columns import ROWS, gate_column
+from accelcal.archive.columns import ROWS
+from accelcal.results.gate_columns import gate_column
 
 JOINT = " | "
 

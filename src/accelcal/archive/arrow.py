@@ -38,11 +38,7 @@ def arrow_bytes(columns: Columns, kinds: Mapping[str, FrameColumn]) -> bytes:
 def parquet_frame(
     kinds: Mapping[str, FrameColumn], file: IO[bytes]
 ) -> Iterator[Callable[[bytes], None]]:
-    """Write a frame as Parquet, part by part.
-
-    The context gives what takes the bytes that `arrow_bytes` returned, part after part; the frame
-    is whole when it ends.
-    """
+    """Give what takes the parts of `arrow_bytes`; the frame is whole when the context ends."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

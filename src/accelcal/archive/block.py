@@ -29,21 +29,11 @@ Rows = TypeVar("Rows", Columns, bytes)
 
 
 class Block(NamedTuple):
-    """What a worker takes at a time.
-
-    Attributes
-    ----------
-    files : tuple of SourceFile
-        Files to read.
-    part : Part or None
-        The part to read of the only file; None reads it whole.
-    place : int
-        Its place among the blocks of a batch.
-    """
+    """What a worker takes at a time."""
 
     files: tuple[SourceFile, ...]
-    part: Part | None = None
-    place: int = 0
+    part: Part | None = None  # what to read of the only file; None reads it whole
+    place: int = 0  # among the blocks of a batch
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Travel in columns, which are packed in a tenth of the time that files take one by one."""
@@ -55,38 +45,20 @@ def _of_columns(part: Part | None, place: int, *columns: Sequence[Any]) -> Block
 
 
 class Told(NamedTuple):
-    """What a block tells besides its rows.
+    """What a block tells besides its rows."""
 
-    Attributes
-    ----------
-    errors : tuple of tuple of str
-        Source and message of what could not be read or fitted.
-    fitted, failed, warned : int
-        Number of records that were fitted, that failed a data sheet, and whose gates warn.
-    serials : tuple of str
-        Serial numbers of its records, each once; where the block is a part of a table, the serial
-        of each stretch of its rows.
-    """
-
-    errors: tuple[tuple[str, str], ...]
-    fitted: int
-    failed: int
-    warned: int
+    errors: tuple[tuple[str, str], ...]  # source and message of what could not be read or fitted
+    fitted: int  # records
+    failed: int  # records that failed a data sheet
+    warned: int  # records whose gates warn
+    # serial numbers of its records, each once; of a part of a table that of each stretch of rows
     serials: tuple[str, ...]
 
 
 class Outcome(NamedTuple, Generic[Rows]):
-    """What comes of a block.
+    """What comes of a block: rows of the two frames, and all else."""
 
-    Attributes
-    ----------
-    tables, laws : mapping of str to Labels or ndarray, or bytes
-        Rows of the two frames: cells by column, or encoded.
-    told : Told
-        All else.
-    """
-
-    tables: Rows
+    tables: Rows  # cells by column, or encoded
     laws: Rows
     told: Told
 
@@ -144,14 +116,9 @@ def keep_freed_memory(*, in_large_pages: bool = True) -> None:
 
 
 def fit_to_file(block: Block, settings: Settings, folder: str) -> str:
-    """Read and fit a block, and put its rows into a file.
+    """Read and fit a block, and put its rows into a file, which `from_file` takes up.
 
-    `from_file` of the same batch takes it up.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written, mostly for want of room.
+    Raises InputError if it cannot be written, mostly for want of room.
     """
     fitted = fit_block(block, settings)
     try:

@@ -9,23 +9,16 @@ import numpy as np
 
 from accelcal.arrays import Array, Labels, Places
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
+from accelcal.results.gate_columns import gate_column, gate_of_column
 
 if TYPE_CHECKING:
     import pandas as pd
 
-TABLE_GATES = (
-    "closure",
-    "drift",
-    "forward against back",
-    "order of positions",
-    "outlier",
-    "proportions",
-    "resolution",
-    "units",
+_GATES = (
+    *("closure", "drift", "forward against back", "order of positions", "outlier"),
+    *("proportions", "resolution", "units", "lack of fit", "agreement of tables"),
 )
-"""Gates of each table, in their order; those of the record follow them."""
-
-_RECORD_GATES = ("lack of fit", "agreement of tables")
+"""Gates of each table, in their order, and behind them the last two of the record."""
 
 _PARTS = (
     ("", "{}"),
@@ -35,39 +28,12 @@ _PARTS = (
 
 
 class FrameColumn(NamedTuple):
-    """A column of a frame.
+    """A column of a frame."""
 
-    Attributes
-    ----------
-    name : str
-        Its heading.
-    kind : str
-        ``"text"``, ``"number"``, ``"whole"`` or ``"flag"``.
-    unit : str
-        Unit of its numbers; empty where they have none.
-    told : str
-        What it holds, in a few words.
-    """
-
-    name: str
-    kind: str
-    unit: str
-    told: str
-
-
-GATE = "gate_"
-"""Begin of the name of a column of a gate."""
-
-
-def gate_column(gate: str) -> str:
-    """Name of the column of a gate.
-
-    Examples
-    --------
-    >>> gate_column("lack of fit")
-    'gate_lack_of_fit'
-    """
-    return GATE + gate.replace(" ", "_")
+    name: str  # its heading
+    kind: str  # ``"text"``, ``"number"``, ``"whole"`` or ``"flag"``
+    unit: str  # of its numbers; empty where they have none
+    told: str  # what it holds, in a few words
 
 
 def _of_quantity(name: str, unit: str) -> Iterator[FrameColumn]:
@@ -101,7 +67,7 @@ _OF_TABLE = (
     ),
     *(c for name in ERROR_TERMS.values() for c in _of_quantity(name, ERROR_UNITS[name])),
     FrameColumn("stands_for", "text", "", "what a coefficient holds besides itself, at few angles"),
-    *(FrameColumn(gate_column(g), "text", "", f"gate {g}") for g in (*TABLE_GATES, *_RECORD_GATES)),
+    *(FrameColumn(gate_column(g), "text", "", f"gate {g}") for g in _GATES),
     FrameColumn(
         "warnings",
         "text",
@@ -190,8 +156,9 @@ _IN_NOTEBOOK = (
 
 def in_notebook(frame: pd.DataFrame) -> pd.DataFrame:
     """Take what a notebook shows of a frame: some columns, and of the gates those that warn."""
-    shown, gates = frame.filter(items=_IN_NOTEBOOK), frame.filter(regex=f"^{GATE}")
-    if gates.empty:
+    shown, names = frame.filter(items=_IN_NOTEBOOK), frame.columns.to_series().map(gate_of_column)
+    names = names[names != ""] + ", "
+    if names.empty:
         return shown
-    names = gates.columns.to_series().str.removeprefix(GATE).str.replace("_", " ") + ", "
-    return shown.assign(**{"gates that warn": (gates == "warn").dot(names).str.removesuffix(", ")})
+    warned = (frame[names.index] == "warn").dot(names)
+    return shown.assign(**{"gates that warn": warned.str.removesuffix(", ")})

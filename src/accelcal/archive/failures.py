@@ -11,10 +11,7 @@ Result = TypeVar("Result")
 
 
 def attempt(source: str, function: Callable[..., Result], *arguments: object) -> Result | str:
-    """Call a function that must not end a batch.
-
-    Returns what the function does, or the line that tells why this file failed.
-    """
+    """Call a function that must not end a batch; a text tells why this file failed."""
     try:
         return function(*arguments)
     except AccelcalError as error:
@@ -29,18 +26,13 @@ def attempt(source: str, function: Callable[..., Result], *arguments: object) ->
 
 
 def one_line(error: AccelcalError) -> str:
-    """Word an error as the command line does.
-
-    ``error:`` stands in front where no file does.
-    """
+    """Word an error as the command line does: behind ``error:`` where it names no file."""
     text = " ".join(str(error).splitlines())
     return text if getattr(error, "source", None) else f"error: {text}"
 
 
 def reason(error: Exception) -> str:
-    r"""Word an error of somebody else's in one line.
-
-    One that says nothing is called by its name.
+    r"""Word an error of somebody else's in one line, by its name if it says nothing.
 
     Examples
     --------

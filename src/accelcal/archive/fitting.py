@@ -21,23 +21,13 @@ _AT_A_TIME = 2**19
 
 
 class FittedRecords(NamedTuple):
-    """Rows of the records of a block.
-
-    Attributes
-    ----------
-    tables, laws : mapping of str to Labels or ndarray
-        Cells by column, in the order of the records.
-    failures : mapping of int to str
-        Place of each record that could not be fitted, and the line that tells why.
-    failed, warned : int
-        Number of records that failed a data sheet, and of those whose gates warn.
-    """
+    """Rows of the records of a block, in the order of the records."""
 
     tables: Columns
     laws: Columns
-    failures: Mapping[int, str]
-    failed: int
-    warned: int
+    failures: Mapping[int, str]  # place of a record that was not fitted -> the line that tells why
+    failed: int  # records that failed a data sheet
+    warned: int  # records whose gates warn
 
 
 class _Piece(NamedTuple):

@@ -27,9 +27,7 @@ _PACKED = 4  # level of gzip: 9, its default, takes more than twice as long for 
 
 
 def results(path: str) -> dict[str, str]:
-    """Names of the files that a batch writes.
-
-    Under ``"tables"``, which is the given path, ``"laws"`` and ``"errors"``.
+    """Names of the files that a batch writes, of which that of the tables is given.
 
     Examples
     --------
@@ -42,13 +40,7 @@ def results(path: str) -> dict[str, str]:
 
 
 def require_form(form: str) -> None:
-    """Demand what a form needs.
-
-    Raises
-    ------
-    InputError
-        If pyarrow is not installed and the form is Parquet.
-    """
+    """Demand what a form needs; raises InputError if that is pyarrow and not installed."""
     if form != ".parquet":
         return
     try:
@@ -74,11 +66,7 @@ def encode(columns: Columns, kinds: Mapping[str, FrameColumn], form: str) -> byt
 def open_frame(
     kinds: Mapping[str, FrameColumn], form: str, file: IO[bytes]
 ) -> Iterator[Callable[[bytes], object]]:
-    """Write a whole frame, part by part.
-
-    The context gives what takes the bytes that `encode` returned, part after part; the frame is
-    whole when it ends.
-    """
+    """Give what takes the parts of a frame as of `encode`; it is whole when the context ends."""
     if form == ".parquet":
         with parquet_frame(kinds, file) as add:
             yield add
@@ -89,10 +77,7 @@ def open_frame(
 
 
 def write_errors(errors: Iterable[Sequence[str]], file: IO[bytes]) -> None:
-    """Write the list of what could not be read or fitted.
-
-    Each has a source and a message.
-    """
+    """Write the list of what could not be read or fitted, a source and a message each."""
     file.write(csv_text([ERRORS, *errors]).encode("utf-8", errors=ESCAPED))
 
 

@@ -36,17 +36,7 @@ _SUFFIX = ".block"
 
 
 class Journal:
-    """Finished blocks of one batch.
-
-    Parameters
-    ----------
-    folder : Path
-        Where they are kept.
-    settings : Settings
-        How they are fitted.
-    form : str
-        How they are encoded.
-    """
+    """Finished blocks of one batch, in a folder: how they were fitted and encoded."""
 
     def __init__(self, folder: Path, settings: Settings, form: str) -> None:
         self.folder, self.settings, self.form = folder, settings, form
@@ -169,13 +159,8 @@ def _take_name(draft: Path, path: str) -> None:
 def open_journal(output: str, settings: Settings, form: str, *, resume: bool) -> Iterator[Journal]:
     """Open the journal of a batch, for one thread of one process at a time.
 
-    The journal is beside the output and stays on disk unless it is removed; that of an interrupted
-    run is taken up only where the caller says so.
-
-    Raises
-    ------
-    InputError
-        If there is one and `resume` is false, if another process uses it, or if it cannot be made.
+    It is beside the output and stays on disk until `publish`. Raises InputError if an interrupted
+    batch left one and `resume` is false, another process uses it, or it cannot be made.
     """
     target = Path(output).resolve()
     folder = target.with_name(f"{target.name}.journal")
@@ -239,34 +224,20 @@ def work_and_keep(block: Block, journal: Journal) -> None:
 class GrowingResults:
     """Keeps finished blocks in a journal, and lets frames grow by their rows as their turn comes.
 
-    Parameters
-    ----------
-    journal : Journal
-        The journal.
-    frames : sequence of callable
-        Take the encoded rows of the tables, and those of the laws.
-
-    Attributes
-    ----------
-    told : list of Told
-        What the blocks tell whose rows are taken, in their order.
-    resumed : int
-        How many blocks were finished already.
-    outdated : bool
-        Whether rows were taken of blocks that are done anew.
+    The frames take the encoded rows of the tables, and those of the laws.
     """
 
     def __init__(self, journal: Journal, frames: Sequence[Callable[[bytes], object]]) -> None:
-        self.told: list[Told] = []
-        self.resumed = 0
-        self.outdated = False
+        self.told: list[Told] = []  # of the blocks whose rows are taken, in their order
+        self.resumed = 0  # blocks that were finished already
+        self.outdated = False  # whether rows were taken of blocks that are done anew
         self._journal = journal
         self._frames = frames
         self._paths: list[Path] = []  # of all blocks that are expected
         self._finished: set[int] = set()
 
     def expect(self, block: Block) -> bool:
-        """Take note of the next block, or of one done anew; tell whether it is finished already."""
+        """As of `Keeper`."""
         path = self._journal.path(block)
         if block.place < len(self._paths):
             self._paths[block.place] = path
@@ -286,7 +257,7 @@ class GrowingResults:
         self._finish(block)
 
     def serials(self, block: Block) -> Sequence[str]:
-        """Serial of each stretch of rows, where a finished block is a part of a table."""
+        """As of `Keeper`."""
         return self.told[block.place].serials
 
     def take_all(self, before: GrowingResults) -> None:

@@ -19,22 +19,9 @@ _IN_USE: dict[Path, object] = {}  # folders of this process -> marks of the thre
 def alone_in(folder: Path, output: str) -> Iterator[None]:
     """Make a folder and keep others out of it; in the end it goes if nothing is left in it.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-    output : str
-        What is made there, for the words of a refusal.
+    The output is what is made there, for the words of a refusal. Raises InputError if somebody else
+    is in it, OSError if it cannot be made.
 
-    Raises
-    ------
-    InputError
-        If somebody else is in it.
-    OSError
-        If it cannot be made.
-
-    Notes
-    -----
     The lock is one of the system on a file in the folder, and goes with the process, however that
     ends. Who has the lock removes the file. Another process that has opened it before is left with
     the lock of a file that nobody else can meet: it sees that, and takes the one that is there now.

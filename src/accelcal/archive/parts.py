@@ -36,29 +36,16 @@ _HEAD = 2**16  # bytes that the header lines and headings may take
 
 
 class Part(NamedTuple):
-    """A part of a table.
+    """A part of a table."""
 
-    Attributes
-    ----------
-    start, end : int
-        Bytes of the file, or rows of a Parquet file.
-    skipped : int
-        Rows above it.
-    refused : tuple of str
-        Serials whose rows are not to be used, as some of them are in other places.
-    """
-
-    start: int
+    start: int  # bytes of the file, or rows of a Parquet file
     end: int
-    skipped: int
-    refused: tuple[str, ...] = ()
+    skipped: int  # rows above it
+    refused: tuple[str, ...] = ()  # serials that are not to be used, as they are elsewhere too
 
 
 def divide(source: SourceFile) -> list[Part]:
-    """Divide a large table of many serials.
-
-    The parts are in the order of the file; there are none where it is to be read whole.
-    """
+    """Divide a large table of many serials; there are no parts where it is to be read whole."""
     if source.size < LARGE // _PACKED:  # as nearly all
         return []
     parquet = is_parquet(source.path)
@@ -70,14 +57,9 @@ def divide(source: SourceFile) -> list[Part]:
 
 
 def part_content(path: str, part: Part) -> tuple[Content, int]:
-    """Read a part, below the headings of its table.
+    """Read a part, below the headings of its table; with it comes the index of the serial.
 
-    Returns headings and rows, and the index of the serial.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be read.
+    Raises OSError if the file cannot be read.
     """
     if is_parquet(path):
         data = as_csv(read_rows(path, part.start, part.end), path, part.start)
@@ -93,28 +75,15 @@ def part_content(path: str, part: Part) -> tuple[Content, int]:
 
 
 class Stretch(NamedTuple):
-    """Rows of one serial that follow each other.
-
-    Attributes
-    ----------
-    serial : str
-        The serial.
-    line : int
-        Line of the file with the first of them.
-    content : Content
-        The rows below the headings.
-    """
+    """Rows of one serial that follow each other."""
 
     serial: str
-    line: int
-    content: Content
+    line: int  # of the file, with the first of them
+    content: Content  # the rows below the headings
 
 
 def stretches(content: Content, column: int) -> Iterator[Stretch]:
-    """Divide a part by its serials.
-
-    `column` is the index of the serial.
-    """
+    """Divide a part by its serials, which stand in a column."""
     lines = content.data.removeprefix(BOM_UTF8).splitlines(keepends=True)
     above = next(i for i, line in enumerate(lines) if not line.startswith(b"#")) + 1
     head, skipped = b"".join(lines[:above]), content.skipped or 0

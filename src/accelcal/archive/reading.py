@@ -24,44 +24,24 @@ _SCATTERED = (
 
 
 class Found(NamedTuple):
-    """A record of a block.
+    """A record of a block."""
 
-    Attributes
-    ----------
-    file : int
-        Index of its file in the block.
-    record : TumbleRecord
-        The record.
-    """
-
-    file: int
+    file: int  # index of its file in the block
     record: TumbleRecord
 
 
 class Failure(NamedTuple):
-    """What could not be read or fitted.
+    """What could not be read or fitted."""
 
-    Attributes
-    ----------
-    file : int
-        Index of the file in the block.
-    source, message : str
-        Its path, and the line that tells why.
-    """
-
-    file: int
-    source: str
-    message: str
+    file: int  # index of the file in the block
+    source: str  # its path
+    message: str  # the line that tells why
 
 
 def read_files(
     files: Sequence[SourceFile], overrides: Mapping[str, Any]
 ) -> Iterator[Found | Failure]:
-    """Read the files of a block.
-
-    Yields the records of each file in its order, and why it or some of its serials could not be
-    read.
-    """
+    """Read the files of a block: their records, and why a file or a serial could not be read."""
     ordinary = attempt("", read_ordinary, map(_content, files), overrides)
     if isinstance(ordinary, str):  # a bug, which the general reader need not have
         ordinary = [None] * len(files)
@@ -85,10 +65,7 @@ def _content(file: SourceFile) -> Content:
 def read_part(
     file: SourceFile, part: Part, overrides: Mapping[str, Any]
 ) -> tuple[list[Found | Failure], tuple[str, ...]]:
-    """Read a part of a large table.
-
-    Returns its records, or why they could not be read, and the serial of each stretch of its rows.
-    """
+    """Read a part of a large table; with it comes the serial of each stretch of its rows."""
     records = attempt(file.path, _read_at_once, file.path, part, overrides)
     if isinstance(records, tuple):
         return _found(0, file.path, records), tuple(str(r.serial) for r in records)

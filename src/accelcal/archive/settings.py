@@ -33,24 +33,13 @@ _GOOD_TABLE = (
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How each record of a batch is fitted and judged.
-
-    Attributes
-    ----------
-    options : Options
-        What is asked of the fit.
-    effects : tuple of Effect
-        Effects of the caller's own that the model has, for workers that do not know them.
-    overrides : mapping of str to object
-        Declarations that win over the header lines of the tables.
-    specification : Specification or None
-        Data sheet to judge against.
-    """
+    """How each record of a batch is fitted and judged."""
 
     options: Options = field(default_factory=Options)
+    # of the caller's own that the model has, for workers that do not know them
     effects: tuple[Effect, ...] = ()
-    overrides: Mapping[str, Any] = field(default_factory=dict)
-    specification: Specification | None = None
+    overrides: Mapping[str, Any] = field(default_factory=dict)  # win over the header lines
+    specification: Specification | None = None  # data sheet to judge against
 
     def with_own_effects(self) -> Settings:
         """Take along the effects of the model that come from a file of the caller's."""
@@ -62,17 +51,8 @@ class Settings:
     def try_out(self) -> None:
         """Fit a good table, so that wrong options are told once and before any file.
 
-        Raises
-        ------
-        InputError
-            If an option has a value that breaks a rule.
-        DesignError
-            If a coefficient is unknown, or K1 is not asked for.
-
-        Warns
-        -----
-        AccelcalWarning
-            If the method is misprinted.
+        Raises InputError if an option breaks a rule, DesignError if a coefficient is unknown or K1
+        is not asked for; warns if the method is misprinted.
         """
         if self._is_usual():
             return

@@ -6,7 +6,7 @@ import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 from accelcal.archive import formats
@@ -31,52 +31,28 @@ _READ = os.O_RDONLY | getattr(os, "O_BINARY", 0)  # Windows has a mode for text
 
 
 class SourceFile(NamedTuple):
-    """A file to read, and what tells that it has not changed.
+    """A file to read, and what tells that it has not changed."""
 
-    Attributes
-    ----------
-    path : str
-        Path or URL, as the results name it.
-    size : int
-        Size in bytes; -1 where unknown.
-    stamp : str
-        Time of the last change, or a checksum where the store has one.
-    """
-
-    path: str
-    size: int
-    stamp: str
+    path: str  # or URL, as the results name it
+    size: int  # bytes; -1 where unknown
+    stamp: str  # time of the last change, or a checksum where the store has one
 
 
 @dataclass(slots=True)
 class Aside:
-    """What is not read of the folders.
+    """What is not read of the folders."""
 
-    Attributes
-    ----------
-    unreadable : dict of str to str
-        Folders that cannot be read, each with the line that tells why.
-    others : set of str
-        Files that end in none of `SUFFIXES`, by their whole paths or URLs.
-    links : set of str
-        Links to files.
-    results : set of str
-        Results of other batches.
-    again : dict of str to str
-        Second names of files, and their first ones.
-    """
-
+    # folders that cannot be read -> the line that tells why
     unreadable: dict[str, str] = field(default_factory=dict)
+    # files that end in none of `SUFFIXES`, by their whole paths or URLs
     others: set[str] = field(default_factory=set)
-    links: set[str] = field(default_factory=set)
-    results: set[str] = field(default_factory=set)
-    again: dict[str, str] = field(default_factory=dict)
+    results: set[str] = field(default_factory=set)  # of other batches
+    again: dict[str, str] = field(default_factory=dict)  # second names of files -> the first ones
 
     def take(self, other: Aside) -> None:
         """Add what another path has aside."""
         self.unreadable.update(other.unreadable)
         self.others.update(other.others)
-        self.links.update(other.links)
         self.results.update(other.results)
 
     def notes(self) -> Iterator[str]:
@@ -102,19 +78,7 @@ class Aside:
 class Sources:
     """Files of a batch; each is measured when its turn comes, so that work need not wait for all.
 
-    Parameters
-    ----------
-    found : collection of str or SourceFile
-        Their paths, or what a store has told of them.
-    aside : Aside
-        What is not read.
-
-    Attributes
-    ----------
-    unreadable : tuple of tuple of str
-        Folders that cannot be read, and the lines that tell why, by the folders.
-    notes : tuple of str
-        Files that were left out.
+    They are found as paths, or as what a store has told of them.
     """
 
     def __init__(self, found: Collection[str | SourceFile], aside: Aside) -> None:
@@ -134,32 +98,13 @@ class Sources:
 def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources:
     """Find the files of a batch.
 
-    Parameters
-    ----------
-    paths : sequence of str
-        Files, sheets such as ``a.xlsx#60 degC``, folders (with all that is below them), globs such
-        as ``2024/**/*.csv``, and URLs of fsspec such as ``s3://bucket/folder``.
-    results : collection of str
-        Files that are left out where a folder or glob holds them: the results themselves. Those of
-        other batches are left out too, with a note.
+    The paths are files, sheets such as ``a.xlsx#60 degC``, folders with all that is below them,
+    globs such as ``2024/**/*.csv``, and URLs of fsspec such as ``s3://bucket/folder``. The results
+    are left out where a folder or glob holds them; those of other batches too, with a note.
 
-    Returns
-    -------
-    Sources
-        In the order of `paths`, those of a folder or glob by name; a file that is met again, by a
-        link too, is there once. Folders below one of `paths` that cannot be read are told of apart.
-
-    Raises
-    ------
-    InputError
-        If one of `paths` is nothing, holds no table, or cannot be read.
-
-    Examples
-    --------
-    >>> find_sources(["nosuch"])
-    Traceback (most recent call last):
-    ...
-    accelcal.errors.InputError: nosuch: no such file or folder; give files, folders or globs
+    Files are in the order of the paths, those of a folder or glob by name; one that is met again,
+    by a link too, is there once. Folders below that cannot be read are told of apart. Raises
+    InputError if one of the paths is nothing, holds no table, or cannot be read.
     """
     aside = Aside()
     found: list[str | SourceFile] = []
@@ -167,15 +112,12 @@ def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources
         own = Aside()
         found += _of_url(path, own) if is_url(path) else _of_path(path, results, own)
         aside.take(own)
-    if len(paths) > 1 or aside.links or not os.path.isdir(paths[0]):  # noqa: PTH112
-        found = _once(found, aside)  # one folder without links holds no file twice
-    return Sources(found, aside)
+    return Sources(_once(found, aside), aside)
 
 
 def _once(found: Sequence[str | SourceFile], aside: Aside) -> list[str | SourceFile]:
-    real_folder = cache(os.path.realpath)  # that of each file takes as long as to read it
     links = {*filter(_is_link, found)}
-    first: dict[str, str | SourceFile] = {}
+    first: dict[Any, str | SourceFile] = {}
     for item in sorted(found, key=links.__contains__):  # a file goes before the links to it
         if isinstance(item, SourceFile):
             first.setdefault(item.path, item)
@@ -183,13 +125,23 @@ def _once(found: Sequence[str | SourceFile], aside: Aside) -> list[str | SourceF
             continue
         if aside.others:
             aside.others.discard(os.path.abspath(item))  # noqa: PTH100
-        folder, name = os.path.split(item)
-        real = os.path.realpath(item) if item in links else os.path.join(real_folder(folder), name)  # noqa: PTH118
-        before = str(first.setdefault(real, item))
+        before = str(first.setdefault(_identity(item), item))
         if before != item and os.path.abspath(before) != os.path.abspath(item):  # noqa: PTH100
             aside.again[os.path.normpath(item)] = before
     kept = {*first.values()}
     return list(dict.fromkeys(item for item in found if item in kept))
+
+
+def _identity(path: str) -> Any:
+    """What the names of one file, or of one sheet of it, have in common, hard links as well."""
+    file, sheet = file_and_sheet(path)
+    try:
+        status = os.stat(file)  # noqa: PTH116
+    except OSError:  # a link to nowhere
+        return path
+    if not status.st_ino:  # some file systems number no files
+        return os.path.realpath(path)
+    return status.st_dev, status.st_ino, sheet
 
 
 def _is_link(item: str | SourceFile) -> bool:
@@ -202,14 +154,9 @@ def is_url(path: str) -> bool:
 
 
 def read_bytes(path: str, size: int = 0) -> bytes:
-    """Read a file or the object of a URL whole.
+    """Read a file or the object of a URL whole, at once if it still has the size that is known.
 
-    A file that still has the size that is known is read at once.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
+    Raises OSError if it cannot be read.
     """
     if is_url(path):
         system, name = _file_system(path)
@@ -277,7 +224,7 @@ def _in_folder(folder: str, aside: Aside) -> Iterator[str]:
                         continue
                     if entry.is_dir(follow_symlinks=False):
                         folders.append(entry.path)
-                    elif not _is_file(entry, aside):
+                    elif not _is_file(entry):
                         continue
                     elif entry.name.lower().endswith(SUFFIXES):
                         yield entry.path
@@ -306,13 +253,10 @@ def _in_glob(pattern: str, aside: Aside) -> Iterator[str]:
             yield path
 
 
-def _is_file(entry: os.DirEntry[str], aside: Aside) -> bool:
-    if entry.is_file(follow_symlinks=False):
-        return True
-    if not (entry.is_symlink() and _leads_to_file(entry.path)):
-        return False
-    aside.links.add(entry.path)
-    return True
+def _is_file(entry: os.DirEntry[str]) -> bool:
+    return entry.is_file(follow_symlinks=False) or (
+        entry.is_symlink() and _leads_to_file(entry.path)
+    )
 
 
 def _leads_to_file(path: str) -> bool:

@@ -15,7 +15,6 @@ from accelcal.archive.columns import (
     ROWS,
     Columns,
     FrameColumn,
-    gate_column,
     put_together,
 )
 from accelcal.arrays import Labels, Places
@@ -25,6 +24,7 @@ from accelcal.gates.verdict import VERDICTS
 from accelcal.io.values.lots import declared_lot
 from accelcal.model import law_units
 from accelcal.record import TumbleRecord
+from accelcal.results.gate_columns import gate_column
 from accelcal.results.table import mountings_of_laws
 from accelcal.results.verdict import OUTCOMES
 from accelcal.sentences import both
@@ -39,10 +39,7 @@ JOINT = " | "
 
 
 def stacked_tables(stack: CalibrationStack) -> Columns:
-    """Columns of the tables of a stack, record after record.
-
-    Of R records of t tables these are R * t cells of each of `ROWS`.
-    """
+    """Columns of the tables of a stack, record after record: of R of t tables R * t rows."""
     records, count = stack.plan.records, len(stack.tables)
     record = np.repeat(np.arange(len(records)), count)
     table = np.tile(np.arange(count), len(records))

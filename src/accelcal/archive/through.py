@@ -61,7 +61,7 @@ class InMemory:
         return [self._results[place] for place in sorted(self._results)]
 
     def expect(self, _: Block) -> bool:
-        """Take note of the next block; none is finished already."""
+        """None is finished already."""
         return False
 
     def keep(self, block: Block, outcome: Outcome[Columns] | str) -> None:
@@ -69,7 +69,7 @@ class InMemory:
         self._results[block.place] = from_file(outcome) if isinstance(outcome, str) else outcome
 
     def serials(self, block: Block) -> Sequence[str]:
-        """Serial of each stretch of rows, where a finished block is a part of a table."""
+        """As of `Keeper`."""
         return self._results[block.place].told.serials
 
 
@@ -114,12 +114,8 @@ def work_through(
     """Work through the blocks of some files until all of them are kept.
 
     A block that is finished is forgotten, or a million files would fill the memory. The function
-    travels to the workers. `jobs` and `dask` are those of `accelcal.batch`, and `tell` is its
-    `progress`.
-
-    Notes
-    -----
-    Parts of a table in which serials are scattered are done anew: they refuse these.
+    travels to the workers. Parts of a table in which serials are scattered are done anew: they
+    refuse these.
     """
     parts = _work(blocks_of(sources), function, keeper, jobs, dask, _Tally(len(sources), tell))
     anew = list(_refusing(parts, keeper))

@@ -64,15 +64,10 @@ def completed(
     tasks: Iterable[Task],
     workers: int,
 ) -> Iterator[tuple[Task, Result]]:
-    """Do tasks, a few more at a time than there are workers.
+    """Do tasks, a few more at a time than there are workers; without an executor here.
 
-    Without an executor they are done here. They are looked for while the workers are busy, and each
-    comes with its result, in the order in which they end.
-
-    Raises
-    ------
-    InputError
-        If a worker was killed and nobody takes over.
+    They are looked for while the workers are busy, and each comes with its result, in the order in
+    which they end. Raises InputError if a worker was killed and nobody takes over.
     """
     if executor is None:
         yield from ((task, function(task)) for task in tasks)
@@ -170,16 +165,9 @@ def _kills_told() -> Iterator[None]:
 
 
 def workers(jobs: int, dask: str | None) -> AbstractContextManager[tuple[Executor | None, int]]:
-    """Engage workers.
+    """Give an executor and the number of its workers; one job is done here, without an executor.
 
-    One job is done in this process, without an executor. `dask` is the address of a scheduler, or
-    ``"local"`` for a cluster of `jobs` processes. The context gives the executor and the number of
-    workers.
-
-    Raises
-    ------
-    InputError
-        If Dask is not installed or its scheduler is not found.
+    Raises InputError if Dask is not installed or its scheduler is not found.
     """
     if dask is not None:
         return _cluster(dask, jobs)

@@ -16,6 +16,7 @@ from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, angle, gate_stack
 from accelcal.numerics.probability import f_exceeds, f_survival, written_p_value
 from accelcal.plural import listed
+from accelcal.shown_units import three_digits
 
 _AND_BACK = 1.5  # times the change from start to end beyond which a bias moved there and back
 
@@ -78,7 +79,7 @@ class _Moved(NamedTuple):
 
 def _size(name: str, value: float) -> str:
     if name == "scale_factor":
-        return f"{float(f'{1e6 * value:.3g}'):.12g} ppm"
+        return f"{three_digits(1e6 * value)} ppm"
     return (acceleration if name == "bias" else angle)(value)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from accelcal.arrays import Ints, Mask, Places
 from accelcal.record import TumbleRecord
 from accelcal.results.quantity import Gate
-from accelcal.shown_units import ACCELERATIONS, ANGLES, by_size
+from accelcal.shown_units import ACCELERATIONS, ANGLES, by_size, three_digits
 
 SIGNIFICANT = 0.01
 """False-alarm rate of a gate that is a statistical test."""
@@ -101,11 +101,7 @@ def angle(value: float) -> str:
 
 def _short(value: float, units: Sequence[tuple[float, str]]) -> str:
     size, unit = by_size(abs(value), units, 0.9995)
-    return f"{_three_digits(value / size)} {unit}"
-
-
-def _three_digits(value: float) -> str:
-    return f"{float(f'{value:.3g}'):.12g}" if 0.1 <= abs(value) < 1e9 else f"{value:.2g}"
+    return f"{three_digits(value / size)} {unit}"
 
 
 def times(ratio: float) -> str:

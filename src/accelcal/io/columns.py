@@ -34,6 +34,9 @@ _OPTIONAL = (
     *("run", "direction", "time", "date", "serial", "mounting", "clamping", "std", "count"),
     *("unit", "lot"),
 )
+_ROW_NUMBER = "order"
+"""Heading of the sheet of a test whose numbers its rows are in: nothing is lost with them."""
+
 _OF_ONE_READING = ("time", "std", "count")
 _OF_ONE_SERIAL = ("std",)  # time and count are those of all accelerometers that a row reads
 
@@ -338,7 +341,7 @@ def _aside(layout: Layout, columns: Columns) -> dict[str, str]:
     """Names of the columns that are not used, with the reason."""
     reasons = {}
     for index, heading in enumerate(layout.headings):
-        if index not in columns:
+        if index not in columns and heading.text != _ROW_NUMBER:
             name = shown(heading.text) if heading.text else f"{index + 1} without heading"
             reasons[name] = "is of one reading, not of a row," if heading.role else "is not known"
     return reasons

@@ -17,6 +17,7 @@ from accelcal.io.layout.parts import Layout
 from accelcal.io.readings import Readings, notes_of_pace
 from accelcal.io.runs import runs_of
 from accelcal.io.values.lots import lot_of_column
+from accelcal.io.values.markers import refuse_constant
 from accelcal.io.values.temperatures import notes_of_lone
 from accelcal.io.values.times import notes_of_order
 from accelcal.io.words.wording import lines_named, were
@@ -28,6 +29,8 @@ _OPTIONAL = ("clamping", "std", "count", "line")
 
 _NEAR = 3
 """Most rows from a reading to a second one of it; further down in the stroke it is a return."""
+
+_CHANGES = "the output changes with the angle"
 
 _AVERAGE = "average the samples of a reading: write their mean, with columns std and n"
 
@@ -70,7 +73,8 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     readings = readings.select(kept)
     notes += (*notes_of_pace(readings.time), *notes_of_order(readings.time, readings.line))
     notes += notes_of_lone(readings.temperature, runs.index[kept], readings.line, runs.labels)
-    _require_change(readings)
+    if len(readings.output) > 1:
+        refuse_constant(readings.output, readings.source, readings.line, _CHANGES)
     time, start = _seconds(readings.time, common["date"])
     days = _days(readings.day) if common["date"] is None else []
     if len(days) > 1:
@@ -88,13 +92,6 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
 
 def _left_out(lines: Ints, what: str) -> str:
     return f"{were(lines, what)} left out ({lines_named(lines)})"
-
-
-def _require_change(readings: Readings) -> None:
-    if readings.output.size > 1 and (readings.output == readings.output[0]).all():
-        problem = f"all {readings.output.size} outputs are {readings.output[0]:g}"
-        remedy = "check the voltmeter and the output column; the output changes with the angle"
-        raise readings.refuse(0, problem, remedy)
 
 
 def _days(day: NDArray[np.datetime64] | None) -> list[str]:

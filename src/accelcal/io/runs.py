@@ -16,6 +16,7 @@ from accelcal.io.unknown_temperatures import with_levels_around
 from accelcal.io.words.wording import lines_named
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
+from accelcal.plural import listed
 
 LEVEL_GAP = 2.0
 """Gap between sorted temperatures that separates two levels, and the widest level [degC]."""
@@ -113,11 +114,7 @@ def _reordered(runs: Runs, order: Ints) -> tuple[str, ...]:
         return ()
     numbers = _by_appearance(runs, order_of_runs(runs.index, runs.labels, None))
     what = "numbers" if names == numbers else "times"
-    return (f"the runs are in the order of their {what}, not of the rows: {_listed(names)}",)
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    return ", ".join(names[:5]) + ", ..." * (len(names) > 5)
+    return (f"the runs are in the order of their {what}, not of the rows: {listed(names)}",)
 
 
 def _by_appearance(runs: Runs, order: Ints) -> tuple[str, ...]:

@@ -53,8 +53,7 @@ def with_name_of_sheet(layout: Layout, sheet: str) -> Layout:
         if value is not None and known.isdisjoint([key, f"{key}s"]):
             here = Declared(value, layout.headings_line, layout.source)
             note = f"{key} {value}{unit} is told by the name of the sheet {shown(sheet)}"
-            declared, notes = {**layout.declared, key: here}, (*layout.notes, note)
-            layout = layout._replace(declared=declared, notes=notes)
+            layout = layout._replace(declared={**layout.declared, key: here}).noting(note)
     return layout
 
 
@@ -158,19 +157,9 @@ def _of_the_test(sheets: Sequence[Layout], of_rows: Sequence[str]) -> dict[str, 
 def without_faulty_facts(
     sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], Found]
 ) -> Found:
-    r"""Read sheets, without what a sheet beside them tells that cannot be used; a note says so.
+    """Read sheets, without what a sheet beside them tells that cannot be used; a note says so.
 
     Raises TableError if they cannot be read without such facts either.
-
-    Examples
-    --------
-    >>> from accelcal.io.tables import sheets_of, survey_sheets
-    >>> info = SourceText("a.xlsx#Info", "T0\troom\n", "workbook", sheet="Info")
-    >>> text = "temperature\tposition\tY1\n20\t1\t1.30\n20\t5\t-1.29\n"
-    >>> sheets = sheets_of((SourceText("a.xlsx", text, "workbook", beside=(info,)),))
-    >>> (record,) = survey_sheets(sheets, {})[1]
-    >>> record.notes[0].partition(": ")[0]
-    "reference_temperature of the sheet 'Info' is not used"
     """
     try:
         return _without_wrong(sheets, read)

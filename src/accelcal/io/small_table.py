@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.columns import places_of
+from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.engines import columns_by_split, decimal_mark
 from accelcal.io.files.text import SourceText, refuse_document
 from accelcal.io.layout.header_lines import Declared, KeyOf, declare, keys_and_values, unquoted
@@ -16,7 +16,6 @@ from accelcal.io.layout.separators import Recognise, split_headings
 from accelcal.io.values.cells import Column
 from accelcal.io.words.vocabulary import canonical_key
 from accelcal.io.words.wording import lines_named
-from accelcal.plural import are, named
 
 
 class SmallTable(NamedTuple):
@@ -47,7 +46,7 @@ def small_table(
         raise TableError(problem, remedy, source=given.name)
     told = [f"comments were set aside ({lines_named(aside)})"] if aside else []
     layout = _with_headings(table, given.name, recognise, remedy)
-    layout = layout._replace(declared=declared, notes=(*layout.notes, *told))
+    layout = layout._replace(declared=declared).noting(*told)
     places = places_of(layout, needed, remedy)
     split = columns_by_split(layout, sorted(places.values()), 1 + max(places.values(), default=0))
     cells = [str(cell) for column in split.values() for cell in column.cells]
@@ -79,14 +78,11 @@ def _with_headings(
 ) -> Layout:
     (start, text), *rows = table
     headings, separator = split_headings(text.strip(), recognise)
-    unused = [shown(heading.text) for heading in headings if not heading.role]
-    was = "was" if len(unused) == 1 else "were"
-    told = f"{named('column', unused)} {are(unused)} not known and {was} set aside"
-    notes = [told] * bool(unused)
     written, lines = [row for _, row in rows], [line for line, _ in rows]
-    layout = Layout(name, {}, headings, start, separator, written, lines, tuple(notes))
-    if len(unused) == len(headings):
+    layout = Layout(name, {}, headings, start, separator, written, lines, ())
+    known = {heading.role for heading in headings if heading.role}
+    if not known:
         raise layout.refuse(f"no column headings in {shown(text.strip())}", remedy)
     if not rows:
         raise layout.refuse("column headings but no rows", "add the rows")
-    return layout
+    return layout.noting(*notes_of_unused(layout, known))

@@ -23,11 +23,11 @@ from accelcal.io.layout.output_unit import unit_of_outputs, units_written
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.layout.rearranged import with_units_below
 from accelcal.io.values.cells import Column, labels, numbers
-from accelcal.io.values.markers import refuse_markers
+from accelcal.io.values.markers import refuse_constant, refuse_markers
 from accelcal.io.values.temperatures import notes_of_scale, refuse_other_temperatures
 from accelcal.io.values.times import in_seconds, times
 from accelcal.io.words.headings import Heading, name_and_unit
-from accelcal.io.words.wording import all_outputs, lines_named, were
+from accelcal.io.words.wording import lines_named, were
 from accelcal.pace import is_in_days
 from accelcal.plural import counted, listed
 from accelcal.stability.record import Launch, StabilityRecord
@@ -163,7 +163,7 @@ def read_stability(
     columns = {name: column.take(kept) for name, column in columns.items()}
     refuse_markers([columns["output"]], output[kept, None])
     _require_size(output[kept], columns["output"])
-    _require_change(output[kept], columns["output"])
+    refuse_constant(output[kept], layout.source, columns["output"].lines, "a real output has noise")
     written = units_written(layout, [columns["output"]], columns.get("unit"))
     unit, of_unit = unit_of_outputs(written, given.get("unit"), layout.source, _TWO_UNITS)
     serial, of_serial = serial_of_file(
@@ -281,19 +281,11 @@ def _seconds(columns: Roles) -> Array:
 
 
 def _require_size(output: Array, column: Column) -> None:
-    """Refuse outputs whose squares cannot be calculated with."""
+    """Refuse none at all, and outputs whose squares cannot be calculated with."""
+    if output.size == 0:
+        raise TableError("all outputs are missing", "write the outputs", source=column.source)
     column.check(np.abs(output) <= _LARGEST, "{} is too large", "write it in another unit")
-    if output.size and np.abs(output).max() < 1.0 / _LARGEST:
+    if np.abs(output).max() < 1.0 / _LARGEST:
         raise column.refuse(
             0, "{} is too small, as all others", "write the outputs in another unit"
         )
-
-
-def _require_change(output: Array, column: Column) -> None:
-    if output.size == 0:
-        problem, remedy = "all outputs are missing", "write the outputs"
-        raise TableError(problem, remedy, source=column.source, line=None)
-    if (output == output[0]).all():
-        problem = f"{all_outputs(output.size)} {output[0]:g}"
-        remedy = "check the voltmeter and the output column; a real output has noise"
-        raise TableError(problem, remedy, source=column.source, line=int(column.lines[0]))

@@ -25,17 +25,7 @@ _FEWEST_STEPS = 3
 
 
 def with_cycles(layout: Layout) -> Layout:
-    r"""Take a column of cycles for the strokes, where only directions stand beside it.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "temperature,position,cycle,direction,output\n20,1,1,forward,1.35"
-    >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
-    >>> with_cycles(layout).headings[2].role
-    'stroke'
-    """
+    """Take a column of cycles for the strokes, where only directions stand beside it."""
     headings = _with_words(layout)
     roles = {heading.role for heading in headings}
     if not roles & {"direction", "directions"} or roles & {"stroke", "strokes"}:

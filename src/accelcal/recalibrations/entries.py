@@ -13,6 +13,7 @@ from accelcal.arguments.kinds import kind_of, several
 from accelcal.dates import date_of
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
+from accelcal.results.gate_columns import gate_of_column
 from accelcal.results.quantity import Quantity
 from accelcal.units import YEAR
 
@@ -188,9 +189,9 @@ def _of_row(row: dict[str, Any]) -> Entry:
         scale_factor=numbers("K1"),
         unit=_text(row.get("output_unit")) or NO_UNIT,
         warned=tuple(
-            name.removeprefix("gate_").replace("_", " ")
+            gate
             for name, verdict in row.items()
-            if str(name).startswith("gate_") and verdict == "warn"
+            if verdict == "warn" and (gate := gate_of_column(str(name)))
         ),
         gravity=_numbers(row.get("g_local_m_s2"))[0],
         sha256=_text(row.get("sha256")),

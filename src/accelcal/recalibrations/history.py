@@ -35,6 +35,7 @@ from accelcal.recalibrations.wandering import chance_of_neighbours, line_of_a_wa
 from accelcal.results.calibration import Calibration
 from accelcal.results.quantity import Quantity
 from accelcal.results.unit_history import History, Jump, Point, Trend
+from accelcal.shown_units import three_digits
 from accelcal.version import SOFTWARE
 
 if TYPE_CHECKING:
@@ -320,7 +321,7 @@ def _apart(followed: _Followed, chosen: Comparable, columns: Array, alpha: float
     alone = np.column_stack([columns, np.arange(values.size) == place])
     size, beyond = followed.last_beyond_heat(alone, chosen.rise)
     if chance < alpha and beyond:
-        told = f"{float(f'{1e6 * size:.3g}'):.12g} {'ug' if followed.unit == 'g' else 'ppm'}"
+        told = f"{three_digits(1e6 * size)} {'ug' if followed.unit == 'g' else 'ppm'}"
         after = ", or a jump that no second one confirms; calibrate again"
         yield (
             f"the {followed.name} of {day(chosen.entries[place].date)} is {told} from what all"

@@ -197,12 +197,8 @@ def read_discovery(source: Source, serial: str | None = None) -> Discovery:
 def read_models(source: str) -> ResultFile:
     """Read a file of discoveries whose effects are to be used.
 
-    Raises
-    ------
-    TableError, DocumentError
-        As of `read_results`.
-    InputError
-        If an effect is not in the catalogue, or breaks its rules.
+    Raises as `read_results` does, and InputError if an effect is not in the catalogue, or breaks
+    its rules.
     """
     from accelcal.effects.found import disturbances
 
@@ -218,10 +214,7 @@ def read_models(source: str) -> ResultFile:
 def read_known(source: str | Texts) -> tuple[Calibration, ...]:
     """Read calibrations, or those that discoveries hold: none of a unit that allowed none.
 
-    Raises
-    ------
-    TableError, DocumentError
-        As of `read_results`; or all are discoveries without calibrations.
+    Raises as `read_results` does, and DocumentError if all are discoveries without calibrations.
     """
     file = read_results(source, Calibration, Discovery)
     known = (own.calibration if isinstance(own, Discovery) else own for own in file.results)

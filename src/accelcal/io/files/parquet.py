@@ -33,9 +33,7 @@ def read_all(source: str | IO[bytes]) -> Any:
 
 
 def read_rows(path: str, start: int, end: int) -> Any:
-    """Read some rows of a Parquet file.
-
-    `end` is the row behind the last.
+    """Read some rows of a Parquet file, of which `end` is the one behind the last.
 
     Raises as `read_all` does.
     """
@@ -102,19 +100,9 @@ def _in_seconds(column: Any, heading: str, name: str) -> Any:
 
 
 class CsvOfParquet(io.RawIOBase):
-    r"""The rows of a Parquet file as a stream of CSV, in bounded memory.
+    r"""The rows of a Parquet file, which can be sought in, as a stream of CSV in bounded memory.
 
-    Parameters
-    ----------
-    source : binary file object
-        The file, which can be sought in.
-    name : str
-        Its name, for messages.
-
-    Raises
-    ------
-    InputError, TableError
-        As of `read_all` and `as_csv`; of rows further down while it is read.
+    Raises as `read_all` and `as_csv` do; of rows further down while it is read.
 
     Examples
     --------

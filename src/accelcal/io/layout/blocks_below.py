@@ -12,6 +12,7 @@ from accelcal.io.layout.remarks import is_called_summary
 from accelcal.io.layout.rows_above import said_in_row
 from accelcal.io.layout.separators import split_line
 from accelcal.io.words.headings import read_heading
+from accelcal.io.words.signs import begins_number
 from accelcal.io.words.vocabulary import ACROSS, KEYS
 
 _APART = frozenset({"serial", "temperature", "run", "stroke", "mounting", "clamping"})
@@ -96,5 +97,4 @@ def _keys(line: str, separator: str | None) -> set[str]:
 def _is_reading(line: str, separator: str | None) -> bool:
     """Tell whether a row may be one of readings or of their summary: most cells are numbers."""
     cells = list(filter(None, split_line(line, separator)))
-    numbers = [cell for cell in cells if cell.lstrip("+-\u2212\u2013.,")[:1].isdecimal()]
-    return is_called_summary(line) or 2 * len(numbers) > max(len(cells), 2)
+    return is_called_summary(line) or 2 * sum(map(begins_number, cells)) > max(len(cells), 2)

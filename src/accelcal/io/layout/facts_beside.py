@@ -31,19 +31,12 @@ _LONGEST = 40  # letters of a name; what is longer is a sentence
 def with_facts(
     declared: Mapping[str, Declared], source: SourceText, roles: Set[str | None]
 ) -> tuple[dict[str, Declared], list[str]]:
-    r"""Add what the sheets beside a table tell, with notes of doubts; facts of its own win.
+    """Add what the sheets beside a table tell, with notes of doubts; facts of its own win.
 
     Words with a meaning are found as in a form above the headings; of other rows those count that
     have two cells, name and value. A sheet that tells something in two ways counts for nothing,
     and so does what two sheets tell otherwise. The serial is that of the only table: of several
     each may be a unit.
-
-    Examples
-    --------
-    >>> info = SourceText("a.xlsx#Info", "Serial\tA-7\nOperator\tMia\n", "workbook", sheet="Info")
-    >>> found, notes = with_facts({}, SourceText("a.xlsx", "", "workbook", beside=(info,)), set())
-    >>> found["serial"].value, found["Operator"].value, notes
-    ('A-7', 'Mia', [])
     """
     own: dict[str, Declared] = {}
     notes: list[str] = []

@@ -94,7 +94,7 @@ def keys_and_values(line: str, key_of: KeyOf = table_key) -> list[tuple[str, str
     """Take what a header line declares.
 
     The pairs are those of `header_line`, with an empty key for a text that declares nothing; None
-    where the line has no ``#``.
+    where the line has no ``#``. There are none in a line ``sep=;``, as Excel tells the separator.
 
     Examples
     --------
@@ -103,7 +103,7 @@ def keys_and_values(line: str, key_of: KeyOf = table_key) -> list[tuple[str, str
     """
     text = uncommented(line)
     if text is None:
-        return None
+        return [] if unquoted(line).casefold().startswith("sep=") else None
     parts = declarations_in(text, key_of) if text else []
     pairs = [(part, header_line(part, key_of)) for part in parts]
     return [pair if pair[0] else ("", part) for part, pair in pairs]

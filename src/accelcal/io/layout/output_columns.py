@@ -26,20 +26,11 @@ _INSTEAD = {
 
 
 def with_channels(layout: Layout, given: str = "") -> Layout:
-    r"""Take columns for the outputs of accelerometers, where a list of serials names them.
+    """Take columns for the outputs of accelerometers, where a list of serials names them.
 
     Serials that the caller lists win over the header line ``# serials``. The table stays the same
     where nothing lists serials, or other columns hold outputs or serials. Raises TableError if a
     serial is the heading of no column.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "T,J,k,A7 [mA],B2\n20,1,1,1.35,1.31"
-    >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
-    >>> [heading[2:] for heading in with_channels(layout, "A7, B2").headings[3:]]
-    [('mA', 'A7'), (None, 'B2')]
     """
     header = layout.declared.get("serials")
     names = _listed(given or (header.value if header else ""))
@@ -49,7 +40,7 @@ def with_channels(layout: Layout, given: str = "") -> Layout:
         return layout
     if others & {"serial", *OUTPUTS}:
         unused = f"serials {given} was not used: other columns hold the outputs or the serials"
-        return layout._replace(notes=(*layout.notes, unused)) if given else layout
+        return layout.noting(unused) if given else layout
     for place, name in enumerate(names):
         if name in names[:place]:
             remedy = "list each once, and give two columns of one heading different ones"
@@ -79,34 +70,15 @@ def _named(heading: Heading, names: Sequence[str]) -> Heading:
 
 
 def with_lone_output(layout: Layout) -> Layout:
-    r"""Take a column for the outputs, where no heading says so and only one can be.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "Temperatur;Stellung;Hub;Strom in mA;Raum\n20;1;1;1,35;7"
-    >>> layout = read_layout(SourceText("a.csv", text, "utf-8", compressed=False))
-    >>> [heading[1:3] for heading in with_lone_output(layout).headings[3:]]
-    [('output', 'mA'), (None, None)]
-    """
+    """Take a column for the outputs, where no heading says so and only one can be."""
     found = lone_output(layout.headings)
     return layout if found is None else _taken(layout, *found, "outputs")
 
 
 def with_lone_conditions(layout: Layout) -> Layout:
-    r"""Take columns for temperature and angle, where nothing tells them and one alone has the unit.
+    """Take columns for temperature and angle, where nothing tells them and one alone has the unit.
 
     A lone letter is a unit in brackets, or behind a comma, a slash or ``in``; but F may be farad.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "CH2 (C),Table [deg],Room C,k,Y\n20,45,1,1,1.35"
-    >>> layout = with_lone_conditions(read_layout(SourceText("a.csv", text, "utf-8")))
-    >>> [heading.role for heading in layout.headings]
-    ['temperature', 'angle', None, 'stroke', 'output']
     """
     for role, others in _INSTEAD.items():
         if {*layout.declared, *(own.role for own in layout.headings)}.isdisjoint(others):
@@ -139,4 +111,4 @@ def _taken(layout: Layout, place: int, taken: Heading, what: str) -> Layout:
     why = "unit" if taken.unit else "name"
     note = f"column {shown(taken.text)} is taken for the {what}, by its {why}"
     headings = (*layout.headings[:place], taken, *layout.headings[place + 1 :])
-    return layout._replace(headings=headings, notes=(*layout.notes, note))
+    return layout._replace(headings=headings).noting(note)

@@ -46,6 +46,10 @@ class Layout(NamedTuple):
         lines = [self.lines[place] for place in places]
         return self._replace(rows=[self.rows[place] for place in places], lines=lines)
 
+    def noting(self, *notes: str) -> Layout:
+        """Add notes."""
+        return self._replace(notes=(*self.notes, *notes))
+
     def refuse(self, problem: str, remedy: str) -> TableError:
         """Make the error of the headings."""
         return TableError(problem, remedy, source=self.source, line=self.headings_line)

@@ -12,7 +12,7 @@ from accelcal.io.layout.parts import NO_READINGS, Layout
 from accelcal.io.layout.separators import split_line
 from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
 from accelcal.io.words.headings import Heading, read_heading, split_unit
-from accelcal.io.words.signs import is_missing
+from accelcal.io.words.signs import begins_number, is_missing
 from accelcal.io.words.vocabulary import ACROSS, LABELS, is_unit_of
 from accelcal.io.words.wording import lines_named, were
 
@@ -34,40 +34,17 @@ _SIDE = ("position", "angle")
 
 
 def with_units_below(layout: Layout) -> Layout:
-    r"""Take a first row that holds units, and no reading, into the headings.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "T;J;Y [mA];;\n;;1;2;3\ndegC;-;mA;mA;mA\n20;1;1.35;1.35;1.35"
-    >>> layout = with_units_below(read_layout(SourceText("a.csv", text, "utf-8")))
-    >>> [heading.text for heading in layout.headings], layout.rows
-    (['T [degC]', 'J', '1 [mA]', '2 [mA]', '3 [mA]'], ['20;1;1.35;1.35;1.35'])
-    """
+    """Take a first row of units, as ``degC;-;mA``, that holds no reading, into the headings."""
     row = split_line(layout.rows[0], layout.separator)
     headings = headings_with_units(layout.headings, row) if len(layout.rows) > 1 else None
     if headings is None:
         return layout
-    return layout._replace(
-        headings=headings,
-        rows=layout.rows[1:],
-        lines=layout.lines[1:],
-        notes=(*layout.notes, UNITS_BELOW.format(layout.lines[0])),
-    )
+    left = layout.some(range(1, len(layout.rows)))._replace(headings=headings)
+    return left.noting(UNITS_BELOW.format(layout.lines[0]))
 
 
 def with_row_names(layout: Layout) -> Layout:
-    r"""Give the names of rows, in quotes and without a heading as R writes them, an empty one.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = '"T" "J" "k" "Y"\n"1" 20 1 1 1.35\n"2" 20 5 1 -1.33\n'
-    >>> with_row_names(read_layout(SourceText("a.csv", text, "utf-8"))).headings[0].text
-    ''
-    """
+    """Give the names of rows, in quotes and without a heading as R writes them, an empty one."""
     size, mark = len(layout.headings) + 1, layout.separator
     if not all(row[:1] == '"' for row in layout.rows):
         return layout
@@ -79,23 +56,13 @@ def with_row_names(layout: Layout) -> Layout:
 
 
 def without_words_below(layout: Layout) -> Layout:
-    r"""Set aside rows of words or dashes between the headings and the first row with a number.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "T|J|k|Y\n--|--|--|----\nset|read||mean of 10\n20|1|1|1.35\n"
-    >>> without_words_below(read_layout(SourceText("a.csv", text, "utf-8"))).rows
-    ['20|1|1|1.35']
-    """
+    """Set aside rows of words or dashes between the headings and the first row with a number."""
     places = range(len(layout.rows))
     count = next((place for place in places if not _are_words(layout, place)), 0)
     if not count:
         return layout
     note = f"text below the headings was set aside ({lines_named(layout.lines[:count])})"
-    left = layout._replace(rows=layout.rows[count:], lines=layout.lines[count:])
-    return left._replace(notes=(*layout.notes, note))
+    return layout.some(range(count, len(layout.rows))).noting(note)
 
 
 def _are_words(layout: Layout, place: int) -> bool:
@@ -112,7 +79,7 @@ def _are_words(layout: Layout, place: int) -> bool:
     roles = {role for role, cell in known if cell.strip(_RULE)}
     return not (
         any(map(is_missing, words))
-        or any(cell.lstrip("+-\u2212\u2013.,")[:1].isdecimal() for cell in words)
+        or any(map(begins_number, words))
         or all(any(map(str.isdecimal, cell)) for cell in words)  # as T=20;J=1;k=1;Y=1.35
         or (roles and roles <= LABELS)
         or any(is_unit_of(role, part) for role, cell in known for part in split_unit(cell))
@@ -120,17 +87,9 @@ def _are_words(layout: Layout, place: int) -> bool:
 
 
 def without_repeated_headings(layout: Layout) -> Layout:
-    r"""Leave out the rows that repeat the headings, where the blocks tell their readings apart.
+    """Leave out the rows that repeat the headings, where the blocks tell their readings apart.
 
     The table stays as it is where it would have a reading twice.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "T,J,Y1,Y2\n20,1,1.35,1.35\nT,J,Y1,Y2\n60,1,1.36,1.36\n"
-    >>> without_repeated_headings(read_layout(SourceText("a.csv", text, "utf-8"))).rows
-    ['20,1,1.35,1.35', '60,1,1.36,1.36']
     """
     texts = [heading.text for heading in layout.headings]
     first = next(filter(None, texts))
@@ -149,22 +108,14 @@ def without_repeated_headings(layout: Layout) -> Layout:
         raise layout.refuse(*NO_READINGS)
     lines = [layout.lines[place] for place in sorted(repeated)]
     note = f"{were(lines, 'row')} of headings again, and left out ({lines_named(lines)})"
-    return _if_told_apart(layout, layout.some(left)._replace(notes=(*layout.notes, note)))
+    return _if_told_apart(layout, layout.some(left).noting(note))
 
 
 def with_blocks_below(layout: Layout) -> Layout:
-    r"""Put blocks of the same columns that stand side by side below each other.
+    """Put blocks of the same columns that stand side by side below each other.
 
     A temperature or serial that stands above each of them becomes a column. The table stays as it
     is where it would have a reading twice.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "T,J,Y1,Y2,,T,J,Y1,Y2\n20,1,1.35,1.35,,60,1,1.36,1.36\n"
-    >>> with_blocks_below(read_layout(SourceText("a.csv", text, "utf-8"))).rows
-    ['"20","1","1.35","1.35"', '"60","1","1.36","1.36"']
     """
     lead, width = blocks_of_columns([heading.text for heading in layout.headings])
     labels = layout.labels
@@ -195,8 +146,7 @@ def with_blocks_below(layout: Layout) -> Layout:
             headings=headings,
             rows=_joined((cells for cells, _ in blocks), layout.separator or " "),
             lines=[line for _, line in blocks],
-            notes=(*layout.notes, f"{count} blocks side by side are read as one table"),
-        ),
+        ).noting(f"{count} blocks side by side are read as one table"),
     )
 
 
@@ -227,16 +177,7 @@ def _cells(row: str, layout: Layout, size: int) -> list[str]:
 
 
 def with_merged_cells(layout: Layout) -> Layout:
-    r"""Repeat the cells of columns where empty ones stand below each.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "T,J,Y1\n20,1,1.35\n,3,0.01\n,5,-1.34\n60,1,1.36\n,3,0.02\n,5,-1.35\n"
-    >>> with_merged_cells(read_layout(SourceText("a.csv", text, "utf-8"))).rows[4]
-    '"60","3","0.02"'
-    """
+    """Repeat the cells of columns where empty ones stand below each."""
     columns = [place for place, own in enumerate(layout.headings) if own.role in _LABELS]
     head = [split_line(row, layout.separator) for row in layout.rows[:2]]
     if layout.separator is None or not any(_stands_once(head, place) for place in columns):
@@ -251,7 +192,7 @@ def with_merged_cells(layout: Layout) -> Layout:
     names = shown(", ".join(layout.headings[place].text for place in merged))
     note = f"empty cells of {names} count as the one above them"
     rows = _joined(table, layout.separator)
-    return layout._replace(rows=rows, notes=(*layout.notes, note))
+    return layout._replace(rows=rows).noting(note)
 
 
 def _stands_once(table: list[list[str]], place: int) -> bool:
@@ -268,17 +209,7 @@ def _is_sparse(table: list[list[str]], place: int) -> bool:
 
 
 def with_strokes_in_rows(layout: Layout) -> Layout:
-    r"""Take the first cells of the rows for strokes, where they or the angles are called so.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "Position;1;2;3\nStroke 1;1,35;0,95;0,01\nStroke 2;1,36;0,96;0,01\n"
-    >>> layout = with_strokes_in_rows(read_layout(SourceText("a.csv", text, "utf-8")))
-    >>> [heading.text for heading in layout.headings], layout.rows[1]
-    (['stroke', '1', '2', '3'], '"2";"1,36";"0,96";"0,01"')
-    """
+    """Take the first cells of the rows for strokes, where they are called so, as ``Stroke 1``."""
     side, *others = layout.headings
     mark = layout.separator
     if side.role not in _SIDE or not others or mark is None:

@@ -33,16 +33,7 @@ _REMARK = re.compile(r"[^\W\d_].*(?:[:=]|[^\W\d_]\s).*|\*.*")
 
 
 def without_remarks(layout: Layout) -> Layout:
-    r"""Set aside rows that are called a mean or another summary, and remarks below the readings.
-
-    Examples
-    --------
-    >>> from accelcal.io.layout.parts import read_layout
-    >>> from accelcal.io.files.text import SourceText
-    >>> text = "J;Y1;Y2\n1;1,35;1,35\nMean;1,35;1,35\nChecked: N. N.\n"
-    >>> without_remarks(read_layout(SourceText("a.csv", text, "utf-8"))).rows
-    ['1;1,35;1,35']
-    """
+    """Set aside rows that are called a mean or another summary, and remarks below the readings."""
     end = len(layout.rows)
     called = {place for place, row in enumerate(layout.rows) if is_called_summary(row)}
     while end > 1 and (
@@ -58,7 +49,7 @@ def without_remarks(layout: Layout) -> Layout:
     told = [(what, [layout.lines[place] for place in own]) for what, own in kinds if own]
     notes = [f"{were(lines, what)} set aside ({lines_named(lines)})" for what, lines in told]
     left = sorted(set(range(len(layout.rows))).difference(summaries, remarks))
-    return layout.some(left)._replace(notes=(*layout.notes, *notes))
+    return layout.some(left).noting(*notes)
 
 
 def is_called_summary(row: str) -> bool:

@@ -25,6 +25,7 @@ from accelcal.io.layout.header_lines import (
     notes_of_keys,
 )
 from accelcal.io.words.headings import Heading, read_heading, split_unit
+from accelcal.io.words.signs import begins_number
 from accelcal.io.words.vocabulary import KEYS, KINDS_OF, LONGEST, canonical_key
 from accelcal.io.words.wording import lines_named
 from accelcal.units import is_output_unit
@@ -35,7 +36,6 @@ _QUOTED = re.compile(r'"((?:[^"]|"")*)"')
 _COMMA = re.compile(r"[0-9],[0-9]|.,\s")
 """A comma of a number or of language, behind which no program would begin a cell."""
 _NUMBER = re.compile(r"[-+\u2212\u2013]?[0-9]+(?:[.,][0-9]+)?(?:[eE][-+]?[0-9]+)?")
-_BEGINS_NUMBER = "0123456789+-\u2212\u2013"
 _DECIMALS = re.compile(r"[0-9][.,][0-9]")
 _DIGIT = re.compile("[0-9]")
 _SAYS = re.compile("[0-9#:=]")
@@ -133,7 +133,7 @@ def _refuse_readings(
 ) -> None:
     """Refuse rows of as many numbers as there are headings below them, some with decimals."""
     for number, line in above:
-        if line.lstrip(' "')[:1] not in _BEGINS_NUMBER:
+        if not begins_number(line.lstrip(' "')):
             continue
         cells = line.split() if separator is None else _cells(line, separator)
         is_row = len(cells) == size > 2 and any(map(_DECIMALS.search, cells))
@@ -214,8 +214,6 @@ def _said(above: Iterable[tuple[int, str]], separator: str | None) -> Iterator[t
         of_channels = of_channels or line.startswith(_LABVIEW_CHANNELS)
         if pairs is not None:
             told = [Said(*(pair if pair[0] else _in_cells(pair[1]))) for pair in pairs]
-        elif line.casefold().startswith("sep="):  # as Excel tells the separator
-            told = []
         else:
             told = [_NOTHING] if of_channels else said_in_row(line, separator, behind)
         for said in told:
@@ -384,5 +382,4 @@ def _value(key: str, cells: deque[str]) -> str:
 def is_of_numbers(line: str) -> bool:
     """Tell a row of readings: most of its cells begin as numbers do."""
     cells = re.split(r"[;\t]|,(?!\d)|\s+", line.strip())
-    numbers = [cell for cell in cells if cell and (cell[0].isdigit() or cell[0] in "+-.")]
-    return 2 * len(numbers) > len(cells)
+    return 2 * sum(map(begins_number, cells)) > len(cells)

@@ -19,8 +19,6 @@ from accelcal.io.samples.temperatures import OTHER_TEMPERATURES, SampleTemperatu
 from accelcal.io.values.markers import are_markers
 from accelcal.results.calibration import Calibration
 
-__all__ = ["Accelerometer"]
-
 _FARTHEST = 10.0
 """Accelerations beyond so many times the tested ones may be markers of missing outputs."""
 
@@ -34,22 +32,10 @@ _WIDE = (
 
 
 class Accelerometer:
-    """A calibrated accelerometer, see `accelcal.io.samples.stream.Instrument`.
+    """A calibrated accelerometer, an `Instrument` of a stream.
 
-    Parameters
-    ----------
-    calibration : Calibration
-        The calibration.
-    headings : SampleHeadings
-        What stands above the samples.
-    options : StreamOptions
-        How they are compensated.
-
-    Raises
-    ------
-    InputError
-        If the calibration is not usable, the units do not agree, or the temperature or local
-        gravity is needed and not given.
+    Raises InputError if the calibration is not usable, the units do not agree, or the temperature
+    or local gravity is needed and not given.
     """
 
     axes = ""

@@ -9,28 +9,16 @@ from accelcal.io.layout.separators import Recognise
 from accelcal.io.triad import triad_heading
 from accelcal.io.words.headings import Heading, read_heading, split_unit
 
-__all__ = ["ACROSS_AXES", "ONE_ACCELEROMETER", "TRIAD", "StreamForm"]
-
 ACROSS_AXES = ("a_p", "a_o")
 """Accelerations across the input axis of one accelerometer."""
 
 
 class StreamForm(NamedTuple):
-    """What the columns of a stream are.
-
-    Attributes
-    ----------
-    recognise : callable
-        What tells the meaning of a heading.
-    outputs : tuple of str
-        Roles of the columns of outputs.
-    remedy : str
-        What the headings should be.
-    """
+    """What the columns of a stream are."""
 
     recognise: Recognise
-    outputs: tuple[str, ...]
-    remedy: str
+    outputs: tuple[str, ...]  # roles of the columns of outputs
+    remedy: str  # what the headings should be
 
     @property
     def roles(self) -> tuple[str, ...]:

@@ -29,8 +29,6 @@ from accelcal.io.words.headings import Heading
 from accelcal.io.words.vocabulary import KEYS
 from accelcal.units import canonical_unit, scale_of, size_of
 
-__all__ = ["SampleHeadings", "acceleration_unit", "read_sample_headings"]
-
 _USED = ("unit", "serial", "temperature", "serials")
 _TEXTS = ("time", "serial", "unit")
 _LOCAL_G = ("g", "g_local")
@@ -49,33 +47,15 @@ def _meaning(key: str, value: str) -> str | float:
 
 @dataclass(frozen=True, slots=True)
 class SampleHeadings:
-    """Header lines and column headings of a stream.
+    """Header lines and column headings of a stream."""
 
-    Attributes
-    ----------
-    layout : Layout
-        Header lines and headings, without rows.
-    columns : mapping of str to int
-        Index of the column of each role.
-    units : mapping of str to str
-        Unit of each role, where a heading or header line gives it.
-    line : int
-        Line of the first sample.
-    row : str
-        The first rows of samples, where they were read to know what they are.
-    notes : tuple of str
-        What is to be told of how they were read.
-    unit_of_rows : Written or None
-        Unit that a column of units has; None where there is none.
-    """
-
-    layout: Layout
-    columns: Mapping[str, int]
-    units: Mapping[str, str]
-    line: int
-    row: str = ""
+    layout: Layout  # header lines and headings, without rows
+    columns: Mapping[str, int]  # index of the column of each role
+    units: Mapping[str, str]  # of each role, where a heading or header line gives it
+    line: int  # of the first sample
+    row: str = ""  # the first rows of samples, where they were read to know what they are
     notes: tuple[str, ...] = ()
-    unit_of_rows: Written | None = None
+    unit_of_rows: Written | None = None  # that a column of units has
 
     @property
     def output_unit(self) -> str | None:
@@ -116,17 +96,7 @@ class SampleHeadings:
     def refuse_declaration(self, comment: str, line: int) -> None:
         """Refuse a comment between the samples that declares other than the header lines do.
 
-        Parameters
-        ----------
-        comment : str
-            The line, from its ``#``.
-        line : int
-            Its number.
-
-        Raises
-        ------
-        TableError
-            If it has another unit, serial number or temperature, and no column tells that.
+        Raises TableError if it has another unit, serial or temperature, and no column tells that.
         """
         declared = self.layout.declared
         for key, value in keys_and_values(comment.strip("\r\n")) or ():
@@ -151,23 +121,9 @@ class SampleHeadings:
     def of_serial(self, serial: str | None, unit: str | None = None) -> SampleHeadings:
         """Take the outputs of one accelerometer, where those of several stand side by side.
 
-        Parameters
-        ----------
-        serial : str or None
-            Its serial number.
-        unit : str, optional
-            Unit of the outputs that takes the place of that of a header line.
-
-        Returns
-        -------
-        SampleHeadings
-            With the column of its outputs; the same where there is one column of outputs.
-
-        Raises
-        ------
-        TableError
-            If there is no column of this serial, its unit contradicts a header line, or there is a
-            column of serials and none is given.
+        The unit takes the place of that of a header line. Raises TableError if there is no column
+        of this serial, its unit contradicts a header line, or there is a column of serials and none
+        is given.
         """
         if "serial" in self.columns and serial is None:
             raise self.layout.refuse("a column serial", "choose one by its serial")
@@ -190,26 +146,9 @@ def read_sample_headings(
 ) -> SampleHeadings:
     """Read a stream up to its first sample.
 
-    Parameters
-    ----------
-    readline : callable
-        Gives the next line, an empty text at the end.
-    source : str
-        Name of the file, for messages.
-    form : StreamForm
-        What its columns are.
-    unit : str, optional
-        Unit of the outputs that takes the place of that of a header line.
-
-    Returns
-    -------
-    SampleHeadings
-        Header lines and headings. They may stand in a comment, as numpy.savetxt writes them.
-
-    Raises
-    ------
-    TableError
-        If there is no column of outputs, or headings or header lines contradict each other.
+    The headings may stand in a comment, as numpy.savetxt writes them. The unit of the outputs takes
+    the place of that of a header line. Raises TableError if there is no column of outputs, or
+    headings or header lines contradict each other.
     """
     declared, commented, row, line = _down_to_headings(readline, source, form)
     bare = _whole(row.strip(" \r\n"))
@@ -258,7 +197,7 @@ def _down_to_headings(
             for key, value in pairs:
                 if key in KEYS and value:
                     declare(declared, key, Declared(value, line, source))
-        elif unquoted(bare) and not bare.casefold().startswith("sep="):  # as Excel has it
+        elif unquoted(bare):
             return declared, commented, row, line
     raise TableError("no samples", form.remedy, source=source)
 
@@ -332,19 +271,7 @@ def _unit_to_give(role: str, unit: str) -> str:
 
 
 def acceleration_unit(unit: str) -> tuple[float, bool] | None:
-    """Tell the size of a unit of an acceleration.
-
-    Parameters
-    ----------
-    unit : str
-        The unit as written.
-
-    Returns
-    -------
-    size : float
-        How many g or m/s^2 it is.
-    in_metres : bool
-        Whether it is m/s^2. None in place of both where it is no such unit.
+    """Tell how many g or m/s^2 a unit of an acceleration is, and whether these are m/s^2.
 
     Examples
     --------

@@ -45,8 +45,6 @@ from accelcal.io.words.signs import is_missing
 from accelcal.io.words.vocabulary import is_unit_of
 from accelcal.units import canonical_unit, celsius, scale_of
 
-__all__ = ["BLOCK", "SampleBlock", "SampleReader", "open_samples"]
-
 BLOCK = 2_000_000
 """Characters of a block. A file that fits into one is read without pandas, as importing pandas
 would take longer."""
@@ -56,24 +54,12 @@ _LONGEST_LINE = 1_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SampleBlock:
-    """Consecutive samples.
+    """Consecutive samples."""
 
-    Attributes
-    ----------
-    values : mapping of str to ndarray of float
-        Columns of numbers by role, NaN where a cell is missing.
-    time : sequence of str or None
-        Times as written; None without such a column.
-    lines : ndarray of int
-        Line of each sample.
-    serials : sequence of str or None
-        Serial numbers as written; None without such a column.
-    """
-
-    values: Mapping[str, Array]
-    time: Sequence[str] | None
-    lines: Ints
-    serials: Sequence[str] | None = None
+    values: Mapping[str, Array]  # columns of numbers by role, NaN where a cell is missing
+    time: Sequence[str] | None  # as written; None without such a column
+    lines: Ints  # of each sample
+    serials: Sequence[str] | None = None  # as written; None without such a column
 
     def of_serial(self, serial: str | None) -> SampleBlock:
         """Keep the samples of one serial number; all of them without such a column."""
@@ -87,26 +73,14 @@ class SampleBlock:
 
 @dataclass(slots=True, eq=False)
 class SampleReader:
-    """A stream of samples, its headings read.
-
-    Attributes
-    ----------
-    headings : SampleHeadings
-        What stands above the samples.
-    size : int or None
-        Bytes of the file; None where it is no file.
-    notes : tuple of str
-        What is to be told of how it was read.
-    others : Counter of str
-        Number of samples of other serial numbers, which were left out so far.
-    """
+    """A stream of samples, its headings read."""
 
     headings: SampleHeadings
-    size: int | None
+    size: int | None  # bytes of the file; None where it is no file
     _text: io.TextIOBase
     _raw: IO[bytes]
     notes: tuple[str, ...] = ()
-    others: Counter[str] = field(default_factory=Counter)
+    others: Counter[str] = field(default_factory=Counter)  # samples of other serials, left out
     _serial: str | None = field(init=False, default=None)
     _line: int = field(init=False)
     _carry: str = field(init=False)
@@ -121,19 +95,9 @@ class SampleReader:
         return self.headings.source
 
     def choose(self, serial: str | None, unit: str | None = None) -> None:
-        """Take the samples of one serial number.
+        """Take the samples of one serial number, with a unit for outputs whose headings name none.
 
-        Parameters
-        ----------
-        serial : str or None
-            The serial number; None where the stream has to be of one.
-        unit : str, optional
-            Unit of the outputs, for a stream whose headings name none.
-
-        Raises
-        ------
-        TableError
-            If the stream is of several, and none or one that it has not is chosen.
+        Raises TableError if the stream is of several, and none or one that it has not is chosen.
         """
         self.headings = self.headings.of_serial(serial, unit).in_unit(unit)
         self._serial = serial
@@ -143,17 +107,9 @@ class SampleReader:
         return 0 if self.size is None else self._raw.tell()
 
     def blocks(self) -> Iterator[SampleBlock]:
-        """Read the samples block by block.
+        """Read the samples block by block, one sample or more.
 
-        Yields
-        ------
-        SampleBlock
-            Samples, one or more.
-
-        Raises
-        ------
-        TableError
-            At the first cell that is no number, or where the file cannot be read on.
+        Raises TableError at the first cell that is no number, or where the file cannot be read on.
         """
         bulk = None
         samples = 0
@@ -272,25 +228,10 @@ def open_samples(
 ) -> Iterator[SampleReader]:
     r"""Open a stream of samples and read its headings.
 
-    Parameters
-    ----------
-    source : str
-        Path of a CSV file, plain or gzip, of a Parquet file, or of a workbook, with the name of a
-        sheet behind ``#`` where it has several; ``"-"`` is standard input.
-    form : StreamForm, optional
-        What its columns are; those of one accelerometer by default.
-    unit : str, optional
-        Unit of the outputs that takes the place of that of a header line.
-
-    Yields
-    ------
-    SampleReader
-        The stream, at its first sample.
-
-    Raises
-    ------
-    TableError
-        If the file cannot be read or has no headings.
+    The source is the path of a CSV file, plain or gzip, of a Parquet file, or of a workbook, with
+    the name of a sheet behind ``#`` where it has several; ``"-"`` is standard input. The unit of
+    the outputs takes the place of that of a header line. Raises TableError if the file cannot be
+    read or has no headings.
 
     Examples
     --------

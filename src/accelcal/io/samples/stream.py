@@ -16,8 +16,6 @@ from accelcal.io.files.csv_text import needs_quotes, quoted
 from accelcal.io.samples.reader import SampleBlock, SampleReader
 from accelcal.version import SOFTWARE
 
-__all__ = ["AccelerationStream", "Instrument"]
-
 _ALWAYS = {
     "missing": "have a value missing and get no acceleration",
     "unsolved": "have an output that no acceleration gives, and get none",
@@ -25,27 +23,13 @@ _ALWAYS = {
 
 
 class Instrument(Protocol):
-    """What turns samples into accelerations: a calibrated accelerometer, or a triad.
-
-    Attributes
-    ----------
-    serial : str or None
-        Its serial number.
-    axes : str
-        Axes of its accelerations, empty where there is one.
-    scale : float
-        What accelerations in g are multiplied by.
-    notes : list of str
-        What was understood of the stream.
-    assumptions : tuple of str
-        What has to be assumed.
-    """
+    """What turns samples into accelerations: a calibrated accelerometer, or a triad."""
 
     serial: str | None
-    axes: str
-    scale: float
-    notes: list[str]
-    assumptions: tuple[str, ...]
+    axes: str  # of its accelerations, empty where there is one
+    scale: float  # what accelerations in g are multiplied by
+    notes: list[str]  # what was understood of the stream
+    assumptions: tuple[str, ...]  # what has to be assumed
 
     def used(self, block: SampleBlock) -> Mapping[str, Array]:
         """Take what the accelerations follow from, in the units of the calibration."""
@@ -60,21 +44,7 @@ class Instrument(Protocol):
 class AccelerationStream:
     """Accelerations of a stream of outputs, as CSV.
 
-    Parameters
-    ----------
-    instrument : Instrument
-        What turns them into accelerations.
-    samples : SampleReader
-        The stream of outputs.
-    unit : str
-        Unit of the accelerations, ``"g"`` or ``"m/s^2"``.
-    about : str
-        Where the calibration comes from, for the header.
-
-    Attributes
-    ----------
-    notes : list of str
-        What was understood of the stream.
+    They are in g or m/s^2; the header says about the calibration where it comes from.
     """
 
     def __init__(
@@ -89,17 +59,9 @@ class AccelerationStream:
         self.notes = [*samples.notes, *samples.headings.notes, *instrument.notes]
 
     def rows(self) -> Iterator[bytes]:
-        """Write the header, and then a row for each sample.
+        """Write the header, and then a row for each sample, as pieces of whole lines.
 
-        Yields
-        ------
-        bytes
-            Whole lines of CSV.
-
-        Raises
-        ------
-        TableError
-            At a cell that is no number, or a temperature outside the calibrated range.
+        Raises TableError at a cell that is no number, or a temperature that is out of range.
         """
         header = self._header()
         for block in self._samples.blocks():

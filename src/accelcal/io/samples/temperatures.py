@@ -12,35 +12,14 @@ from accelcal.errors import InputError, TableError
 from accelcal.io.samples.headings import SampleHeadings
 from accelcal.io.samples.reader import SampleBlock
 
-__all__ = ["OTHER_TEMPERATURES", "SampleTemperatures"]
-
 OTHER_TEMPERATURES = "are outside the calibrated temperatures"
 """What is said of samples outside the range that were accepted."""
 
 
 class SampleTemperatures:
-    """Temperatures of samples: one for all, or those of a column.
+    """Temperatures of samples: one for all, which wins, or those of a column or header line.
 
-    Parameters
-    ----------
-    headings : SampleHeadings
-        What stands above the samples.
-    given : float or None
-        Temperature of all samples, which wins over the column and the header line [degC].
-    calibrated : tuple of float or None
-        Range of the calibration, None where it is not known [degC].
-    extrapolate : bool
-        Whether temperatures outside this range are accepted.
-
-    Attributes
-    ----------
-    notes : list of str
-        What was understood.
-
-    Raises
-    ------
-    InputError
-        If the calibration depends on temperature and nothing tells it.
+    Raises InputError if the calibration depends on temperature and nothing tells it.
     """
 
     def __init__(
@@ -77,10 +56,7 @@ class SampleTemperatures:
     def of(self, block: SampleBlock) -> Array | float | None:
         """Those of the column, or that of all samples [degC].
 
-        Raises
-        ------
-        TableError
-            If one of a column that counts is hardly in degC, at its line.
+        Raises TableError if one of a column that counts is hardly in degC, at its line.
         """
         found = self.of_column(block)
         odd = outside_tests([] if found is None or self._calibrated is None else found)
@@ -90,13 +66,7 @@ class SampleTemperatures:
         return self._of_all if found is None else found
 
     def refuse_others(self, block: SampleBlock, found: MeasuredAcceleration) -> None:
-        """Refuse the first sample outside the calibrated range, unless these are accepted.
-
-        Raises
-        ------
-        TableError
-            At its line.
-        """
+        """Refuse the first sample outside the calibrated range, unless these are accepted."""
         outside = found.outside_temperatures
         if self._extrapolate or not outside.any():
             return

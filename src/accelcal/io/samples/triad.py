@@ -21,28 +21,14 @@ from accelcal.io.samples.reader import SampleBlock
 from accelcal.io.samples.temperatures import OTHER_TEMPERATURES, SampleTemperatures
 from accelcal.results.triad import TriadCalibration
 
-__all__ = ["Triad"]
-
 _FAR = "are longer than the tested 1 g: there the outputs are taken as linear"
 
 
 class Triad:
-    """A calibrated triad, see `accelcal.io.samples.stream.Instrument`.
+    """A calibrated triad, an `Instrument` of a stream.
 
-    Parameters
-    ----------
-    found : TriadCalibration
-        The calibration.
-    headings : SampleHeadings
-        What stands above the samples.
-    options : StreamOptions
-        How they are compensated.
-
-    Raises
-    ------
-    InputError
-        If the units do not agree, the local gravity is needed and not given, or an option is none
-        of this triad.
+    Raises InputError if the units do not agree, the local gravity is needed and not given, or an
+    option is none of this triad.
     """
 
     axes = AXES

@@ -19,13 +19,20 @@ _PLAIN: Mapping[Any, str] = {
 }
 
 
-def read_toml(given: SourceText, make: Callable[[dict[str, Any]], Found], tables: str) -> Found:
+def read_toml(
+    given: SourceText, make: Callable[[dict[str, Any]], Found], tables: str, schema: str
+) -> Found:
     """Make what a file in TOML describes.
 
     `tables` is how its tables are headed, as the remedy names them. Raises TableError if the file
-    is not TOML, or `make` refuses the document.
+    is not TOML, has another schema, or `make` refuses the document.
     """
-    return located(make, toml_document(given, tables), source=given.name)
+    document = toml_document(given, tables)
+    written = document.get("schema")
+    if written != schema:
+        what = "schema is missing" if written is None else f"schema {written!r} is unknown"
+        raise TableError(what, f"write schema = {schema!r}", source=given.name)
+    return located(make, document, source=given.name)
 
 
 def toml_document(given: SourceText, tables: str) -> dict[str, Any]:

@@ -174,14 +174,11 @@ def read_laboratory(source: str) -> Laboratory:
     TableError
         If the file cannot be read or is not TOML, or a key or a value breaks a rule.
     """
-    return read_toml(read_text(source, "laboratory"), _laboratory, "[laboratory]")
+    return read_toml(read_text(source, "laboratory"), _laboratory, "[laboratory]", SCHEMA)
 
 
 def _laboratory(document: Mapping[str, Any]) -> Laboratory:
-    given = dict(document)
-    schema = given.pop("schema", None)
-    if schema != SCHEMA:
-        raise InputError(f"schema {schema!r}; write schema = {SCHEMA!r} first")
+    given = {key: value for key, value in document.items() if key != "schema"}
     check_keys(given, _KEYS, _TYPE_NAMES)
     given |= {key: _contact(key, given[key]) for key in _CONTACTS if key in given}
     persons = [_contact("persons", person) for person in given.get("persons", ())]

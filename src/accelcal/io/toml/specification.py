@@ -52,13 +52,11 @@ def read_specification(source: Source) -> Specification:
     >>> accelcal.read_specification(StringIO(text)).limits
     (Limit(name='bias', unit='mg', minimum=None, maximum=5.0, at='T0', condition=''),)
     """
-    return read_toml(read_text(source, "data sheet"), _specification, "[limits.NAME]")
+    return read_toml(read_text(source, "data sheet"), _specification, "[limits.NAME]", SCHEMA)
 
 
 def _specification(document: Mapping[str, Any]) -> Specification:
-    if document.get("schema", SCHEMA) != SCHEMA:
-        raise InputError(f"schema {document['schema']!r} is unknown; write {SCHEMA!r}")
-    check_keys(document, _KEYS, _TYPE_NAMES, required=("schema", "name", "limits"))
+    check_keys(document, _KEYS, _TYPE_NAMES, required=("name", "limits"))
     limits = tuple(_limit(name, entry) for name, entry in document["limits"].items())
     rest = {key: document[key] for key in ("source", "rule") if key in document}
     return Specification(document["name"], limits, **rest)

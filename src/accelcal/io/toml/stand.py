@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from accelcal.errors import InputError
@@ -88,13 +89,12 @@ def read_stand(source: Source) -> Stand:
     2.8e-05
     """
     given = read_text(source, "stand")
-    return read_toml(given, lambda document: _stand(document, given.name), "[components.NAME]")
+    make = partial(_stand, name=given.name)
+    return read_toml(given, make, "[components.NAME]", SCHEMA)
 
 
 def _stand(document: Mapping[str, Any], name: str) -> Stand:
-    if document.get("schema", SCHEMA) != SCHEMA:
-        raise InputError(f"schema {document['schema']!r} is none of a stand; write {SCHEMA!r}")
-    check_keys(document, _KEYS, _TYPE_NAMES, required=("schema", "name", "components"))
+    check_keys(document, _KEYS, _TYPE_NAMES, required=("name", "components"))
     conditions = _conditions(document.get("conditions", {}))
     gravity, components = conditions.local_gravity, document["components"].items()
     return Stand(

@@ -7,7 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask
+from accelcal.errors import TableError
 from accelcal.io.values.cells import Column
+from accelcal.io.words.wording import all_outputs
 
 _NINES = (999.0, 9999.0, 99999.0, 999999.0, 999.9, 999.99, 9999.9, 9999.99, 999.25)
 """Sizes of what loggers write for a missing reading."""
@@ -47,6 +49,14 @@ def refuse_markers(columns: Iterable[Column], outputs: Array) -> None:
     for column, wrong in zip(columns, far.T, strict=True):
         problem = "{} looks like a marker of a missing reading"
         column.check(~wrong, problem, "leave the cell empty")
+
+
+def refuse_constant(output: Array, source: str, line: Ints, why: str) -> None:
+    """Refuse outputs that are all the same; a text says why they cannot be."""
+    if (output == output[0]).all():
+        problem = f"{all_outputs(output.size)} {output[0]:g}"
+        remedy = f"check the voltmeter and the output column; {why}"
+        raise TableError(problem, remedy, source=source, line=int(line[0]))
 
 
 def notes_of_far(output: Array, line: Ints) -> list[str]:

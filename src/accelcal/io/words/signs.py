@@ -27,6 +27,11 @@ def with_hyphen(text: str) -> str:
     return text.replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
 
 
+def begins_number(cell: str) -> bool:
+    """Tell whether a cell begins as a number does."""
+    return cell.lstrip("+-\N{MINUS SIGN}\N{EN DASH}.,")[:1].isdecimal()
+
+
 def mounting_written(name: str) -> str:
     """Tell which of `accelcal.geometry.MOUNTINGS` a name in a table means, if it is one.
 
