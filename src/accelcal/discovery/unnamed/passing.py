@@ -40,14 +40,23 @@ _FEWEST, _GROWTH = 4, 1.5
 _RATIOS = (2.0, 3.0, 4.0, 6.0, 9.0, 14.0)
 """Noise of a stroke over that of the others that is tried."""
 
-_WEIGHTS = {"oscillations": 0.3, "shifts of the bias": 1.0, "other shifts": 0.5, "strokes": 1.0}
+_DECAYS = (0.1, 0.2, 0.4)
+"""Time constants of a bias that settles in one run, over the length of the longest."""
+
+_WEIGHTS = {
+    "oscillations": 0.3,
+    "decays": 1.0,
+    "shifts of the bias": 1.0,
+    "other shifts": 0.5,
+    "strokes": 1.0,
+}
 """Weights of the kinds: least where those of a size that matters stand out most."""
 
 
 def passing(
     comparison: Comparison, instances: Sequence[Instance], alpha: float, seed: int = 0
 ) -> Unexplained | None:
-    """Find what oscillates or is shifted for a time, or a stroke with larger noise.
+    """Find what oscillates, settles or is shifted for a time, or a stroke with larger noise.
 
     Beside the effects that were found, the comparison agrees but for that. There is none where
     noise of an AR(1) process often looks like it, at a false-alarm rate alpha, or where the
@@ -59,6 +68,7 @@ def passing(
     bias, *others = SMALL_UNITS
     found = {
         "oscillations": oscillations(c, labels),
+        "decays": _decays(c, labels),
         "shifts of the bias": _shifts(c, labels, [bias]),
         "other shifts": _shifts(c, labels, others),
         "strokes": _strokes(c, labels),
@@ -87,7 +97,7 @@ def passing(
 def shift_in_place_of_one(
     family: Family, found: Explanation, alpha: float, p_value: float
 ) -> Unexplained | None:
-    """Find a shift for a time, or a step, that explains much better than one of some effects.
+    """Find a shift for a time, a step or a decay that explains much better than one effect.
 
     There is none where none explains better by more than the search for the best of many shifts
     gains, where neither these effects nor the best shift leave noise alone, or where there are more
@@ -99,7 +109,7 @@ def shift_in_place_of_one(
     if space.dof > MOST:
         return None
     bias, *others = SMALL_UNITS
-    kinds = (_shifts(c, labels, [bias, *others]), _steps(c, labels, others))
+    kinds = (_shifts(c, labels, [bias, *others]), _steps(c, labels, others), _decays(c, labels))
     tellers = [(kind.told, i) for kind in kinds for i in range(kind.actions.shape[0])]
     columns = np.hstack([kind.actions.toarray().T for kind in kinds])
     if not columns.size:
@@ -171,6 +181,24 @@ def oscillations(
 
     actions = c.gain * columns.reshape(c.gain.size, -1).T
     return Kind(2 * runs.shape[1], csr_array(actions), (np.inf,), told)
+
+
+def _decays(c: Conditions, labels: Sequence[str]) -> Kind:
+    """A bias that settles from the start of one run alone: in each, it is a warm-up."""
+    runs = [np.flatnonzero(own) for own in dummies(c.run).T]
+    taus = [part * float(c.run_time.max()) for part in _DECAYS]
+    found = [(own, tau) for own in runs for tau in taus if tau and len(runs) > 1]
+
+    def told(place: int, _: float, bias: Array) -> str:
+        own, tau = found[place]
+        first = own[np.argmin(c.run_time[own])]
+        return (
+            f"the bias settles in run {labels[c.run[first]]} alone, from {bias[first] * MICRO:+.3g}"
+            f" ug at its start with a time constant of about {tau / 60.0:.2g} min; repeat that run"
+        )
+
+    rows = [(own, c.gain[own] * np.exp(-c.run_time[own] / tau)) for own, tau in found]
+    return Kind(1, _acting(rows, c), (np.inf,), told)
 
 
 def _shifts(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -> Kind:
