@@ -214,10 +214,9 @@ def _of_drifts(
             if hanging := unlike(comparison, alone if counted else instances, others):
                 rate = fitted_sizes(comparison, others).of_each[-1][0] * MICRO
                 yield (
-                    f"bias-drift of {rate:.2g} ug/h beside {item.effect.id} with {p.name} of"
-                    f" {other.shape[p.name]:.3g} {p.unit} explains these readings as well, with"
-                    f" other values of {listed(map(symbol_of, hanging))}; no U counts it; to tell:"
-                    " longer runs, or the first level once more at the end"
+                    f"bias-drift of {rate:.2g} ug/h may hide beside {item.effect.id}, with other"
+                    f" values of {listed(map(symbol_of, hanging))}; no U counts it: measure longer"
+                    " runs, or the first level once more at the end"
                 )
                 break
 
