@@ -29,38 +29,19 @@ from accelcal.record import TumbleRecord
 
 
 class Comparison(NamedTuple):
-    """A record and the base model, fitted to it by generalised least squares.
+    """A record and the base model, fitted to it by generalised least squares."""
 
-    Attributes
-    ----------
-    record : TumbleRecord
-        The record of n readings.
-    model : BaseModel
-        The model.
-    parameters : ndarray, shape (p,)
-        Its parameters.
-    noise : ReadingNoise
-        Noise of the readings.
-    space : Space
-        What the model leaves.
-    seen : ndarray, shape (n,)
-        Coordinates of the readings in it.
-    spread : Covariance
-        Covariance of the errors of the readings.
-    possible : tuple of Covariance
-        The same for each of several values that the correlation of neighbours may have, where it is
-        estimated, also where it is not significant. None where the errors are known to be those
-        that the space makes independent.
-    """
-
-    record: TumbleRecord
+    record: TumbleRecord  # the record of n readings
     model: BaseModel
-    parameters: Array
+    parameters: Array  # its parameters, (p,)
     noise: ReadingNoise
-    space: Space
-    seen: Array
-    spread: Covariance
+    space: Space  # what the model leaves
+    seen: Array  # coordinates of the readings in it, (n,)
+    spread: Covariance  # covariance of the errors of the readings
     possible: tuple[Covariance, ...]
+    """The same for each of several values that the correlation of neighbours may have, where it is
+    estimated, also where it is not significant. None where the errors are known to be those that
+    the space makes independent."""
 
     @property
     def step(self) -> float:

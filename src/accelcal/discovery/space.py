@@ -19,20 +19,13 @@ class Space(NamedTuple):
 
     The coordinates of readings are the n whitened ones without the part that the base model takes.
     They fill n - p dimensions.
-
-    Attributes
-    ----------
-    whitener : Whitener
-        Map of readings [g] to readings whose errors are independent, with variance 1.
-    taken : ndarray, shape (n, p)
-        Orthonormal basis of what the base model takes of whitened readings.
-    systematic : ndarray, shape (n, b)
-        Orthonormal basis of all that repeats in replicates; what is left is pure error.
     """
 
     whitener: Whitener
-    taken: Array
+    """Map of readings [g] to readings whose errors are independent, with variance 1."""
+    taken: Array  # orthonormal basis of what the base model takes of whitened readings, (n, p)
     systematic: Array
+    """Orthonormal basis of all that repeats in replicates; what is left is pure error, (n, b)."""
 
     @property
     def size(self) -> int:

@@ -68,21 +68,13 @@ _QUICK = 2.0
 
 
 class Caveat(NamedTuple):
-    """What a reader must know.
+    """What a reader must know."""
 
-    Attributes
-    ----------
-    text : str
-        A sentence.
-    doubted : sequence of str
-        Ids of the named effects of which something outside the catalogue could be the cause.
-    reservation : str
-        What the verdict must add where it says that nothing is missing; mostly empty.
-    """
-
-    text: str
+    text: str  # a sentence
     doubted: Sequence[str] = ()
+    """Ids of the named effects of which something outside the catalogue could be the cause."""
     reservation: str = ""
+    """What the verdict must add where it says that nothing is missing; mostly empty."""
 
 
 def not_sure(ids: Sequence[str], why: str) -> Caveat:

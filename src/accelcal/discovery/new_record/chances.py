@@ -29,22 +29,13 @@ _NEW = 1e-6
 
 
 class Estimated(NamedTuple):
-    """Errors of which some sizes were estimated.
+    """Errors of which some sizes were estimated."""
 
-    Attributes
-    ----------
-    acting : ndarray, shape (n, k)
-        Change of the n readings by each error [g per unit].
-    counted : ndarray, shape (k, k)
-        Covariance of the errors that the space is whitened by.
-    sized : callable
-        The covariance, were the sizes other than estimated: of a function that gives the size over
-        its estimate, of the degrees of freedom of that.
-    """
-
-    acting: Array
-    counted: Array
+    acting: Array  # change of the n readings by each error, (n, k) [g per unit]
+    counted: Array  # covariance of the errors that the space is whitened by, (k, k)
     sized: Callable[[Callable[[float], float]], Array]
+    """The covariance, were the sizes other than estimated: of a function that gives the size over
+    its estimate, of the degrees of freedom of that."""
 
 
 def chances(

@@ -54,21 +54,11 @@ def said_of_fixture(size: float) -> str:
 
 
 class Fixtures(NamedTuple):
-    """Fixture angles of a record and of its calibration.
-
-    Attributes
-    ----------
-    calibration : Calibration
-        The calibration.
-    found : Compensation
-        What it gives.
-    size : float or None
-        Standard uncertainty of each angle [rad]; None where it is not known.
-    """
+    """Fixture angles of a record and of its calibration."""
 
     calibration: Calibration
-    found: Compensation
-    size: float | None
+    found: Compensation  # what it gives
+    size: float | None  # standard uncertainty of each angle [rad]; None where it is not known
 
     def difference(self, by_error: Array, *, same: bool) -> Array:
         """What the angles do to n readings of derivatives `by_error`, shape (n, 18).

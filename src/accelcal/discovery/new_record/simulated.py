@@ -38,22 +38,12 @@ other cross axis, and the fixture angle of either."""
 
 
 class Simulated(NamedTuple):
-    """What a calibration says about n readings.
+    """What a calibration says about n readings."""
 
-    Attributes
-    ----------
-    conditions : Conditions
-        Of the readings, as the calibration has them.
-    reading, simulated : ndarray, shape (n,)
-        Readings and simulation over K1 at T0 [g].
-    by_error : ndarray, shape (n, 18)
-        Change of the simulation by each of `ERRORS` [g per unit].
-    """
-
-    conditions: Conditions
-    reading: Array
-    simulated: Array
-    by_error: Array
+    conditions: Conditions  # of the readings, as the calibration has them
+    reading: Array  # readings over K1 at T0, (n,) [g]
+    simulated: Array  # simulation over K1 at T0, (n,) [g]
+    by_error: Array  # change of the simulation by each of `ERRORS`, (n, 18) [g per unit]
 
     @property
     def residual(self) -> Array:

@@ -58,36 +58,23 @@ _BEYOND_CHANCE = 2.5
 
 
 class ReadingNoise(NamedTuple):
-    """Noise of the readings.
+    """Noise of the readings."""
 
-    Attributes
-    ----------
-    sigma : float
-        Standard deviation of one reading [g].
-    rho : float
-        Correlation of one reading with the next in the order of measuring, 0 where it is not
-        significant.
-    dof : int
-        Degrees of freedom of the pure error.
-    tails : float
-        Degrees of freedom of the Student distribution that has its tails; infinite if normal.
-    relative : ndarray, shape (n,), or None
-        Standard deviation of each reading over sigma, as their std tell it, and the scatter of
-        their runs; None where alike.
-    possible : tuple of float
-        Correlations that the replicates leave possible, each as likely; empty where it is known.
-    heavy : bool
-        Whether the tails are heavier than those of a normal one beyond chance; `tails` leans to the
-        safe side before.
-    """
-
-    sigma: float
+    sigma: float  # standard deviation of one reading [g]
     rho: float
-    dof: int
+    """Correlation of one reading with the next in the order of measuring, 0 where it is not
+    significant."""
+    dof: int  # degrees of freedom of the pure error
     tails: float
+    """Degrees of freedom of the Student distribution that has its tails; infinite if normal."""
     relative: Array | None = None
+    """Standard deviation of each reading over sigma, as their std tell it, and the scatter of
+    their runs; None where alike, (n,)."""
     possible: tuple[float, ...] = ()
+    """Correlations that the replicates leave possible, each as likely; empty where it is known."""
     heavy: bool = False
+    """Whether the tails are heavier than those of a normal one beyond chance; `tails` leans to the
+    safe side before."""
 
     @property
     def remembers(self) -> bool:

@@ -26,25 +26,15 @@ _RANGE = 60.0
 
 
 class Block(NamedTuple):
-    """Readings that are taken together.
+    """Readings that are taken together."""
 
-    Attributes
-    ----------
-    id : str
-        Name of the entry of the menu.
-    action : str
-        What is measured, to follow "measure".
-    plan : TumblePlan
-        How; its angles are those of the input axis, that is head angle plus `clocking`.
-    clocking : float
-        How far the unit is turned in its clamp on the head [deg]. A record cannot tell it: readings
-        of a turned unit join one at the angle of the input axis.
-    """
-
-    id: str
-    action: str
+    id: str  # name of the entry of the menu
+    action: str  # what is measured, to follow "measure"
     plan: TumblePlan
+    """How; its angles are those of the input axis, that is head angle plus `clocking`."""
     clocking: float = 0.0
+    """How far the unit is turned in its clamp on the head [deg]. A record cannot tell it: readings
+    of a turned unit join one at the angle of the input axis."""
 
 
 def menu(record: TumbleRecord, reference_temperature: float) -> tuple[Block, ...]:

@@ -62,28 +62,15 @@ class _Seen(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """Kinds of disturbances beside noise, for the readings that something leaves.
+    """Kinds of disturbances beside noise, for the readings that something leaves."""
 
-    Attributes
-    ----------
-    left : ndarray, shape (n, d)
-        Orthonormal basis of what is left of the readings.
-    error : ndarray, shape (d,)
-        The readings in it [g].
-    noises : tuple of Noise
-        Noise of each correlation that is tried.
-    p_values : ndarray, shape (kinds,)
-        Chance that noise gains as much by any kind as the readings by this one, over the share that
-        the kinds have of the false-alarm rate.
-    beyond : ndarray, shape (kinds,)
-        Gain in likelihood by each kind beyond that of nearly all noise.
-    """
-
-    left: Array
-    error: Array
-    noises: tuple[Noise, ...]
+    left: Array  # orthonormal basis of what is left of the readings, (n, d)
+    error: Array  # the readings in it, (d,) [g]
+    noises: tuple[Noise, ...]  # noise of each correlation that is tried
     p_values: Array
-    beyond: Array
+    """Chance that noise gains as much by any kind as the readings by this one, over the share that
+    the kinds have of the false-alarm rate, (kinds,)."""
+    beyond: Array  # gain in likelihood by each kind beyond that of nearly all noise, (kinds,)
 
     def best(self, alpha: float) -> int | None:
         """Which kind gains most beyond noise, of those with a chance below a rate, if any has."""
