@@ -97,32 +97,12 @@ def compared(
     silent: Mask | None = None,
     apart: bool = False,
 ) -> Comparison:
-    """Compare a record with the base model.
+    """Compare a record with the base model at T0 [degC], with a fixture angle [rad].
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The record.
-    reference_temperature : float
-        T0 [degC].
-    delta0 : float, default 0
-        Fixture angle [rad].
-    known : tuple of Instance
-        Effects that are known to be there, so that they do not count as noise unless they leave too
-        little to tell it.
-    memory : bool, default True
-        Whether neighbouring readings may be correlated.
-    noise : ReadingNoise, optional
-        Noise of the readings; by default that of their replicates.
-    silent : ndarray of bool, shape (n,), optional
-        Readings that a dead zone silences, see `accelcal.discovery.silence`.
-    apart : bool, default False
-        Whether runs are apart, see `accelcal.discovery.base`.
-
-    Returns
-    -------
-    Comparison
-        The comparison; the known effects are not in the model.
+    Effects that are `known` to be there are not in the model, but do not count as noise unless they
+    leave too little to tell it. The noise is by default that of replicates; without `memory`,
+    neighbouring readings count as independent. Readings that a dead zone silences are `silent`,
+    shape (n,), and runs may be `apart`, see `accelcal.discovery.base`.
 
     Raises
     ------

@@ -78,16 +78,10 @@ class Space(NamedTuple):
 
 
 def space_of(whitener: Whitener, base: Array, repeating: Array) -> Space:
-    """Find what the base model leaves.
+    """Find what the base model leaves of n readings.
 
-    Parameters
-    ----------
-    whitener : Whitener
-        Of the errors of n readings.
-    base : ndarray, shape (n, p)
-        Derivatives of the base model, of whatever rank [g per unit].
-    repeating : ndarray, shape (n, k)
-        Columns that take up all that repeats, of whatever rank.
+    Its derivatives, shape (n, p) [g per unit], and columns that take up all that repeats, shape
+    (n, k), are of whatever rank.
     """
     taken, _ = np.linalg.qr(orthonormal(whitener.whitened(base)))  # to the last digit
     found = Space(whitener, taken, np.empty((len(base), 0)))

@@ -47,19 +47,9 @@ def chances(
 ) -> list[float]:
     """Chance that noise makes each factor disagree as much, not yet honest for their number.
 
-    Parameters
-    ----------
-    space : Space
-        The space.
-    seen : ndarray, shape (n,)
-        Coordinates of the readings.
-    blocks : sequence of Block
-        The factors, each orthogonal to those before it.
-    known_dof : float, default infinite
-        Degrees of freedom of the noise that the space is whitened by, where no replicates tell it
-        anew.
-    errors : Estimated, optional
-        Errors with estimated sizes; without them all that the space is whitened by is known.
+    Each of the blocks is orthogonal to those before it. Of the noise that the space is whitened by,
+    the degrees of freedom are known, where no replicates tell it anew. Without errors whose sizes
+    were estimated, all that the space is whitened by is known.
     """
     repeated = space.dof >= FEWEST_REPLICATES
     dof = space.dof if repeated else min(known_dof, _ENDLESS)

@@ -106,18 +106,10 @@ def reading_noise(
 ) -> ReadingNoise:
     """Estimate the noise of the readings from their replicates.
 
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-    residual : ndarray, shape (n,)
-        Reading minus some model that is the same for replicates [g].
-    all_that_repeats : ndarray, shape (n, k)
-        From `saturated`.
-    step : float
-        Step of the readings [g].
-    relative : ndarray, shape (n,), optional
-        Relative noise of the readings, from `relative_noise` and `with_noise_of_runs`.
+    The residuals, shape (n,) [g], are those of some model that is the same for replicates, all that
+    repeats, shape (n, k), is that of `accelcal.discovery.columns.saturated`, and the relative noise
+    of the readings, shape (n,), that of `relative_noise` and `with_noise_of_runs`. Their step is in
+    g.
 
     Raises
     ------

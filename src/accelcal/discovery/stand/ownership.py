@@ -47,16 +47,8 @@ class OwnLook(NamedTuple):
 class Looker:
     """Looks at units beside the others; the null of one plan and kind of noise is simulated once.
 
-    Parameters
-    ----------
-    effects : sequence of Effect
-        Effects to look for.
-    head : float
-        Declared uncertainty of a head position [rad].
-    seed : int
-        Of the simulated noise.
-    one_head : bool, default True
-        Whether the head positions that the others tell are those of the unit too.
+    A head position has the declared uncertainty `head` [rad]; with `one_head`, those that the
+    others tell are those of the unit too.
     """
 
     def __init__(

@@ -102,21 +102,9 @@ def tried(
 ) -> Trial:
     """Try kinds of disturbances in what some columns leave of the readings.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The readings.
-    taken : ndarray, shape (n, k)
-        Columns of whatever rank.
-    kinds : sequence of pairs
-        Kinds with their weights: in noise alone, one of twice the weight seems to be there twice as
-        often.
-    rhos : sequence of float
-        Correlations of neighbours that the noise may have.
-    share : float
-        Part of the false-alarm rate that is theirs.
-    seed : int
-        Of the noise that is drawn.
+    The columns, shape (n, k), are of whatever rank. Kinds come with weights: in noise alone, one of
+    twice the weight seems to be there twice as often. The noise may have any of some correlations
+    of neighbours, and a share of the false-alarm rate is for these kinds.
     """
     own = orthonormal(taken)
     left = np.asarray(np.linalg.qr(own, mode="complete")[0][:, own.shape[1] :])
