@@ -24,7 +24,7 @@ from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.search import cancels
 from accelcal.discovery.tied import said_of_not_shown
 from accelcal.discovery.unnamed.any_pattern import any_patterns
-from accelcal.discovery.unnamed.oscillating import Oscillation
+from accelcal.discovery.unnamed.mistaken import Instead
 from accelcal.discovery.unnamed.wandering import (
     LIKELY,
     POSSIBLE,
@@ -86,7 +86,7 @@ def caveats(
     family: Family,
     found: Sequence[Explanation],
     walks: Sequence[Wandering],
-    waves: Sequence[Oscillation],
+    waves: Sequence[Instead],
     left: Unexplained | None,
     alternatives: Alternatives,
     others: Sequence[Otherwise],
@@ -278,7 +278,7 @@ def _of_not_listed(
         yield not_sure(ids, f"{what} explains these readings as well; {remedy}")
 
 
-def _of_oscillations(waves: Sequence[Oscillation]) -> Iterator[Caveat]:
+def _of_oscillations(waves: Sequence[Instead]) -> Iterator[Caveat]:
     """Effects in step with an oscillation, as a backlash with one of the period of a stroke."""
     for wave in waves:
         if wave.gain > np.log(POSSIBLE):
