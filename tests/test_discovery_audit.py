@@ -636,6 +636,14 @@ def test_a_cube_that_another_power_explains_better_is_not_sure(power, size, term
     assert any(f"a term {term} explains these readings as well" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("positions", [24, 36])
+def test_an_output_that_saturates_is_no_sure_odd_quadratic(positions):
+    """As tanh(4 a_i) it was one for certain, as a power does not explain it better."""
+    found = accelcal.discover(patterned(positions, lambda th: 16e-5 * np.tanh(4.0 * np.cos(th))))
+    assert found.doubtful == ("odd-quadratic",)
+    assert any("an output that saturates, as tanh(a_i / 0." in note for note in found.notes)
+
+
 def test_an_effect_that_shows_what_no_pattern_of_its_kind_has_is_sure():
     """A dead zone mostly goes with the sign of sin th, of which kind 12 positions show two."""
     plan = TumblePlan(positions=12, temperatures=(T0,), timed=True)
