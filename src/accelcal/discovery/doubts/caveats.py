@@ -20,6 +20,7 @@ from accelcal.discovery.doubts.otherwise import (
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.look import Look
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.search import cancels
 from accelcal.discovery.tied import said_of_not_shown
@@ -83,21 +84,17 @@ def not_sure(ids: Sequence[str], why: str) -> Caveat:
 
 
 def caveats(
-    family: Family,
-    found: Sequence[Explanation],
-    walks: Sequence[Wandering],
-    waves: Sequence[Instead],
+    look: Look,
     left: Unexplained | None,
     alternatives: Alternatives,
     others: Sequence[Otherwise],
 ) -> Iterator[Caveat]:
-    """Tell what a reader must know.
+    """Tell what a reader must know of what a look named, or of what comes nearest.
 
-    Of the explanations that pass, the best comes first. Walks and waves could stand in place of its
-    effects, or of the nearest ones where none passes. Something may be left beside them.
-    Alternatives explain the readings as well; with others the coefficients are others too.
+    Something may be left beside it. Alternatives explain the readings as well; with others the
+    coefficients are others too.
     """
-    comparison = family.comparison
+    comparison, family, found = look.comparison, look.family, look.findings.named
     yield from map(Caveat, said_of_positions(comparison.record))
     yield from map(Caveat, said_of_temperatures(comparison.record))
     best = found[0].instances if found else ()
@@ -116,11 +113,11 @@ def caveats(
         yield from _of_few_readings(comparison, best)
         yield from _of_steps(comparison, best, left)
         yield from _of_not_listed(comparison, best, {i for one in of_any for i in one.doubted})
-        yield from _of_oscillations(waves)
+        yield from _of_oscillations(look.waves)
         yield from _of_the_wrong_sense(comparison, best)
         yield from _of_the_chamber(comparison, best)
     if found or left:
-        yield from _wandering(walks, named=bool(found))
+        yield from _wandering(look.walks, named=bool(found))
     yield from _undeclared(comparison, best)
     yield from _untimed(comparison, best, left)
 

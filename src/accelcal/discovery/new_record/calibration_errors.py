@@ -27,6 +27,7 @@ from accelcal.discovery.new_record.simulated import (
     ERRORS,
     Simulated,
     freed_angle,
+    is_freed,
     simulated_readings,
 )
 from accelcal.errors import InputError
@@ -243,7 +244,7 @@ def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Arra
         places = {id(table.calibrated): table for table in own}
         sides = {side: places[id(table)] for side, table in near.items()}
         influence = {side: _influence(table, positions) for side, table in sides.items()}
-        freed = axis.name in {cross_name(told.axis) for told in calibration.fixture_angle}
+        freed = is_freed(calibration, axis.name)
         _tell(by_head, place, list(influence.values()), list(sides), freed=freed)
     return positions, by_head @ _missed(calibration, found, tables, positions)
 

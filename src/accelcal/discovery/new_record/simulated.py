@@ -56,6 +56,11 @@ class Simulated(NamedTuple):
         return self.conditions.gain * self.conditions.per_radian
 
 
+def is_freed(calibration: Calibration, axis: str) -> bool:
+    """Whether both sides of an axis tell its misalignment without the fixture angle."""
+    return axis in {cross_name(told.axis) for told in calibration.fixture_angle}
+
+
 def freed_angle(calibration: Calibration, axis: str) -> Quantity:
     """Fixture angle that both sides of a cross axis told apart, else the one taken as given."""
     taken = Quantity(calibration.delta0_rad, 0.0, "rad")
