@@ -38,13 +38,7 @@ class Block(NamedTuple):
 
 
 def menu(record: TumbleRecord, reference_temperature: float) -> tuple[Block, ...]:
-    """List what could be measured next; a single level is that of the record nearest to T0.
-
-    Examples
-    --------
-    >>> [block.id for block in menu(simulate(seed=1), 20.0)][:4]
-    ['same-test', 'longer-run', 'offset-positions', 'finer-positions']
-    """
+    """List what could be measured next; a single level is that of the record nearest to T0."""
     levels = _levels(record, reference_temperature)
     here = min(levels, key=lambda level: abs(level - reference_temperature))
     at = f" at {here:g} degC" if len(set(levels)) > 1 else ""
@@ -181,11 +175,6 @@ def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
 
     What is declared is that of the first. Runs of the second have labels of their own, and its
     clock starts one pause between runs after the first one.
-
-    Examples
-    --------
-    >>> joined(simulate(seed=1), simulate(seed=2)).run_labels
-    ('1', '2', '3', '4', '5', '6')
     """
     numbered = first.positions == second.positions
     both: dict[str, Any] = {
