@@ -39,6 +39,7 @@ from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.plural import are, counted, listed
 from accelcal.results.findings import Unexplained
+from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
 _LIKE_THE_HEAD = 0.9
@@ -110,7 +111,6 @@ def caveats(
         yield from (Caveat(*said) for said in silence or said_of_rivals(comparison, found))
         yield from _of_the_first_readings(comparison, best)
         yield from map(Caveat, _of_the_start(best))
-        yield from _of_few_readings(comparison, best)
         yield from _of_steps(comparison, best, left)
         yield from _of_not_listed(comparison, best, {i for one in of_any for i in one.doubted})
         yield from _of_oscillations(look.waves)
@@ -179,53 +179,45 @@ def _of_the_start(instances: Sequence[Instance]) -> Iterator[str]:
             )
 
 
-def _of_few_readings(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
-    """Steps with but a few readings of their run on one side."""
-    c = comparison.model.conditions
-    for item in instances:
-        if item.effect.id != "bias-step":
-            continue
-        first = int(item.shape["reading"])
-        own = c.number[c.run == c.run[c.order[first - 1]]]
-        before = int((own < first).sum())
-        fewest = min(before, own.size - before)
-        if 0 < fewest < _OUTLIERS:
-            yield not_sure(
-                [item.effect.id],
-                f"{fewest} readings alone lie on one side of it in its run, and as many outliers"
-                " would look like it; repeat the run",
-            )
-
-
 def _of_steps(
     comparison: Comparison, instances: Sequence[Instance], left: Unexplained | None
 ) -> Iterator[Caveat]:
-    """Steps that something slower could as well be."""
-    rho = comparison.noise.rho
+    """Steps that outliers or something slower could as well be."""
     walks = {
         walk.instead_of.shape["reading"]: walk
         for walk in wandering_in_its_run(comparison, instances)
         if walk.is_as_likely(POSSIBLE)
     }
     for place, item in enumerate(instances):
-        if item.effect.id != "bias-step":
-            continue
-        step = parameters_of(comparison, instances)[place]["step"]
-        reasons = []
-        if left is not None:
-            reasons.append("something shows beside it that no effect explains")
-        if rho > _CORRELATED:
-            reasons.append(f"neighbouring readings are correlated ({rho:+.2f})")
-        if walk := walks.get(item.shape["reading"]):
-            reasons.append(f"a {walk.what} that wanders in its run alone is as likely")
-        if (step.expanded_uncertainty or 0.0) > _VAGUE * abs(step.value or 0.0):
-            reasons.append("its uncertainty is more than a third of it")
-        if reasons:
-            yield not_sure(
-                [item.effect.id],
-                f"{listed(reasons)}, as where the bias wanders, oscillates or settles in one run;"
-                " repeat the run",
-            )
+        if item.effect.id == "bias-step":
+            step, first = parameters_of(comparison, instances)[place]["step"], item.shape["reading"]
+            reasons = [*_few_readings(comparison, first), *_slower(comparison, step, left)]
+            if walk := walks.get(first):
+                reasons.append(f"a {walk.what} that wanders in its run alone is as likely")
+            if reasons:
+                yield not_sure([item.effect.id], f"{listed(reasons)}; repeat the run")
+
+
+def _few_readings(comparison: Comparison, first: float) -> Iterator[str]:
+    """Reason to doubt a step with but a few readings of its run on one side."""
+    c = comparison.model.conditions
+    own = c.number[c.run == c.run[c.order[int(first) - 1]]]
+    fewest = min(np.count_nonzero(own < first), np.count_nonzero(own >= first))
+    if 0 < fewest < _OUTLIERS:
+        yield (
+            f"{fewest} readings alone lie on one side of it in its run, and as many outliers would"
+            " look like it"
+        )
+
+
+def _slower(comparison: Comparison, step: Quantity, left: Unexplained | None) -> Iterator[str]:
+    """Reasons to take a step for something slower."""
+    if left is not None:
+        yield "something shows beside it that no effect explains"
+    if (rho := comparison.noise.rho) > _CORRELATED:
+        yield f"neighbouring readings are correlated ({rho:+.2f})"
+    if (step.expanded_uncertainty or 0.0) > _VAGUE * abs(step.value or 0.0):
+        yield "its uncertainty is more than a third of it"
 
 
 def of_partners(
