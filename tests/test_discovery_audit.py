@@ -320,40 +320,15 @@ def test_joined_records_follow_one_another():
     assert joined(whole, first).run_labels == ("1", "2", "3")
 
 
-def test_a_clock_that_goes_on_is_kept():
+def test_without_one_clock_there_is_none():
     first, second = (simulate(plan=ONE_RUN, seed=seed) for seed in (1, 2))
-    later = replace(second, time=second.time + 1e6)
-    assert joined(first, later).time[-1] == later.time[-1]
-    assert joined(first, replace(later, time=None)).time is None
+    assert joined(first, replace(second, time=None)).time is None
 
 
 def test_positions_of_another_numbering_become_angles():
     first = simulate(plan=ONE_RUN, seed=1)
     other = simulate(plan=replace(ONE_RUN, positions=12), seed=1)
     assert not joined(first, other).position[len(first) :].any()
-
-
-def test_what_only_one_of_two_declares_holds_for_both():
-    first = simulate(plan=ONE_RUN, seed=1)
-    second = replace(first, apparatus=Apparatus(), serial=None)
-    for whole in (joined(first, second), joined(second, first)):
-        assert whole.apparatus == first.apparatus
-        assert whole.serial == first.serial
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"serial": "7"}, "serial 7 after AL-15"),
-        ({"apparatus": Apparatus(head_uncertainty=1e-3)}, "head_uncertainty 0.001 after 6.7e-06"),
-        ({"reference_temperature": 25.0}, "reference_temperature 25.0 after 20.0"),
-        ({"metadata": {"delta0": "0.001"}}, "delta0 0.001 after 0;"),
-    ],
-)
-def test_records_of_two_accelerometers_or_stands_are_not_joined(change, message):
-    first = simulate(plan=ONE_RUN, seed=1)
-    with pytest.raises(InputError, match=message):
-        joined(first, replace(first, **change))
 
 
 # -- what to measure next --------------------------------------------------------------------------
@@ -659,6 +634,14 @@ def test_a_cube_that_another_power_explains_better_is_not_sure(power, size, term
     assert [item.id for item in found.effects] == ["cross-axis-cubic"]
     assert found.doubtful == ("cross-axis-cubic",)
     assert any(f"a term {term} explains these readings as well" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("positions", [24, 36])
+def test_an_output_that_saturates_is_no_sure_odd_quadratic(positions):
+    """As tanh(4 a_i) it was one for certain, as a power does not explain it better."""
+    found = accelcal.discover(patterned(positions, lambda th: 16e-5 * np.tanh(4.0 * np.cos(th))))
+    assert found.doubtful == ("odd-quadratic",)
+    assert any("an output that saturates, as tanh(a_i / 0." in note for note in found.notes)
 
 
 def test_an_effect_that_shows_what_no_pattern_of_its_kind_has_is_sure():

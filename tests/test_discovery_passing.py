@@ -65,6 +65,25 @@ def test_an_oscillation_is_told_with_its_period(minutes):
     assert "the bias oscillates" in " ".join(str(found).split())
 
 
+@pytest.mark.parametrize(("size", "tau"), [(60e-6, 300.0), (-60e-6, 1200.0), (200e-6, 1200.0)])
+def test_a_warm_up_of_one_run_is_told_as_one(size, tau):
+    """It was something slow as a walk, by the time in all runs, or a step and a warm-up of all."""
+
+    def decay(record):
+        later = record.time - record.time[record.run == 1].min()
+        return np.where(record.run == 1, size * np.exp(-later / tau), 0.0)
+
+    found = accelcal.discover(disturbed(decay))
+    assert found.effects == ()
+    told = re.match(
+        r"the bias settles in run 2 alone, from (\S+) ug at its start with a time constant of about"
+        r" (\S+) min",
+        found.unexplained.structure,
+    )
+    assert float(told[1]) == pytest.approx(1e6 * size, rel=0.2)
+    assert float(told[2]) == pytest.approx(tau / 60.0, rel=0.5)
+
+
 @pytest.mark.parametrize(("first", "last"), [(60, 68), (116, 130)])
 def test_a_shift_for_a_time_is_told_with_its_place_and_size(first, last):
     found = accelcal.discover(disturbed(for_a_time(first, last, 4.0 * NOISE), seed=3))

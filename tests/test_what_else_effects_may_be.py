@@ -139,7 +139,7 @@ def test_a_drift_that_hides_beside_a_warm_up_is_told():
     found = beside_a_drift(20.0, 80.0, -40.0)
     assert [item.id for item in found.effects] == ["warm-up"]
     (said,) = (note for note in found.notes if note.startswith("bias-drift of "))
-    assert "with other values of k0, lam1 and lam2; no U counts it" in said
+    assert "with other values of k0, lam1 and lam2; no U counts it: measure longer runs," in said
     again = beside_a_drift(20.0, 80.0, -40.0, 20.0)
     assert {item.id for item in again.effects} == {"warm-up", "bias-drift"}
     assert not any(note.startswith("bias-drift of ") for note in again.notes)

@@ -37,13 +37,6 @@ def as_measured(record: TumbleRecord) -> TumbleRecord:
     """Bring the rows into the order of measuring, so that noise is drawn alike for any other.
 
     It is the very same record where they are in it.
-
-    Examples
-    --------
-    >>> import accelcal
-    >>> record = accelcal.simulate(seed=1)
-    >>> as_measured(record) is record
-    True
     """
     order = order_of_measuring(record)
     return record if (np.diff(order) > 0).all() else record.taken(order)
@@ -73,13 +66,6 @@ def with_temperatures_of_runs(record: TumbleRecord) -> TumbleRecord:
     ------
     InputError
         If a run has no temperature and others have, as its place among their levels is open.
-
-    Examples
-    --------
-    >>> import accelcal
-    >>> record = accelcal.simulate(seed=1)
-    >>> with_temperatures_of_runs(record) is record
-    True
     """
     unknown = np.isnan(record.temperature)
     if not unknown.any() or unknown.all():

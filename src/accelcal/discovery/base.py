@@ -42,37 +42,18 @@ _RANK = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BaseModel:
-    """Columns of the two brackets for n readings.
-
-    Attributes
-    ----------
-    nominal : float
-        K1N, the scale factor at T0 as a first fit of the model has it [output unit / g].
-    reading : ndarray, shape (n,)
-        Readings over `nominal` [g].
-    gain : ndarray, shape (n, p)
-        Columns of the first bracket.
-    inside : ndarray, shape (n, q)
-        Columns of the second bracket.
-    names : tuple of str
-        Coefficient that each of the p + q columns belongs to.
-    conditions : Conditions
-        Of the readings, as the fitted model has them.
-    T0, delta0 : float
-        Reference temperature [degC] and fixture angle [rad].
-    apart : bool
-        Whether bias, scale factor and misalignment are free in each run.
-    """
+    """Columns of the two brackets for n readings."""
 
     nominal: float
-    reading: Array
-    gain: Array
-    inside: Array
-    names: tuple[str, ...]
-    conditions: Conditions
-    T0: float
-    delta0: float
-    apart: bool = False
+    """K1N, the scale factor at T0 as a first fit of the model has it [output unit / g]."""
+    reading: Array  # readings over `nominal`, (n,) [g]
+    gain: Array  # columns of the first bracket, (n, p)
+    inside: Array  # columns of the second bracket, (n, q)
+    names: tuple[str, ...]  # coefficient that each of the p + q columns belongs to
+    conditions: Conditions  # of the readings, as the fitted model has them
+    T0: float  # reference temperature [degC]
+    delta0: float  # fixture angle [rad]
+    apart: bool = False  # whether bias, scale factor and misalignment are free in each run
 
     def split(self, parameters: Array) -> tuple[Array, Array]:
         """Both brackets at the parameters, each of shape (n,)."""

@@ -30,36 +30,16 @@ MOST_VALUES = 500
 
 
 class Candidates(NamedTuple):
-    """All instances that can be seen, as unit vectors of the space.
+    """All instances that can be seen, as unit vectors of the space."""
 
-    Attributes
-    ----------
-    instances : tuple of Instance
-        N instances, those of one effect together.
-    directions : ndarray, shape (n, N)
-        Their unit vectors.
-    systematic : ndarray, shape (b, N)
-        Their parts that repeat in replicates.
-    length : ndarray, shape (N,)
-        Length of an instance of size 1, in standard deviations of the noise.
-    owner : ndarray of int, shape (N,)
-        Index into `effects`.
-    one_sided : ndarray of bool, shape (N,)
-        Where only a positive size makes sense.
-    effects : tuple of Effect
-        Effects that can be seen.
-    hidden : tuple of Effect
-        Effects of which the base model leaves nothing.
-    """
-
-    instances: tuple[Instance, ...]
-    directions: Array
-    systematic: Array
-    length: Array
-    owner: Places
-    one_sided: Mask
-    effects: tuple[Effect, ...]
-    hidden: tuple[Effect, ...]
+    instances: tuple[Instance, ...]  # N instances, those of one effect together
+    directions: Array  # their unit vectors, (n, N)
+    systematic: Array  # their parts that repeat in replicates, (b, N)
+    length: Array  # length of an instance of size 1, in standard deviations of the noise, (N,)
+    owner: Places  # index into `effects`, (N,)
+    one_sided: Mask  # where only a positive size makes sense, (N,)
+    effects: tuple[Effect, ...]  # effects that can be seen
+    hidden: tuple[Effect, ...]  # effects of which the base model leaves nothing
 
     def of(self, effect: int) -> slice:
         """Places of the instances of an effect."""

@@ -29,38 +29,19 @@ from accelcal.record import TumbleRecord
 
 
 class Comparison(NamedTuple):
-    """A record and the base model, fitted to it by generalised least squares.
+    """A record and the base model, fitted to it by generalised least squares."""
 
-    Attributes
-    ----------
-    record : TumbleRecord
-        The record of n readings.
-    model : BaseModel
-        The model.
-    parameters : ndarray, shape (p,)
-        Its parameters.
-    noise : ReadingNoise
-        Noise of the readings.
-    space : Space
-        What the model leaves.
-    seen : ndarray, shape (n,)
-        Coordinates of the readings in it.
-    spread : Covariance
-        Covariance of the errors of the readings.
-    possible : tuple of Covariance
-        The same for each of several values that the correlation of neighbours may have, where it is
-        estimated, also where it is not significant. None where the errors are known to be those
-        that the space makes independent.
-    """
-
-    record: TumbleRecord
+    record: TumbleRecord  # the record of n readings
     model: BaseModel
-    parameters: Array
+    parameters: Array  # its parameters, (p,)
     noise: ReadingNoise
-    space: Space
-    seen: Array
-    spread: Covariance
+    space: Space  # what the model leaves
+    seen: Array  # coordinates of the readings in it, (n,)
+    spread: Covariance  # covariance of the errors of the readings
     possible: tuple[Covariance, ...]
+    """The same for each of several values that the correlation of neighbours may have, where it is
+    estimated, also where it is not significant. None where the errors are known to be those that
+    the space makes independent."""
 
     @property
     def step(self) -> float:
@@ -116,32 +97,12 @@ def compared(
     silent: Mask | None = None,
     apart: bool = False,
 ) -> Comparison:
-    """Compare a record with the base model.
+    """Compare a record with the base model at T0 [degC], with a fixture angle [rad].
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The record.
-    reference_temperature : float
-        T0 [degC].
-    delta0 : float, default 0
-        Fixture angle [rad].
-    known : tuple of Instance
-        Effects that are known to be there, so that they do not count as noise unless they leave too
-        little to tell it.
-    memory : bool, default True
-        Whether neighbouring readings may be correlated.
-    noise : ReadingNoise, optional
-        Noise of the readings; by default that of their replicates.
-    silent : ndarray of bool, shape (n,), optional
-        Readings that a dead zone silences, see `accelcal.discovery.silence`.
-    apart : bool, default False
-        Whether runs are apart, see `accelcal.discovery.base`.
-
-    Returns
-    -------
-    Comparison
-        The comparison; the known effects are not in the model.
+    Effects that are `known` to be there are not in the model, but do not count as noise unless they
+    leave too little to tell it. The noise is by default that of replicates; without `memory`,
+    neighbouring readings count as independent. Readings that a dead zone silences are `silent`,
+    shape (n,), and runs may be `apart`, see `accelcal.discovery.base`.
 
     Raises
     ------

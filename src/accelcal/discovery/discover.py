@@ -275,9 +275,7 @@ def _caveats(
     also: Alternatives,
     others: Sequence[Otherwise],
 ) -> Iterator[Caveat]:
-    found = look.findings.named
-    said = [*_in_the_main(look)]
-    said += caveats(look.family, found, look.walks, look.waves, left, also, others)
+    said = [*_in_the_main(look), *caveats(look, left, also, others)]
     instances = named.instances if named else ()
     said += noise_caveats(look.comparison, instances, loud)
     yield from said

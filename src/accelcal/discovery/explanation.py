@@ -38,30 +38,17 @@ BENT = 0.01
 
 
 class Explanation(NamedTuple):
-    """Some effects, fitted together.
+    """Some effects, fitted together."""
 
-    Attributes
-    ----------
-    instances : tuple of Instance
-        The effects with their nonlinear parameters.
-    directions : ndarray, shape (n, h)
-        Their unit vectors.
-    squares : float
-        Sum of squares that they take up.
-    p_values : tuple of float
-        For each one, the chance that noise makes it look as needed beside the others.
-    passes : bool
-        Whether all are needed as those of a rival are, and nothing disagrees with what they leave.
-    bent : tuple of str
-        Of effects that pass, the ids of those whose law is straighter than the readings have it.
-    """
-
-    instances: tuple[Instance, ...]
-    directions: Array
-    squares: float
+    instances: tuple[Instance, ...]  # the effects with their nonlinear parameters
+    directions: Array  # their unit vectors, (n, h)
+    squares: float  # sum of squares that they take up
     p_values: tuple[float, ...]
+    """For each one, the chance that noise makes it look as needed beside the others."""
     passes: bool
+    """Whether all are needed as those of a rival are, and nothing disagrees beside them."""
     bent: tuple[str, ...] = ()
+    """Of effects that pass, the ids of those whose law is straighter than the readings have it."""
 
     @property
     def ids(self) -> frozenset[str]:

@@ -19,18 +19,10 @@ _NEW = 0.5
 
 
 class Block(NamedTuple):
-    """What a factor may do to the readings, beyond what factors before it can do.
-
-    Attributes
-    ----------
-    factor : str
-        Its name.
-    basis : ndarray, shape (n, k)
-        Orthonormal basis in the space.
-    """
+    """What a factor may do to the readings, beyond what factors before it can do."""
 
     factor: str
-    basis: Array
+    basis: Array  # orthonormal basis in the space, (n, k)
 
 
 def blocks(space: Space, c: Conditions, first: str = "position") -> tuple[Block, ...]:

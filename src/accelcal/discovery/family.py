@@ -44,31 +44,16 @@ _STEPS = 5.0
 
 
 class Family(NamedTuple):
-    """Everything that is tested at once.
+    """Everything that is tested at once."""
 
-    Attributes
-    ----------
-    comparison : Comparison
-        Record and model.
-    candidates : Candidates
-        E effects with N instances.
-    blocks : tuple of Block
-        Factors.
-    tries : ndarray, shape (E,)
-        Independent tries that the instances of each effect amount to.
-    tests : float
-        Independent tests that the whole family amounts to.
-    factor_tries : ndarray, shape (B,)
-        How many times as often as its p-value says noise makes each factor disagree: more than
-        once where neighbouring readings may be correlated.
-    """
-
-    comparison: Comparison
-    candidates: Candidates
+    comparison: Comparison  # record and model
+    candidates: Candidates  # E effects with N instances
     blocks: tuple[Block, ...]
-    tries: Array
-    tests: float
+    tries: Array  # independent tries that the instances of each effect amount to, (E,)
+    tests: float  # independent tests that the whole family amounts to
     factor_tries: Array
+    """How many times as often as its p-value says noise makes each factor disagree: more than once
+    where neighbouring readings may be correlated, (B,)."""
 
     def with_rates_of(self, other: Family) -> Family:
         """Return it with the false-alarm rates of another one, of a test like it."""
@@ -94,39 +79,19 @@ class Family(NamedTuple):
 
 
 class Judgement(NamedTuple):
-    """What the family says about some coordinates.
+    """What the family says about some coordinates."""
 
-    Attributes
-    ----------
-    p_value : float
-        Chance that noise alone gives as small a p-value anywhere in the family.
-    effects : ndarray, shape (E,)
-        p-value of each effect.
-    blocks : ndarray, shape (B,)
-        p-value of each factor.
-    """
-
-    p_value: float
-    effects: Array
-    blocks: Array
+    p_value: float  # chance that noise alone gives as small a p-value anywhere in the family
+    effects: Array  # p-value of each effect, (E,)
+    blocks: Array  # p-value of each factor, (B,)
 
 
 class _Left(NamedTuple):
-    """Coordinates with what is taken out of them, for k draws at once.
+    """Coordinates with what is taken out of them, for k draws at once."""
 
-    Attributes
-    ----------
-    seen : ndarray, shape (n, k)
-        The coordinates.
-    shown : ndarray, shape (b, k)
-        Their systematic part.
-    pure : ndarray, shape (k,)
-        Sum of squares of their pure error.
-    """
-
-    seen: Array
-    shown: Array
-    pure: Array
+    seen: Array  # the coordinates, (n, k)
+    shown: Array  # their systematic part, (b, k)
+    pure: Array  # sum of squares of their pure error, (k,)
 
     def draws(self, some: slice) -> _Left:
         """Return that of some of the draws."""

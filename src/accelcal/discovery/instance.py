@@ -15,24 +15,13 @@ from accelcal.effects.parameter import Parameter
 
 
 class Instance(NamedTuple):
-    """An effect with everything but its size.
+    """An effect with everything but its size."""
 
-    Attributes
-    ----------
-    effect : Effect
-        Entry of the catalogue.
-    mixture : tuple of float
-        Amplitudes for the size 1.
-    shape : mapping of str to float
-        Parameters that enter nonlinearly.
-    near : float, optional
-        Size near which the column of the first amplitude is taken; by default a small one.
-    """
-
-    effect: Effect
-    mixture: tuple[float, ...]
-    shape: Mapping[str, float]
+    effect: Effect  # entry of the catalogue
+    mixture: tuple[float, ...]  # amplitudes for the size 1
+    shape: Mapping[str, float]  # parameters that enter nonlinearly
     near: float | None = None
+    """Size near which the column of the first amplitude is taken; by default a small one."""
 
     @property
     def one_sided(self) -> bool:

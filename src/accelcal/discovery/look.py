@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import chain
 from typing import NamedTuple
 
 from accelcal.arrays import Mask
@@ -17,12 +18,12 @@ from accelcal.discovery.search import Findings, in_the_main, search
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings, zone_among
 from accelcal.discovery.solution import solution
 from accelcal.discovery.unnamed.drift_anew import drift_anew
-from accelcal.discovery.unnamed.oscillating import (
-    Oscillation,
-    in_place_of_each,
-    oscillation_in_place,
+from accelcal.discovery.unnamed.mistaken import (
+    Instead,
+    far_better,
+    oscillations_in_place,
+    shifts_in_place,
 )
-from accelcal.discovery.unnamed.passing import shift_in_place_of_one
 from accelcal.discovery.unnamed.wandering import LIKELY, Wandering, wandering
 from accelcal.discovery.unnamed.wide_dead_zone import likeliest_silence, silence_beside
 from accelcal.discovery.untimed import going_on, shows_pauses
@@ -68,7 +69,7 @@ class Look(NamedTuple):
     family: Family
     findings: Findings
     walks: tuple[Wandering, ...] = ()
-    waves: tuple[Oscillation, ...] = ()
+    waves: tuple[Instead, ...] = ()
     shift: Unexplained | None = None
     silence: Unexplained | None = None
 
@@ -80,7 +81,7 @@ class Look(NamedTuple):
     def beside(self, best: Explanation) -> Look:
         """The same with what wanders and oscillates in place of some effects."""
         walks = tuple(wandering(self.comparison, best.instances))
-        return self._replace(walks=walks, waves=tuple(in_place_of_each(self.comparison, best)))
+        return self._replace(walks=walks, waves=tuple(oscillations_in_place(self.comparison, best)))
 
     def sorted(self, key: Callable[[Explanation], bool]) -> Look:
         """The same with other explanations first, which stay in their order besides."""
@@ -204,7 +205,7 @@ def _of_any_width(look: Look, question: Question) -> Look:
     return look._replace(
         findings=look.findings._replace(main=main),
         walks=again.walks,
-        waves=tuple(in_place_of_each(comparison, main)) if main else (),
+        waves=tuple(oscillations_in_place(comparison, main)) if main else (),
         silence=silence_beside(comparison, instances, look.findings.chance_without_name),
     )
 
@@ -251,8 +252,9 @@ def _judged(record: TumbleRecord, question: Question) -> Look:
         return look
     look = look.beside(best)
     asked = question.alpha, findings.before.p_value
-    shift = shift_in_place_of_one(look.family, best, *asked)
-    shift = shift or oscillation_in_place(look.family, best, look.waves, *asked)
+    waves = [own for own in look.waves if own.of_the_angle >= 0.0]
+    instead = chain(shifts_in_place(look.comparison, best), waves)
+    shift = far_better(look.family, best, instead, *asked)
     if shift or _widens_the_gap(look.comparison, best) or _wanders(look):
         findings = findings._replace(explanations=(), nearest=best)
     look = look._replace(findings=findings, shift=shift)

@@ -36,26 +36,17 @@ _WORTH = 6.6
 
 
 class Findings(NamedTuple):
-    """What a search found.
+    """What a search found."""
 
-    Attributes
-    ----------
-    before : Judgement
-        The family on the base model alone.
-    explanations : tuple of Explanation
-        Smallest sets of effects that leave nothing, best first, those behind in which effects
-        cancel, then those with a bent law or less sure; empty where nothing disagrees or nothing
-        in the catalogue explains it.
-    nearest : Explanation or None
-        Where nothing explains it, or noise as well, the effects that come nearest.
-    main : Explanation or None
-        Where nothing explains it whole, effects that take up nearly all of it, see `in_the_main`.
-    """
-
-    before: Judgement
+    before: Judgement  # the family on the base model alone
     explanations: tuple[Explanation, ...]
+    """Smallest sets of effects that leave nothing, best first, those behind in which effects
+    cancel, then those with a bent law or less sure; empty where nothing disagrees or nothing in
+    the catalogue explains it."""
     nearest: Explanation | None
+    """Where nothing explains it, or noise as well, the effects that come nearest."""
     main: Explanation | None = None
+    """Where nothing explains it whole, effects that take up nearly all of it, see `in_the_main`."""
 
     @property
     def named(self) -> tuple[Explanation, ...]:

@@ -36,28 +36,14 @@ _UNITS: Mapping[str, str] = {
 
 
 class Solution(NamedTuple):
-    """The model with some effects, fitted to a record.
+    """The model with some effects, fitted to a record."""
 
-    Attributes
-    ----------
-    model : BaseModel
-        The model with a column for each effect.
-    parameters : ndarray, shape (p,)
-        Its parameters.
-    residual : ndarray, shape (n,)
-        Reading minus model [g].
-    chi2, dof : float, int
-        Sum of squares of the residuals in the measure of the noise, and its degrees of freedom.
-    instances : tuple of Instance
-        The effects.
-    """
-
-    model: BaseModel
-    parameters: Array
-    residual: Array
-    chi2: float
-    dof: int
-    instances: tuple[Instance, ...] = ()
+    model: BaseModel  # the model with a column for each effect
+    parameters: Array  # its parameters, (p,)
+    residual: Array  # reading minus model, (n,) [g]
+    chi2: float  # sum of squares of the residuals in the measure of the noise
+    dof: int  # degrees of freedom of that
+    instances: tuple[Instance, ...] = ()  # the effects
 
 
 def solution(comparison: Comparison, instances: Sequence[Instance] = ()) -> Solution:

@@ -19,20 +19,13 @@ class Space(NamedTuple):
 
     The coordinates of readings are the n whitened ones without the part that the base model takes.
     They fill n - p dimensions.
-
-    Attributes
-    ----------
-    whitener : Whitener
-        Map of readings [g] to readings whose errors are independent, with variance 1.
-    taken : ndarray, shape (n, p)
-        Orthonormal basis of what the base model takes of whitened readings.
-    systematic : ndarray, shape (n, b)
-        Orthonormal basis of all that repeats in replicates; what is left is pure error.
     """
 
     whitener: Whitener
-    taken: Array
+    """Map of readings [g] to readings whose errors are independent, with variance 1."""
+    taken: Array  # orthonormal basis of what the base model takes of whitened readings, (n, p)
     systematic: Array
+    """Orthonormal basis of all that repeats in replicates; what is left is pure error, (n, b)."""
 
     @property
     def size(self) -> int:
@@ -85,16 +78,10 @@ class Space(NamedTuple):
 
 
 def space_of(whitener: Whitener, base: Array, repeating: Array) -> Space:
-    """Find what the base model leaves.
+    """Find what the base model leaves of n readings.
 
-    Parameters
-    ----------
-    whitener : Whitener
-        Of the errors of n readings.
-    base : ndarray, shape (n, p)
-        Derivatives of the base model, of whatever rank [g per unit].
-    repeating : ndarray, shape (n, k)
-        Columns that take up all that repeats, of whatever rank.
+    Its derivatives, shape (n, p) [g per unit], and columns that take up all that repeats, shape
+    (n, k), are of whatever rank.
     """
     taken, _ = np.linalg.qr(orthonormal(whitener.whitened(base)))  # to the last digit
     found = Space(whitener, taken, np.empty((len(base), 0)))

@@ -40,21 +40,11 @@ _NEAR = 1e-3
 
 
 class _Tied(NamedTuple):
-    """An amplitude, and what it is more than the coefficients make it.
+    """An amplitude, and what it is more than the coefficients make it."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (2,)
-        The two.
-    varied : ndarray, shape (2, n)
-        What they vary by with each reading, in units of its noise.
-    chi2 : float
-        Sum of squares that the model leaves.
-    """
-
-    values: Array
-    varied: Array
-    chi2: float
+    values: Array  # the two, (2,)
+    varied: Array  # what they vary by with each reading, in units of its noise, (2, n)
+    chi2: float  # sum of squares that the model leaves
 
     @property
     def holds(self) -> bool:

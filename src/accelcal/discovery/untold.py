@@ -25,48 +25,25 @@ _STEP = 1e-4
 
 
 class Sizes(NamedTuple):
-    """Amplitudes of some effects, fitted together to readings that the base model leaves.
+    """Amplitudes of some effects, fitted together to readings that the base model leaves."""
 
-    Attributes
-    ----------
-    whole : ndarray, shape (m,)
-        The amplitudes of all effects; zero where nothing is told.
-    of_each : list of ndarray
-        Those of each effect.
-    linear : ndarray, shape (n, m)
-        Columns of all of them in the space.
-    shown : ndarray of bool, shape (m,)
-        Which have a value.
-    """
-
-    whole: Array
-    of_each: list[Array]
-    linear: Array
-    shown: Mask
+    whole: Array  # the amplitudes of all effects; zero where nothing is told, (m,)
+    of_each: list[Array]  # those of each effect
+    linear: Array  # columns of all of them in the space, (n, m)
+    shown: Mask  # which have a value, (m,)
 
 
 class Untold(NamedTuple):
-    """A nonlinear parameter that the readings do not tell.
+    """A nonlinear parameter that the readings do not tell."""
 
-    Attributes
-    ----------
-    place : int
-        Index of its effect.
-    parameter : Parameter
-        The parameter.
-    value, lowest, highest : float
-        Where it stays, and between what values it lies.
-    tied : bool
-        Whether coefficients of the model that are estimated make up the amplitude of its effect,
-        and so tell it, see `accelcal.discovery.tied`.
-    """
-
-    place: int
+    place: int  # index of its effect
     parameter: Parameter
-    value: float
-    lowest: float
-    highest: float
+    value: float  # where it stays
+    lowest: float  # from where it may lie
+    highest: float  # up to where it may lie
     tied: bool
+    """Whether coefficients of the model that are estimated make up the amplitude of its effect,
+    and so tell it, see `accelcal.discovery.tied`."""
 
     @property
     def spread(self) -> float:

@@ -51,6 +51,9 @@ _POWERS: Mapping[str, Sequence[tuple[int, str]]] = MappingProxyType(
 )
 """Powers that are no mixture of those of the model and of the catalogue."""
 
+_SATURATIONS = (0.2, 0.3, 0.4)
+"""Accelerations from which on an output may saturate [g]; later it does as a fifth power."""
+
 _BETTER = 1.0 + 1e-9
 """Times as many squares that one pattern takes up as another, which are no rounding."""
 
@@ -163,7 +166,7 @@ def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:
 
 
 def _of_powers(comparison: Comparison) -> Iterator[NotListed]:
-    """A power of an acceleration, even or odd, that neither the model nor the catalogue has."""
+    """A power of an acceleration that neither the model nor the catalogue has, or a saturation."""
     c = comparison.model.conditions
     for name, along in (("a_i", c.input), ("a_p", c.cross)):
         size, odd = np.abs(along), np.sign(along)
@@ -171,6 +174,9 @@ def _of_powers(comparison: Comparison) -> Iterator[NotListed]:
             term = f"|{name}|^{power}" + (f" sign {name}" if sign == "odd" else "")
             column = size**power * (odd if sign == "odd" else 1.0)
             yield NotListed(f"a term {term}", _BETWEEN, c.gain * column)
+    for limit in _SATURATIONS:
+        what = f"an output that saturates, as tanh(a_i / {limit:g} g),"
+        yield NotListed(what, _BETWEEN, c.gain * np.tanh(c.input / limit))
 
 
 def said_of_ends(
@@ -214,10 +220,9 @@ def _of_drifts(
             if hanging := unlike(comparison, alone if counted else instances, others):
                 rate = fitted_sizes(comparison, others).of_each[-1][0] * MICRO
                 yield (
-                    f"bias-drift of {rate:.2g} ug/h beside {item.effect.id} with {p.name} of"
-                    f" {other.shape[p.name]:.3g} {p.unit} explains these readings as well, with"
-                    f" other values of {listed(map(symbol_of, hanging))}; no U counts it; to tell:"
-                    " longer runs, or the first level once more at the end"
+                    f"bias-drift of {rate:.2g} ug/h may hide beside {item.effect.id}, with other"
+                    f" values of {listed(map(symbol_of, hanging))}; no U counts it: measure longer"
+                    " runs, or the first level once more at the end"
                 )
                 break
 

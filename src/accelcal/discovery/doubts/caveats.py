@@ -20,11 +20,12 @@ from accelcal.discovery.doubts.otherwise import (
 from accelcal.discovery.explanation import Explanation
 from accelcal.discovery.family import Family
 from accelcal.discovery.instance import Instance, column_of
+from accelcal.discovery.look import Look
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.search import cancels
 from accelcal.discovery.tied import said_of_not_shown
 from accelcal.discovery.unnamed.any_pattern import any_patterns
-from accelcal.discovery.unnamed.oscillating import Oscillation
+from accelcal.discovery.unnamed.mistaken import Instead
 from accelcal.discovery.unnamed.wandering import (
     LIKELY,
     POSSIBLE,
@@ -38,6 +39,7 @@ from accelcal.effects.time import APPROACH, USUAL
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.plural import are, counted, listed
 from accelcal.results.findings import Unexplained
+from accelcal.results.quantity import Quantity
 from accelcal.units import MICRO
 
 _LIKE_THE_HEAD = 0.9
@@ -68,21 +70,13 @@ _QUICK = 2.0
 
 
 class Caveat(NamedTuple):
-    """What a reader must know.
+    """What a reader must know."""
 
-    Attributes
-    ----------
-    text : str
-        A sentence.
-    doubted : sequence of str
-        Ids of the named effects of which something outside the catalogue could be the cause.
-    reservation : str
-        What the verdict must add where it says that nothing is missing; mostly empty.
-    """
-
-    text: str
+    text: str  # a sentence
     doubted: Sequence[str] = ()
+    """Ids of the named effects of which something outside the catalogue could be the cause."""
     reservation: str = ""
+    """What the verdict must add where it says that nothing is missing; mostly empty."""
 
 
 def not_sure(ids: Sequence[str], why: str) -> Caveat:
@@ -91,21 +85,17 @@ def not_sure(ids: Sequence[str], why: str) -> Caveat:
 
 
 def caveats(
-    family: Family,
-    found: Sequence[Explanation],
-    walks: Sequence[Wandering],
-    waves: Sequence[Oscillation],
+    look: Look,
     left: Unexplained | None,
     alternatives: Alternatives,
     others: Sequence[Otherwise],
 ) -> Iterator[Caveat]:
-    """Tell what a reader must know.
+    """Tell what a reader must know of what a look named, or of what comes nearest.
 
-    Of the explanations that pass, the best comes first. Walks and waves could stand in place of its
-    effects, or of the nearest ones where none passes. Something may be left beside them.
-    Alternatives explain the readings as well; with others the coefficients are others too.
+    Something may be left beside it. Alternatives explain the readings as well; with others the
+    coefficients are others too.
     """
-    comparison = family.comparison
+    comparison, family, found = look.comparison, look.family, look.findings.named
     yield from map(Caveat, said_of_positions(comparison.record))
     yield from map(Caveat, said_of_temperatures(comparison.record))
     best = found[0].instances if found else ()
@@ -121,14 +111,13 @@ def caveats(
         yield from (Caveat(*said) for said in silence or said_of_rivals(comparison, found))
         yield from _of_the_first_readings(comparison, best)
         yield from map(Caveat, _of_the_start(best))
-        yield from _of_few_readings(comparison, best)
         yield from _of_steps(comparison, best, left)
         yield from _of_not_listed(comparison, best, {i for one in of_any for i in one.doubted})
-        yield from _of_oscillations(waves)
+        yield from _of_oscillations(look.waves)
         yield from _of_the_wrong_sense(comparison, best)
         yield from _of_the_chamber(comparison, best)
     if found or left:
-        yield from _wandering(walks, named=bool(found))
+        yield from _wandering(look.walks, named=bool(found))
     yield from _undeclared(comparison, best)
     yield from _untimed(comparison, best, left)
 
@@ -190,53 +179,45 @@ def _of_the_start(instances: Sequence[Instance]) -> Iterator[str]:
             )
 
 
-def _of_few_readings(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
-    """Steps with but a few readings of their run on one side."""
-    c = comparison.model.conditions
-    for item in instances:
-        if item.effect.id != "bias-step":
-            continue
-        first = int(item.shape["reading"])
-        own = c.number[c.run == c.run[c.order[first - 1]]]
-        before = int((own < first).sum())
-        fewest = min(before, own.size - before)
-        if 0 < fewest < _OUTLIERS:
-            yield not_sure(
-                [item.effect.id],
-                f"{fewest} readings alone lie on one side of it in its run, and as many outliers"
-                " would look like it; repeat the run",
-            )
-
-
 def _of_steps(
     comparison: Comparison, instances: Sequence[Instance], left: Unexplained | None
 ) -> Iterator[Caveat]:
-    """Steps that something slower could as well be."""
-    rho = comparison.noise.rho
+    """Steps that outliers or something slower could as well be."""
     walks = {
         walk.instead_of.shape["reading"]: walk
         for walk in wandering_in_its_run(comparison, instances)
         if walk.is_as_likely(POSSIBLE)
     }
     for place, item in enumerate(instances):
-        if item.effect.id != "bias-step":
-            continue
-        step = parameters_of(comparison, instances)[place]["step"]
-        reasons = []
-        if left is not None:
-            reasons.append("something shows beside it that no effect explains")
-        if rho > _CORRELATED:
-            reasons.append(f"neighbouring readings are correlated ({rho:+.2f})")
-        if walk := walks.get(item.shape["reading"]):
-            reasons.append(f"a {walk.what} that wanders in its run alone is as likely")
-        if (step.expanded_uncertainty or 0.0) > _VAGUE * abs(step.value or 0.0):
-            reasons.append("its uncertainty is more than a third of it")
-        if reasons:
-            yield not_sure(
-                [item.effect.id],
-                f"{listed(reasons)}, as where the bias wanders, oscillates or settles in one run;"
-                " repeat the run",
-            )
+        if item.effect.id == "bias-step":
+            step, first = parameters_of(comparison, instances)[place]["step"], item.shape["reading"]
+            reasons = [*_few_readings(comparison, first), *_slower(comparison, step, left)]
+            if walk := walks.get(first):
+                reasons.append(f"a {walk.what} that wanders in its run alone is as likely")
+            if reasons:
+                yield not_sure([item.effect.id], f"{listed(reasons)}; repeat the run")
+
+
+def _few_readings(comparison: Comparison, first: float) -> Iterator[str]:
+    """Reason to doubt a step with but a few readings of its run on one side."""
+    c = comparison.model.conditions
+    own = c.number[c.run == c.run[c.order[int(first) - 1]]]
+    fewest = min(np.count_nonzero(own < first), np.count_nonzero(own >= first))
+    if 0 < fewest < _OUTLIERS:
+        yield (
+            f"{fewest} readings alone lie on one side of it in its run, and as many outliers would"
+            " look like it"
+        )
+
+
+def _slower(comparison: Comparison, step: Quantity, left: Unexplained | None) -> Iterator[str]:
+    """Reasons to take a step for something slower."""
+    if left is not None:
+        yield "something shows beside it that no effect explains"
+    if (rho := comparison.noise.rho) > _CORRELATED:
+        yield f"neighbouring readings are correlated ({rho:+.2f})"
+    if (step.expanded_uncertainty or 0.0) > _VAGUE * abs(step.value or 0.0):
+        yield "its uncertainty is more than a third of it"
 
 
 def of_partners(
@@ -286,7 +267,7 @@ def _of_not_listed(
         yield not_sure(ids, f"{what} explains these readings as well; {remedy}")
 
 
-def _of_oscillations(waves: Sequence[Oscillation]) -> Iterator[Caveat]:
+def _of_oscillations(waves: Sequence[Instead]) -> Iterator[Caveat]:
     """Effects in step with an oscillation, as a backlash with one of the period of a stroke."""
     for wave in waves:
         if wave.gain > np.log(POSSIBLE):

@@ -48,24 +48,13 @@ _TOWARDS = 33
 
 
 class Alternative(NamedTuple):
-    """Effects, one of which is at another place or goes by another law than was named.
+    """Effects, one of which is at another place or goes by another law than was named."""
 
-    Attributes
-    ----------
-    effect : Effect
-        The one.
-    what : str
-        Where it is, or the parameters of its other law.
-    instances : tuple of Instance
-        All of them.
-    least : float
-        Standard uncertainties from which on a coefficient is another one with them.
-    """
-
-    effect: Effect
-    what: str
-    instances: tuple[Instance, ...]
+    effect: Effect  # the one
+    what: str  # where it is, or the parameters of its other law
+    instances: tuple[Instance, ...]  # all of them
     least: float = APART
+    """Standard uncertainties from which on a coefficient is another one with them."""
 
     @property
     def place(self) -> dict[str, float]:
@@ -80,17 +69,11 @@ class Alternative(NamedTuple):
 
 
 class Alternatives(NamedTuple):
-    """What explains the readings as well as some effects, with one of them otherwise.
+    """What explains the readings as well as some effects, with one of them otherwise."""
 
-    Attributes
-    ----------
-    places, laws, scales : tuple of Alternative
-        Those at another place, those by another law, and those with another time constant.
-    """
-
-    places: tuple[Alternative, ...]
-    laws: tuple[Alternative, ...]
-    scales: tuple[Alternative, ...]
+    places: tuple[Alternative, ...]  # with one at another place
+    laws: tuple[Alternative, ...]  # with one that goes by another law
+    scales: tuple[Alternative, ...]  # with another time constant
 
 
 def alternatives(comparison: Comparison, instances: Sequence[Instance]) -> Alternatives:
@@ -213,25 +196,15 @@ def said_of_laws(alternatives: Alternatives) -> Iterator[str]:
 
 
 class Otherwise(NamedTuple):
-    """Effects in place of those named, and the coefficients that are others with them.
+    """Effects in place of those named, and the coefficients that are others with them."""
 
-    Attributes
-    ----------
-    name : str
-        The effects.
-    instances : tuple of Instance
-        The effects themselves.
-    pairs : tuple of pairs of Change
-        Each of these coefficients beside the effects that are named, and beside these.
-    untold : tuple of str
-        Parameters that the readings do not tell; with other values the coefficients are less far
-        off.
-    """
-
-    name: str
-    instances: tuple[Instance, ...]
+    name: str  # the effects
+    instances: tuple[Instance, ...]  # the effects themselves
     pairs: tuple[tuple[Change, Change], ...]
+    """Each of these coefficients beside the effects that are named, and beside these."""
     untold: tuple[str, ...]
+    """Parameters that the readings do not tell; with other values the coefficients are less far
+    off."""
 
     @property
     def said(self) -> str:

@@ -71,29 +71,14 @@ def faults(
     delta0: float = 0.0,
     alpha: float = 0.01,
 ) -> tuple[tuple[Fault, ...], TumbleRecord]:
-    """Find the faults of the readings.
+    """Find the faults of the readings, each kind at a false-alarm rate, and mend the record.
 
-    Parameters
-    ----------
-    record : TumbleRecord
-        The readings.
-    reference_temperature : float
-        T0 [degC].
-    delta0 : float, default 0
-        Fixture angle [rad].
-    alpha : float, default 0.01
-        False-alarm rate of each kind of fault.
-
-    Returns
-    -------
-    tuple of Fault
-        Wrong orders of strokes and tables, units mounted anew between runs, a run in another
-        unit, exchanged readings, outliers, the step of the readings, vibration, which is not looked
-        for beside a visible step.
-    TumbleRecord
-        The record with strokes put in order, runs of one size and turned back, exchanged readings
-        exchanged back, outliers set aside, and a step that was found declared. Its notes say so,
-        and what could not be judged for want of replicates.
+    T0 is in degC, the fixture angle in rad. Faults are wrong orders of strokes and tables, units
+    mounted anew between runs, a run in another unit, exchanged readings, outliers, the step of the
+    readings, and vibration, which is not looked for beside a visible step. In the record strokes
+    are put in order, runs of one size and turned back, exchanged readings exchanged back, outliers
+    set aside, and a step that was found is declared. Its notes say so, and what could not be judged
+    for want of replicates.
 
     Raises
     ------

@@ -13,24 +13,12 @@ from accelcal.record import TumbleRecord
 
 
 class SingleTable(NamedTuple):
-    """A table with its least-squares coefficients.
-
-    Attributes
-    ----------
-    table : PreparedTable
-        The table.
-    values : mapping of str to float
-        Coefficients that the angles determine [output unit / g^n].
-    rest : ndarray, shape (n,)
-        What they leave of the readings [output unit].
-    dof : float
-        Degrees of freedom of that, 1 where there are none.
-    """
+    """A table with its least-squares coefficients."""
 
     table: PreparedTable
-    values: Mapping[str, float]
-    rest: Array
-    dof: float
+    values: Mapping[str, float]  # coefficients that the angles determine [output unit / g^n]
+    rest: Array  # what they leave of the readings, (n,) [output unit]
+    dof: float  # degrees of freedom of that, 1 where there are none
 
     def error(self, name: str) -> float:
         """Standard uncertainty of a coefficient, by what is left of the readings."""

@@ -52,33 +52,17 @@ _IN_VAIN = 5
 
 
 class Views(NamedTuple):
-    """Pure error of n readings in three views, with the same readings taken out.
+    """Pure error of n readings in three views, with the same readings taken out."""
 
-    Attributes
-    ----------
-    readings : ndarray, shape (n,)
-        Readings, those that were exchanged in their places [g].
-    weight : ndarray, shape (n,)
-        Relative inverse standard deviation of each reading's noise.
-    least : float
-        Smallest standard deviation that the noise may have [g].
-    conditions : Conditions
-        Of the readings.
-    pooled : PureError
-        Runs are replicates of one another, but for six coefficients; the most powerful.
-    moving : PureError
-        Only readings of one run are replicates; physics that repeats in a run cannot show.
-    smooth : PureError
-        Forward and back strokes are replicates; a step in time shows.
-    """
-
-    readings: Array
-    weight: Array
-    least: float
-    conditions: Conditions
+    readings: Array  # readings, those that were exchanged in their places, (n,) [g]
+    weight: Array  # relative inverse standard deviation of each reading's noise, (n,)
+    least: float  # smallest standard deviation that the noise may have [g]
+    conditions: Conditions  # of the readings
     pooled: PureError
+    """Runs are replicates of one another, but for six coefficients; the most powerful."""
     moving: PureError
-    smooth: PureError
+    """Only readings of one run are replicates; physics that repeats in a run cannot show."""
+    smooth: PureError  # forward and back strokes are replicates; a step in time shows
 
     def after(self, step: Suspect) -> Views:
         """Take a suspect out of all views, or exchange its readings in them."""
@@ -93,27 +77,14 @@ class Views(NamedTuple):
 
 
 class Suspect(NamedTuple):
-    """One step of the search.
-
-    Attributes
-    ----------
-    readings : tuple of int
-        One reading for an outlier, two for an exchange, none for something that goes on in time.
-    p_value : float
-        Chance of it over all readings or pairs.
-    columns : ndarray, shape (n, k)
-        What was taken out, or for an exchange the change of the readings [g].
-    deviation : float
-        How far an outlier is off, in standard deviations of the others.
-    if_normal : float
-        Chance of it over all readings if the noise had no heavy tails.
-    """
+    """One step of the search."""
 
     readings: tuple[int, ...]
-    p_value: float
-    columns: Array
-    deviation: float = 0.0
-    if_normal: float = 1.0
+    """One reading for an outlier, two for an exchange, none for something that goes on in time."""
+    p_value: float  # chance of it over all readings or pairs
+    columns: Array  # what was taken out, or for an exchange the change of the readings, (n, k) [g]
+    deviation: float = 0.0  # how far an outlier is off, in standard deviations of the others
+    if_normal: float = 1.0  # chance of it over all readings if the noise had no heavy tails
 
     @property
     def is_outlier(self) -> bool:

@@ -27,21 +27,11 @@ _WORTH_DRAWS = 0.05
 
 
 class Vibration(NamedTuple):
-    """Noise of variance sigma^2 + vibration^2 a_p^2.
+    """Noise of variance sigma^2 + vibration^2 a_p^2."""
 
-    Attributes
-    ----------
-    vibration : float
-        Its standard deviation at a_p = 1 g [g].
-    uncertainty : float
-        Standard uncertainty of that [g].
-    sigma : float
-        Standard deviation of the noise where the angle does not matter [g].
-    """
-
-    vibration: float
-    uncertainty: float
-    sigma: float
+    vibration: float  # its standard deviation at a_p = 1 g [g]
+    uncertainty: float  # standard uncertainty of that [g]
+    sigma: float  # standard deviation of the noise where the angle does not matter [g]
 
 
 class _Cells(NamedTuple):

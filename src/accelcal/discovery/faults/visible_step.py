@@ -31,19 +31,11 @@ _BLOCK = 500
 
 
 class VisibleStep(NamedTuple):
-    """A step of the readings.
+    """A step of the readings."""
 
-    Attributes
-    ----------
-    step, uncertainty : float
-        The step and its standard uncertainty [output unit].
-    p_value : float
-        Chance that readings without it are so close to multiples of any step.
-    """
-
-    step: float
-    uncertainty: float
-    p_value: float
+    step: float  # the step [output unit]
+    uncertainty: float  # its standard uncertainty [output unit]
+    p_value: float  # chance that readings without it are so close to multiples of any step
 
 
 def visible_step(output: Array, scatter: float) -> VisibleStep | None:

@@ -21,24 +21,13 @@ from accelcal.results.discovery import Discovery
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Action:
-    """An effect beside the readings that it explains.
-
-    Attributes
-    ----------
-    name : str
-        Name of the effect.
-    conditions : Conditions
-        Of the n readings.
-    residual : ndarray, shape (n,)
-        Reading minus model with all other effects, but without this one [g].
-    change : ndarray, shape (n,)
-        What the effect explains of it [g]; the rest is what all effects together leave.
-    """
+    """An effect beside the readings that it explains."""
 
     name: str
-    conditions: Conditions
-    residual: Array
+    conditions: Conditions  # of the n readings
+    residual: Array  # reading minus model with all other effects, but without this one, (n,) [g]
     change: Array
+    """What the effect explains of it [g]; the rest is what all effects together leave, (n,)."""
 
 
 def action(discovery: Discovery, record: TumbleRecord, effect: str | None = None) -> Action:

@@ -31,43 +31,22 @@ OF_THE_STAND = "angle"
 
 
 class LeftIn(NamedTuple):
-    """An effect that a record does not show and that is left in its n readings.
-
-    Attributes
-    ----------
-    name : str
-        Its id.
-    why, remedy : str
-        Why its size is not known here, and what would tell it.
-    adds : ndarray, shape (n,)
-        What it adds to the readings if it has the size that was found [output unit].
-    """
+    """An effect that a record does not show and that is left in its n readings."""
 
     name: str
-    why: str
-    remedy: str
+    why: str  # why its size is not known here
+    remedy: str  # what would tell it
     adds: Array
+    """What it adds to the readings if it has the size that was found, (n,) [output unit]."""
 
 
 class Meeting(NamedTuple):
-    """A record and a discovery whose effects are to be taken out of it.
-
-    Attributes
-    ----------
-    record : TumbleRecord
-        The record.
-    model : Discovery
-        The discovery.
-    T0 : float
-        Reference temperature of the record [degC].
-    delta0 : float
-        Its fixture angle [rad].
-    """
+    """A record and a discovery whose effects are to be taken out of it."""
 
     record: TumbleRecord
-    model: Discovery
-    T0: float
-    delta0: float
+    model: Discovery  # the discovery
+    T0: float  # reference temperature of the record [degC]
+    delta0: float  # its fixture angle [rad]
 
     @property
     def of_one_unit(self) -> bool:

@@ -60,40 +60,24 @@ from accelcal.results.quantity import Quantity
 
 
 class Correction(NamedTuple):
-    """A record without the effects, and what is uncertain in them.
+    """A record without the effects, and what is uncertain in them."""
 
-    Attributes
-    ----------
-    record : TumbleRecord
-        The record with the effects taken out of its n readings.
-    acting : ndarray, shape (n, h)
-        Change of the readings by one standard uncertainty of each of h sizes [output unit].
-    dof : int
-        Degrees of freedom of these uncertainties.
-    effects : tuple of FoundEffect
-        Effects that were taken out with their sizes in this record, and the gap before and after
-        each.
-    unbounded : tuple of str
-        Coefficients of which nothing bounds the error that is left.
-    as_found : tuple of str
-        Ids of those effects that the readings do not show: they have the sizes of the discovery.
-    left_in : tuple of LeftIn
-        Effects that the readings do not show and that are left in them.
-    in_place : tuple of InPlace
-        What may be there in the place of effects that were taken out.
-    said : tuple of str
-        What else a reader must know of the effects.
-    """
-
-    record: TumbleRecord
+    record: TumbleRecord  # the record with the effects taken out of its n readings
     acting: Array
-    dof: int
+    """Change of the readings by one standard uncertainty of each of h sizes, (n, h) [output unit].
+    """
+    dof: int  # degrees of freedom of these uncertainties
     effects: tuple[FoundEffect, ...]
-    unbounded: tuple[str, ...] = ()
+    """Effects that were taken out with their sizes in this record, and the gap before and after
+    each."""
+    unbounded: tuple[str, ...] = ()  # coefficients of which nothing bounds the error that is left
     as_found: tuple[str, ...] = ()
+    """Ids of those effects that the readings do not show: they have the sizes of the discovery."""
     left_in: tuple[LeftIn, ...] = ()
+    """Effects that the readings do not show and that are left in them."""
     in_place: tuple[InPlace, ...] = ()
-    said: tuple[str, ...] = ()
+    """What may be there in the place of effects that were taken out."""
+    said: tuple[str, ...] = ()  # what else a reader must know of the effects
 
 
 def correction(

@@ -35,24 +35,13 @@ from accelcal.results.discovery import IF_IT_IS, Discovery
 
 
 class InPlace(NamedTuple):
-    """Effects that may be there in the place of those that are taken out of n readings.
+    """Effects that may be there in the place of those that are taken out of n readings."""
 
-    Attributes
-    ----------
-    said : str
-        The coefficients if they are.
-    adds : ndarray, shape (n,)
-        What they add to the readings more than those that are taken out [output unit].
-    in_use : bool
-        Whether use counts them as well, where it takes up the effects.
-    instances : tuple of Instance
-        These effects.
-    """
-
-    said: str
+    said: str  # the coefficients if they are
     adds: Array
-    in_use: bool
-    instances: tuple[Instance, ...]
+    """What they add to the readings more than those that are taken out, (n,) [output unit]."""
+    in_use: bool  # whether use counts them as well, where it takes up the effects
+    instances: tuple[Instance, ...]  # these effects
 
 
 class _Rival(NamedTuple):

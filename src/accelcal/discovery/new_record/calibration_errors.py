@@ -27,6 +27,7 @@ from accelcal.discovery.new_record.simulated import (
     ERRORS,
     Simulated,
     freed_angle,
+    is_freed,
     simulated_readings,
 )
 from accelcal.errors import InputError
@@ -58,32 +59,15 @@ _NOT_TOLD = np.empty(0), np.zeros((len(ERRORS), 0))
 
 
 class CalibrationErrors(NamedTuple):
-    """Errors of a calibration, over `ERRORS`.
+    """Errors of a calibration, over `ERRORS`."""
 
-    Attributes
-    ----------
-    rest : ndarray, shape (18, 18)
-        Covariance of all but those by the head.
-    dof : ndarray, shape (18,)
-        Degrees of freedom of each error, that by the head among it.
-    by_head : ndarray, shape (18, J)
-        What the error of each head position does to them [per rad].
-    positions : ndarray, shape (J,)
-        The head positions [deg].
-    head, head_dof : float
-        Standard uncertainty of a position as the calibration had it [rad], and its degrees of
-        freedom.
-    hysteresis : float
-        The bias is on either side of its law by as much [g].
-    """
-
-    rest: Array
-    dof: Array
-    by_head: Array
-    positions: Array
-    head: float
-    head_dof: float
-    hysteresis: float
+    rest: Array  # covariance of all but those by the head, (18, 18)
+    dof: Array  # degrees of freedom of each error, that by the head among it, (18,)
+    by_head: Array  # what the error of each head position does to them, (18, J) [per rad]
+    positions: Array  # the head positions, (J,) [deg]
+    head: float  # standard uncertainty of a position as the calibration had it [rad]
+    head_dof: float  # degrees of freedom of that
+    hysteresis: float  # the bias is on either side of its law by as much [g]
 
     @property
     def unbounded(self) -> Mask:
@@ -260,7 +244,7 @@ def _by_head(calibration: Calibration, found: Compensation) -> tuple[Array, Arra
         places = {id(table.calibrated): table for table in own}
         sides = {side: places[id(table)] for side, table in near.items()}
         influence = {side: _influence(table, positions) for side, table in sides.items()}
-        freed = axis.name in {cross_name(told.axis) for told in calibration.fixture_angle}
+        freed = is_freed(calibration, axis.name)
         _tell(by_head, place, list(influence.values()), list(sides), freed=freed)
     return positions, by_head @ _missed(calibration, found, tables, positions)
 

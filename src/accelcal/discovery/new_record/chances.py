@@ -29,22 +29,13 @@ _NEW = 1e-6
 
 
 class Estimated(NamedTuple):
-    """Errors of which some sizes were estimated.
+    """Errors of which some sizes were estimated."""
 
-    Attributes
-    ----------
-    acting : ndarray, shape (n, k)
-        Change of the n readings by each error [g per unit].
-    counted : ndarray, shape (k, k)
-        Covariance of the errors that the space is whitened by.
-    sized : callable
-        The covariance, were the sizes other than estimated: of a function that gives the size over
-        its estimate, of the degrees of freedom of that.
-    """
-
-    acting: Array
-    counted: Array
+    acting: Array  # change of the n readings by each error, (n, k) [g per unit]
+    counted: Array  # covariance of the errors that the space is whitened by, (k, k)
     sized: Callable[[Callable[[float], float]], Array]
+    """The covariance, were the sizes other than estimated: of a function that gives the size over
+    its estimate, of the degrees of freedom of that."""
 
 
 def chances(
@@ -56,19 +47,9 @@ def chances(
 ) -> list[float]:
     """Chance that noise makes each factor disagree as much, not yet honest for their number.
 
-    Parameters
-    ----------
-    space : Space
-        The space.
-    seen : ndarray, shape (n,)
-        Coordinates of the readings.
-    blocks : sequence of Block
-        The factors, each orthogonal to those before it.
-    known_dof : float, default infinite
-        Degrees of freedom of the noise that the space is whitened by, where no replicates tell it
-        anew.
-    errors : Estimated, optional
-        Errors with estimated sizes; without them all that the space is whitened by is known.
+    Each of the blocks is orthogonal to those before it. Of the noise that the space is whitened by,
+    the degrees of freedom are known, where no replicates tell it anew. Without errors whose sizes
+    were estimated, all that the space is whitened by is known.
     """
     repeated = space.dof >= FEWEST_REPLICATES
     dof = space.dof if repeated else min(known_dof, _ENDLESS)

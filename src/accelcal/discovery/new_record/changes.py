@@ -54,59 +54,33 @@ _ALWAYS = "K0", "K1", "M"
 
 
 class Uncertain(NamedTuple):
-    """What makes the differences of n readings and their simulation uncertain.
-
-    Attributes
-    ----------
-    spread : Covariance
-        Their covariance, in which what few degrees of freedom tell counts as larger.
-    sigma, dof : float
-        Noise of a reading [g], and its degrees of freedom.
-    errors : CalibrationErrors
-        Errors of the calibration.
-    larger : ndarray, shape (18, 18)
-        Their covariance as it is in `spread`.
-    by_head : ndarray, shape (n, k)
-        What the errors of the head positions of the record do, of the size that they have in
-        `spread` [g].
-    head_factor, head_dof : float
-        This size over the estimate of it, and the degrees of freedom of that.
-    one_head : bool
-        Whether what they did to the calibration is in `by_head`.
-    lost : list of int
-        Places among the errors of what the calibration does not determine.
-    columns : ndarray, shape (n, 18)
-        What a change of each error does to the readings [g per unit]; one that is `lost` without
-        what the calibration took up of it.
-    """
+    """What makes the differences of n readings and their simulation uncertain."""
 
     spread: Covariance
-    sigma: float
-    dof: float
-    errors: CalibrationErrors
-    larger: Array
+    """Their covariance, in which what few degrees of freedom tell counts as larger."""
+    sigma: float  # noise of a reading [g]
+    dof: float  # degrees of freedom of that
+    errors: CalibrationErrors  # errors of the calibration
+    larger: Array  # their covariance as it is in `spread`, (18, 18)
     by_head: Array
-    head_factor: float
-    head_dof: float
-    one_head: bool
-    lost: list[int]
+    """What the errors of the head positions of the record do, of the size that they have in
+    `spread`, (n, k) [g]."""
+    head_factor: float  # this size over the estimate of it
+    head_dof: float  # degrees of freedom of that
+    one_head: bool  # whether what they did to the calibration is in `by_head`
+    lost: list[int]  # places among the errors of what the calibration does not determine
     columns: Array
+    """What a change of each error does to the readings [g per unit]; one that is `lost` without
+    what the calibration took up of it, (n, 18)."""
 
 
 class Changed(NamedTuple):
-    """What has changed in a run.
+    """What has changed in a run."""
 
-    Attributes
-    ----------
-    told : RunChange
-        Changes that are fitted at once.
-    seen : mapping of str to Quantity
-        The same, of bias, scale factor and misalignment as if the shape had not changed, by which
-        they are seen better; without those that nothing tells.
-    """
-
-    told: RunChange
+    told: RunChange  # changes that are fitted at once
     seen: Mapping[str, Quantity]
+    """The same, of bias, scale factor and misalignment as if the shape had not changed, by which
+    they are seen better; without those that nothing tells."""
 
 
 def changes(record: TumbleRecord, simulated: Simulated, known: Uncertain) -> Iterator[Changed]:

@@ -35,18 +35,10 @@ _OF_ONE_TABLE = ("replicates", "declared")
 
 
 class KnownNoise(NamedTuple):
-    """Noise of a reading of the calibration.
+    """Noise of a reading of the calibration."""
 
-    Attributes
-    ----------
-    sigma : float
-        Standard deviation [g].
-    dof : float
-        Degrees of freedom; infinite where it was declared.
-    """
-
-    sigma: float
-    dof: float
+    sigma: float  # standard deviation [g]
+    dof: float  # degrees of freedom; infinite where it was declared
 
 
 def known_noise(calibration: Calibration, scale_factor: float) -> KnownNoise | None:

@@ -15,7 +15,7 @@ from accelcal.arrays import Array
 from accelcal.compensate.coefficients import Compensation
 from accelcal.compensate.of_table import cross_name
 from accelcal.discovery.new_record.calibration_errors import CalibrationErrors
-from accelcal.discovery.new_record.simulated import ERRORS, Simulated
+from accelcal.discovery.new_record.simulated import ERRORS, Simulated, is_freed
 from accelcal.estimate.same_head import is_same_head
 from accelcal.head_angles import head_positions
 from accelcal.model import CROSS_AXES
@@ -26,11 +26,6 @@ from accelcal.results.calibration import Calibration
 _MISALIGNMENTS = ERRORS.index("delta"), ERRORS.index("other delta")
 _ANGLES = ERRORS.index("delta0"), ERRORS.index("other delta0")
 _COLUMNS = [cross_name(name) for name in CROSS_AXES]
-
-
-def is_freed(calibration: Calibration, axis: str) -> bool:
-    """Whether both sides of an axis tell its misalignment without the fixture angle."""
-    return axis in {cross_name(told.axis) for told in calibration.fixture_angle}
 
 
 def by_fixture(calibration: Calibration, found: Compensation, size: float) -> Array:
@@ -54,21 +49,11 @@ def said_of_fixture(size: float) -> str:
 
 
 class Fixtures(NamedTuple):
-    """Fixture angles of a record and of its calibration.
-
-    Attributes
-    ----------
-    calibration : Calibration
-        The calibration.
-    found : Compensation
-        What it gives.
-    size : float or None
-        Standard uncertainty of each angle [rad]; None where it is not known.
-    """
+    """Fixture angles of a record and of its calibration."""
 
     calibration: Calibration
-    found: Compensation
-    size: float | None
+    found: Compensation  # what it gives
+    size: float | None  # standard uncertainty of each angle [rad]; None where it is not known
 
     def difference(self, by_error: Array, *, same: bool) -> Array:
         """What the angles do to n readings of derivatives `by_error`, shape (n, 18).

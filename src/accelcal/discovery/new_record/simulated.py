@@ -38,22 +38,12 @@ other cross axis, and the fixture angle of either."""
 
 
 class Simulated(NamedTuple):
-    """What a calibration says about n readings.
+    """What a calibration says about n readings."""
 
-    Attributes
-    ----------
-    conditions : Conditions
-        Of the readings, as the calibration has them.
-    reading, simulated : ndarray, shape (n,)
-        Readings and simulation over K1 at T0 [g].
-    by_error : ndarray, shape (n, 18)
-        Change of the simulation by each of `ERRORS` [g per unit].
-    """
-
-    conditions: Conditions
-    reading: Array
-    simulated: Array
-    by_error: Array
+    conditions: Conditions  # of the readings, as the calibration has them
+    reading: Array  # readings over K1 at T0, (n,) [g]
+    simulated: Array  # simulation over K1 at T0, (n,) [g]
+    by_error: Array  # change of the simulation by each of `ERRORS`, (n, 18) [g per unit]
 
     @property
     def residual(self) -> Array:
@@ -64,6 +54,11 @@ class Simulated(NamedTuple):
     def per_radian(self) -> Array:
         """Change of each reading by an error of the head [g/rad]."""
         return self.conditions.gain * self.conditions.per_radian
+
+
+def is_freed(calibration: Calibration, axis: str) -> bool:
+    """Whether both sides of an axis tell its misalignment without the fixture angle."""
+    return axis in {cross_name(told.axis) for told in calibration.fixture_angle}
 
 
 def freed_angle(calibration: Calibration, axis: str) -> Quantity:

@@ -23,21 +23,7 @@ _USUAL = dict(zip(SLOPES, 2 * (BIAS_PER_DEGREE, SCALE_FACTOR_PER_DEGREE, 0.0), s
 
 
 def with_usual_slopes(errors: CalibrationErrors, found: Compensation) -> CalibrationErrors:
-    """The same errors, where a calibration of one level tells no slopes with those of usual ones.
-
-    Examples
-    --------
-    >>> import accelcal
-    >>> from accelcal.compensate.choice import compensation
-    >>> from accelcal.discovery.new_record.calibration_errors import calibration_errors
-    >>> plan = accelcal.TumblePlan(temperatures=(20.0,))
-    >>> one_level = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
-    >>> found = compensation(one_level)
-    >>> usual = with_usual_slopes(calibration_errors(one_level, found), found)
-    >>> slope = ERRORS.index("k0_slope_above")
-    >>> round(float(usual.rest[slope, slope]) ** 0.5, 6)
-    4e-05
-    """
+    """The same errors; of a calibration of one level, which tells no slopes, with usual ones."""
     if found.several_levels:
         return errors
     sizes = np.array([_USUAL.get(name, 0.0) for name in ERRORS])

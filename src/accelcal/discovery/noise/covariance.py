@@ -15,27 +15,14 @@ from accelcal.errors import InputError
 
 
 class Covariance(NamedTuple):
-    """Covariance of the errors of n readings.
+    """Covariance of the errors of n readings."""
 
-    Attributes
-    ----------
-    noise : ndarray, shape (n,)
-        Standard deviation of the noise of each reading [g].
-    rho : float
-        Correlation of the noise of one reading with that of the next in its run.
-    run : ndarray of int, shape (n,)
-        Run of each reading.
-    number : ndarray of int, shape (n,)
-        Its number in the order of measuring.
-    shared : ndarray, shape (n, u)
-        What each of u errors of readings together does, of one standard deviation [g].
-    """
-
-    noise: Array
-    rho: float
-    run: Ints
-    number: Ints
+    noise: Array  # standard deviation of the noise of each reading, (n,) [g]
+    rho: float  # correlation of the noise of one reading with that of the next in its run
+    run: Ints  # run of each reading, (n,)
+    number: Ints  # its number in the order of measuring, (n,)
     shared: Array
+    """What each of u errors of readings together does, of one standard deviation, (n, u) [g]."""
 
     def among(self, own: Mask) -> Covariance:
         """That of some of the readings."""
@@ -49,27 +36,13 @@ class Covariance(NamedTuple):
 
 
 class Whitener(NamedTuple):
-    """Map of readings to such whose errors are independent, with variance 1, and back.
+    """Map of readings to such whose errors are independent, with variance 1, and back."""
 
-    Attributes
-    ----------
-    order : ndarray of int, shape (n,)
-        Readings of one run after the other, in the order of measuring.
-    passed : ndarray, shape (n,)
-        Part of the noise of the reading before, in this order, that each has too.
-    new : ndarray, shape (n,)
-        Standard deviation of the rest of its noise [g].
-    basis : ndarray, shape (n, u)
-        Orthonormal basis of the shared errors, where the noise is independent.
-    stretch : ndarray, shape (u,)
-        Standard deviation of all errors along it.
-    """
-
-    order: Ints
-    passed: Array
-    new: Array
-    basis: Array
-    stretch: Array
+    order: Ints  # readings of one run after the other, in the order of measuring, (n,)
+    passed: Array  # part of the noise of the reading before, in this order, that each has too, (n,)
+    new: Array  # standard deviation of the rest of its noise, (n,) [g]
+    basis: Array  # orthonormal basis of the shared errors, where the noise is independent, (n, u)
+    stretch: Array  # standard deviation of all errors along it, (u,)
 
     def whitened(self, columns: Array) -> Array:
         """Readings or columns [g] with independent errors, shape (n,) or (n, k)."""

@@ -16,15 +16,6 @@ def relative_noise(record: TumbleRecord) -> Array | None:
 
     It is None where not all readings have a std, or all are alike. Those of few samples are drawn
     together where they differ by chance, see `accelcal.estimate.declared_scatter`.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> import accelcal
-    >>> record = accelcal.simulate(seed=1)
-    >>> noisy = replace(record, std=np.where(record.run == 0, 3e-6, 1e-6))
-    >>> relative_noise(noisy).round(2)[[0, -1]].tolist(), relative_noise(record)
-    ([1.57, 0.52], None)
     """
     if record.std is None:
         return None

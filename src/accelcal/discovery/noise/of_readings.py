@@ -58,36 +58,23 @@ _BEYOND_CHANCE = 2.5
 
 
 class ReadingNoise(NamedTuple):
-    """Noise of the readings.
+    """Noise of the readings."""
 
-    Attributes
-    ----------
-    sigma : float
-        Standard deviation of one reading [g].
-    rho : float
-        Correlation of one reading with the next in the order of measuring, 0 where it is not
-        significant.
-    dof : int
-        Degrees of freedom of the pure error.
-    tails : float
-        Degrees of freedom of the Student distribution that has its tails; infinite if normal.
-    relative : ndarray, shape (n,), or None
-        Standard deviation of each reading over sigma, as their std tell it, and the scatter of
-        their runs; None where alike.
-    possible : tuple of float
-        Correlations that the replicates leave possible, each as likely; empty where it is known.
-    heavy : bool
-        Whether the tails are heavier than those of a normal one beyond chance; `tails` leans to the
-        safe side before.
-    """
-
-    sigma: float
+    sigma: float  # standard deviation of one reading [g]
     rho: float
-    dof: int
+    """Correlation of one reading with the next in the order of measuring, 0 where it is not
+    significant."""
+    dof: int  # degrees of freedom of the pure error
     tails: float
+    """Degrees of freedom of the Student distribution that has its tails; infinite if normal."""
     relative: Array | None = None
+    """Standard deviation of each reading over sigma, as their std tell it, and the scatter of
+    their runs; None where alike, (n,)."""
     possible: tuple[float, ...] = ()
+    """Correlations that the replicates leave possible, each as likely; empty where it is known."""
     heavy: bool = False
+    """Whether the tails are heavier than those of a normal one beyond chance; `tails` leans to the
+    safe side before."""
 
     @property
     def remembers(self) -> bool:
@@ -119,18 +106,10 @@ def reading_noise(
 ) -> ReadingNoise:
     """Estimate the noise of the readings from their replicates.
 
-    Parameters
-    ----------
-    c : Conditions
-        Of n readings.
-    residual : ndarray, shape (n,)
-        Reading minus some model that is the same for replicates [g].
-    all_that_repeats : ndarray, shape (n, k)
-        From `saturated`.
-    step : float
-        Step of the readings [g].
-    relative : ndarray, shape (n,), optional
-        Relative noise of the readings, from `relative_noise` and `with_noise_of_runs`.
+    The residuals, shape (n,) [g], are those of some model that is the same for replicates, all that
+    repeats, shape (n, k), is that of `accelcal.discovery.columns.saturated`, and the relative noise
+    of the readings, shape (n,), that of `relative_noise` and `with_noise_of_runs`. Their step is in
+    g.
 
     Raises
     ------

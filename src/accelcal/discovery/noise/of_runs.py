@@ -44,24 +44,12 @@ cycles, nothing tells the noise of a run from what acts in it for a time."""
 
 
 class LoudRun(NamedTuple):
-    """The run with the largest scatter beside all others.
+    """The run with the largest scatter beside all others."""
 
-    Attributes
-    ----------
-    run : int
-        Which one.
-    ratio : float
-        Its scatter over that of the others.
-    p_value : float
-        Chance that any of so many runs of equal noise scatters so much more.
-    squares : float
-        Sum of squares of its pure error [g^2].
-    """
-
-    run: int
-    ratio: float
-    p_value: float
-    squares: float
+    run: int  # which one
+    ratio: float  # its scatter over that of the others
+    p_value: float  # chance that any of so many runs of equal noise scatters so much more
+    squares: float  # sum of squares of its pure error [g^2]
 
 
 def with_noise_of_runs(

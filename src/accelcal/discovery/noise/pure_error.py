@@ -26,18 +26,10 @@ _SETTLING = 0.05
 
 
 class PureError(NamedTuple):
-    """What some columns leave of n readings.
+    """What some columns leave of n readings."""
 
-    Attributes
-    ----------
-    taken : ndarray, shape (n, k)
-        Orthonormal basis of the columns.
-    residual : ndarray, shape (n,)
-        What is left of the readings [g].
-    """
-
-    taken: Array
-    residual: Array
+    taken: Array  # orthonormal basis of the columns, (n, k)
+    residual: Array  # what is left of the readings, (n,) [g]
 
     @property
     def free(self) -> Array:

@@ -20,21 +20,11 @@ NEAR = 0.9
 
 
 class Aliases(NamedTuple):
-    """Effects that a test shows as the same as one effect.
-
-    Attributes
-    ----------
-    id : str
-        Id of the effect.
-    exact : tuple of str
-        Others whose principal cosine with it is above `EXACT`.
-    near : tuple of tuple of str and float
-        Others above `NEAR`, with their cosines, largest first.
-    """
+    """Effects that a test shows as the same as one effect."""
 
     id: str
-    exact: tuple[str, ...]
-    near: tuple[tuple[str, float], ...]
+    exact: tuple[str, ...]  # others whose principal cosine with it is above `EXACT`
+    near: tuple[tuple[str, float], ...]  # others above `NEAR`, with their cosines, largest first
 
 
 def aliases(found: Candidates) -> tuple[Aliases, ...]:

@@ -46,14 +46,6 @@ def designed(
     ------
     InputError
         If the test has too few replicates for anything to be discovered, or too many readings.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from accelcal.simulation import NOISE_FREE, simulate
-    >>> noise = ReadingNoise(sigma=5e-6, rho=0.0, dof=0, tails=np.inf)
-    >>> designed(simulate(noise=NOISE_FREE, seed=1), 20.0, noise).noise.dof
-    95
     """
     found = compared(record, reference_temperature, delta0, noise=noise)
     dof = found.space.dof

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.apparatus import Apparatus
 from accelcal.arguments.temperatures import HIGHEST, LOWEST
 from accelcal.arrays import Array
 from accelcal.effects.conditions import LEVEL_CHANGE, SECONDS_PER_READING
-from accelcal.errors import InputError
 from accelcal.head_angles import head_positions, turn_angles
 from accelcal.numerics.sorting import distinct, median
 from accelcal.record import TumbleRecord
-from accelcal.reference import fixture_angle
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 
 STROKES = 2
@@ -28,39 +25,20 @@ _RANGE = 60.0
 """How far levels go from T0 on a side where a record has none [degC]."""
 
 
-_ONE_STAND = "records that are joined are of one accelerometer on one stand, declared alike"
-
-
 class Block(NamedTuple):
-    """Readings that are taken together.
+    """Readings that are taken together."""
 
-    Attributes
-    ----------
-    id : str
-        Name of the entry of the menu.
-    action : str
-        What is measured, to follow "measure".
-    plan : TumblePlan
-        How; its angles are those of the input axis, that is head angle plus `clocking`.
-    clocking : float
-        How far the unit is turned in its clamp on the head [deg]. A record cannot tell it: readings
-        of a turned unit join one at the angle of the input axis.
-    """
-
-    id: str
-    action: str
+    id: str  # name of the entry of the menu
+    action: str  # what is measured, to follow "measure"
     plan: TumblePlan
+    """How; its angles are those of the input axis, that is head angle plus `clocking`."""
     clocking: float = 0.0
+    """How far the unit is turned in its clamp on the head [deg]. A record cannot tell it: readings
+    of a turned unit join one at the angle of the input axis."""
 
 
 def menu(record: TumbleRecord, reference_temperature: float) -> tuple[Block, ...]:
-    """List what could be measured next; a single level is that of the record nearest to T0.
-
-    Examples
-    --------
-    >>> [block.id for block in menu(simulate(seed=1), 20.0)][:4]
-    ['same-test', 'longer-run', 'offset-positions', 'finer-positions']
-    """
+    """List what could be measured next; a single level is that of the record nearest to T0."""
     levels = _levels(record, reference_temperature)
     here = min(levels, key=lambda level: abs(level - reference_temperature))
     at = f" at {here:g} degC" if len(set(levels)) > 1 else ""
@@ -195,18 +173,8 @@ def blank(block: Block, record: TumbleRecord) -> TumbleRecord:
 def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
     """Add the readings of a later test of the same accelerometer on the same stand.
 
-    Both declare alike. Runs of the second have labels of their own. Where its clock does not go on
-    from the first one, it starts one pause between runs later.
-
-    Raises
-    ------
-    InputError
-        If the records cannot be of one accelerometer on one stand.
-
-    Examples
-    --------
-    >>> joined(simulate(seed=1), simulate(seed=2)).run_labels
-    ('1', '2', '3', '4', '5', '6')
+    What is declared is that of the first. Runs of the second have labels of their own, and its
+    clock starts one pause between runs after the first one.
     """
     numbered = first.positions == second.positions
     both: dict[str, Any] = {
@@ -216,39 +184,12 @@ def joined(first: TumbleRecord, second: TumbleRecord) -> TumbleRecord:
     return replace(
         first,
         **both,
-        **_told(first, second),
         run=np.concatenate([first.run, second.run + len(first.run_labels)]),
         run_labels=_labels(first, second),
         position=np.concatenate([first.position, second.position * numbered]),
         time=_appended(first.time, _clock(first, second)),
         line=None,
     )
-
-
-def _told(first: TumbleRecord, second: TumbleRecord) -> dict[str, Any]:
-    """What either record tells of the accelerometer and of the stand."""
-    apparatus = {
-        item.name: _agreed(first, second, item.name, first.apparatus, second.apparatus)
-        for item in fields(Apparatus)
-    }
-    told = {
-        name: _agreed(first, second, name, first, second)
-        for name in ("serial", "unit", "reference_temperature")
-    }
-    if fixture_angle(first) != fixture_angle(second):
-        raise InputError(
-            f"{second.source}: delta0 {fixture_angle(second):g} after {fixture_angle(first):g};"
-            f" {_ONE_STAND}"
-        )
-    return {**told, "apparatus": Apparatus(**apparatus)}
-
-
-def _agreed(first: TumbleRecord, second: TumbleRecord, name: str, one: Any, other: Any) -> Any:
-    """Value that is told by one of two, or by both alike."""
-    a, b = getattr(one, name), getattr(other, name)
-    if a is not None and b is not None and a != b:
-        raise InputError(f"{second.source}: {name} {b} after {a} in {first.source}; {_ONE_STAND}")
-    return b if a is None else a
 
 
 def _appended(one: NDArray[Any] | None, other: NDArray[Any] | None) -> NDArray[Any] | None:
@@ -266,7 +207,7 @@ def _labels(first: TumbleRecord, second: TumbleRecord) -> tuple[str, ...]:
 
 
 def _clock(first: TumbleRecord, second: TumbleRecord) -> Array | None:
-    if first.time is None or second.time is None or not second.time.min() <= first.time.max():
-        return second.time
+    if first.time is None or second.time is None:
+        return None
     start = float(first.time.max()) + sum(_pace(first))
     return np.asarray(second.time - second.time.min() + start)

@@ -34,30 +34,16 @@ _STEP = 0.01
 
 
 class Proposal(NamedTuple):
-    """A measurement that would tell explanations apart.
+    """A measurement that would tell explanations apart."""
 
-    Attributes
-    ----------
-    block : Block
-        What is measured.
-    separation : tuple of float
-        Noncentrality of the best explanation beside each rival, after one block.
-    blocks : int or None
-        Blocks after which it is `ENOUGH` beside each rival; None where `MOST` are too few.
-    readings : int or None
-        Readings of these blocks.
-    hours : float or None
-        Time that they take.
-    text : str
-        The proposal in a line.
-    """
-
-    block: Block
+    block: Block  # what is measured
     separation: tuple[float, ...]
+    """Noncentrality of the best explanation beside each rival, after one block."""
     blocks: int | None
-    readings: int | None
-    hours: float | None
-    text: str
+    """Blocks after which it is `ENOUGH` beside each rival; None where `MOST` are too few."""
+    readings: int | None  # readings of these blocks
+    hours: float | None  # time that they take
+    text: str  # the proposal in a line
 
 
 def proposals(

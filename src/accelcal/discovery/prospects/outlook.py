@@ -26,33 +26,16 @@ from accelcal.units import HOUR
 
 
 class Outlook(NamedTuple):
-    """A record with a block of readings that are foreseen.
+    """A record with a block of readings that are foreseen."""
 
-    Attributes
-    ----------
-    block : Block
-        What is measured.
-    readings : int
-        Readings of the block.
-    hours : float or None
-        Time that it takes; None where the record tells no times.
-    conditions : Conditions
-        Of the readings of record and block.
-    whiteners : tuple of Whitener
-        Of the errors of the readings of the record, and of those of the block, without the head.
-    taken : ndarray, shape (n, p)
-        Columns of the base model, and of the head [g].
-    heads : int
-        How many of them, at the end, are of the head, with the standard deviation 1.
-    """
-
-    block: Block
-    readings: int
-    hours: float | None
-    conditions: Conditions
+    block: Block  # what is measured
+    readings: int  # readings of the block
+    hours: float | None  # time that it takes; None where the record tells no times
+    conditions: Conditions  # of the readings of record and block
     whiteners: tuple[Whitener, Whitener]
-    taken: Array
-    heads: int
+    """Of the errors of the readings of the record, and of those of the block, without the head."""
+    taken: Array  # columns of the base model, and of the head, (n, p) [g]
+    heads: int  # how many of them, at the end, are of the head, with the standard deviation 1
 
     def beside(self, others: Array, columns: Array) -> Left:
         """What base model, head and others, shape (n, h), leave of columns, shape (n, k) [g]."""
@@ -73,19 +56,11 @@ def _triangle(columns: Array) -> Array:
 
 
 class Left(NamedTuple):
-    """What columns leave of other columns.
+    """What columns leave of other columns."""
 
-    Attributes
-    ----------
-    old, new : ndarray, shape (r, t + k)
-        Triangles of all whitened columns over the readings of the record, and over a block.
-    taken : int
-        Number t of columns that take.
-    """
-
-    old: Array
-    new: Array
-    taken: int
+    old: Array  # triangle of all whitened columns over the readings of the record, (r, t + k)
+    new: Array  # the same over those of a block, (r, t + k)
+    taken: int  # number t of columns that take
 
     def lengths(self, blocks: int) -> Array:
         """Lengths that are left after a number of blocks, (k,), in standard deviations of noise."""

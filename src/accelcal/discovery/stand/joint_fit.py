@@ -38,18 +38,10 @@ _NOTHING = 1e-300
 
 
 class Knowledge(NamedTuple):
-    """What is known of sizes and head positions.
+    """What is known of sizes and head positions."""
 
-    Attributes
-    ----------
-    value : ndarray, shape (k,)
-        Estimate.
-    covariance : ndarray, shape (k, k)
-        Its covariance.
-    """
-
-    value: Array
-    covariance: Array
+    value: Array  # estimate, (k,)
+    covariance: Array  # its covariance, (k, k)
 
 
 def shared_columns(unit: Unit, shared: Sequence[Instance], head: float) -> Array:

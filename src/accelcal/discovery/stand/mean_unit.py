@@ -23,21 +23,12 @@ from accelcal.record import TumbleRecord
 
 
 class Unit(NamedTuple):
-    """One of several units on a stand.
+    """One of several units on a stand."""
 
-    Attributes
-    ----------
-    comparison : Comparison
-        Its n readings and the base model; the head is not in the covariance.
-    head : ndarray, shape (n, J)
-        Change of the readings with the angle of each of the J head positions [g/rad].
-    own : tuple of Instance
-        Effects that it has alone.
-    """
-
-    comparison: Comparison
+    comparison: Comparison  # its n readings and the base model; the head is not in the covariance
     head: Array
-    own: tuple[Instance, ...] = ()
+    """Change of the readings with the angle of each of the J head positions, (n, J) [g/rad]."""
+    own: tuple[Instance, ...] = ()  # effects that it has alone
 
     @classmethod
     def of(cls, comparison: Comparison, own: tuple[Instance, ...] = ()) -> Unit:

@@ -28,25 +28,13 @@ _LEVEL = 0.05
 
 
 class OneValue(NamedTuple):
-    """The sizes of an effect in U units, and whether they are one.
+    """The sizes of an effect in U units, and whether they are one."""
 
-    Attributes
-    ----------
-    sizes, uncertainties : ndarray, shape (U,)
-        Along the common mixture of its amplitudes; without what is common to all units.
-    p_value : float
-        Chance that sizes that are one differ as much.
-    spread : float
-        Upper 95 % limit of the standard deviation from unit to unit, over the size.
-    verdict : {"stand", "unit", "undecided"}
-        Whose the effect is.
-    """
-
-    sizes: Array
-    uncertainties: Array
-    p_value: float
-    spread: float
-    verdict: Verdict
+    sizes: Array  # along the common mixture of its amplitudes, (U,)
+    uncertainties: Array  # of the sizes, without what is common to all units, (U,)
+    p_value: float  # chance that sizes that are one differ as much
+    spread: float  # upper 95 % limit of the standard deviation from unit to unit, over the size
+    verdict: Verdict  # whose the effect is
 
 
 def one_value(

@@ -32,18 +32,10 @@ from accelcal.results.stand_discovery import HeadPosition, StandEffect
 
 
 class OwnLook(NamedTuple):
-    """A unit beside the others.
+    """A unit beside the others."""
 
-    Attributes
-    ----------
-    family : Family
-        What is tested, on its readings without what the others tell of the stand.
-    p_value : float
-        Chance that noise alone disagrees as much.
-    """
-
-    family: Family
-    p_value: float
+    family: Family  # what is tested, on its readings without what the others tell of the stand
+    p_value: float  # chance that noise alone disagrees as much
 
     def explained(self, alpha: float, most: int) -> tuple[tuple[Explanation, ...], bool]:
         """Effects that explain the unit, best first, and whether they explain it fully."""
@@ -55,16 +47,8 @@ class OwnLook(NamedTuple):
 class Looker:
     """Looks at units beside the others; the null of one plan and kind of noise is simulated once.
 
-    Parameters
-    ----------
-    effects : sequence of Effect
-        Effects to look for.
-    head : float
-        Declared uncertainty of a head position [rad].
-    seed : int
-        Of the simulated noise.
-    one_head : bool, default True
-        Whether the head positions that the others tell are those of the unit too.
+    A head position has the declared uncertainty `head` [rad]; with `one_head`, those that the
+    others tell are those of the unit too.
     """
 
     def __init__(
@@ -94,27 +78,14 @@ class Looker:
 
 
 class Own(NamedTuple):
-    """Effects that one unit has alone.
+    """Effects that one unit has alone."""
 
-    Attributes
-    ----------
-    instances : tuple of Instance
-        The effects.
-    others : tuple of tuple of str
-        For each effect the ids of those that explain it as well.
-    p_values : tuple of float
-        For each effect the chance that noise makes it look as needed.
-    complete : bool
-        Whether nothing is left that they do not explain.
-    silence : tuple of (str, list of str)
-        What is to be said of readings that a dead zone silences, with the ids that are in doubt.
-    """
-
-    instances: tuple[Instance, ...]
-    others: tuple[tuple[str, ...], ...]
-    p_values: tuple[float, ...]
-    complete: bool
+    instances: tuple[Instance, ...]  # the effects
+    others: tuple[tuple[str, ...], ...]  # for each effect the ids of those that explain it as well
+    p_values: tuple[float, ...]  # for each effect the chance that noise makes it look as needed
+    complete: bool  # whether nothing is left that they do not explain
     silence: tuple[tuple[str, list[str]], ...] = ()
+    """What is to be said of readings that a dead zone silences, with the ids that are in doubt."""
 
 
 def instances_in(common: Discovery) -> tuple[Instance, ...]:

@@ -34,21 +34,11 @@ _OTHER = [ERRORS.index(f"other {name}") for name in OF_ONE_AXIS]
 
 
 class Coefficient(NamedTuple):
-    """A coefficient and its derivatives by `ERRORS`.
+    """A coefficient and its derivatives by `ERRORS`."""
 
-    Attributes
-    ----------
-    value : float
-        Its value.
-    by_error : ndarray, shape (18,)
-        The derivatives.
-    unit : str
-        Unit of the value.
-    """
-
-    value: float
-    by_error: Array
-    unit: str
+    value: float  # its value
+    by_error: Array  # the derivatives, (18,)
+    unit: str  # unit of the value
 
     def times(self, factor: float) -> Coefficient:
         """The coefficient in another unit."""

@@ -101,19 +101,11 @@ def _whitener(covariance: Array) -> Array:
 
 
 class _Pair(NamedTuple):
-    """What both calibrations tell, in one unit and one local g.
+    """What both calibrations tell, in one unit and one local g."""
 
-    Attributes
-    ----------
-    sides : tuple of Side
-        The old and the new one.
-    old, new : mapping of tuple to Coefficient
-        Coefficients of both.
-    """
-
-    sides: tuple[Side, Side]
-    old: Mapping[Name, Coefficient]
-    new: Mapping[Name, Coefficient]
+    sides: tuple[Side, Side]  # the old and the new one
+    old: Mapping[Name, Coefficient]  # coefficients of the old one
+    new: Mapping[Name, Coefficient]  # coefficients of the new one
 
     @property
     def differences(self) -> Array:

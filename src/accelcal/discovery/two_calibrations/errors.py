@@ -59,30 +59,15 @@ _BY_USUAL_SLOPES = np.diag(
 
 
 class Side(NamedTuple):
-    """One of two calibrations.
+    """One of two calibrations."""
 
-    Attributes
-    ----------
-    name : str
-        ``"old"`` or ``"new"``.
-    calibration : Calibration
-        The calibration.
-    found : Compensation
-        What it gives, its effects as they are named.
-    errors : CalibrationErrors
-        Errors of that.
-    by_others : ndarray, shape (18, 18)
-        Covariance of what may be there in the place of its effects.
-    fixture : float or None
-        Standard uncertainty of its fixture angle [rad]; None where it is not known.
-    """
-
-    name: str
+    name: str  # ``"old"`` or ``"new"``
     calibration: Calibration
-    found: Compensation
-    errors: CalibrationErrors
-    by_others: Array
+    found: Compensation  # what it gives, its effects as they are named
+    errors: CalibrationErrors  # errors of that
+    by_others: Array  # covariance of what may be there in the place of its effects, (18, 18)
     fixture: float | None = None
+    """Standard uncertainty of its fixture angle [rad]; None where it is not known."""
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -174,18 +159,10 @@ def _by_heat(found: Compensation) -> Array:
 
 
 class Errors(NamedTuple):
-    """Errors of both calibrations, those of the old one first.
+    """Errors of both calibrations, those of the old one first."""
 
-    Attributes
-    ----------
-    covariance : ndarray, shape (36, 36)
-        Their covariance.
-    over_dof : ndarray, shape (36, 36)
-        The same with each part over its degrees of freedom.
-    """
-
-    covariance: Array
-    over_dof: Array
+    covariance: Array  # their covariance, (36, 36)
+    over_dof: Array  # the same with each part over its degrees of freedom, (36, 36)
 
     def beside(self, dof: Array) -> Errors:
         """The same with independent errors of variance 1 behind them, of k degrees of freedom."""

@@ -18,24 +18,13 @@ _UNTOLD = Coefficient(0.0, np.zeros(1), "")
 
 
 class Indication(NamedTuple):
-    """Output at n accelerations along the input axis, none across it.
+    """Output at n accelerations along the input axis, none across it."""
 
-    Attributes
-    ----------
-    output : ndarray, shape (n,)
-        The output.
-    by_error : ndarray, shape (n, 18)
-        Its derivatives by the errors of the calibration.
-    by_effect : ndarray, shape (n, k)
-        Its changes by independent errors of one standard uncertainty in its effects.
-    effect_dof : ndarray, shape (k,)
-        Degrees of freedom of these.
-    """
-
-    output: Array
-    by_error: Array
+    output: Array  # the output, (n,)
+    by_error: Array  # its derivatives by the errors of the calibration, (n, 18)
     by_effect: Array
-    effect_dof: Array
+    """Its changes by independent errors of one standard uncertainty in its effects, (n, k)."""
+    effect_dof: Array  # degrees of freedom of these, (k,)
 
 
 def common_range(old: Side, new: Side) -> Array:

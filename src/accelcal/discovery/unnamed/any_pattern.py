@@ -35,22 +35,13 @@ _PARITIES: tuple[_Parity, ...] = ((0, 0), (0, 1), (1, 0), (1, 1))
 
 
 class AnyPattern(NamedTuple):
-    """Effects that depend on the position alone, and what else would look like them.
+    """Effects that depend on the position alone, and what else would look like them."""
 
-    Attributes
-    ----------
-    ids : tuple of str
-        Effects of one kind.
-    patterns : int
-        How many patterns of that kind the readings show.
-    chance : float
-        Of patterns of any shape, as large as this one, the share that some set of as many effects
-        would explain as well.
-    """
-
-    ids: tuple[str, ...]
-    patterns: int
+    ids: tuple[str, ...]  # effects of one kind
+    patterns: int  # how many patterns of that kind the readings show
     chance: float
+    """Of patterns of any shape, as large as this one, the share that some set of as many effects
+    would explain as well."""
 
 
 def any_patterns(family: Family, named: Explanation) -> Iterator[AnyPattern]:

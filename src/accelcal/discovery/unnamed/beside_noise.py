@@ -62,28 +62,15 @@ class _Seen(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """Kinds of disturbances beside noise, for the readings that something leaves.
+    """Kinds of disturbances beside noise, for the readings that something leaves."""
 
-    Attributes
-    ----------
-    left : ndarray, shape (n, d)
-        Orthonormal basis of what is left of the readings.
-    error : ndarray, shape (d,)
-        The readings in it [g].
-    noises : tuple of Noise
-        Noise of each correlation that is tried.
-    p_values : ndarray, shape (kinds,)
-        Chance that noise gains as much by any kind as the readings by this one, over the share that
-        the kinds have of the false-alarm rate.
-    beyond : ndarray, shape (kinds,)
-        Gain in likelihood by each kind beyond that of nearly all noise.
-    """
-
-    left: Array
-    error: Array
-    noises: tuple[Noise, ...]
+    left: Array  # orthonormal basis of what is left of the readings, (n, d)
+    error: Array  # the readings in it, (d,) [g]
+    noises: tuple[Noise, ...]  # noise of each correlation that is tried
     p_values: Array
-    beyond: Array
+    """Chance that noise gains as much by any kind as the readings by this one, over the share that
+    the kinds have of the false-alarm rate, (kinds,)."""
+    beyond: Array  # gain in likelihood by each kind beyond that of nearly all noise, (kinds,)
 
     def best(self, alpha: float) -> int | None:
         """Which kind gains most beyond noise, of those with a chance below a rate, if any has."""
@@ -115,21 +102,9 @@ def tried(
 ) -> Trial:
     """Try kinds of disturbances in what some columns leave of the readings.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The readings.
-    taken : ndarray, shape (n, k)
-        Columns of whatever rank.
-    kinds : sequence of pairs
-        Kinds with their weights: in noise alone, one of twice the weight seems to be there twice as
-        often.
-    rhos : sequence of float
-        Correlations of neighbours that the noise may have.
-    share : float
-        Part of the false-alarm rate that is theirs.
-    seed : int
-        Of the noise that is drawn.
+    The columns, shape (n, k), are of whatever rank. Kinds come with weights: in noise alone, one of
+    twice the weight seems to be there twice as often. The noise may have any of some correlations
+    of neighbours, and a share of the false-alarm rate is for these kinds.
     """
     own = orthonormal(taken)
     left = np.asarray(np.linalg.qr(own, mode="complete")[0][:, own.shape[1] :])

@@ -16,11 +16,8 @@ import numpy as np
 from accelcal.arrays import Array, Ints
 from accelcal.discovery.columns import SMALL_UNITS, coefficient_columns, dummies, saturated
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.explanation import CONTRADICTION, Explanation
-from accelcal.discovery.family import NEW, Family, agrees
 from accelcal.discovery.instance import Instance, columns_of
-from accelcal.discovery.space import VISIBLE
-from accelcal.discovery.spans import first_largest, lengths, orthonormal, squares_in, without
+from accelcal.discovery.spans import first_largest, orthonormal, squares_in
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind, tried
 from accelcal.discovery.where import structure
 from accelcal.effects.conditions import Conditions
@@ -40,14 +37,23 @@ _FEWEST, _GROWTH = 4, 1.5
 _RATIOS = (2.0, 3.0, 4.0, 6.0, 9.0, 14.0)
 """Noise of a stroke over that of the others that is tried."""
 
-_WEIGHTS = {"oscillations": 0.3, "shifts of the bias": 1.0, "other shifts": 0.5, "strokes": 1.0}
+_DECAYS = (0.1, 0.2, 0.4)
+"""Time constants of a bias that settles in one run, over the length of the longest."""
+
+_WEIGHTS = {
+    "oscillations": 0.3,
+    "decays": 1.0,
+    "shifts of the bias": 1.0,
+    "other shifts": 0.5,
+    "strokes": 1.0,
+}
 """Weights of the kinds: least where those of a size that matters stand out most."""
 
 
 def passing(
     comparison: Comparison, instances: Sequence[Instance], alpha: float, seed: int = 0
 ) -> Unexplained | None:
-    """Find what oscillates or is shifted for a time, or a stroke with larger noise.
+    """Find what oscillates, settles or is shifted for a time, or a stroke with larger noise.
 
     Beside the effects that were found, the comparison agrees but for that. There is none where
     noise of an AR(1) process often looks like it, at a false-alarm rate alpha, or where the
@@ -59,6 +65,7 @@ def passing(
     bias, *others = SMALL_UNITS
     found = {
         "oscillations": oscillations(c, labels),
+        "decays": _decays(c, labels),
         "shifts of the bias": _shifts(c, labels, [bias]),
         "other shifts": _shifts(c, labels, others),
         "strokes": _strokes(c, labels),
@@ -82,47 +89,6 @@ def passing(
     each = [explained(which) for which in alike]
     share, told = each[first_largest(np.array([own for own, _ in each]))]
     return Unexplained(told, share, float(trial.p_values[best]))
-
-
-def shift_in_place_of_one(
-    family: Family, found: Explanation, alpha: float, p_value: float
-) -> Unexplained | None:
-    """Find a shift for a time, or a step, that explains much better than one of some effects.
-
-    There is none where none explains better by more than the search for the best of many shifts
-    gains, where neither these effects nor the best shift leave noise alone, or where there are more
-    than 600 degrees of freedom. The p-value is the chance that noise alone disagrees as much with
-    the model.
-    """
-    comparison, instances = family.comparison, found.instances
-    space, c, labels = comparison.space, comparison.model.conditions, comparison.record.run_labels
-    if space.dof > MOST:
-        return None
-    bias, *others = SMALL_UNITS
-    kinds = (_shifts(c, labels, [bias, *others]), _steps(c, labels, others))
-    tellers = [(kind.told, i) for kind in kinds for i in range(kind.actions.shape[0])]
-    columns = np.hstack([kind.actions.toarray().T for kind in kinds])
-    if not columns.size:
-        return None
-    units, whole = comparison.directions(*instances), space.whiten(columns)
-    seen, least = space.left_of(whole), VISIBLE * lengths(whole)
-    for place in range(len(instances)):
-        taken = orthonormal(np.delete(units, place, axis=1))
-        left, own = without(comparison.seen, taken), orthonormal(without(units[:, [place]], taken))
-        shifts = without(seen, taken)
-        length = lengths(shifts)
-        new = length > np.maximum(NEW * lengths(seen), least)
-        sizes = np.where(new, shifts.T @ left / np.where(new, length, 1.0) ** 2, 0.0)
-        squares = (sizes * length) ** 2
-        best = first_largest(squares)
-        if squares[best] - squares_in(own, left) < 2.0 * np.log(squares.size):
-            continue
-        beside = np.column_stack([taken, shifts[:, best] / length[best]])
-        if found.passes or agrees(family, beside, CONTRADICTION * alpha):
-            teller, which = tellers[best]
-            told = teller(which, np.inf, sizes[best] * columns[:, best])
-            return Unexplained(told, float(squares[best] / (comparison.seen**2).sum()), p_value)
-    return None
 
 
 def _all_that_repeats(comparison: Comparison, instances: Sequence[Instance]) -> Array:
@@ -171,6 +137,39 @@ def oscillations(
 
     actions = c.gain * columns.reshape(c.gain.size, -1).T
     return Kind(2 * runs.shape[1], csr_array(actions), (np.inf,), told)
+
+
+def once(c: Conditions, labels: Sequence[str]) -> Kind:
+    """All that is shifted for a time, steps, or settles in one run, as one kind."""
+    from scipy.sparse import vstack
+
+    bias, *others = SMALL_UNITS
+    kinds = (_shifts(c, labels, [bias, *others]), _steps(c, labels, others), _decays(c, labels))
+    tellers = [(kind.told, i) for kind in kinds for i in range(kind.actions.shape[0])]
+
+    def told(place: int, variance: float, change: Array) -> str:
+        teller, which = tellers[place]
+        return teller(which, variance, change)
+
+    return Kind(1, vstack([kind.actions for kind in kinds]), (np.inf,), told)
+
+
+def _decays(c: Conditions, labels: Sequence[str]) -> Kind:
+    """A bias that settles from the start of one run alone: in each, it is a warm-up."""
+    runs = [np.flatnonzero(own) for own in dummies(c.run).T]
+    taus = [part * float(c.run_time.max()) for part in _DECAYS]
+    found = [(own, tau) for own in runs for tau in taus if tau and len(runs) > 1]
+
+    def told(place: int, _: float, bias: Array) -> str:
+        own, tau = found[place]
+        first = own[np.argmin(c.run_time[own])]
+        return (
+            f"the bias settles in run {labels[c.run[first]]} alone, from {bias[first] * MICRO:+.3g}"
+            f" ug at its start with a time constant of about {tau / 60.0:.2g} min; repeat that run"
+        )
+
+    rows = [(own, c.gain[own] * np.exp(-c.run_time[own] / tau)) for own, tau in found]
+    return Kind(1, _acting(rows, c), (np.inf,), told)
 
 
 def _shifts(c: Conditions, labels: Sequence[str], coefficients: Sequence[str]) -> Kind:

@@ -40,24 +40,12 @@ _ABSURD = 1e-3
 
 
 class Wandering(NamedTuple):
-    """A coefficient that wanders in place of an effect.
-
-    Attributes
-    ----------
-    instead_of : Instance
-        The effect.
-    log_likelihood : float
-        Natural logarithm of its likelihood over that with the effect.
-    what : str
-        What would wander: bias, scale factor or misalignment.
-    rms : float
-        By how much it would wander in a run [g, 1 or rad].
-    """
+    """A coefficient that wanders in place of an effect."""
 
     instead_of: Instance
-    log_likelihood: float
-    what: str
-    rms: float
+    log_likelihood: float  # natural logarithm of its likelihood over that with the effect
+    what: str  # what would wander: bias, scale factor or misalignment
+    rms: float  # by how much it would wander in a run [g, 1 or rad]
 
     def is_as_likely(self, bound: float) -> bool:
         """Tell whether its likelihood is more than so much of that with the effect."""
