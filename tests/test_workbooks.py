@@ -115,6 +115,21 @@ def test_a_sheet_without_a_table_tells_the_facts_of_the_test(tmp_path):
     assert (found.serial, found.date, found.metadata["Operator"]) == ("B-8", "2025-01-01", "Mia")
 
 
+def test_a_serial_beside_several_tables_is_told_where_it_is_not_used(tmp_path):
+    """It was lost without a word, and history left the unit out."""
+    levels = {f"{t} °C": [ROWS[9][1:], *(r[1:] for r in ROWS if r[0] == t)] for t in (20, 80)}
+    found = accelcal.read_table(book_of(tmp_path / "a.xlsx", {"Info": FACTS, **levels}))
+    assert found.serial is None
+    told = [note for note in found.notes if note.startswith("serial 'A-7' of the sheet 'Info'")]
+    assert len(told) == 1
+    assert "--serial" in told[0]
+    assert "there is no table in 'Info'" in found.notes  # once, not for each sheet
+    own = {name: [["# serial: B-8"], *rows] for name, rows in levels.items()}
+    found = accelcal.read_table(book_of(tmp_path / "b.xlsx", {"Info": FACTS, **own}))
+    assert found.serial == "B-8"
+    assert not [note for note in found.notes if "A-7" in note]
+
+
 @pytest.mark.parametrize(
     ("more", "note"),
     [

@@ -22,7 +22,6 @@ from accelcal.results.beyond_uncertainty import (
     LEFT_OUT,
     NO_HEAT,
     NO_SHIFT,
-    NO_SUCH_SHIFT,
     NOT_COUNTED,
     NOT_IN_U,
 )
@@ -86,7 +85,7 @@ def warnings_of(stack: CalibrationStack) -> Warned:
         *_of_misalignment(tables, estimate, stack.delta0),
         *_of_noise_and_head(estimate),
         *_of_correlation(estimate),
-        *_of_launch(estimate),
+        *_of_launch(estimate, slopes.has_laws),
         *_of_laws(stack, slopes),
         *_of_temperature(tables, slopes),
         *_of_readings(_said_of_readings(stack)),
@@ -274,7 +273,7 @@ def _of_correlation(estimate: JointEstimate) -> Iterator[Sentence]:
     )
 
 
-def _of_launch(estimate: JointEstimate) -> Iterator[Sentence]:
+def _of_launch(estimate: JointEstimate, has_laws: Mask) -> Iterator[Sentence]:
     if (shift := estimate.bias_shift).source == "estimated" and shift.dof < _FEW_REPEATS:
         yield Sentence(
             True,
@@ -284,11 +283,13 @@ def _of_launch(estimate: JointEstimate) -> Iterator[Sentence]:
         )
     if unknown := _unknown_shifts(estimate):
         own, declared = (listed(names) for names in (unknown.values(), unknown))
-        yield Sentence(
-            True,
-            f"U of {own} {NO_SHIFT}, which is neither declared nor"
-            f" measured; declare {declared}, or repeat a temperature",
-        )
+        slopes = f" and of {'their' if len(unknown) > 1 else 'its'} slopes"
+        for there, also in ((has_laws, slopes), (~has_laws, "")):
+            yield Sentence(
+                there,
+                f"U of {own}{also} {NO_SHIFT}, which is neither declared nor"
+                f" measured; declare {declared}, or repeat a temperature",
+            )
 
 
 # -- temperature -----------------------------------------------------------------------------------
@@ -307,12 +308,6 @@ def _of_laws(stack: CalibrationStack, slopes: Slopes) -> Iterator[Sentence]:
         has_laws & [not given and record.reference_temperature is None for record in records],
         "T0 was not given: it is the level nearest to 20 degC",
     )
-    if unknown := _unknown_shifts(stack.estimate):
-        yield Sentence(
-            has_laws,
-            f"{listed(unknown)} not declared: {NO_SUCH_SHIFT} from run"
-            " to run, which makes their slopes less certain",
-        )
     for said in said_of_meanings(tables, stack.estimate):
         yield Sentence(has_laws, said)
     main, second = mountings_of_laws(

@@ -131,8 +131,10 @@ def _with_headings(sheets: dict[str, SourceText], name: str) -> Iterator[SourceT
         if sheet not in tables and "output" not in found.get(sheet, ())
     )
     for sheet in tables:
-        place = name if len(tables) == 1 else f"{name}#{sheet}"
-        note = f"sheet {shown(sheet)} is read; there is no table in {others}"
+        is_alone = len(tables) == 1
+        place = name if is_alone else f"{name}#{sheet}"
+        read = f"sheet {shown(sheet)} is read; " if is_alone else ""
+        note = f"{read}there is no table in {others}"
         notes = (*([note] if others else []), *sheets[sheet].notes)
         yield sheets[sheet]._replace(name=place, notes=notes, beside=beside)
 

@@ -14,12 +14,11 @@ FEWER = "may hold the truth in fewer than 95 of 100 cases"
 
 NOT_COUNTED = "U does not count"
 NO_SHIFT = "includes no shift from launch to launch"
-NO_SUCH_SHIFT = "U of the laws includes no such shift"
 NO_HEAT = "U of the laws includes no error of the temperature"
 NOT_IN_U = "is not in U of the coefficients"
 
 _TOO_SMALL = (LESS_CERTAIN, LEFT_OUT, EXTRAPOLATED, FEWER)
-OF_USE = (NOT_COUNTED, NO_SHIFT, NO_SUCH_SHIFT, NO_HEAT, NOT_IN_U)
+OF_USE = (NOT_COUNTED, NO_SHIFT, NO_HEAT, NOT_IN_U)
 """By these words the sentences are known, in results from files too."""
 
 

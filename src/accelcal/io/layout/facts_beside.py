@@ -41,7 +41,9 @@ def with_facts(
     own: dict[str, Declared] = {}
     notes: list[str] = []
     known = {*declared, *roles}
-    if "serials" in known or source.name.endswith(f"#{source.sheet}"):  # one of several tables
+    is_one_of_several = source.name.endswith(f"#{source.sheet}")
+    unused = is_one_of_several and not known & {"serial", "serials"}
+    if "serials" in known or is_one_of_several:
         known.add("serial")
     for sheet in source.beside:
         try:
@@ -51,6 +53,8 @@ def with_facts(
             notes.append(f"facts of the sheet {shown(sheet.sheet)} were set aside: {why}")
             continue
         facts = {key: fact for key, fact in told.items() if key not in known}
+        if unused and "serial" in told:
+            notes.append(_unused_serial(told["serial"].value, sheet.sheet))
         if "serial" not in known:
             notes += [f"sheet {shown(sheet.sheet)}: {doubt}" for doubt in doubts]
         for key, fact in facts.items():
@@ -65,6 +69,13 @@ def notes_of_facts(beside: Sequence[SourceText], declared: Mapping[str, Declared
     for sheet in beside:
         if facts := [key for key, own in declared.items() if own.source == sheet.name]:
             yield f"{listed(facts)}: told by the sheet {shown(sheet.sheet)}"
+
+
+def _unused_serial(serial: str, sheet: str) -> str:
+    return (
+        f"serial {shown(serial)} of the sheet {shown(sheet)} is not taken for that of the tables,"
+        " each of which may be of another unit; --serial gives one to all"
+    )
 
 
 def _otherwise(key: str, one: Declared, other: Declared) -> str:
