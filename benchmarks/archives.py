@@ -63,14 +63,17 @@ def rows(rng: np.random.Generator, first: str = "", scatter: float = 0.0) -> lis
     return [f"{s}{y:.7f}" for s, y in zip(start, outputs(rng, temperature).tolist(), strict=True)]
 
 
-def write_files(folder: Path, count: int, scatter: float = 0.0) -> Path:
-    """Write files of one accelerometer each."""
+def write_files(folder: Path, count: int, scatter: float = 0.0, missing: float = 0.0) -> Path:
+    """Write files of one accelerometer each, of which a share of the rows is missing."""
     folder.mkdir()
     rng = np.random.default_rng(1)
     for number in range(count):
         head = f"# serial: S{number:05d}\n# unit: mA\n# T0: 20\n# date: 2024-05-31\n{HEADINGS}\n"
-        lines = "\n".join(rows(rng, scatter=scatter))
-        (folder / f"{number:05d}.csv").write_text(f"{head}{lines}\n")
+        lines = rows(rng, scatter=scatter)
+        if missing:
+            lines = [line for line in lines if rng.random() >= missing]
+        text = "\n".join(lines)
+        (folder / f"{number:05d}.csv").write_text(f"{head}{text}\n")
     return folder
 
 
@@ -224,26 +227,29 @@ def files(folder: Path, work: Path, count: int, few: int, repeats: int) -> None:
         told = f"{times:.0f}" if np.isfinite(times) else "not installed"
         table.append((name, f"{cost:.0f}", told, *shares))
     show(f"{count} files of 162 readings, {JOBS} processes where not said otherwise", table)
-    moving(work, max(count // 10, 20), repeats, per_file["pandas and lmfit, one process"])
+    lmfit = per_file["pandas and lmfit, one process"]
+    folder = write_files(work / "moving", max(count // 10, 20), scatter=0.05)
+    title = "files whose temperatures move by 0.05 degC from reading to reading"
+    slower(title, folder, work, repeats, lmfit)
+    folder = write_files(work / "gaps", max(count // 30, 20), missing=0.05)
+    slower("files of which 5 % of the rows are missing", folder, work, repeats, lmfit)
 
 
-def moving(work: Path, count: int, repeats: int, lmfit: float) -> None:
-    """Files with a temperature of its own for each reading, which the readings follow."""
-    folder = write_files(work / "moving", count, scatter=0.05)
-    spent = timed(
-        {
-            "batch to Parquet, one process": lambda: accelcal.write_batch(
-                folder, work / "m1.parquet"
-            ),
-            "batch to Parquet": lambda: accelcal.write_batch(folder, work / "m.parquet", jobs=JOBS),
-        },
-        repeats,
-    )
-    table = [("what", "us a file", "times lmfit")]
+def slower(title: str, folder: Path, work: Path, repeats: int, lmfit: float) -> None:
+    """Files that take longer, as each has something of its own that the others do not share."""
+
+    def batch(jobs: int) -> Callable[[], object]:
+        return lambda: accelcal.write_batch(
+            folder, work / f"{folder.name}{jobs}.parquet", jobs=jobs
+        )
+
+    names = ("batch to Parquet, one process", "batch to Parquet")
+    spent = timed(dict(zip(names, map(batch, (1, JOBS)), strict=True)), repeats)
+    table, count = [("what", "us a file", "times lmfit")], sum(1 for _ in folder.iterdir())
     for name, seconds in spent.items():
         cost = 1e6 * seconds / count
         table.append((name, f"{cost:.0f}", f"{lmfit / cost:.0f}" if np.isfinite(lmfit) else ""))
-    show(f"{count} files whose temperatures move by 0.05 degC from reading to reading", table)
+    show(f"{count} {title}", table)
 
 
 def growth(folder: Path, work: Path, repeats: int, steps: int) -> None:

@@ -310,6 +310,7 @@ def test_archives():
         re.MULTILINE,
     )
     assert "the same bytes: yes" in printed
+    assert "## 20 files of which 5 % of the rows are missing" in printed
     assert re.search(
         r"^\| batch of the CSV \| [\d.]+ \| \d+ % \| \d+ MiB \|$", printed, re.MULTILINE
     )

@@ -137,6 +137,16 @@ def test_equal_arrays_make_a_plan_whether_or_not_they_are_the_same():
     assert plans([record, equal, turned, record, equal]) == [[0, 1, 3, 4], [2]]
 
 
+def test_records_that_miss_the_same_readings_are_of_one_plan():
+    """Those that miss others are not, as other readings tell other coefficients less well."""
+    given = records(4)
+    missing = [
+        own.taken(np.arange(len(own)) != place)
+        for own, place in zip(given, (3, 40, 3, 3), strict=True)
+    ]
+    assert plans(missing) == [[0, 2, 3], [1]]
+
+
 def test_many_records_of_a_plan_come_in_parts(monkeypatch):
     monkeypatch.setattr(plan, "_AT_A_TIME", 2)
     given = records(5)
