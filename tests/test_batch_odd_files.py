@@ -109,6 +109,29 @@ def test_a_file_of_two_names_counts_once(archive, link):
         )
 
 
+@pytest.mark.parametrize("number", [0, 7])
+def test_files_that_the_system_numbers_alike_are_told_apart(archive, monkeypatch, number):
+    """As versions in snapshots, or on file systems that have no numbers."""
+    names = sorted(map(str, archive.glob("*.csv")))
+    for age, name in enumerate(names):
+        os.utime(name, (age, age))
+    stat = os.stat
+
+    def numbered_alike(path, **options):
+        found = stat(path, **options)
+        times = {"st_mtime_ns": found.st_mtime_ns}
+        return os.stat_result((found.st_mode, number, *found[2:]), times)
+
+    monkeypatch.setattr(os, "stat", numbered_alike)
+    assert [file.path for file in find_sources([str(archive)])] == names
+
+
+def test_a_link_to_nowhere_counts_once(archive):
+    (archive / "z.csv").symlink_to("gone.csv")
+    twice = [str(archive), f"{archive}/../{archive.name}"]
+    assert len(find_sources(twice)) == len(find_sources(twice[:1]))
+
+
 def test_a_link_before_its_file_does_not_take_its_place(archive):
     """The rows had the name of the link, and lost that of the file."""
     before = accelcal.batch(archive).tables["source"].unique()

@@ -221,6 +221,19 @@ def test_a_sheet_filled_in_is_a_table(for_k2):
     assert own.standard_uncertainty == pytest.approx(foreseen, rel=0.2)
 
 
+def test_a_sheet_sorted_otherwise_tells_that_its_order_is_not_used(for_k2):
+    """It was passed over by its heading alone, whatever its cells."""
+    best = for_k2.best
+    plan = TumblePlan(angles=best.angles, strokes=best.strokes, temperatures=best.temperatures)
+    lines = filled(sheet(best, STAND), simulate(plan=plan, seed=1)).splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("order"))
+    some = [*lines[: start + 3], *lines[start + 4 :]]
+    assert accelcal.read_table(io.StringIO("\n".join(some))).notes == ()
+    lines[start + 1 : start + 3] = reversed(lines[start + 1 : start + 3])
+    (note,) = accelcal.read_table(io.StringIO("\n".join(lines))).notes
+    assert note == "column 'order' is not known and was set aside"
+
+
 def test_a_sheet_declares_what_the_forecast_assumed():
     """T0 = 20 between the levels, and errors that are known to be none."""
     plan = TumblePlan(positions=8, strokes=10, temperatures=(-40.0, 0.0, 40.0, 80.0))

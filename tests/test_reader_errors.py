@@ -47,6 +47,10 @@ ERRORS = {
         " a line '# temperature: 20'",
     ),
     "headings only": (H, "1: column headings but no readings; add a row for each reading"),
+    "missing cells in place of headings": (
+        "-;-;0,12\n",
+        f"1: numbers where the column headings belong; {NAMES}",
+    ),
     "no headings": ("20,1,1,1.3\n", f"1: numbers where the column headings belong; {NAMES}"),
     "prose": ("\nDear all,\n", f"2: no column headings in 'Dear all,'; {NAMES}"),
     "workbook": (

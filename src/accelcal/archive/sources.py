@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
@@ -116,9 +117,8 @@ def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources
 
 
 def _once(found: Sequence[str | SourceFile], aside: Aside) -> list[str | SourceFile]:
-    links = {*filter(_is_link, found)}
     first: dict[Any, str | SourceFile] = {}
-    for item in sorted(found, key=links.__contains__):  # a file goes before the links to it
+    for item in sorted(found, key=_is_link):  # a file goes before the links to it
         if isinstance(item, SourceFile):
             first.setdefault(item.path, item)
             aside.others.discard(item.path)  # named beside the folder
@@ -133,15 +133,17 @@ def _once(found: Sequence[str | SourceFile], aside: Aside) -> list[str | SourceF
 
 
 def _identity(path: str) -> Any:
-    """What the names of one file, or of one sheet of it, have in common, hard links as well."""
+    """What the names of one file, or of one sheet of it, have in common, hard links as well.
+
+    Some file systems number no files, or several alike, as the versions of a file in snapshots;
+    their sizes and times tell these apart.
+    """
     file, sheet = file_and_sheet(path)
-    try:
+    with suppress(OSError):  # a link to nowhere
         status = os.stat(file)  # noqa: PTH116
-    except OSError:  # a link to nowhere
-        return path
-    if not status.st_ino:  # some file systems number no files
-        return os.path.realpath(path)
-    return status.st_dev, status.st_ino, sheet
+        if status.st_ino:
+            return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, sheet
+    return os.path.realpath(file), sheet
 
 
 def _is_link(item: str | SourceFile) -> bool:

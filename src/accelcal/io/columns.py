@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from functools import partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,7 +36,7 @@ _OPTIONAL = (
     *("unit", "lot"),
 )
 _ROW_NUMBER = "order"
-"""Heading of the sheet of a test whose numbers its rows are in: nothing is lost with them."""
+"""Heading of the sheet of a test: nothing is lost with its numbers where the rows are in them."""
 
 _OF_ONE_READING = ("time", "std", "count")
 _OF_ONE_SERIAL = ("std",)  # time and count are those of all accelerometers that a row reads
@@ -68,7 +69,8 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     key = [roles[name] for name in ("temperature", "position", "angle", "stroke") if name in roles]
     measured = list(outputs.values()) if wide else [roles["output"]]
     needed = max(key if wide else key + measured, default=0) + 1
-    columns = engine(layout, sorted({*roles.values(), *measured}), needed)
+    order = [i for i, own in enumerate(layout.headings) if own.text == _ROW_NUMBER]
+    columns = engine(layout, sorted({*roles.values(), *measured, *order}), needed)
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
     named = {n: with_year_first(columns[i]) for n, i in roles.items() if n not in empty}
     parts = [named.pop(role) for role in ANGLE_IN_PARTS[1:] if role in named]
@@ -337,11 +339,18 @@ def _is_blank(column: Column) -> bool:
     return False
 
 
+def _counts_up(column: Column) -> bool:
+    """Tell whether whole numbers grow from row to row; rows may have been left out."""
+    cells = [*map(str, column.cells)]
+    return all(map(str.isdecimal, cells)) and all(int(a) < int(b) for a, b in pairwise(cells))
+
+
 def _aside(layout: Layout, columns: Columns) -> dict[str, str]:
     """Names of the columns that are not used, with the reason."""
     reasons = {}
     for index, heading in enumerate(layout.headings):
-        if index not in columns and heading.text != _ROW_NUMBER:
+        is_used = index in columns and (heading.text != _ROW_NUMBER or _counts_up(columns[index]))
+        if not is_used:
             name = shown(heading.text) if heading.text else f"{index + 1} without heading"
             reasons[name] = "is of one reading, not of a row," if heading.role else "is not known"
     return reasons

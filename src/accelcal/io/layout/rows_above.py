@@ -382,4 +382,5 @@ def _value(key: str, cells: deque[str]) -> str:
 def is_of_numbers(line: str) -> bool:
     """Tell a row of readings: most of its cells begin as numbers do."""
     cells = re.split(r"[;\t]|,(?!\d)|\s+", line.strip())
-    return 2 * sum(map(begins_number, cells)) > len(cells)
+    numbers = [cell for cell in cells if begins_number(cell) or cell == "-"]
+    return 2 * len(numbers) > len(cells)
