@@ -217,7 +217,7 @@ def test_a_step_shortly_before_a_run_ends_is_found_where_it_is(ahead, seed):
     assert ids(found) == ["bias-step"]
     assert found.effects[0].parameters["reading"].value == reading
     assert found.doubtful == (("bias-step",) if ahead < 4 else ())
-    told = f"{ahead} readings alone lie on one side of it in its run, and as many outliers"
+    told = f"{ahead} readings alone, which may be outliers, lie on one side of it in its run"
     assert any(told in note for note in found.notes) == (ahead < 4)
 
 

@@ -84,6 +84,17 @@ def test_a_warm_up_of_one_run_is_told_as_one(size, tau):
     assert float(told[2]) == pytest.approx(tau / 60.0, rel=0.5)
 
 
+def test_a_run_that_alone_does_not_warm_up_settles_beside_a_warm_up():
+    """It was told as the one that settles, the wrong way, and no word on the other runs."""
+
+    def cold(record):
+        later = record.time - np.array([record.time[record.run == r].min() for r in record.run])
+        return np.where(record.run == 1, 0.0, 60e-6 * np.exp(-later / 900.0))
+
+    told = accelcal.discover(disturbed(cold, seed=2)).unexplained.structure
+    assert re.match(r"beside (.+ and )?warm-up: the bias settles in run 2 alone, from -", told)
+
+
 @pytest.mark.parametrize(("first", "last"), [(60, 68), (116, 130)])
 def test_a_shift_for_a_time_is_told_with_its_place_and_size(first, last):
     found = accelcal.discover(disturbed(for_a_time(first, last, 4.0 * NOISE), seed=3))

@@ -118,9 +118,9 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
 
 def canvas(ax: Axes | None, size: tuple[float, float] = (6.4, 3.8), *, polar: bool = False) -> Axes:
-    """Take the axes given, or make a figure of its own for one, of a width and height [inch].
+    """Take the axes given, or make a figure of its own, of a width and height [inch], for one.
 
-    The axes are dressed.
+    It goes round where `polar`. The axes come back dressed.
 
     Raises
     ------
@@ -136,9 +136,10 @@ def canvas(ax: Axes | None, size: tuple[float, float] = (6.4, 3.8), *, polar: bo
 
 
 def canvases(axes: Any, rows: int, columns: int, size: tuple[float, float]) -> Any:
-    """Take the axes given, or make a figure of its own for rows and columns of them [inch].
+    """Take the axes given, or make a figure of its own for `rows` times `columns`.
 
-    The axes, shape (rows * columns,), are dressed.
+    A figure that is made has a width and height [inch]. The axes come back dressed, shape
+    (rows * columns,), row by row.
 
     Raises
     ------
@@ -159,7 +160,7 @@ def canvases(axes: Any, rows: int, columns: int, size: tuple[float, float]) -> A
 def own_panels(count: int, across: int, size: tuple[float, float], around: float) -> Any:
     """Make a figure of its own for some panels, shape (count,), row by row, `across` side by side.
 
-    One has a width and height [inch], and a title and a legend take some height `around` them.
+    A panel has a width and height [inch]; a title and a legend take a height of `around` [inch].
     """
     down = -(-count // across)
     axes = canvases(None, down, across, (size[0] * across, size[1] * down + around))
@@ -174,7 +175,7 @@ def _refuse_no_axes(ax: object) -> None:
 
 
 def dressed(ax: Axes) -> Axes:
-    """Give axes the colours in force, which ticks made later keep too."""
+    """Give axes the colours in force, which ticks made later keep too, and return them."""
     colours = palette()
     ax.tick_params(colors=colours.ink, labelsize=SMALL, color=colours.muted)
     ax.set_axisbelow(True)
@@ -185,7 +186,7 @@ def dressed(ax: Axes) -> Axes:
 def entitled(ax: Axes, title: str, columns: int = 3) -> Axes:
     """Give axes a title, and between it and the data a legend of what has a label.
 
-    The legend has some columns, and hides no data there.
+    The legend, of so many columns, hides no data there. The same axes come back.
     """
     labelled = len(ax.get_legend_handles_labels()[0])
     rows = -(-labelled // columns)

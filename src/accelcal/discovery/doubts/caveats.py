@@ -204,10 +204,7 @@ def _few_readings(comparison: Comparison, first: float) -> Iterator[str]:
     own = c.number[c.run == c.run[c.order[int(first) - 1]]]
     fewest = min(np.count_nonzero(own < first), np.count_nonzero(own >= first))
     if 0 < fewest < _OUTLIERS:
-        yield (
-            f"{fewest} readings alone lie on one side of it in its run, and as many outliers would"
-            " look like it"
-        )
+        yield f"{fewest} readings alone, which may be outliers, lie on one side of it in its run"
 
 
 def _slower(comparison: Comparison, step: Quantity, left: Unexplained | None) -> Iterator[str]:

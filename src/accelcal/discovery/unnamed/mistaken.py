@@ -19,6 +19,7 @@ from accelcal.discovery.family import NEW, Family, agrees
 from accelcal.discovery.spans import first_largest, lengths, orthonormal, squares_in, without
 from accelcal.discovery.unnamed.beside_noise import MOST, Kind
 from accelcal.discovery.unnamed.passing import once, oscillations
+from accelcal.plural import listed
 from accelcal.results.findings import Unexplained
 
 _SLOWEST = 1.0
@@ -50,12 +51,15 @@ def far_better(
 
     There is none where it gains no more than its sizes may by chance (Schwarz 1978), or where
     neither these effects nor it leave noise alone. The p-value is the chance that noise alone
-    disagrees as much with the model.
+    disagrees as much with the model. What it stands beside is told with it: a run that alone does
+    not warm up settles the other way beside a warm-up.
     """
     whole = float(family.comparison.seen @ family.comparison.seen)
     for one in instead:
         if one.gain >= 0.0 and (found.passes or agrees(family, one.beside, CONTRADICTION * alpha)):
-            return Unexplained(one.told, one.squares / whole, p_value)
+            stay = sorted(found.ids.difference(one.ids))
+            told = f"beside {listed(stay)}: {one.told}" if stay else one.told
+            return Unexplained(told, one.squares / whole, p_value)
     return None
 
 
