@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple, TypeVar
 
 from accelcal.archive import formats
@@ -47,6 +46,7 @@ class Aside:
     unreadable: dict[str, str] = field(default_factory=dict)
     # files that end in none of `SUFFIXES`, by their whole paths or URLs
     others: set[str] = field(default_factory=set)
+    links: set[str] = field(default_factory=set)  # to files
     results: set[str] = field(default_factory=set)  # of other batches
     again: dict[str, str] = field(default_factory=dict)  # second names of files -> the first ones
 
@@ -54,6 +54,7 @@ class Aside:
         """Add what another path has aside."""
         self.unreadable.update(other.unreadable)
         self.others.update(other.others)
+        self.links.update(other.links)
         self.results.update(other.results)
 
     def notes(self) -> Iterator[str]:
@@ -113,37 +114,29 @@ def find_sources(paths: Sequence[str], results: Collection[str] = ()) -> Sources
         own = Aside()
         found += _of_url(path, own) if is_url(path) else _of_path(path, results, own)
         aside.take(own)
-    return Sources(_once(found, aside), aside)
+    if len(paths) > 1 or aside.links or not os.path.isdir(paths[0]):  # noqa: PTH112
+        found = _once(found, aside)  # one folder without links holds no file twice
+    return Sources(found, aside)
 
 
 def _once(found: Sequence[str | SourceFile], aside: Aside) -> list[str | SourceFile]:
-    first: dict[Any, str | SourceFile] = {}
-    for item in sorted(found, key=_is_link):  # a file goes before the links to it
+    real_folder = cache(os.path.realpath)  # that of each file takes as long as to read it
+    links = {*filter(_is_link, found)}
+    first: dict[str, str | SourceFile] = {}
+    for item in sorted(found, key=links.__contains__):  # a file goes before the links to it
         if isinstance(item, SourceFile):
             first.setdefault(item.path, item)
             aside.others.discard(item.path)  # named beside the folder
             continue
         if aside.others:
             aside.others.discard(os.path.abspath(item))  # noqa: PTH100
-        before = str(first.setdefault(_identity(item), item))
+        folder, name = os.path.split(item)
+        real = os.path.realpath(item) if item in links else os.path.join(real_folder(folder), name)  # noqa: PTH118
+        before = str(first.setdefault(real, item))
         if before != item and os.path.abspath(before) != os.path.abspath(item):  # noqa: PTH100
             aside.again[os.path.normpath(item)] = before
     kept = {*first.values()}
     return list(dict.fromkeys(item for item in found if item in kept))
-
-
-def _identity(path: str) -> Any:
-    """What the names of one file, or of one sheet of it, have in common, hard links as well.
-
-    Some file systems number no files, or several alike, as the versions of a file in snapshots;
-    their sizes and times tell these apart.
-    """
-    file, sheet = file_and_sheet(path)
-    with suppress(OSError):  # a link to nowhere
-        status = os.stat(file)  # noqa: PTH116
-        if status.st_ino:
-            return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, sheet
-    return os.path.realpath(file), sheet
 
 
 def _is_link(item: str | SourceFile) -> bool:
@@ -226,7 +219,7 @@ def _in_folder(folder: str, aside: Aside) -> Iterator[str]:
                         continue
                     if entry.is_dir(follow_symlinks=False):
                         folders.append(entry.path)
-                    elif not _is_file(entry):
+                    elif not _is_file(entry, aside):
                         continue
                     elif entry.name.lower().endswith(SUFFIXES):
                         yield entry.path
@@ -255,10 +248,13 @@ def _in_glob(pattern: str, aside: Aside) -> Iterator[str]:
             yield path
 
 
-def _is_file(entry: os.DirEntry[str]) -> bool:
-    return entry.is_file(follow_symlinks=False) or (
-        entry.is_symlink() and _leads_to_file(entry.path)
-    )
+def _is_file(entry: os.DirEntry[str], aside: Aside) -> bool:
+    if entry.is_file(follow_symlinks=False):
+        return True
+    if not (entry.is_symlink() and _leads_to_file(entry.path)):
+        return False
+    aside.links.add(entry.path)
+    return True
 
 
 def _leads_to_file(path: str) -> bool:
