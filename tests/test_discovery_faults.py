@@ -214,14 +214,25 @@ def test_two_mirrored_strokes_are_put_right_together(clean):
         assert mended.angle[own].tolist() == clean.angle[own[::-1]].tolist()
 
 
-def test_exchanged_positions_are_named():
+@pytest.mark.parametrize("pair", [(2, 4), (3, 4), (2, 3), (7, 8)])
+def test_exchanged_positions_are_named(pair):
+    """Only two leave no residual; of the others K1 stays positive and the misalignment small."""
     plan = accelcal.TumblePlan(temperatures=(20.0,), strokes=4)
     clean = accelcal.simulate(seed=3, plan=plan)
-    places = np.where(clean.position == 2, 4, np.where(clean.position == 4, 2, clean.position))
-    wrong = replace(clean, position=places, angle=45.0 * (places - 1.0))
+    wrong, angles = exchanged(clean, *pair)
     (fault,), _ = faults(wrong, 20.0)
     assert fault.name == "positions exchanged"
-    assert "those at 45 and 135 deg exchanged in all strokes" in fault.finding
+    assert f"those at {angles} deg exchanged in all strokes" in fault.finding
+    assert fault.p_value < 1e-20
+    assert not fault.parameters
+
+
+def exchanged(clean, first, second):
+    """A record with two of its positions exchanged, and their angles in words."""
+    p = clean.position
+    places = np.where(p == first, second, np.where(p == second, first, p))
+    angles = f"{45 * (first - 1)} and {45 * (second - 1)}"
+    return replace(clean, position=places, angle=45.0 * (places - 1.0)), angles
 
 
 def second_run_at(place_of):

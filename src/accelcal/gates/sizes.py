@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from itertools import combinations
 from typing import NamedTuple
 
@@ -79,7 +80,7 @@ def proportions(stack: TableStack) -> GateStack:
         if other is None:
             side = side_of(stack.table.mounting)
             found += _reason(ratios, float(rms[index]), side, alone=len(found) == 1)
-        return ", ".join(found if other is None else [*found, other[1]])
+        return ", ".join(found if other is None else [*found, other.said])
 
     return gate_stack("proportions", bad, said)
 
@@ -138,24 +139,25 @@ def wrong_sign(scale_factor: float, unit: str | None) -> str:
     )
 
 
-def other_positions(table: PreparedTable, output: Array, delta0: float) -> tuple[str, str] | None:
+class OtherPositions(NamedTuple):
+    """Positions with which readings are in proportion, and hardly leave a residual."""
+
+    name: str  # what is wrong with those given
+    said: str
+    squares: float  # squared residuals left [output unit^2]
+
+
+def other_positions(table: PreparedTable, output: Array, delta0: float) -> OtherPositions | None:
     """Find other positions with which readings are in proportion, and hardly leave a residual.
 
     The readings, shape (n,) [output unit], are those at the angles of the table, with a fixture
-    angle [rad]. What is wrong is told, and which positions fit; None where none do.
+    angle [rad].
     """
-    positions = _fitting_turn(table, output, delta0)
-    if positions is not None:
-        said = f"the readings fit {positions} positions in a turn: declare '# positions:"
-        return "number of positions", f"{said} {positions}'"
-    exchange = _fitting_exchange(table, output, delta0)
-    if exchange is None:
-        return None
-    said = "the readings fit with those at {:g} and {:g} deg exchanged in all strokes"
-    return "positions exchanged", said.format(*exchange)
+    left = partial(_left_in_proportion, table, output, delta0)
+    return _fitting_turn(table, left) or _fitting_exchange(table, left)
 
 
-def _fitting_turn(table: PreparedTable, output: Array, delta0: float) -> int | None:
+def _fitting_turn(table: PreparedTable, left: Callable[[Array], float]) -> OtherPositions | None:
     """Another number of positions in a turn, which go once around.
 
     They do so with the return to the first one or without. None where none fits, or the angles are
@@ -166,34 +168,49 @@ def _fitting_turn(table: PreparedTable, output: Array, delta0: float) -> int | N
     if np.abs(number - np.round(number)).max() > _WHOLE:
         return None
     last = int(np.round(number.max()))
-    others = [n for n in (last + 1, last) if n >= _FEWEST and n != positions]
-    fits = (n for n in others if _in_proportion(table, output, number * 360.0 / n, delta0))
-    return next(fits, None)
+    for other in (last + 1, last):
+        if other < _FEWEST or other == positions:
+            continue
+        squares = left(number * 360.0 / other)
+        if np.isfinite(squares):
+            said = f"the readings fit {other} positions in a turn: declare '# positions: {other}'"
+            return OtherPositions("number of positions", said, squares)
+    return None
 
 
 def _fitting_exchange(
-    table: PreparedTable, output: Array, delta0: float
-) -> tuple[float, float] | None:
-    """The only two angles [deg] whose exchange in all strokes fits."""
+    table: PreparedTable, left: Callable[[Array], float]
+) -> OtherPositions | None:
+    """The only two angles whose exchange in all strokes fits."""
     angle = table.record.angle
     angles = distinct(angle)
     if angles.size not in _TRIED:
         return None
-    fits = []
-    for first, second in combinations(angles.tolist(), 2):
-        other = np.where(angle == first, second, np.where(angle == second, first, angle))
-        if _in_proportion(table, output, other, delta0):
-            fits.append((first, second))
-    return fits[0] if len(fits) == 1 else None
+    pairs = list(combinations(angles.tolist(), 2))
+    squares = [left(_exchanged(angle, *pair)) for pair in pairs]
+    fits = np.flatnonzero(np.isfinite(squares))
+    if fits.size != 1:
+        return None
+    first, second = pairs[fits[0]]
+    said = f"the readings fit with those at {first:g} and {second:g} deg exchanged in all strokes"
+    return OtherPositions("positions exchanged", said, squares[fits[0]])
 
 
-def _in_proportion(table: PreparedTable, output: Array, angle: Array, delta0: float) -> bool:
-    """Tell whether K0, K1 and M, which four angles tell apart, fit readings at angles [deg]."""
+def _exchanged(angle: Array, first: float, second: float) -> Array:
+    return np.where(angle == first, second, np.where(angle == second, first, angle))
+
+
+def _left_in_proportion(table: PreparedTable, output: Array, delta0: float, angle: Array) -> float:
+    """Squared residuals of readings at angles [deg], infinite where they are in no proportion.
+
+    K0, K1 and M are fitted, which four angles tell apart.
+    """
     design = table.design_at(angle, delta0)[:, [BIAS, SCALE_FACTOR, MISALIGNMENT]]
     k0, k1, m = found = np.linalg.lstsq(design, output)[0]
-    rms = np.sqrt(((output - design @ found) ** 2).mean())
+    squares = float(((output - design @ found) ** 2).sum())
+    rms = np.sqrt(squares / output.size)
     sizes = (k0, LARGEST_RATIOS["K0"]), (m, LARGEST_RATIOS["M"]), (rms, LARGEST_RESIDUAL)
-    return all(bool(abs(size) <= k1 * largest) for size, largest in sizes)
+    return squares if all(abs(size) <= k1 * largest for size, largest in sizes) else np.inf
 
 
 def units(stack: TableStack) -> GateStack:

@@ -8,7 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
+from accelcal.discovery.faults.fault import SMALLEST
 from accelcal.estimate.tables import PreparedTable, prepare
+from accelcal.numerics.probability import student_survival
 from accelcal.record import TumbleRecord
 
 
@@ -23,7 +25,11 @@ class SingleTable(NamedTuple):
     def error(self, name: str) -> float:
         """Standard uncertainty of a coefficient, by what is left of the readings."""
         row = self.table.least_squares.map[self.table.estimability.kept.index(name)]
-        return float(np.sqrt(row @ row * (self.rest @ self.rest) / self.dof))
+        return float(max(np.sqrt(row @ row * (self.rest @ self.rest) / self.dof), SMALLEST))
+
+    def chance(self, name: str) -> float:
+        """Chance of the size of a coefficient, if it is 0."""
+        return 2.0 * student_survival(abs(self.values[name]) / self.error(name), self.dof)
 
 
 def tables_of(record: TumbleRecord) -> list[Mask]:

@@ -17,7 +17,7 @@ from accelcal.gates.sizes import LARGEST_RATIOS, other_positions, wrong_sign
 from accelcal.gates.verdict import times
 from accelcal.geometry import side_of
 from accelcal.head_angles import head_positions
-from accelcal.numerics.probability import f_survival, student_survival
+from accelcal.numerics.probability import f_survival
 from accelcal.numerics.sorting import distinct
 from accelcal.record import TumbleRecord
 from accelcal.results.findings import Fault
@@ -127,22 +127,31 @@ def _within_the_turn(turned: Array, given: Array) -> Array:
 def _turned(record: TumbleRecord, own: Mask, delta0: float, index: Places) -> Fault | None:
     found = single_table(record, own, delta0)
     k1 = found.values["K1"]
-    m = side_of(found.table.mounting) * found.values.get("M", 0.0)
-    is_straight = abs(m) <= LARGEST_RATIOS["M"] * abs(k1)
+    over = {
+        name: abs(found.values.get(name, 0.0)) / largest for name, largest in LARGEST_RATIOS.items()
+    }
+    if k1 > 0.0 and max(over.values()) <= k1:
+        return None
+    where, readings = of_run(record, int(own.argmax())), index[own].tolist()
+    remedy = "correct the table, it is fitted as given"
+    other = other_positions(found.table, found.table.record.output, delta0)
+    if other is not None:
+        # either the model leaves much, or it takes the other positions up by what is out of size
+        better = float(found.rest @ found.rest) / max(other.squares, SMALLEST)
+        left = f_survival(better, found.dof, found.dof)
+        chance = min(left, found.chance(max(over, key=lambda name: over[name])))
+        return order_fault(other.name, f"{where}{other.said}; {remedy}", {}, chance, readings)
+    is_straight = over["M"] <= abs(k1)
     if k1 > 0.0 and is_straight:
         return None
+    m = side_of(found.table.mounting) * found.values.get("M", 0.0)
     turn = float(np.degrees(np.arctan2(-m, k1)))
-    what = "K1" if is_straight else "M"
-    error = max(found.error(what), SMALLEST)
-    name, said = other_positions(found.table, found.table.record.output, delta0) or (
+    name, said = (
         ("wrong sign", wrong_sign(k1, record.unit))
         if is_straight
         else ("positions shifted", f"all positions as if shifted by {turn:.1f} deg")
     )
-    return order_fault(
-        name,
-        f"{of_run(record, int(own.argmax()))}{said}; correct the table, it is fitted as given",
-        {"turn": Quantity(turn, float(np.degrees(error / np.hypot(k1, m))), "deg")},
-        2.0 * student_survival(abs(found.values[what]) / error, found.dof),
-        index[own].tolist(),
-    )
+    what = "K1" if is_straight else "M"
+    turned = Quantity(turn, float(np.degrees(found.error(what) / np.hypot(k1, m))), "deg")
+    finding = f"{where}{said}; {remedy}"
+    return order_fault(name, finding, {"turn": turned}, found.chance(what), readings)
