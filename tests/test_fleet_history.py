@@ -255,6 +255,8 @@ def test_lines_of_the_text_fit_a_terminal(fleet):
     assert max(map(len, str(fleet).splitlines())) <= 100
     assert str(fleet).startswith("History of 23 units; intervals are of 95 %\njumps    ")
     assert "1 unit cannot be judged: CSV and JSON tell why" in str(fleet)
+    (without,) = (own.serial for own in fleet.units if not own.trends)
+    assert without not in str(fleet)  # its line would be empty
     assert repr(fleet).startswith("<FleetHistory: 23 units, ")
 
 

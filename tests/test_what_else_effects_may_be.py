@@ -213,6 +213,19 @@ def test_laws_from_the_readings_count_what_those_from_the_tables_count():
     assert readings.shares.keys() == tables.shares.keys() == {ALTERNATIVES}
 
 
+def test_what_else_an_effect_may_be_does_not_bend_the_laws_beside_it():
+    """They left the tables 38 ug off the law, which the readings follow to 4 ug."""
+    plan = TumblePlan(temperatures=(20.0, 50.0, 80.0, 0.0, -20.0, -40.0), strokes=4, timed=True)
+    record = simulated(accelcal.effect("bias-temperature-quadratic").of(4e-8), 6, plan)
+    found = accelcal.fit(record, model=accelcal.discover(record))
+    law = found.temperature_model.k0
+    assert law.above.expanded_uncertainty > 1e-6  # the look-alikes make it ten times as large
+    for table in found.tables:
+        rise = table.temperature_degC - 20.0
+        expected = law.at_T0.value + rise * (law.above if rise > 0.0 else law.below).value
+        assert table.error_model["k0"].value == pytest.approx(expected, abs=1e-5)
+
+
 def test_the_misalignment_of_the_tables_brings_what_its_covariance_holds_of_others():
     model = accelcal.fit(accelcal.simulate(seed=1)).temperature_model
     one = np.eye(len(model.covariance_names))

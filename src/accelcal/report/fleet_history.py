@@ -42,11 +42,13 @@ def _heading(fleet: FleetHistory) -> Iterator[str]:
 
 
 def _units(fleet: FleetHistory) -> Iterator[str]:
-    yield from aligned([_HEADINGS, *map(_cells, fleet.units[:_SHOWN])], right=_RIGHT)
-    if others := fleet.units[_SHOWN:]:
+    told = [unit for unit in fleet.units if unit.trends or unit.attention]
+    if told:
+        yield from aligned([_HEADINGS, *map(_cells, told[:_SHOWN])], right=_RIGHT)
+    if others := told[_SHOWN:]:
         urgent = sum(bool(unit.attention) for unit in others)
-        told = f"and {counted(len(others), 'other unit')}, {urgent} of them with attention"
-        yield f"{told} (CSV and JSON have all)"
+        most = f"and {counted(len(others), 'other unit')}, {urgent} of them with attention"
+        yield f"{most} (CSV and JSON have all)"
 
 
 def _found(fleet: FleetHistory, finding: str, among: int) -> str:

@@ -18,6 +18,7 @@ from accelcal.estimate.uncertainty import Component, Intervals, combined, propag
 from accelcal.model import LAWS
 from accelcal.numerics.probability import f_survival
 from accelcal.reference import bilinear_design, measured_sides
+from accelcal.results.covariance import BY_OTHERS
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.sentences import Told, of_each
 from accelcal.temperature.bilinear import (
@@ -198,8 +199,12 @@ def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
 
 
 def _weighing(levels: Levels, design: Array) -> Array:
-    """Covariance by which the levels are weighed, shape (R, 3, n, n), see `share_of_law`."""
-    covariance = levels.covariance.copy()
+    """Covariance by which the levels are weighed, shape (R, 3, n, n), see `share_of_law`.
+
+    What else an effect may be weighs nothing: the laws are those beside the effects as named.
+    """
+    parts = (part.covariance for name, part in levels.components.items() if name not in BY_OTHERS)
+    covariance = np.array(sum(parts))
     share = share_of_law(levels.values[:, 1], design)
     covariance[:, 1] *= share[:, :, None] * share[:, None]
     return covariance
