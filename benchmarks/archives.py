@@ -358,11 +358,13 @@ def one_large_file(work: Path, count: int, repeats: int) -> None:
     )
 
 
-def cluster(folder: Path, work: Path, repeats: int) -> None:
-    """Processes and a Dask cluster that stands."""
+def cluster(folder: Path, work: Path, repeats: int, *, processes: bool) -> None:
+    """Processes and a Dask cluster that stands, of processes or, in a smoke, of threads."""
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=JOBS, threads_per_worker=1, dashboard_address=None) as standing:
+    with LocalCluster(
+        n_workers=JOBS, threads_per_worker=1, dashboard_address=None, processes=processes
+    ) as standing:
         address = standing.scheduler_address
         accelcal.write_batch(f"{folder}/00*.csv", work / "w.parquet", dask=address)  # imports
         spent = timed(
@@ -384,11 +386,11 @@ def main() -> None:
     parser.add_argument("--files", type=int, default=10_000)
     parser.add_argument("--serials", type=int, default=100_000)
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--smoke", action="store_true", help="200 files, 100 serials, once")
+    parser.add_argument("--smoke", action="store_true", help="60 files, 100 serials, once")
     parser.add_argument("--only", choices=["files", "growth", "large", "dask"], action="append")
     options = parser.parse_args()
     if options.smoke:
-        options.files, options.serials, options.repeats = 200, 100, 1
+        options.files, options.serials, options.repeats = 60, 100, 1
     wanted = options.only or ["files", "growth", "large", "dask"]
     with tempfile.TemporaryDirectory() as name:
         work, repeats = Path(name), options.repeats
@@ -403,7 +405,7 @@ def main() -> None:
         if "large" in wanted:
             one_large_file(work, options.serials, repeats)
         if "dask" in wanted:
-            cluster(folder, work, repeats)
+            cluster(folder, work, repeats, processes=not options.smoke)
 
 
 if __name__ == "__main__":

@@ -491,11 +491,11 @@ def main() -> None:
     parser.add_argument("--only", action="append", choices=DAMAGES, metavar="MISTAKE")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep what is wrong here")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--smoke", action="store_true", help="four files of each mistake")
+    parser.add_argument("--smoke", action="store_true", help="two files of each mistake")
     given = parser.parse_args()
     if given.keep:
         given.keep.mkdir(parents=True, exist_ok=True)
-    files = 4 if given.smoke else given.files
+    files = 2 if given.smoke else given.files
     print(f"{files} files of each mistake, seed {given.seed}; counts\n")
     print(f"| mistake | {' | '.join(OUTCOMES)} |\n|{' --- |' * (1 + len(OUTCOMES))}")
     total: Counter[str] = Counter()

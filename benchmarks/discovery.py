@@ -27,14 +27,14 @@ import accelcal
 AT_ONCE = 25
 """Tables of one design and regime that share a null simulation, at most."""
 
-SMOKE = 2
-"""Tables of each section in a smoke."""
+SMOKE = {"memory": 2}
+"""Tables of a section in a smoke, if not one."""
 
 
 def chosen(section: str, tables: int, *, smoke: bool) -> list[Case]:
-    """Cases of a section; of a smoke, a few from all over it."""
-    cases = list(SECTIONS[section](2 if smoke else tables))
-    return cases[:: len(cases) // SMOKE or 1][:SMOKE] if smoke else cases
+    """Cases of a section; of a smoke, one or two from all over it."""
+    cases, few = list(SECTIONS[section](2 if smoke else tables)), SMOKE.get(section, 1)
+    return cases[:: len(cases) // few][:few] if smoke else cases
 
 
 def parts(cases: list[Case]) -> Iterator[list[Case]]:
@@ -94,7 +94,7 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--only", action="append", choices=SECTIONS, help="may be repeated")
     parser.add_argument("--method", action="append", choices=METHODS, help="may be repeated")
-    parser.add_argument("--smoke", action="store_true", help="a few tables of each section")
+    parser.add_argument("--smoke", action="store_true", help="a table or two of each section")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     return parser.parse_args(arguments)
 

@@ -281,13 +281,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--smoke", action="store_true", help="60 tables a regime, no verdict")
     options = parser.parse_args(arguments)
     tables = 60 if options.smoke else options.tables
+    faulty = 6 if options.smoke else max(tables // 20, 15)
     print(f"{tables} tables a regime, accelcal {accelcal.__version__}")
     start = time.monotonic()
     with ProcessPoolExecutor(options.jobs) as pool:
         too_many = _clean(tables, options.seed, pool)
-        too_many += _unlike(20 if options.smoke else tables // 5, options.seed, pool)
-        _faulty(max(tables // 20, 15), options.seed, pool)
-    _shared(max(tables // 20, 15), options.seed)
+        too_many += _unlike(10 if options.smoke else tables // 5, options.seed, pool)
+        _faulty(faulty, options.seed, pool)
+    _shared(faulty, options.seed)
     print(f"{time.monotonic() - start:.0f} s with {options.jobs} processes")
     print("too many false alarms: " + (", ".join(too_many) or "none"))
     return 1 if too_many and not options.smoke else 0

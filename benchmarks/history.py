@@ -7,7 +7,7 @@
     python benchmarks/history.py --settling  # units that settle, whose drift slows
     python benchmarks/history.py --campaigns  # three tests within four days each time
     python benchmarks/history.py --returns  # jumps that return after two calibrations
-    python benchmarks/history.py --smoke    # 60 units of a few lines
+    python benchmarks/history.py --smoke    # 30 units of a few lines
 
 The units are drawn here, without accelcal: dates at random over ten years, stated uncertainties
 that differ, a part of each error that all calibrations of a unit share, and a scatter from one
@@ -341,7 +341,7 @@ def lines(kinds: tuple[Kind, ...], units: int) -> Iterator[tuple[Kind, list[floa
 def main() -> None:
     """Print both tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--smoke", action="store_true", help="60 units of a few lines")
+    parser.add_argument("--smoke", action="store_true", help="30 units of a few lines")
     parser.add_argument("--units", type=int, default=400, help="units a line")
     parser.add_argument("--choices", action="store_true", help="intervals that were tried")
     parser.add_argument("--alarms", action="store_true", help="false alarms of few calibrations")
@@ -350,9 +350,9 @@ def main() -> None:
     parser.add_argument("--campaigns", action="store_true", help="three tests each time")
     parser.add_argument("--returns", action="store_true", help="jumps that return")
     asked = parser.parse_args()
-    units = 60 if asked.smoke else asked.units
+    units = 30 if asked.smoke else asked.units
     for chosen, told, kinds, few in (
-        (asked.wandering, print_wandering, WALKS, WALKS[1::5]),
+        (asked.wandering, print_wandering, WALKS, WALKS[1::6]),
         (asked.campaigns, print_campaigns, CAMPAIGNS, CAMPAIGNS[5:6]),
         (asked.returns, print_returns, RETURNS, RETURNS[5:6]),
         (asked.settling, print_settling, SETTLING, SETTLING[10:11]),

@@ -261,6 +261,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with ProcessPoolExecutor(options.jobs) as pool:
         for section in options.only or SECTIONS:
             cases = list(SECTIONS[section](stands))
+            if options.smoke:
+                cases = [case._replace(units=4) for case in cases[1::2]]
             found = list(pool.map(partial(tried, seed=options.seed), cases))
             report = gained if section == "gain" else rates
             print("\n".join(report(section, found)), flush=True)
@@ -273,7 +275,9 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--stands", type=int, default=100, help="a line of each section")
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--only", action="append", choices=SECTIONS, help="may be repeated")
-    parser.add_argument("--smoke", action="store_true", help="one stand a line")
+    parser.add_argument(
+        "--smoke", action="store_true", help="a stand of four units for every other line"
+    )
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     return parser.parse_args(arguments)
 

@@ -11,16 +11,21 @@ other in one folder, which holds ``examples``; a command may go on in lines that
 from __future__ import annotations
 
 import argparse
+import io
 import math
+import os
 import re
 import shlex
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
+from unittest import mock
+
+from accelcal.cli.main import main as accelcal_command
 
 ROOT = Path(__file__).parents[1]
 
@@ -52,19 +57,19 @@ def shown(block: str) -> list[Shown]:
 
 
 def output_of(command: str, folder: Path) -> tuple[str, int]:
-    """Run a command of accelcal in a folder: all that it prints, and its exit code."""
+    """Run a command of accelcal in a folder: all that it prints, and its exit code.
+
+    It runs in this process, as on no terminal: 80 columns, and no colours.
+    """
     name, *arguments = shlex.split(command.replace("\\\n", " "))
     if name != "accelcal":
         raise SystemExit(f"{command!r} is no command of accelcal; a page runs no others")
-    done = subprocess.run(
-        [sys.executable, "-m", "accelcal", *arguments],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
-    return done.stdout, done.returncode
+    printed = io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True)
+    no_terminal = mock.patch.dict(os.environ, COLUMNS="80")
+    with chdir(folder), no_terminal, redirect_stdout(printed), redirect_stderr(printed):
+        code = accelcal_command(arguments)
+    printed.seek(0)
+    return printed.read(), code
 
 
 def regenerated(page: str) -> str:

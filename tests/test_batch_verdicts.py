@@ -57,7 +57,7 @@ def written(record, changes=()):
 
 def texts():
     for index, plan in enumerate(PLANS):
-        for seed in range(3):
+        for seed in range(2):
             yield written(accelcal.simulate(seed=10 * index + seed, plan=plan))
     for seed in (1, 2):
         yield written(accelcal.simulate(seed=seed, plan=PLANS[0]), [("^# unit.*\n", "")])
