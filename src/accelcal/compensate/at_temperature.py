@@ -27,8 +27,8 @@ from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Correlated, Rows, rows_of
 from accelcal.results.quantity import Quantity
-from accelcal.results.result import frame_of
 from accelcal.results.table import TableCalibration
+from accelcal.results.tabular import frame_of
 
 if TYPE_CHECKING:
     import pandas as pd

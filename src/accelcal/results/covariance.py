@@ -18,8 +18,16 @@ from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from accelcal.results.checked import DamageError, checked, list_of, mapping_of, member, number, text
-from accelcal.results.mapping import document_of
+from accelcal.results.documents.checked import (
+    DamageError,
+    checked,
+    list_of,
+    mapping_of,
+    member,
+    number,
+    text,
+)
+from accelcal.results.documents.fields import document_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

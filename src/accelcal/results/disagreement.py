@@ -10,12 +10,12 @@ from accelcal.escapes import visible
 from accelcal.model import ERROR_UNITS
 from accelcal.numerics.probability import written_p_value
 from accelcal.results.agreement import explained_by_errors, hidden_by_errors, verdict_of
-from accelcal.results.checked import Kind, checked, member, number
-from accelcal.results.fields import StoredPart
+from accelcal.results.documents.checked import Kind, checked, member, number
+from accelcal.results.documents.fields import StoredPart, members
+from accelcal.results.documents.stored import StoredResult
 from accelcal.results.findings import Share
-from accelcal.results.mapping import members
 from accelcal.results.quantity import ErrorSource, Quantity, sources_by_name
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.disagreement import DisagreementPlot

@@ -13,7 +13,7 @@ from accelcal.arrays import Array, EqualByContents, Mask
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.checked import (
+from accelcal.results.documents.checked import (
     DamageError,
     Kind,
     checked,
@@ -26,9 +26,9 @@ from accelcal.results.checked import (
     number_or_nan,
     size,
 )
-from accelcal.results.fields import ReadByFields
-from accelcal.results.mapping import finite_or_none, members, members_at
-from accelcal.results.result import StoredResult, TabularResult, frame_of
+from accelcal.results.documents.fields import ReadByFields, finite_or_none, members, members_at
+from accelcal.results.documents.stored import StoredResult
+from accelcal.results.tabular import TabularResult, frame_of
 
 if TYPE_CHECKING:
     import pandas as pd

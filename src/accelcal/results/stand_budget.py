@@ -13,7 +13,8 @@ from accelcal.arguments.options import check_choice
 from accelcal.arrays import Array, EqualByContents, Mask
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
-from accelcal.results.checked import (
+from accelcal.results.covariance import symmetric
+from accelcal.results.documents.checked import (
     DamageError,
     Kind,
     checked,
@@ -24,11 +25,16 @@ from accelcal.results.checked import (
     number,
     number_or_nan,
 )
-from accelcal.results.covariance import symmetric
-from accelcal.results.fields import ReadByFields, StoredPart
-from accelcal.results.mapping import finite_or_none, members, members_at
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.documents.fields import (
+    ReadByFields,
+    StoredPart,
+    finite_or_none,
+    members,
+    members_at,
+)
+from accelcal.results.documents.stored import StoredResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.stand_budget import StandBudgetPlot
