@@ -151,7 +151,7 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
     def __str__(self) -> str:
         from accelcal.report.error_budget import budget_text
 
-        return budget_text(self.to_document())
+        return budget_text(self)
 
     def __repr__(self) -> str:
         points = counted(self.a_i.size, "point")
