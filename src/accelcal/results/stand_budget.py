@@ -262,7 +262,7 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
     def __str__(self) -> str:
         from accelcal.report.stand_budget import stand_budget_text
 
-        return stand_budget_text(self.to_document())
+        return stand_budget_text(self)
 
     def __repr__(self) -> str:
         return visible(
@@ -338,12 +338,11 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
         }
 
     def _component(self, part: StandShare) -> dict[str, Any]:
-        felt = np.abs(part.contributions) > FELT * self.standard_uncertainty
         return {
             **members(part, "name kind standard_uncertainty unit"),
             "dof": finite_or_none(part.dof),
             **members(part, "varies errors averages fixed"),
-            "acts": bool(felt.any()),
+            "acts": acts(self, part),
             "residual": finite_or_none(part.residual),
             "contributions": part.contributions.tolist(),
             "sensitivities": part.sensitivities.tolist(),
@@ -389,3 +388,8 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
         known += [] if trials is None else [trials.lower[i], trials.upper[i], trials.agrees[i]]
         found = dict(zip(_OF_TOTAL, (value.item() for value in known), strict=False))
         yield place | whole | dict.fromkeys(_OF_TOTAL) | found
+
+
+def acts(budget: StandBudget, part: StandShare) -> bool:
+    """Whether a component acts on a coefficient of its budget, beside what the others do."""
+    return bool(np.any(np.abs(part.contributions) > FELT * budget.standard_uncertainty))
