@@ -14,8 +14,8 @@ from accelcal.plural import named
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.one_meaning import tables_of_one_mounting
-from accelcal.temperature.product_errors import Errors, ProductFit, Solution, edges_of, product_fit
-from accelcal.temperature.product_fit import estimator, scale_factor_is_told, solved
+from accelcal.temperature.product.errors import Errors, ProductFit, Solution, edges_of, product_fit
+from accelcal.temperature.product.fit import estimator, scale_factor_is_told, solved
 from accelcal.temperature.recorded import RecordedTemperatures
 
 _UNFELT = 0.5

@@ -28,10 +28,10 @@ from accelcal.estimate.uneven_noise import differ
 from accelcal.model import COEFFICIENTS, MISALIGNMENT, SCALE_FACTOR, WITHOUT_LAWS
 from accelcal.numerics.grouping import grouped
 from accelcal.reference import bilinear_design
-from accelcal.temperature.apart_from_head import Block, HeadErrors
 from accelcal.temperature.bilinear import share_of_law, taken_from_the_other_side
 from accelcal.temperature.hysteresis import Branches, branches_of
-from accelcal.temperature.product_model import Point, Readings
+from accelcal.temperature.product.apart_from_head import Block, HeadErrors
+from accelcal.temperature.product.model import Point, Readings
 from accelcal.temperature.recorded import RecordedTemperatures, stacked_temperature_uncertainty
 
 _LEAST = 1e-10
