@@ -11,7 +11,7 @@ from accelcal.model import ERROR_UNITS
 from accelcal.numerics.probability import written_p_value
 from accelcal.results.agreement import explained_by_errors, hidden_by_errors, verdict_of
 from accelcal.results.documents.checked import Kind, checked, member, number
-from accelcal.results.documents.fields import StoredPart, members
+from accelcal.results.documents.fields import Document, StoredPart, members
 from accelcal.results.documents.stored import StoredResult
 from accelcal.results.findings import Share
 from accelcal.results.quantity import ErrorSource, Quantity, sources_by_name
@@ -188,7 +188,7 @@ class Disagreement(StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> Disagreement:
+    def _read(cls, document: Document) -> Disagreement:
         told = ("rms", "reduced_chi2")
         gap = {name: checked(document, "gap", member(name, number)) for name in told}
         return cls._of_fields(document, **gap)

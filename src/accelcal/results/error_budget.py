@@ -26,7 +26,13 @@ from accelcal.results.documents.checked import (
     number_or_nan,
     size,
 )
-from accelcal.results.documents.fields import ReadByFields, finite_or_none, members, members_at
+from accelcal.results.documents.fields import (
+    Document,
+    ReadByFields,
+    finite_or_none,
+    members,
+    members_at,
+)
 from accelcal.results.documents.stored import StoredResult
 from accelcal.results.tabular import TabularResult, frame_of
 
@@ -194,7 +200,7 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> ErrorBudget:
+    def _read(cls, document: Document) -> ErrorBudget:
         points = partial(column, document, "points")
         parts = checked(document, "points", list_of(member("components", list_of(_part)), 1))
         if len({tuple(part.symbol for part, _ in own) for own in parts}) > 1:
@@ -232,7 +238,7 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
         return frame_of(self.rows(), a_i="g", a_p="g", a_o="g")
 
 
-def _part(document: Mapping[str, Any]) -> tuple[ErrorComponent, bool]:
+def _part(document: Document) -> tuple[ErrorComponent, bool]:
     return ErrorComponent._of_fields(document), checked(document, "correlated", flag)
 
 

@@ -27,7 +27,7 @@ from accelcal.results.documents.checked import (
     number_or_none,
     size_or_none,
 )
-from accelcal.results.documents.fields import StoredPart, document_of, members
+from accelcal.results.documents.fields import Document, StoredPart, document_of, members
 from accelcal.results.documents.stored import StoredResult
 from accelcal.results.findings import Change
 from accelcal.results.quantity import Gate, Quantity
@@ -310,7 +310,7 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> HeadCalibration:
+    def _read(cls, document: Document) -> HeadCalibration:
         positions = checked(document, "positions", list_of(_position))
         return cls._of_fields(
             document,
@@ -320,6 +320,6 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         )
 
 
-def _position(document: Mapping[str, Any]) -> tuple[float, float]:
+def _position(document: Document) -> tuple[float, float]:
     error = checked(document, "error", Quantity.from_document)
     return checked(document, "angle_deg", number), number(number_or_none(error.value) or 0.0)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from accelcal.arguments.options import check_choice
 from accelcal.results.designs import DesignComparison, TestDesign
 from accelcal.results.documents.checked import DamageError, Kind, mapping_of, size
-from accelcal.results.documents.fields import members
+from accelcal.results.documents.fields import Document, members
 from accelcal.results.documents.stored import StoredResult, part_of
 from accelcal.results.tabular import TabularResult
 
@@ -111,7 +111,7 @@ class OptimalDesign(StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> OptimalDesign:
+    def _read(cls, document: Document) -> OptimalDesign:
         found = cls._of_fields(document)
         whole = len(found.losses) == len(found.designs) and "optimal" in found.losses
         if not whole or not all(found.losses.values()):

@@ -17,15 +17,13 @@ from accelcal.results.documents.checked import (
     mapping_of,
     size_or_none,
 )
-from accelcal.results.documents.fields import StoredPart
+from accelcal.results.documents.fields import Document, StoredPart
 from accelcal.units import headed_by_units
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Document", "ErrorSource", "Gate", "Quantity", "Residuals"]
-
-Document = Mapping[str, Any]
+__all__ = ["ErrorSource", "Gate", "Quantity", "Residuals"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,9 +20,15 @@ from accelcal.results.documents.checked import (
     number,
     or_none,
 )
-from accelcal.results.documents.fields import ReadByFields, StoredPart, document_of, members
+from accelcal.results.documents.fields import (
+    Document,
+    ReadByFields,
+    StoredPart,
+    document_of,
+    members,
+)
 from accelcal.results.documents.stored import StoredResult
-from accelcal.results.quantity import Document, Gate
+from accelcal.results.quantity import Gate
 from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:

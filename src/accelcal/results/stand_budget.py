@@ -26,6 +26,7 @@ from accelcal.results.documents.checked import (
     number_or_nan,
 )
 from accelcal.results.documents.fields import (
+    Document,
     ReadByFields,
     StoredPart,
     finite_or_none,
@@ -171,7 +172,7 @@ class MonteCarlo(EqualByContents, ReadByFields):
     agrees: Mask
 
     @classmethod
-    def of_budget(cls, document: Mapping[str, Any]) -> MonteCarlo | None:
+    def of_budget(cls, document: Document) -> MonteCarlo | None:
         """Read it from the document of its budget, None where that has none."""
         own = checked(document, "monte_carlo", lambda value: value)
         if own is None:
@@ -350,7 +351,7 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> StandBudget:
+    def _read(cls, document: Document) -> StandBudget:
         found = partial(column, document, "coefficients")
         names = ("standard_uncertainty", "coverage_factor", "expanded_uncertainty")
         whole = cls._of_fields(

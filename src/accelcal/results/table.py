@@ -11,8 +11,8 @@ from accelcal.escapes import visible
 from accelcal.geometry import MOUNTINGS
 from accelcal.results.covariance import CorrelatedBySource, Rows, correlation_of
 from accelcal.results.documents.checked import DamageError, Kind, checked, mapping_of, one_of
-from accelcal.results.documents.fields import StoredPart, members
-from accelcal.results.quantity import Document, Gate, Quantity, Residuals
+from accelcal.results.documents.fields import Document, StoredPart, members
+from accelcal.results.quantity import Gate, Quantity, Residuals
 from accelcal.results.temperature import nearest_level
 
 if TYPE_CHECKING:

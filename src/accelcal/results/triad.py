@@ -24,7 +24,7 @@ from accelcal.results.documents.checked import (
     number,
     size_or_none,
 )
-from accelcal.results.documents.fields import members
+from accelcal.results.documents.fields import Document, members
 from accelcal.results.documents.stored import StoredResult
 from accelcal.results.quantity import Gate, Quantity
 from accelcal.results.tabular import TabularResult
@@ -245,5 +245,5 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> TriadCalibration:
+    def _read(cls, document: Document) -> TriadCalibration:
         return cls._of_fields(document, **cls._covariance_fields(document))

@@ -19,9 +19,9 @@ from accelcal.results.documents.checked import (
     one_of,
     text,
 )
-from accelcal.results.documents.fields import StoredPart, members
+from accelcal.results.documents.fields import Document, StoredPart, members
 from accelcal.results.documents.stored import StoredResult
-from accelcal.results.quantity import Document, Quantity
+from accelcal.results.quantity import Quantity
 from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ class Trend(StoredPart):
         }
 
     @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> Trend:
+    def from_document(cls, document: Document) -> Trend:
         """Read the trend from its place in a JSON document."""
         low, high = (checked(document, "scatter", member(end, number)) for end in ("low", "high"))
         return cls._of_fields(

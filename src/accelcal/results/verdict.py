@@ -10,8 +10,7 @@ from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.results.documents.checked import Kind, checked, list_of, one_of
-from accelcal.results.documents.fields import StoredPart, document_of, members
-from accelcal.results.quantity import Document
+from accelcal.results.documents.fields import Document, StoredPart, document_of, members
 from accelcal.results.tabular import TabularResult
 
 __all__ = ["OUTCOMES", "Judgement", "Verdict"]

@@ -24,6 +24,9 @@ from accelcal.results.documents.checked import (
     whole,
 )
 
+Document = Mapping[str, Any]
+"""A JSON document, or a part of it that has names."""
+
 _PLAIN: Mapping[str, Kind[Any]] = {"str": text, "bool": flag, "int": whole, "float": number}
 _COMPOSED = (
     (re.compile(r"(.+) \| None"), or_none),
@@ -49,7 +52,7 @@ class ReadByFields:
         freeze(self)
 
     @classmethod
-    def _of_fields(cls, document: Mapping[str, Any], **known: Any) -> Self:
+    def _of_fields(cls, document: Document, **known: Any) -> Self:
         """Read all fields but those that are known already."""
         for item in fields(cls):
             if item.name not in known:
@@ -62,7 +65,7 @@ class ReadByFields:
         return cls(**known)
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> Self:
+    def _read(cls, document: Document) -> Self:
         """Read all of it; a DamageError says which part is missing or something else."""
         return cls._of_fields(document)
 
