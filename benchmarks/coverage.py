@@ -383,7 +383,7 @@ CHOICES = (
     ),
     Choice(
         "laws from all readings, each run weighted by its own scatter",
-        "accelcal.temperature.product_errors._SIGNIFICANT",
+        "accelcal.temperature.product.errors._SIGNIFICANT",
         1.1,
         (TWO_STROKES,),
     ),

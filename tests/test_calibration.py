@@ -21,9 +21,9 @@ from accelcal.frozen_mapping import FrozenMapping
 from accelcal.geometry import MOUNTINGS
 from accelcal.model import coefficient_unit
 from accelcal.results.discovery import Discovery
+from accelcal.results.documents.stored import all_from_json, all_to_json
 from accelcal.results.findings import FoundEffect
 from accelcal.results.quantity import ErrorSource, Gate, Quantity, Residuals
-from accelcal.results.result import all_from_json, all_to_json
 from accelcal.results.table import TableCalibration
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.results.verdict import OUTCOMES, Judgement, Verdict

@@ -12,7 +12,7 @@ import pytest
 import accelcal
 from accelcal import Calibration
 from accelcal.cli.main import main
-from accelcal.results.result import all_from_json
+from accelcal.results.documents.stored import all_from_json
 
 
 def table(positions=8, strokes=3, serials=("",), header="", separator=",", decimal=".", seed=5):

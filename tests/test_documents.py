@@ -22,8 +22,8 @@ from accelcal import Calibration, Discovery, HeadCalibration, TriadCalibration
 from accelcal.cli.main import main
 from accelcal.errors import DocumentError
 from accelcal.io.toml.specification import read_specification
+from accelcal.results.documents.stored import all_to_json
 from accelcal.results.quantity import Residuals
-from accelcal.results.result import all_to_json
 from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.verdict.judge import judge
 

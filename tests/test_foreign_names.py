@@ -21,7 +21,7 @@ from accelcal.cli.main import main
 from accelcal.error_budget.budget import budget
 from accelcal.io.stability_record import read_stability
 from accelcal.io.toml.laboratory import Laboratory
-from accelcal.results.json_text import json_text, parse_json
+from accelcal.results.documents.json_text import json_text, parse_json
 from accelcal.stability.analysis import analyse
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

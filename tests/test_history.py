@@ -23,7 +23,7 @@ from accelcal.recalibrations.history import _told
 from accelcal.recalibrations.jumps import line_with_steps, search_jumps
 from accelcal.recalibrations.regression import farthest, fit_line, proportions
 from accelcal.recalibrations.wandering import line_of_a_walk
-from accelcal.results.result import all_to_json
+from accelcal.results.documents.stored import all_to_json
 
 UG = 1e-6
 

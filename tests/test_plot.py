@@ -438,20 +438,20 @@ def test_a_signature_in_time_is_drawn_in_time():
 
 def test_two_readings_of_an_angle_have_the_scatter_of_all():
     """One degree of freedom has the factor 12.7: its intervals hid everything else."""
-    from accelcal.plot.residuals import Readings
+    from accelcal.plot.residuals import ReadingValues
 
     rng = np.random.default_rng(1)
     angle = np.repeat(np.arange(8) * 45.0, 2)
-    _, _, half = Readings(angle, np.ones(16, dtype=int), rng.normal(size=16)).means()
+    _, _, half = ReadingValues(angle, np.ones(16, dtype=int), rng.normal(size=16)).means()
     assert np.ptp(half) == pytest.approx(0.0)
     assert half[0] == pytest.approx(2.306 / 2**0.5, rel=0.5)  # Student of 8 degrees of freedom
 
 
 def test_readings_that_nothing_repeats_have_no_interval():
-    from accelcal.plot.residuals import Readings
+    from accelcal.plot.residuals import ReadingValues
 
     angle = np.array([0.0, 0.0, 45.0, 90.0])
-    _, means, half = Readings(angle, np.ones(4, dtype=int), np.arange(4.0)).means()
+    _, means, half = ReadingValues(angle, np.ones(4, dtype=int), np.arange(4.0)).means()
     assert means.tolist() == [0.5, 2.0, 3.0]
     assert np.isnan(half).all()
 

@@ -17,7 +17,6 @@ from accelcal.cli.main import main
 from accelcal.errors import DocumentError, InputError, TableError
 from accelcal.io.toml.specification import read_specification
 from accelcal.io.toml.stand import read_stand
-from accelcal.report.stand_budget import stand_budget_text
 from accelcal.results.stand_budget import StandBudget
 from accelcal.simulation import NOISE_FREE, TumblePlan, simulate
 from accelcal.stand_uncertainty.budget import stand_budget
@@ -447,7 +446,7 @@ def test_the_command_writes_json_and_csv(capsys, tmp_path):
     assert document["schema"] == "accelcal/stand-budget/1"
     assert document["monte_carlo"] == {"trials": 1000, "seed": 1, "stable": False}
     assert len(document["covariance"]) == len(document["coefficients"])
-    assert stand_budget_text(document).startswith("Budget of the stand")
+    assert str(StandBudget.from_document(document)).startswith("Budget of the stand")
     path = tmp_path / "budget.json"
     assert run(capsys, "-o", str(path), "--format", "csv")[0] == 0
     assert json.loads(path.read_text("utf-8"))["coefficients"][1]["symbol"] == "K1"

@@ -1,11 +1,15 @@
-"""Mappings that stay as they are."""
+"""Mappings, and parts of a dataclass, that stay as they are."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from typing import Any, NoReturn, TypeVar
 
 Value = TypeVar("Value")
+
+PLAIN = frozenset({str, float, int, bool, type(None)})
+"""Of these a list of residuals consists: one look at each instead of a call."""
 
 
 class FrozenMapping(dict[str, Value]):
@@ -70,3 +74,31 @@ def kept_mapping(mapping: Mapping[str, Value]) -> FrozenMapping[Value]:
     ({'operator': 'A. N.'}, True)
     """
     return mapping if isinstance(mapping, FrozenMapping) else FrozenMapping(mapping)
+
+
+def freeze(result: Any) -> None:
+    """Make what a frozen dataclass holds read-only, when it is born."""
+    for item in fields(result):
+        object.__setattr__(result, item.name, frozen(getattr(result, item.name)))
+
+
+def frozen(part: Any) -> Any:
+    """Freeze mappings, lists and arrays of a result, or of a JSON document, nested in any way.
+
+    They become `FrozenMapping`, tuples and views of arrays that cannot be written to.
+
+    Examples
+    --------
+    >>> frozen({"id": "warm-up", "like": ["bias-drift"]})
+    {'id': 'warm-up', 'like': ('bias-drift',)}
+    """
+    if type(part) in PLAIN:
+        return part
+    if isinstance(part, Mapping):
+        return FrozenMapping({name: frozen(item) for name, item in part.items()})
+    if hasattr(part, "setflags"):
+        part = part.view()
+        part.setflags(write=False)
+    if not isinstance(part, list | tuple):
+        return part
+    return tuple(part) if PLAIN.issuperset(map(type, part)) else tuple(map(frozen, part))

@@ -13,13 +13,14 @@ from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.reversal import fixture_angles
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, covariance_fields
+from accelcal.frozen_mapping import frozen
 from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.reference import reference_temperature_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import NO_COVARIANCE
-from accelcal.results.mapping import finite_or_none, frozen
+from accelcal.results.documents.fields import finite_or_none
 from accelcal.results.quantity import ErrorSource, Residuals
 from accelcal.results.table import TableCalibration
 from accelcal.version import SOFTWARE

@@ -160,7 +160,7 @@ def _stability(path: str | None) -> Stability | None:
     if path is None:
         return None
     from accelcal.io.files.text import read_text
-    from accelcal.results.result import all_from_json
+    from accelcal.results.documents.stored import all_from_json
     from accelcal.results.stability import Stability
 
     (found,) = all_from_json(Stability, read_text(path, "stability test").text)

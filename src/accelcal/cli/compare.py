@@ -79,7 +79,7 @@ def compare(
     """
     from accelcal.io.documents.results import read_known, read_later
     from accelcal.io.of_serial import pairs_of_units
-    from accelcal.results.result import all_to_json
+    from accelcal.results.documents.stored import all_to_json
 
     known, later = read_known(calibration), read_later(data, declared)
     pairs, alone = pairs_of_units(known, later, serial)

@@ -103,7 +103,7 @@ def discover(
     from accelcal.discovery.discover import discover as search
     from accelcal.io.of_serial import records_of_serial
     from accelcal.io.tables import read_tables
-    from accelcal.results.result import all_to_json
+    from accelcal.results.documents.stored import all_to_json
 
     given = [record for source in data for record in read_tables(source, overrides=declared)]
     records = records_of_serial(given, serial)

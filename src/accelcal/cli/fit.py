@@ -59,7 +59,7 @@ def fit(
     from accelcal.calibrate.fit import fit as calibrate
     from accelcal.io.of_serial import records_called
     from accelcal.io.tables import read_tables
-    from accelcal.results.result import all_to_json
+    from accelcal.results.documents.stored import all_to_json
 
     asked, serial = fit_arguments(options), options.pop("serial")
     given = [record for source in data for record in read_tables(source, overrides=options)]

@@ -54,7 +54,7 @@ def deliver_result(
 
 def json_of(document: Mapping[str, Any]) -> str:
     """Write a document as JSON."""
-    from accelcal.results.json_text import json_text
+    from accelcal.results.documents.json_text import json_text
 
     return json_text(document)
 

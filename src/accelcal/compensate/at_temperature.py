@@ -27,8 +27,8 @@ from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import Correlated, Rows, rows_of
 from accelcal.results.quantity import Quantity
-from accelcal.results.result import frame_of
 from accelcal.results.table import TableCalibration
+from accelcal.results.tabular import frame_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -226,7 +226,7 @@ def mean_of_runs(calibration: Calibration, mounting: str | None = None) -> MeanO
     return MeanOfRuns(runs, tables[0], found.T0_degC, mean)
 
 
-class _Errors(NamedTuple):
+class _Propagation(NamedTuple):
     """Derivatives of `PARAMETERS` by what two covariances are of, and these."""
 
     jacobian: Array
@@ -235,7 +235,7 @@ class _Errors(NamedTuple):
 
 
 def _coefficients(
-    calibration: Calibration, found: Compensation, rise: float, told: _Errors
+    calibration: Calibration, found: Compensation, rise: float, told: _Propagation
 ) -> CoefficientsAt:
     """Coefficients at T - T0, and the covariance of those that have an uncertainty."""
     values = np.array(found.parameters(np.asarray(rise))[0], dtype=np.float64)
@@ -255,19 +255,19 @@ def _coefficients(
     return CoefficientsAt(quantities, tuple(names), *matrices)
 
 
-def _between_levels(found: Compensation, rise: float) -> _Errors:
+def _between_levels(found: Compensation, rise: float) -> _Propagation:
     """Errors on the straight lines between levels."""
     assert isinstance(found, LevelCompensation)
-    return _Errors(np.eye(len(PARAMETERS)), *found.table.errors_at(rise))
+    return _Propagation(np.eye(len(PARAMETERS)), *found.table.errors_at(rise))
 
 
-def _by_laws(found: Compensation, rise: float, is_known: bool) -> _Errors:
+def _by_laws(found: Compensation, rise: float, is_known: bool) -> _Propagation:
     """Errors by the laws or of a table, which are not known at all temperatures."""
     covariance = np.array(found.covariance) if is_known else np.full_like(found.covariance, np.nan)
-    return _Errors(found.derivatives(rise), covariance, np.array(found.over_dof))
+    return _Propagation(found.derivatives(rise), covariance, np.array(found.over_dof))
 
 
-def _quantity(value: float, row: Array, errors: _Errors, unit: str) -> Quantity:
+def _quantity(value: float, row: Array, errors: _Propagation, unit: str) -> Quantity:
     """One of them with its uncertainty, by the covariance of what it is made of."""
     told = interval_of_parts([propagated(errors.covariance, errors.over_dof, list(row))])
     standard, expanded, dof = (float(each) for each in (told.standard, told.expanded, told.dof))

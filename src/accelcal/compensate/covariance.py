@@ -23,7 +23,7 @@ _IN_MODEL = {name: f"{name} at_T0" for name in LAWS} | {
 """Error of the compensation -> its name in the covariance of the temperature laws."""
 
 
-class _Errors(NamedTuple):
+class _ParameterErrors(NamedTuple):
     """Covariance of `PARAMETERS` and `SLOPES`, shape (12, 12), by itself and over the freedom."""
 
     covariance: Rows  # NaN where unknown
@@ -31,7 +31,7 @@ class _Errors(NamedTuple):
     over_dof: Rows
 
 
-def errors_of_table(calibration: Calibration, table: TableCalibration) -> _Errors:
+def errors_of_table(calibration: Calibration, table: TableCalibration) -> _ParameterErrors:
     """Errors of `PARAMETERS` from those of K0 .. M_ip, by the quotients of (6).
 
     A misalignment that is free of the fixture angle has its own uncertainty and the correlations of
@@ -58,13 +58,15 @@ def by_quotients(calibration: Calibration, table: TableCalibration) -> Array:
     return jacobian
 
 
-def _of_table(covariance: Array, over_dof: Array) -> _Errors:
-    return _Errors(*(rows_of(np.pad(own, (0, len(SLOPES)))) for own in (covariance, over_dof)))
+def _of_table(covariance: Array, over_dof: Array) -> _ParameterErrors:
+    return _ParameterErrors(
+        *(rows_of(np.pad(own, (0, len(SLOPES)))) for own in (covariance, over_dof))
+    )
 
 
 def errors_of_laws(
     model: TemperatureModel, laws: Mapping[str, Law], common: Mapping[str, Quantity]
-) -> _Errors:
+) -> _ParameterErrors:
     """Errors of `PARAMETERS` and `SLOPES` from those of the laws of k0, K1 and delta.
 
     k2, k3 and delta_ip, `common` to all temperatures, have no law. What is not in the covariance of
@@ -79,7 +81,7 @@ def errors_of_laws(
     relative = np.array([1.0 / scale_factor if names[i] == "K1" else 1.0 for i in own])
     for whole, told in ((covariance, model.covariance), (over_dof, model.over_dof)):
         whole[np.ix_(own, own)] = told[np.ix_(known, known)] * np.outer(relative, relative)
-    return _Errors(rows_of(covariance), rows_of(over_dof))
+    return _ParameterErrors(rows_of(covariance), rows_of(over_dof))
 
 
 def _each_alone(

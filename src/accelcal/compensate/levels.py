@@ -14,7 +14,7 @@ from accelcal.compensate.propagation import Part, linear_sum, ratio, variance_of
 from accelcal.effects.static import Samples
 from accelcal.estimate.launch import SAME_LEVEL
 
-__all__ = ["Errors", "LevelCompensation", "LevelTable"]
+__all__ = ["LevelCompensation", "LevelErrors", "LevelTable"]
 
 _NEAREST = 0.25
 """A level is a neighbour from this part of an interval on: nearer ones tell a curvature badly."""
@@ -22,7 +22,7 @@ _NEAREST = 0.25
 _DELTA, _DELTA_IP = (PARAMETERS.index(name) for name in ("delta", "delta_ip"))
 
 
-class Errors(NamedTuple):
+class LevelErrors(NamedTuple):
     """Covariance at each of L levels, and with each source over its degrees of freedom.
 
     Attributes
@@ -44,10 +44,10 @@ class LevelTable(NamedTuple):
         Temperature of each level minus T0, ascending [degC].
     values : ndarray, shape (L, 6)
         The coefficients.
-    common : Errors
+    common : LevelErrors
         What may be the same at several levels: errors of the head, and all that nothing says to be
         independent.
-    own : Errors
+    own : LevelErrors
         What is new at each level: noise of the readings, shifts from launch to launch, and errors
         of the temperature.
 
@@ -81,8 +81,8 @@ class LevelTable(NamedTuple):
 
     rise: Array
     values: Array
-    common: Errors
-    own: Errors
+    common: LevelErrors
+    own: LevelErrors
 
     def at(self, rise: Array) -> Array:
         """Coefficients at each temperature, shape (..., 6)."""

@@ -28,7 +28,7 @@ _ROUNDING = 1e-9
 
 
 class LevelRun(NamedTuple):
-    """One table, or the mean of several: coefficients, and their errors as `Errors` has them."""
+    """One table, or the mean of several: coefficients, and errors as `LevelErrors` has them."""
 
     temperature: float  # [degC]
     values: Array  # shape (6,): `PARAMETERS`

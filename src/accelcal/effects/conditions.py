@@ -9,10 +9,10 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints
 from accelcal.errors import InputError
+from accelcal.frozen_mapping import freeze
 from accelcal.geometry import accelerations
 from accelcal.pace import too_quick
 from accelcal.record import TumbleRecord
-from accelcal.results.mapping import freeze
 
 __all__ = ["LEVEL_CHANGE", "SAME_ANGLE", "SECONDS_PER_READING", "Conditions", "conditions_of"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
 from accelcal.results.covariance import rows_of
-from accelcal.results.mapping import finite_or_none
+from accelcal.results.documents.fields import finite_or_none
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, quotients_by_coefficients
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel

@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from accelcal.arrays import Array
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.covariance import BY_OTHERS, NO_COVARIANCE, rows_of
-from accelcal.results.mapping import finite_or_none
+from accelcal.results.documents.fields import finite_or_none
 from accelcal.results.quantity import Quantity
 
 _TERMS = 25  # of the polynomial for Student's factor

@@ -15,7 +15,7 @@ from accelcal.errors import InputError
 from accelcal.model import law_units
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.calibration import Calibration
-from accelcal.results.mapping import finite_or_none
+from accelcal.results.documents.fields import finite_or_none
 from accelcal.version import SOFTWARE
 
 __all__ = ["SIGN_CONVENTION", "covariance_rows", "export_content", "refuse_effects"]

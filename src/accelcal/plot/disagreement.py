@@ -10,7 +10,7 @@ from accelcal.discovery.new_record.compare import residuals_of
 from accelcal.plot.coefficients import SYMBOLS, draw_runs, run_labels
 from accelcal.plot.discovery import draw_where
 from accelcal.plot.pictures import Pictures
-from accelcal.plot.residuals import Readings, draw_by_angle
+from accelcal.plot.residuals import ReadingValues, draw_by_angle
 from accelcal.plot.style import canvas, canvases, entitled, palette, styled
 from accelcal.results.agreement import ALPHA
 from accelcal.results.disagreement import QUANTITIES, Disagreement
@@ -103,6 +103,6 @@ class DisagreementPlot(Pictures[Disagreement]):
             If the record does not suit the calibration.
         """
         values = residuals_of(calibration, record)
-        readings = Readings(np.asarray(record.angle), np.asarray(record.stroke), values)
+        readings = ReadingValues(np.asarray(record.angle), np.asarray(record.stroke), values)
         ax = draw_by_angle(canvas(ax), readings, "reading − simulation")
         return entitled(ax, f"Reading − simulation, {len(record)} readings")

@@ -12,7 +12,7 @@ from accelcal.arrays import Array
 from accelcal.discovery.in_use.action import Action, action
 from accelcal.model import symbol_of
 from accelcal.plot.pictures import Pictures
-from accelcal.plot.residuals import Readings
+from accelcal.plot.residuals import ReadingValues
 from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
 from accelcal.plot.ticks import literal
 from accelcal.report.discovery import with_doubts
@@ -131,8 +131,8 @@ class DiscoveryPlot(Pictures[Discovery]):
         colours, (factor, unit) = palette(), readable("g", found.residual)
         ax.axhline(0.0, color=colours.ink, lw=0.8)
         stroke = np.asarray(record.stroke)
-        readings = Readings(along.value, stroke, factor * found.residual)
-        acting = Readings(along.value, stroke, factor * found.change)
+        readings = ReadingValues(along.value, stroke, factor * found.residual)
+        acting = ReadingValues(along.value, stroke, factor * found.change)
         for number, name, part in readings.directions():
             at = part.angle + along.jitter * (2 * number - 1)
             colour = colours.series[number]

@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from accelcal.arrays import Array
 from accelcal.plot.pictures import Pictures
 from accelcal.plot.style import SMALL, canvases, palette, styled
 from accelcal.plot.ticks import LONGEST_TITLE, literal, shortened
 from accelcal.report.error_budget import NO_RANDOM_ERROR, joint_variance, place
 from accelcal.report.lines import sentence
 from accelcal.report.typeset import typeset
-from accelcal.results.error_budget import ErrorBudget
-from accelcal.results.quantity import Document
+from accelcal.results.error_budget import ErrorBudget, ErrorComponent
 from accelcal.shown_units import readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["ErrorBudgetPlot", "shares"]
+__all__ = ["ErrorBudgetPlot"]
 
-Table = Mapping[str, list[float]]
+Table = Mapping[str, Array]
 
 _COEFFICIENTS = "all coefficients together"
 _LABELLED = 16  # bars; of more, the axis has numbers only
@@ -54,15 +54,14 @@ class ErrorBudgetPlot(Pictures[ErrorBudget]):
         uncertainty U, so that the shares add up to U. The errors of the coefficients are correlated
         and cancel in part, so they have one share together.
         """
-        document = self.result.to_document()
-        points = document["points"]
-        width = max(9.0, min(5.0 + 0.8 * len(points), 16.0))
+        budget = self.result
+        width = max(9.0, min(5.0 + 0.8 * budget.a_i.size, 16.0))
         own = axes is None
         panels = canvases(axes, 3, 1, (width, 9.0))
-        handles = _draw(panels, points)
+        handles = _draw(panels, budget)
         figure = panels[0].figure
         if own:
-            unit = shortened(document["serial"] or document["source"], LONGEST_TITLE)
+            unit = shortened(budget.serial or budget.source, LONGEST_TITLE)
             figure.suptitle(f"Error of the measured acceleration by (4), {unit}")
             figure.legend(handles=list(handles.values()), loc="outside right center")
         else:
@@ -72,18 +71,18 @@ class ErrorBudgetPlot(Pictures[ErrorBudget]):
         return panels
 
 
-def _draw(panels: Sequence[Axes], points: Sequence[Document]) -> dict[str, Any]:
+def _draw(panels: Sequence[Axes], budget: ErrorBudget) -> dict[str, Any]:
     titles = ("systematic part", "bounds behind ± in (4), added", "shares of U (95 %), GUM")
-    bounds = _parts(points, "bound")
-    tables = _parts(points, "value"), bounds, shares(points)
-    totals = ("systematic", "bound", "expanded_uncertainty")
+    bounds = _felt({_label(part): part.bound for part in budget.components})
+    values = _felt({_label(part): part.value for part in budget.components})
+    tables = values, bounds, _shares(budget)
+    totals = budget.systematic, budget.bound, budget.expanded_uncertainty
     looks = _looks(tables)
     shown: dict[str, Any] = {}
-    for ax, title, table, total in zip(panels, titles, tables, totals, strict=True):
+    for ax, title, table, sums in zip(panels, titles, tables, totals, strict=True):
         ax.grid(visible=False, axis="x")
-        sums = np.array([point[total] for point in points])
         factor, unit = readable("g", sums, *table.values())
-        scaled = {name: [factor * size for size in sizes] for name, sizes in table.items()}
+        scaled = {name: factor * sizes for name, sizes in table.items()}
         shown = _stack(ax, scaled, looks) | shown
         ink = palette().ink
         (shown["total"],) = ax.plot(factor * sums, "D", color=ink, ms=4, label="total")
@@ -92,50 +91,27 @@ def _draw(panels: Sequence[Axes], points: Sequence[Document]) -> dict[str, Any]:
         if table is bounds and not bounds:
             ax.set(xlim=panels[0].get_xlim(), yticks=[])
             ax.text(0.5, 0.55, f"none, as {NO_RANDOM_ERROR}", transform=ax.transAxes, ha="center")
-        _name_points(ax, points, last=ax is panels[-1])
+        _name_points(ax, budget, last=ax is panels[-1])
     return shown
 
 
-def _parts(points: Sequence[Document], key: str) -> dict[str, list[float]]:
-    """Component -> its size at each point [g]; those that are zero everywhere are left out."""
-    table: dict[str, list[float]] = {}
-    for point in points:
-        for part in point["components"]:
-            table.setdefault(_label(part), []).append(part[key])
-    return {name: sizes for name, sizes in table.items() if any(sizes)}
+def _felt(table: Table) -> dict[str, Array]:
+    """Components with their sizes at each point, without those that are zero everywhere."""
+    return {name: sizes for name, sizes in table.items() if sizes.any()}
 
 
-def shares(points: Sequence[Document]) -> dict[str, list[float]]:
-    """Tell the share of the expanded uncertainty that each component has.
-
-    Parameters
-    ----------
-    points : sequence of mapping
-        The ``"points"`` of a budget.
-
-    Returns
-    -------
-    dict of str to list of float
-        Component -> its share at each point [g]; correlated ones have one together.
-    """
-    found: dict[str, list[float]] = {}
-    for point in points:
-        weight = _per_variance(point)
-        found.setdefault(_COEFFICIENTS, []).append(weight * joint_variance(point))
-        for part in point["components"]:
-            if not part["correlated"]:
-                share = weight * part["standard_uncertainty"] ** 2
-                found.setdefault(_label(part), []).append(share)
-    return {name: sizes for name, sizes in found.items() if any(sizes)}
+def _shares(budget: ErrorBudget) -> dict[str, Array]:
+    """Component -> its share of the expanded uncertainty; correlated ones have one together [g]."""
+    variance = budget.standard_uncertainty**2
+    nothing = np.zeros_like(variance)
+    weight = np.divide(budget.expanded_uncertainty, variance, out=nothing, where=variance > 0.0)
+    alone = (part for part in budget.components if part.symbol not in budget.correlated)
+    own = {_label(part): weight * part.standard_uncertainty**2 for part in alone}
+    return _felt({_COEFFICIENTS: weight * joint_variance(budget), **own})
 
 
-def _label(part: Document) -> str:
-    return literal(f"{typeset(part['symbol'])}  {part['name']}")
-
-
-def _per_variance(point: Document) -> float:
-    variance = point["standard_uncertainty"] ** 2
-    return float(point["expanded_uncertainty"] / variance) if variance > 0.0 else 0.0
+def _label(part: ErrorComponent) -> str:
+    return literal(f"{typeset(part.symbol)}  {part.name}")
 
 
 def _stack(ax: Axes, table: Table, looks: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
@@ -164,11 +140,12 @@ def _looks(tables: Sequence[Table]) -> dict[str, dict[str, str]]:
     }
 
 
-def _name_points(ax: Axes, points: Sequence[Document], *, last: bool) -> None:
+def _name_points(ax: Axes, budget: ErrorBudget, *, last: bool) -> None:
     ax.tick_params(labelbottom=last)
+    points = range(budget.a_i.size)
     if len(points) <= _LABELLED:
-        labels = [place(point).replace(", ", "\n").replace("degC", "°C") for point in points]
+        labels = [place(budget, i).replace(", ", "\n").replace("degC", "°C") for i in points]
         labels = [label.replace("-", "−") for label in labels]
-        ax.set_xticks(range(len(points)), labels, fontsize=SMALL)
+        ax.set_xticks(points, labels, fontsize=SMALL)
     elif last:
         ax.set_xlabel("point, counted from 0 in the order of the table")

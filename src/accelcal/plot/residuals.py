@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Readings:
+class ReadingValues:
     """A value for each reading of a tumble test."""
 
     angle: Array  # shape (n,): head angle [deg]
     stroke: Ints  # shape (n,): stroke; odd ones run forward
     value: Array  # shape (n,): such as a residual [g]
 
-    def directions(self) -> Iterator[tuple[int, str, Readings]]:
+    def directions(self) -> Iterator[tuple[int, str, ReadingValues]]:
         """Iterate over what was read forward and what back, with its number and name."""
         for number, name in enumerate(("forward", "back")):
             here = self.stroke % 2 == 1 - number
@@ -42,7 +42,7 @@ class Readings:
                 yield (
                     number,
                     name,
-                    Readings(self.angle[here], self.stroke[here], self.value[here]),
+                    ReadingValues(self.angle[here], self.stroke[here], self.value[here]),
                 )
 
     def means(self) -> tuple[Array, Array, Array]:
@@ -82,7 +82,7 @@ def residuals(calibration: Calibration, ax: Axes | None, *, run: str | int | Non
     return entitled(ax, _title("Residuals by head angle", tables, run))
 
 
-def draw_by_angle(ax: Axes, readings: Readings, what: str) -> Axes:
+def draw_by_angle(ax: Axes, readings: ReadingValues, what: str) -> Axes:
     """Draw means by angle and direction with 95 % intervals, and the readings beside them."""
     colours, (factor, unit) = palette(), readable("g", readings.value)
     faint = 0.45 if readings.value.size < _CROWDED else 0.15
@@ -125,9 +125,9 @@ def _name_angles(ax: Axes, angles: Any) -> None:
     ax.set_xticks(np.arange(low, high + 1.0, whole))
 
 
-def _readings(tables: Sequence[TableCalibration]) -> Readings:
+def _readings(tables: Sequence[TableCalibration]) -> ReadingValues:
     parts = [table.residuals for table in tables]
-    return Readings(
+    return ReadingValues(
         np.array([angle for part in parts for angle in part.angle_deg], dtype=float),
         np.array([stroke for part in parts for stroke in part.stroke], dtype=int),
         np.array([value for part in parts for value in part.value], dtype=float),
@@ -254,7 +254,7 @@ def tumble(calibration: Calibration, ax: Axes | None, *, run: str | int | None) 
     return ax
 
 
-def _closed(readings: Readings) -> Array:
+def _closed(readings: ReadingValues) -> Array:
     """Means of a closed turn: a return to the start is another reading of it, as 0 and 360 deg."""
     turn = np.array(replace(readings, angle=head_positions(readings.angle)).means())
     again = turn[:, turn[0] == 0.0] + np.array([[360.0], [0.0], [0.0]])

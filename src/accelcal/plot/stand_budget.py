@@ -14,7 +14,6 @@ from accelcal.plot.style import canvases, own_panels, palette, styled
 from accelcal.plot.ticks import LONGEST_TITLE, shortened
 from accelcal.report.stand_budget import shares, shown_unit
 from accelcal.report.typeset import typeset
-from accelcal.results.quantity import Document
 from accelcal.results.stand_budget import StandBudget
 from accelcal.shown_units import written
 
@@ -46,33 +45,32 @@ class StandBudgetPlot(Pictures[StandBudget]):
         ndarray of Axes
             A Pareto chart for each coefficient.
         """
-        document = self.result.to_document()
-        places = _places(document)
+        budget = self.result
+        places = _places(budget)
         if not places:
             raise InputError("no coefficient has an uncertainty; there is nothing to draw")
-        axes = _panels(document, len(places)) if axes is None else axes
+        axes = _panels(budget, len(places)) if axes is None else axes
         panels = canvases(axes, len(places), 1, (0.0, 0.0))
-        colours = _colours(document, places)
+        colours = _colours(budget, places)
         for panel, place in zip(panels, places, strict=True):
-            _panel(panel, document, place, colours)
+            _panel(panel, budget, place, colours)
         return panels
 
 
-def _places(document: Document) -> list[int]:
+def _places(budget: StandBudget) -> list[int]:
     """Coefficients that are drawn, in the order of the panels."""
-    coefficients = document["coefficients"]
     wanted = (*_DRAWN, *SLOPES)
     places = [
         i
-        for i, own in enumerate(coefficients)
-        if own["symbol"] in wanted and not own["where"] and own["standard_uncertainty"] > 0.0
+        for i, own in enumerate(budget.coefficients)
+        if own.symbol in wanted and not own.where and budget.standard_uncertainty[i] > 0.0
     ]
-    return sorted(places, key=lambda i: wanted.index(coefficients[i]["symbol"]))
+    return sorted(places, key=lambda i: wanted.index(budget.coefficients[i].symbol))
 
 
-def _panels(document: Document, count: int) -> Any:
+def _panels(budget: StandBudget, count: int) -> Any:
     axes = own_panels(count, min(_COLUMNS, count), (4.0, 2.5), around=0.6)
-    stand = shortened(document["stand"], LONGEST_TITLE)
+    stand = shortened(budget.stand, LONGEST_TITLE)
     axes[0].figure.suptitle(
         f"{stand}: bars are standard uncertainties by component, the line is their part of u² added"
         " up"
@@ -80,23 +78,22 @@ def _panels(document: Document, count: int) -> Any:
     return axes
 
 
-def _colours(document: Document, places: Sequence[int]) -> dict[str, str]:
+def _colours(budget: StandBudget, places: Sequence[int]) -> dict[str, str]:
     """A colour for each component, from those that matter most on."""
     most: dict[str, float] = {}
     for place in places:
-        for name, share in shares(document, place):
+        for name, share in shares(budget, place):
             most[name] = max(share, most.get(name, 0.0))
     ordered = sorted(most, key=lambda name: -most[name])
     named = dict(zip(ordered, palette().series, strict=False))
     return {name: named.get(name, palette().muted) for name in ordered}
 
 
-def _panel(ax: Any, document: Document, place: int, colours: Mapping[str, str]) -> None:
-    own = document["coefficients"][place]
-    factor, plain = shown_unit(own)
+def _panel(ax: Any, budget: StandBudget, place: int, colours: Mapping[str, str]) -> None:
+    factor, plain = shown_unit(budget, place)
     unit = written(plain)
-    bars = _bars(document, place)
-    u = factor * own["standard_uncertainty"]
+    bars = _bars(budget, place)
+    u = factor * budget.standard_uncertainty[place]
     sizes = [u * np.sqrt(share) for _, share in bars]
     at = np.arange(len(bars))
     ax.bar(at, sizes, 0.7, color=[colours.get(name, palette().muted) for name, _ in bars])
@@ -104,7 +101,8 @@ def _panel(ax: Any, document: Document, place: int, colours: Mapping[str, str]) 
     ax.plot(at, together, "o-", color=palette().ink, ms=3.0, lw=1.0)
     ax.axhline(u, color=palette().muted, lw=0.8, ls=":")
     ax.set_xticks(at, [shortened(name, _LONGEST_NAME) for name, _ in bars], rotation=30, ha="right")
-    ax.set(ylabel=unit, ylim=(0.0, 1.12 * u), title=f"{typeset(own['symbol'])}: u = {u:.3g} {unit}")
+    title = f"{typeset(budget.coefficients[place].symbol)}: u = {u:.3g} {unit}"
+    ax.set(ylabel=unit, ylim=(0.0, 1.12 * u), title=title)
     ax.grid(visible=False, axis="x")
     percent = ax.secondary_yaxis(
         "right", functions=(lambda y: 100.0 * y / u, lambda p: 0.01 * p * u)
@@ -112,9 +110,9 @@ def _panel(ax: Any, document: Document, place: int, colours: Mapping[str, str]) 
     percent.set_yticks([0, 50, 100], ["0", "50", "100 %"], color=palette().muted)
 
 
-def _bars(document: Document, place: int) -> list[tuple[str, float]]:
+def _bars(budget: StandBudget, place: int) -> list[tuple[str, float]]:
     """Components that count, the largest first, and the others together behind them."""
-    found = [item for item in shares(document, place) if item[1] > _LEAST]
+    found = [item for item in shares(budget, place) if item[1] > _LEAST]
     if len(found) <= _BARS:
         return found
     rest = sum(share for _, share in found[_BARS - 1 :])

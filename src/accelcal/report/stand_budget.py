@@ -5,10 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from accelcal.plural import counted
 from accelcal.report.lines import aligned, hanging, sections
 from accelcal.report.numbers import significant
-from accelcal.results.quantity import Document
+from accelcal.results.stand_budget import (
+    BudgetedCoefficient,
+    MonteCarlo,
+    StandBudget,
+    StandShare,
+    acts,
+)
+from accelcal.results.stand_requirements import Requirements, Sufficiency, TargetReached
 from accelcal.shown_units import in_small_unit
 from accelcal.units import MICRO
 
@@ -20,123 +29,113 @@ _RELATIVE = ("K1", "K1 per m/s^2")
 _OF_ONE_TABLE = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 
 
-def stand_budget_text(document: Document) -> str:
+def stand_budget_text(budget: StandBudget) -> str:
     """Tell the uncertainty of the coefficients, what the components do, and requirements."""
-    parts = [_heading(document), _coefficients(document), _components(document)]
-    if document["requirements"] is not None:
-        parts += [_targets(document), _instruments(document)]
-    if document["data_sheet"]:
-        parts.append(_data_sheet(document))
+    parts = [_heading(budget), _coefficients(budget), _components(budget)]
+    if budget.requirements is not None:
+        parts += [_targets(budget, budget.requirements), _instruments(budget.requirements)]
+    if budget.data_sheet:
+        parts.append(_data_sheet(budget.data_sheet))
     return sections(*parts)
 
 
-def _heading(document: Document) -> Iterator[str]:
-    yield f"Budget of the stand: {document['stand']}"
-    yield from hanging(f"from {document['source']}")
-    yield from hanging(f"Test: {document['test']}")
-    for note in document["warnings"]:
+def _heading(budget: StandBudget) -> Iterator[str]:
+    yield f"Budget of the stand: {budget.stand}"
+    yield from hanging(f"from {budget.source}")
+    yield from hanging(f"Test: {budget.test}")
+    for note in budget.warnings:
         yield from hanging(f"note: {note}")
 
 
-def shown_unit(coefficient: Document) -> tuple[float, str]:
-    """Tell factor and unit of an uncertainty as `in_small_unit` does; ppm for the scale factor.
-
-    Examples
-    --------
-    >>> shown_unit({"symbol": "K1", "unit": "mA/g", "value": 1.25})
-    (800000.0, 'ppm')
-    """
-    if coefficient["symbol"] in _RELATIVE:
-        return 1e6 / abs(coefficient["value"]), "ppm"
-    unit = coefficient["unit"]
+def shown_unit(budget: StandBudget, place: int) -> tuple[float, str]:
+    """Tell factor and unit of an uncertainty as `in_small_unit` does; ppm for the scale factor."""
+    coefficient = budget.coefficients[place]
+    if coefficient.symbol in _RELATIVE:
+        return 1e6 / abs(budget.nominal[place]), "ppm"
+    unit = coefficient.unit
     if unit.startswith("mA"):
         return MICRO, f"n{unit[1:]}"
     return in_small_unit(unit)
 
 
-def shares(document: Document, place: int) -> list[tuple[str, float]]:
+def shares(budget: StandBudget, place: int) -> list[tuple[str, float]]:
     """Name the components of one coefficient, the largest first, with their parts of its variance.
 
     The parts add up to 1; there are none where the uncertainty is 0.
     """
-    variance = document["coefficients"][place]["standard_uncertainty"] ** 2
+    variance = budget.standard_uncertainty[place] ** 2
     if variance == 0.0:
         return []
-    found = [
-        (part["name"], part["contributions"][place] ** 2 / variance)
-        for part in document["components"]
-    ]
+    found = [(part.name, part.contributions[place] ** 2 / variance) for part in budget.components]
     return sorted(found, key=lambda item: -item[1])
 
 
-def _coefficients(document: Document) -> Iterator[str]:
+def _coefficients(budget: StandBudget) -> Iterator[str]:
     """Table of the coefficients of the table nearest to T0, slopes, and reversed mountings."""
-    trials = document["monte_carlo"]
+    trials = budget.monte_carlo
     yield from hanging(
         "Uncertainty of each coefficient: u standard, U expanded (95 %), U without its first"
         " component, % of u^2 by component"
     )
     if trials is not None:
-        stable = "" if trials["stable"] else ", not yet stable"
+        stable = "" if trials.stable else ", not yet stable"
         yield from hanging(
-            f"Monte Carlo (JCGM 101): {trials['trials']} trials, seed {trials['seed']}{stable};"
+            f"Monte Carlo (JCGM 101): {trials.trials} trials, seed {trials.seed}{stable};"
             " low and high: its 95 % interval less the value; linear: whether U agrees with it to"
             " the numerical tolerance (clause 8)"
         )
     heading = ["", "unit", "u", "U", "dof"]
     heading += ["low", "high", "linear"] if trials is not None else []
     heading.append("U less 1st")
-    shown = [i for i, item in enumerate(document["coefficients"]) if _is_shown(item)]
-    rows = [[*heading, "from"], *(_row(document, place) for place in shown)]
+    shown = [i for i, item in enumerate(budget.coefficients) if _is_shown(item)]
+    rows = [[*heading, "from"], *(_row(budget, place) for place in shown)]
     yield from aligned(rows, right=range(2, len(heading)), indent="  ")
-    left = len(document["coefficients"]) - len(shown)
+    left = len(budget.coefficients) - len(shown)
     if left:
         yield f"  (and {counted(left, 'coefficient')} of the other tables, in CSV and JSON)"
 
 
-def _is_shown(coefficient: Document) -> bool:
+def _is_shown(coefficient: BudgetedCoefficient) -> bool:
     """Whether it is of the table nearest to T0, of two runs, or a change."""
-    where, symbol = str(coefficient["where"] or ""), str(coefficient["symbol"])
-    return not where or "run" in where.partition(" and ")[2] or symbol.endswith(" change")
+    where = coefficient.where
+    of_two_runs = "run" in where.partition(" and ")[2]
+    return not where or of_two_runs or coefficient.symbol.endswith(" change")
 
 
-def _row(document: Document, place: int) -> list[str]:
-    coefficient = document["coefficients"][place]
-    factor, unit = shown_unit(coefficient)
-    freedom, trial = coefficient["dof"], coefficient["monte_carlo"]
-    dof = "inf" if freedom is None or freedom > _MANY else f"{freedom:.0f}"
-    u, U = (significant(factor * coefficient[f"{kind}_uncertainty"], 3) for kind in _BOTH)
-    named = _NAMED - (trial is not None)
-    largest = [item for item in shares(document, place)[:named] if item[1] >= 0.005]
+def _row(budget: StandBudget, place: int) -> list[str]:
+    factor, unit = shown_unit(budget, place)
+    expanded, trials = budget.expanded_uncertainty[place], budget.monte_carlo
+    dof = "inf" if budget.dof[place] > _MANY else f"{budget.dof[place]:.0f}"
+    sizes = (budget.standard_uncertainty[place], expanded)
+    u, U = (significant(factor * size, 3) for size in sizes)
+    named = _NAMED - (trials is not None)
+    largest = [item for item in shares(budget, place)[:named] if item[1] >= 0.005]
     told = ", ".join(f"{name} {100 * share:.0f}" for name, share in largest)
     rest = max(1.0 - sum(share for _, share in largest[:1]), 0)
-    without = coefficient["expanded_uncertainty"] * math.sqrt(rest)
-    found: list[str] = [] if trial is None else _trial(coefficient, trial, factor)
-    return [coefficient["symbol"], unit, u, U, dof, *found, significant(factor * without, 3), told]
+    without = significant(factor * expanded * math.sqrt(rest), 3)
+    found = [] if trials is None else _trials(trials, place, budget.nominal[place], factor)
+    return [budget.coefficients[place].symbol, unit, u, U, dof, *found, without, told]
 
 
-_BOTH = ("standard", "expanded")
-
-
-def _trial(coefficient: Document, trial: Document, factor: float) -> list[str]:
-    ends = [factor * (trial[end] - coefficient["value"]) for end in ("low", "high")]
+def _trials(trials: MonteCarlo, place: int, value: float, factor: float) -> list[str]:
+    ends = [factor * (end[place] - value) for end in (trials.lower, trials.upper)]
     shown = [f"{'-' if end < 0 else '+'}{significant(abs(end), 3)}" for end in ends]
-    return [*shown, "yes" if trial["agrees"] else "NO"]
+    return [*shown, "yes" if trials.agrees[place] else "NO"]
 
 
-def _components(document: Document) -> Iterator[str]:
+def _components(budget: StandBudget) -> Iterator[str]:
     yield from hanging(
         "What each component does: its standard uncertainty, its independent errors, the part of"
         " its effect that the residuals show, and what goes into the coefficients of the first"
         " table by one u (k0, k2, k3, delta_ip in ug, delta in urad, K1 in ppm)"
     )
     rows: list[Sequence[str]] = [("", "u", "", "errors", "seen", "goes into")]
-    rows += [_component(document, part) for part in document["components"]]
+    rows += [_component(budget, part) for part in budget.components]
     yield from aligned(rows, right=(1, 3, 4), indent="  ")
-    silent = [p["name"] for p in document["components"] if not p["acts"]]
+    silent = [part.name for part in budget.components if not acts(budget, part)]
     if silent:
         yield from hanging(f"Below 0.1 % of every u here: {', '.join(silent)}.")
-    hidden = [p["name"] for p in document["components"] if p["acts"] and _hidden(p)]
+    hidden = [part.name for part in budget.components if acts(budget, part) and _hidden(part)]
     if hidden:
         yield from hanging(
             f"Systematic and unseen: {', '.join(hidden)}. No residual shows them and no stroke"
@@ -144,9 +143,8 @@ def _components(document: Document) -> Iterator[str]:
         )
 
 
-def _hidden(part: Document) -> bool:
-    seen = part["residual"]
-    return not part["averages"] and (seen is None or seen < _WHOLE)
+def _hidden(part: StandShare) -> bool:
+    return not part.averages and not part.residual >= _WHOLE  # also where it is NaN
 
 
 def _of_instrument(unit: str) -> tuple[float, str]:
@@ -154,30 +152,29 @@ def _of_instrument(unit: str) -> tuple[float, str]:
     return (MICRO, "uV") if unit == "V" else in_small_unit(unit)
 
 
-def _component(document: Document, part: Document) -> tuple[str, ...]:
-    factor, unit = _of_instrument(part["unit"])
-    seen = part["residual"]
+def _component(budget: StandBudget, part: StandShare) -> tuple[str, ...]:
+    factor, unit = _of_instrument(part.unit)
     return (
-        f"{part['name']}{' (fixed)' if part['fixed'] else ''}",
-        significant(factor * part["standard_uncertainty"], 3),
+        f"{part.name}{' (fixed)' if part.fixed else ''}",
+        significant(factor * part.standard_uncertainty, 3),
         unit,
-        str(part["errors"]),
-        "" if seen is None else f"{100 * seen:.0f} %",
-        _absorbed(document, part) if part["acts"] else "nothing here",
+        str(part.errors),
+        "" if math.isnan(part.residual) else f"{100 * part.residual:.0f} %",
+        _absorbed(budget, part) if acts(budget, part) else "nothing here",
     )
 
 
-def _absorbed(document: Document, part: Document) -> str:
+def _absorbed(budget: StandBudget, part: StandShare) -> str:
     """Coefficients that a component changes most, each with its change."""
     found = []
-    for coefficient, change in zip(document["coefficients"], part["contributions"], strict=True):
-        if not coefficient["where"] and coefficient["symbol"] in _OF_ONE_TABLE:
-            found.append((shown_unit(coefficient)[0] * change, coefficient["symbol"]))
+    for i, (own, change) in enumerate(zip(budget.coefficients, part.contributions, strict=True)):
+        if not own.where and own.symbol in _OF_ONE_TABLE:
+            found.append((shown_unit(budget, i)[0] * change, own.symbol))
     largest = max((abs(size) for size, _ in found), default=0.0)
     if largest < _NOTHING:
-        return _elsewhere(document, part)
+        return _elsewhere(budget, part)
     named = [item for item in found if abs(item[0]) >= _IN_PART * largest]
-    sign = "+" if part["errors"] == 1 and not part["kind"].endswith(_OF_A_PHASE) else ""
+    sign = "+" if part.errors == 1 and not part.kind.endswith(_OF_A_PHASE) else ""
     return ", ".join(f"{name} {size:{sign}.2g}" for size, name in named)
 
 
@@ -185,58 +182,50 @@ _OF_A_PHASE = ("harmonic", "daily")
 _NOTHING = 1e-6  # ug: below it a change is rounding error
 
 
-def _elsewhere(document: Document, part: Document) -> str:
+def _elsewhere(budget: StandBudget, part: StandShare) -> str:
     """Where a component acts, when it does on no coefficient of the table nearest to T0."""
-    found = [
-        (abs(change) / coefficient["standard_uncertainty"], coefficient, change)
-        for coefficient, change in zip(document["coefficients"], part["contributions"], strict=True)
-        if coefficient["standard_uncertainty"] > 0.0 and not coefficient["where"]
-    ]
-    most = max((ratio for ratio, _, _ in found), default=0.0)
+    changes = np.abs(part.contributions)
+    ratios = {
+        i: changes[i] / u
+        for i, u in enumerate(budget.standard_uncertainty)
+        if u > 0.0 and not budget.coefficients[i].where
+    }
     named = []
-    for ratio, coefficient, change in found:
-        if ratio > 0.5 * most:
-            factor, unit = shown_unit(coefficient)
-            named.append(f"{coefficient['symbol']} {abs(factor * change):.2g} {unit}")
+    for i in (i for i, ratio in ratios.items() if ratio > 0.5 * max(ratios.values())):
+        factor, unit = shown_unit(budget, i)
+        named.append(f"{budget.coefficients[i].symbol} {factor * changes[i]:.2g} {unit}")
     return ", ".join(named)
 
 
-def _targets(document: Document) -> Iterator[str]:
+def _targets(budget: StandBudget, requirements: Requirements) -> Iterator[str]:
     yield "Targets of U (95 %), and the floor that perfect instruments leave"
-    rows = [("", "unit", "target", "now", "floor", "")]
-    for target in document["requirements"]["targets"]:
-        own = (c for c in document["coefficients"] if c["symbol"] == target["symbol"])
-        factor, unit = shown_unit(next(own))
-        sizes = (significant(factor * target[n], 3) for n in ("target", "present", "floor"))
-        rows.append((target["symbol"], unit, *sizes, _reached(target)))
+    rows: list[Sequence[str]] = [("", "unit", "target", "now", "floor", "")]
+    for target in requirements.targets:
+        factor, unit = shown_unit(budget, budget.index(target.symbol) or 0)
+        own = (target.target, target.present, target.floor)
+        sizes = (significant(factor * size, 3) for size in own)
+        rows.append((target.symbol, unit, *sizes, _reached(target)))
     yield from aligned(rows, right=(2, 3, 4), indent="  ")
 
 
-def _reached(target: Document) -> str:
-    if target["reached"]:
+def _reached(target: TargetReached) -> str:
+    if target.reached:
         return "reached"
-    if target["reachable"]:
+    if target.reachable:
         return "to be reached with better instruments"
-    return f"out of reach: held up by {', '.join(target['held_up_by']) or 'the fixed components'}"
+    return f"out of reach: held up by {', '.join(target.held_up_by) or 'the fixed components'}"
 
 
-def _instruments(document: Document) -> Iterator[str]:
+def _instruments(requirements: Requirements) -> Iterator[str]:
     yield "What each instrument must be, as a standard uncertainty (fixed components stay)"
-    rows = [("", "", "now", "alone", "equal shares", "all alike", "alone is limited by")]
-    for item in document["requirements"]["instruments"]:
-        factor, unit = _of_instrument(item["unit"])
-        names = ("present", "alone", "equal_shares", "proportional")
-        now, alone, *shared = (_size(item[name], factor) for name in names)
-        rows.append(
-            (
-                item["name"],
-                unit,
-                now,
-                alone or "> 100 x",
-                *(size or "as now" for size in shared),
-                item["limited_by"],
-            )
-        )
+    heading = ("", "", "now", "alone", "equal shares", "all alike", "alone is limited by")
+    rows: list[Sequence[str]] = [heading]
+    for item in requirements.instruments:
+        factor, unit = _of_instrument(item.unit)
+        own = (item.present, item.alone, item.equal_shares, item.proportional)
+        now, alone, *shared = (_size(size, factor) for size in own)
+        told = (now, alone or "> 100 x", *(size or "as now" for size in shared))
+        rows.append((item.name, unit, *told, item.limited_by))
     yield from aligned(rows, right=range(2, 6), indent="  ")
     yield from hanging(
         "alone: largest with all others as they are, 0 where not even a perfect one would do;"
@@ -251,24 +240,16 @@ def _size(value: float | None, factor: float) -> str:
     return "0" if value == 0.0 else significant(factor * value, 3)
 
 
-def _data_sheet(document: Document) -> Iterator[str]:
+def _data_sheet(limits: Sequence[Sufficiency]) -> Iterator[str]:
     yield "Limits of the data sheet against U of this test; suffices: 4 to 1 or better"
     rows: list[Sequence[str]] = [("", "of", "unit", "limit", "U", "ratio", "")]
-    limits = document["data_sheet"]
     for limit in limits:
-        U, ratio = limit["expanded_uncertainty"], limit["ratio"]
-        rows.append(
-            (
-                limit["name"],
-                limit["symbol"],
-                limit["unit"],
-                f"{limit['limit']:g}",
-                "" if U is None else significant(U, 3),
-                "" if ratio is None else significant(ratio, 2),
-                limit["verdict"],
-            )
-        )
+        U, ratio = limit.expanded_uncertainty, limit.ratio
+        told_U = "" if U is None else significant(U, 3)
+        told_ratio = "" if ratio is None else significant(ratio, 2)
+        numbers = (f"{limit.limit:g}", told_U, told_ratio)
+        rows.append((limit.name, limit.symbol, limit.unit, *numbers, limit.verdict))
     yield from aligned(rows, right=(3, 4, 5), indent="  ")
-    for note in dict.fromkeys(limit["note"] for limit in limits if limit["note"]):
-        named = ", ".join(limit["name"] for limit in limits if limit["note"] == note)
+    for note in dict.fromkeys(limit.note for limit in limits if limit.note):
+        named = ", ".join(limit.name for limit in limits if limit.note == note)
         yield from hanging(f"  {named}: {note}")

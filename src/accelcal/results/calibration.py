@@ -14,12 +14,13 @@ from accelcal.escapes import visible
 from accelcal.frozen_mapping import FrozenMapping
 from accelcal.plural import counted
 from accelcal.results import calibration_parts as parts
-from accelcal.results.checked import DamageError, Kind, checked, list_of, one_of, or_none
+from accelcal.results.documents.checked import DamageError, Kind, checked, list_of, one_of, or_none
+from accelcal.results.documents.fields import Document, members
+from accelcal.results.documents.stored import StoredResult
 from accelcal.results.fixture_angle import FixtureAngle
-from accelcal.results.mapping import members
-from accelcal.results.quantity import Document, ErrorSource, Gate, Quantity
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.quantity import ErrorSource, Gate, Quantity
 from accelcal.results.table import TableCalibration, mountings_of_laws, tells_laws
+from accelcal.results.tabular import TabularResult
 from accelcal.results.temperature import TemperatureModel
 
 if TYPE_CHECKING:

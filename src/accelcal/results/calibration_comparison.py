@@ -16,10 +16,10 @@ from accelcal.results.agreement import (
     least_of,
     verdict_of,
 )
-from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import members
+from accelcal.results.documents.fields import StoredPart, members
+from accelcal.results.documents.stored import StoredResult
 from accelcal.results.quantity import ErrorSource, Quantity
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.calibration_comparison import CalibrationComparisonPlot

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from accelcal.frozen_mapping import FrozenMapping
-from accelcal.results.checked import (
+from accelcal.results.documents.checked import (
     DamageError,
     Kind,
     checked,

@@ -18,8 +18,16 @@ from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from accelcal.results.checked import DamageError, checked, list_of, mapping_of, member, number, text
-from accelcal.results.mapping import document_of
+from accelcal.results.documents.checked import (
+    DamageError,
+    checked,
+    list_of,
+    mapping_of,
+    member,
+    number,
+    text,
+)
+from accelcal.results.documents.fields import Document, document_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -72,7 +80,7 @@ class CorrelatedByName(Correlated):
         return {"names": list(self.covariance_names), "matrix": rows}
 
     @staticmethod
-    def _covariance_fields(document: Mapping[str, Any], *missing: Covariance) -> dict[str, Any]:
+    def _covariance_fields(document: Document, *missing: Covariance) -> dict[str, Any]:
         """Read the fields of the covariance; of a document that has none they are `missing`."""
         names, matrix = checked(document, "covariance", covariance, *missing)
         return {"covariance_names": names, "covariance_matrix": matrix}
@@ -119,7 +127,7 @@ class CorrelatedBySource(CorrelatedByName):
         return {**found, "shares": document_of(self.shares)} if self.shares else found
 
     @staticmethod
-    def _covariance_fields(document: Mapping[str, Any], *missing: Covariance) -> dict[str, Any]:
+    def _covariance_fields(document: Document, *missing: Covariance) -> dict[str, Any]:
         """Read the fields of the covariance; what is over the degrees of freedom may be missing."""
         known = CorrelatedByName._covariance_fields(document, *missing)
         over_dof = member("over_dof", symmetric, UNKNOWN[1])

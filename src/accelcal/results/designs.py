@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.plural import counted
-from accelcal.results.checked import Kind, checked, one_of, size
-from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import members
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.documents.checked import Kind, checked, one_of, size
+from accelcal.results.documents.fields import StoredPart, members
+from accelcal.results.documents.stored import StoredResult
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.designs import DesignPlot

@@ -10,12 +10,12 @@ from accelcal.escapes import visible
 from accelcal.model import ERROR_UNITS
 from accelcal.numerics.probability import written_p_value
 from accelcal.results.agreement import explained_by_errors, hidden_by_errors, verdict_of
-from accelcal.results.checked import Kind, checked, member, number
-from accelcal.results.fields import StoredPart
+from accelcal.results.documents.checked import Kind, checked, member, number
+from accelcal.results.documents.fields import Document, StoredPart, members
+from accelcal.results.documents.stored import StoredResult
 from accelcal.results.findings import Share
-from accelcal.results.mapping import members
 from accelcal.results.quantity import ErrorSource, Quantity, sources_by_name
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.disagreement import DisagreementPlot
@@ -188,7 +188,7 @@ class Disagreement(StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> Disagreement:
+    def _read(cls, document: Document) -> Disagreement:
         told = ("rms", "reduced_chi2")
         gap = {name: checked(document, "gap", member(name, number)) for name in told}
         return cls._of_fields(document, **gap)

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.results.calibration import Calibration
-from accelcal.results.checked import Kind, checked, or_none
+from accelcal.results.documents.checked import Kind, checked, or_none
+from accelcal.results.documents.fields import Document, document_of, members
+from accelcal.results.documents.stored import StoredResult, part_of
 from accelcal.results.findings import (
     EMPIRICAL,
     Change,
@@ -21,9 +23,8 @@ from accelcal.results.findings import (
     Undetectable,
     Unexplained,
 )
-from accelcal.results.mapping import document_of, members
-from accelcal.results.quantity import Document, ErrorSource, sources_by_name
-from accelcal.results.result import COLUMNS_OF_A_SIZE, StoredResult, TabularResult, part_of
+from accelcal.results.quantity import ErrorSource, sources_by_name
+from accelcal.results.tabular import COLUMNS_OF_A_SIZE, TabularResult
 
 if TYPE_CHECKING:
     from os import PathLike

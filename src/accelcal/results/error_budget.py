@@ -13,7 +13,7 @@ from accelcal.arrays import Array, EqualByContents, Mask
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.checked import (
+from accelcal.results.documents.checked import (
     DamageError,
     Kind,
     checked,
@@ -26,9 +26,15 @@ from accelcal.results.checked import (
     number_or_nan,
     size,
 )
-from accelcal.results.fields import ReadByFields
-from accelcal.results.mapping import finite_or_none, members, members_at
-from accelcal.results.result import StoredResult, TabularResult, frame_of
+from accelcal.results.documents.fields import (
+    Document,
+    ReadByFields,
+    finite_or_none,
+    members,
+    members_at,
+)
+from accelcal.results.documents.stored import StoredResult
+from accelcal.results.tabular import TabularResult, frame_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -151,7 +157,7 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
     def __str__(self) -> str:
         from accelcal.report.error_budget import budget_text
 
-        return budget_text(self.to_document())
+        return budget_text(self)
 
     def __repr__(self) -> str:
         points = counted(self.a_i.size, "point")
@@ -194,7 +200,7 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> ErrorBudget:
+    def _read(cls, document: Document) -> ErrorBudget:
         points = partial(column, document, "points")
         parts = checked(document, "points", list_of(member("components", list_of(_part)), 1))
         if len({tuple(part.symbol for part, _ in own) for own in parts}) > 1:
@@ -232,7 +238,7 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
         return frame_of(self.rows(), a_i="g", a_p="g", a_o="g")
 
 
-def _part(document: Mapping[str, Any]) -> tuple[ErrorComponent, bool]:
+def _part(document: Document) -> tuple[ErrorComponent, bool]:
     return ErrorComponent._of_fields(document), checked(document, "correlated", flag)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.results.fields import StoredPart
+from accelcal.results.documents.fields import StoredPart
 from accelcal.results.quantity import Quantity
 
 __all__ = [

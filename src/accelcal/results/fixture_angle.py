@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from accelcal.results.checked import DamageError, checked, list_of, number_or_none
 from accelcal.results.covariance import UNKNOWN, CorrelatedByName, Rows
-from accelcal.results.fields import StoredPart
-from accelcal.results.quantity import Document, Quantity
+from accelcal.results.documents.checked import DamageError, checked, list_of, number_or_none
+from accelcal.results.documents.fields import Document, StoredPart
+from accelcal.results.quantity import Quantity
 from accelcal.results.temperature import nearest_level
 
 __all__ = ["FixtureAngle"]

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import members
+from accelcal.results.documents.fields import StoredPart, members
+from accelcal.results.documents.stored import StoredResult
 from accelcal.results.quantity import Quantity
-from accelcal.results.result import StoredResult, TabularResult, frame_of
+from accelcal.results.tabular import TabularResult, frame_of
 from accelcal.results.unit_history import Jump
 
 if TYPE_CHECKING:

@@ -13,10 +13,12 @@ from accelcal.arguments.numbers import number_array
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
+from accelcal.frozen_mapping import freeze
 from accelcal.head_angles import angular_distance
 from accelcal.numerics.covariance import covariance_root, posterior
 from accelcal.numerics.probability import NORMAL_FACTOR
-from accelcal.results.checked import (
+from accelcal.results.covariance import Correlated, Rows, rows_of
+from accelcal.results.documents.checked import (
     Kind,
     checked,
     list_of,
@@ -25,12 +27,11 @@ from accelcal.results.checked import (
     number_or_none,
     size_or_none,
 )
-from accelcal.results.covariance import Correlated, Rows, rows_of
-from accelcal.results.fields import StoredPart
+from accelcal.results.documents.fields import Document, StoredPart, document_of, members
+from accelcal.results.documents.stored import StoredResult
 from accelcal.results.findings import Change
-from accelcal.results.mapping import document_of, freeze, members
 from accelcal.results.quantity import Gate, Quantity
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.head import HeadPlot
@@ -309,7 +310,7 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> HeadCalibration:
+    def _read(cls, document: Document) -> HeadCalibration:
         positions = checked(document, "positions", list_of(_position))
         return cls._of_fields(
             document,
@@ -319,6 +320,6 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         )
 
 
-def _position(document: Mapping[str, Any]) -> tuple[float, float]:
+def _position(document: Document) -> tuple[float, float]:
     error = checked(document, "error", Quantity.from_document)
     return checked(document, "angle_deg", number), number(number_or_none(error.value) or 0.0)

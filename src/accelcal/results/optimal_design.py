@@ -8,10 +8,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.arguments.options import check_choice
-from accelcal.results.checked import DamageError, Kind, mapping_of, size
 from accelcal.results.designs import DesignComparison, TestDesign
-from accelcal.results.mapping import members
-from accelcal.results.result import StoredResult, TabularResult, part_of
+from accelcal.results.documents.checked import DamageError, Kind, mapping_of, size
+from accelcal.results.documents.fields import Document, members
+from accelcal.results.documents.stored import StoredResult, part_of
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.designs import DesignPlot
@@ -110,7 +111,7 @@ class OptimalDesign(StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> OptimalDesign:
+    def _read(cls, document: Document) -> OptimalDesign:
         found = cls._of_fields(document)
         whole = len(found.losses) == len(found.designs) and "optimal" in found.losses
         if not whole or not all(found.losses.values()):

@@ -10,16 +10,20 @@ from accelcal.arguments.numbers import check_number_or_none
 from accelcal.arguments.options import check_written
 from accelcal.escapes import visible
 from accelcal.plural import counted
-from accelcal.results.checked import DamageError, Kind, freedom_or_none, mapping_of, size_or_none
-from accelcal.results.fields import StoredPart
+from accelcal.results.documents.checked import (
+    DamageError,
+    Kind,
+    freedom_or_none,
+    mapping_of,
+    size_or_none,
+)
+from accelcal.results.documents.fields import Document, StoredPart
 from accelcal.units import headed_by_units
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Document", "ErrorSource", "Gate", "Quantity", "Residuals"]
-
-Document = Mapping[str, Any]
+__all__ = ["ErrorSource", "Gate", "Quantity", "Residuals"]
 
 
 @dataclass(frozen=True, slots=True)

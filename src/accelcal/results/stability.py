@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.checked import (
+from accelcal.results.documents.checked import (
     DamageError,
     Kind,
     checked,
@@ -20,10 +20,16 @@ from accelcal.results.checked import (
     number,
     or_none,
 )
-from accelcal.results.fields import ReadByFields, StoredPart
-from accelcal.results.mapping import document_of, members
-from accelcal.results.quantity import Document, Gate
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.documents.fields import (
+    Document,
+    ReadByFields,
+    StoredPart,
+    document_of,
+    members,
+)
+from accelcal.results.documents.stored import StoredResult
+from accelcal.results.quantity import Gate
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.stability import StabilityPlot

@@ -13,7 +13,8 @@ from accelcal.arguments.options import check_choice
 from accelcal.arrays import Array, EqualByContents, Mask
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
-from accelcal.results.checked import (
+from accelcal.results.covariance import symmetric
+from accelcal.results.documents.checked import (
     DamageError,
     Kind,
     checked,
@@ -24,11 +25,17 @@ from accelcal.results.checked import (
     number,
     number_or_nan,
 )
-from accelcal.results.covariance import symmetric
-from accelcal.results.fields import ReadByFields, StoredPart
-from accelcal.results.mapping import finite_or_none, members, members_at
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.documents.fields import (
+    Document,
+    ReadByFields,
+    StoredPart,
+    finite_or_none,
+    members,
+    members_at,
+)
+from accelcal.results.documents.stored import StoredResult
 from accelcal.results.stand_requirements import Requirements, Sufficiency
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.stand_budget import StandBudgetPlot
@@ -165,7 +172,7 @@ class MonteCarlo(EqualByContents, ReadByFields):
     agrees: Mask
 
     @classmethod
-    def of_budget(cls, document: Mapping[str, Any]) -> MonteCarlo | None:
+    def of_budget(cls, document: Document) -> MonteCarlo | None:
         """Read it from the document of its budget, None where that has none."""
         own = checked(document, "monte_carlo", lambda value: value)
         if own is None:
@@ -256,7 +263,7 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
     def __str__(self) -> str:
         from accelcal.report.stand_budget import stand_budget_text
 
-        return stand_budget_text(self.to_document())
+        return stand_budget_text(self)
 
     def __repr__(self) -> str:
         return visible(
@@ -332,12 +339,11 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
         }
 
     def _component(self, part: StandShare) -> dict[str, Any]:
-        felt = np.abs(part.contributions) > FELT * self.standard_uncertainty
         return {
             **members(part, "name kind standard_uncertainty unit"),
             "dof": finite_or_none(part.dof),
             **members(part, "varies errors averages fixed"),
-            "acts": bool(felt.any()),
+            "acts": acts(self, part),
             "residual": finite_or_none(part.residual),
             "contributions": part.contributions.tolist(),
             "sensitivities": part.sensitivities.tolist(),
@@ -345,7 +351,7 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> StandBudget:
+    def _read(cls, document: Document) -> StandBudget:
         found = partial(column, document, "coefficients")
         names = ("standard_uncertainty", "coverage_factor", "expanded_uncertainty")
         whole = cls._of_fields(
@@ -383,3 +389,8 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
         known += [] if trials is None else [trials.lower[i], trials.upper[i], trials.agrees[i]]
         found = dict(zip(_OF_TOTAL, (value.item() for value in known), strict=False))
         yield place | whole | dict.fromkeys(_OF_TOTAL) | found
+
+
+def acts(budget: StandBudget, part: StandShare) -> bool:
+    """Whether a component acts on a coefficient of its budget, beside what the others do."""
+    return bool(np.any(np.abs(part.contributions) > FELT * budget.standard_uncertainty))

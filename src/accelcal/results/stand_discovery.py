@@ -8,13 +8,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
-from accelcal.results.checked import Kind, one_of
 from accelcal.results.discovery import Discovery
-from accelcal.results.fields import StoredPart
+from accelcal.results.documents.checked import Kind, one_of
+from accelcal.results.documents.fields import StoredPart, members
+from accelcal.results.documents.stored import StoredResult, part_of
 from accelcal.results.findings import Change
-from accelcal.results.mapping import members
 from accelcal.results.quantity import Quantity
-from accelcal.results.result import COLUMNS_OF_A_SIZE, StoredResult, TabularResult, part_of
+from accelcal.results.tabular import COLUMNS_OF_A_SIZE, TabularResult
 
 if TYPE_CHECKING:
     from os import PathLike

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import members
+from accelcal.results.documents.fields import StoredPart, members
 
 __all__ = ["InstrumentRequirement", "Requirements", "Sufficiency", "TargetReached"]
 

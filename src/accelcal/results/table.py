@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from accelcal.escapes import visible
 from accelcal.geometry import MOUNTINGS
-from accelcal.results.checked import DamageError, Kind, checked, mapping_of, one_of
 from accelcal.results.covariance import CorrelatedBySource, Rows, correlation_of
-from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import members
-from accelcal.results.quantity import Document, Gate, Quantity, Residuals
+from accelcal.results.documents.checked import DamageError, Kind, checked, mapping_of, one_of
+from accelcal.results.documents.fields import Document, StoredPart, members
+from accelcal.results.quantity import Gate, Quantity, Residuals
 from accelcal.results.temperature import nearest_level
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 from accelcal.results.covariance import NO_COVARIANCE, UNKNOWN, CorrelatedBySource, Rows
-from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import members
-from accelcal.results.quantity import Document, Quantity
+from accelcal.results.documents.fields import Document, StoredPart, members
+from accelcal.results.quantity import Quantity
 
 _LAWS = {"K0": "k0", "K1": "K1", "M": "delta"}
 

@@ -15,11 +15,19 @@ from accelcal.arguments.axes import AXES, by_axis
 from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.escapes import visible
-from accelcal.results.checked import Kind, checked, mapping_of, member, number, size_or_none
 from accelcal.results.covariance import CorrelatedByName, Rows
-from accelcal.results.mapping import members
+from accelcal.results.documents.checked import (
+    Kind,
+    checked,
+    mapping_of,
+    member,
+    number,
+    size_or_none,
+)
+from accelcal.results.documents.fields import Document, members
+from accelcal.results.documents.stored import StoredResult
 from accelcal.results.quantity import Gate, Quantity
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.triad import TriadPlot
@@ -237,5 +245,5 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
         }
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> TriadCalibration:
+    def _read(cls, document: Document) -> TriadCalibration:
         return cls._of_fields(document, **cls._covariance_fields(document))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from accelcal.escapes import visible
 from accelcal.numerics.probability import LEVEL
 from accelcal.plural import counted
-from accelcal.results.checked import (
+from accelcal.results.documents.checked import (
     Kind,
     checked,
     list_of,
@@ -19,10 +19,10 @@ from accelcal.results.checked import (
     one_of,
     text,
 )
-from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import members
-from accelcal.results.quantity import Document, Quantity
-from accelcal.results.result import StoredResult, TabularResult
+from accelcal.results.documents.fields import Document, StoredPart, members
+from accelcal.results.documents.stored import StoredResult
+from accelcal.results.quantity import Quantity
+from accelcal.results.tabular import TabularResult
 
 if TYPE_CHECKING:
     from accelcal.plot.history import HistoryPlot
@@ -147,7 +147,7 @@ class Trend(StoredPart):
         }
 
     @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> Trend:
+    def from_document(cls, document: Document) -> Trend:
         """Read the trend from its place in a JSON document."""
         low, high = (checked(document, "scatter", member(end, number)) for end in ("low", "high"))
         return cls._of_fields(

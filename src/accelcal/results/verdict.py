@@ -9,11 +9,9 @@ from typing import Any, ClassVar, NoReturn
 from accelcal.errors import InputError
 from accelcal.escapes import visible
 from accelcal.plural import counted
-from accelcal.results.checked import Kind, checked, list_of, one_of
-from accelcal.results.fields import StoredPart
-from accelcal.results.mapping import document_of, members
-from accelcal.results.quantity import Document
-from accelcal.results.result import TabularResult
+from accelcal.results.documents.checked import Kind, checked, list_of, one_of
+from accelcal.results.documents.fields import Document, StoredPart, document_of, members
+from accelcal.results.tabular import TabularResult
 
 __all__ = ["OUTCOMES", "Judgement", "Verdict"]
 

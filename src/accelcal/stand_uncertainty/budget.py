@@ -25,7 +25,7 @@ from accelcal.specification import Specification
 from accelcal.stand_uncertainty.estimator import Estimator, estimator_of
 from accelcal.stand_uncertainty.kinds import ERROR_QUANTITIES, KINDS
 from accelcal.stand_uncertainty.monte_carlo import monte_carlo
-from accelcal.stand_uncertainty.readings import Readings, readings_of
+from accelcal.stand_uncertainty.readings import StandReadings, readings_of
 from accelcal.stand_uncertainty.requirements import requirements, sufficiency
 from accelcal.stand_uncertainty.stand import Acting, Stand, acting
 from accelcal.units import HOUR
@@ -136,7 +136,7 @@ def _check_options(
 def _tried(
     budget: StandBudget,
     parts: Sequence[Acting],
-    readings: Readings,
+    readings: StandReadings,
     estimator: Estimator,
     trials: int | None,
     seed: int | None,
@@ -149,7 +149,7 @@ def _tried(
 
 
 def _linear(
-    stand: Stand, parts: Sequence[Acting], readings: Readings, estimator: Estimator
+    stand: Stand, parts: Sequence[Acting], readings: StandReadings, estimator: Estimator
 ) -> StandBudget:
     coefficients = estimator.map @ readings.output({})
     slopes = _jacobian(estimator, coefficients)
@@ -176,7 +176,7 @@ def _linear(
     )
 
 
-def _channel_slopes(readings: Readings, channel: str) -> Array:
+def _channel_slopes(readings: StandReadings, channel: str) -> Array:
     """Change of the n readings, and behind them of the gravity, per unit of a channel, (n + 1,).
 
     By central differences. At T0, where bilinear laws break, it is the mean of both slopes.
@@ -200,7 +200,7 @@ def _jacobian(estimator: Estimator, coefficients: Array) -> Array:
 
 
 def _propagated(
-    part: Acting, readings: Readings, estimator: Estimator, by_coefficient: Array
+    part: Acting, readings: StandReadings, estimator: Estimator, by_coefficient: Array
 ) -> tuple[Array, float]:
     """Bring one component, of m errors, through readings and estimator.
 
@@ -256,7 +256,7 @@ def _share(part: Acting, through: Array, residual: float) -> StandShare:
     )
 
 
-def _described(readings: Readings) -> str:
+def _described(readings: StandReadings) -> str:
     """Tell the test in words."""
     record = readings.record
     levels = ", ".join(f"{t:g}" for t in dict.fromkeys(readings.temperature.round(6).tolist()))
@@ -268,7 +268,7 @@ def _described(readings: Readings) -> str:
     )
 
 
-def _warnings(stand: Stand, readings: Readings, estimator: Estimator) -> Iterator[str]:
+def _warnings(stand: Stand, readings: StandReadings, estimator: Estimator) -> Iterator[str]:
     lost = [name for name in COEFFICIENTS if any(name not in t.names for t in estimator.tables)]
     if lost:
         yield f"the angles do not determine {', '.join(lost)}, which the others take in"

@@ -31,7 +31,7 @@ from accelcal.model import (
 from accelcal.record import TumbleRecord
 from accelcal.reference import bilinear_design, measured_sides
 from accelcal.results.stand_budget import BudgetedCoefficient
-from accelcal.stand_uncertainty.readings import Readings
+from accelcal.stand_uncertainty.readings import StandReadings
 
 _ROUNDING = 1e-13
 _DIFFERENCE = np.array([-1.0, 1.0])
@@ -189,7 +189,7 @@ def _weighted(
 
 
 def estimator_of(
-    readings: Readings, method: str = METHODS[0], gravity: float | None = None
+    readings: StandReadings, method: str = METHODS[0], gravity: float | None = None
 ) -> Estimator:
     """Make the estimator of a test, by one of `accelcal.estimate.linear.METHODS`.
 
@@ -216,7 +216,7 @@ def estimator_of(
     )
 
 
-def _table(readings: Readings, mask: Mask, names: tuple[str, ...], start: int) -> _Table:
+def _table(readings: StandReadings, mask: Mask, names: tuple[str, ...], start: int) -> _Table:
     record: TumbleRecord = readings.record
     run = int(record.run[mask][0])
     mounting = str(record.mounting[mask][0])

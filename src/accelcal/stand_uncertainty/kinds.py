@@ -11,7 +11,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.errors import InputError
-from accelcal.stand_uncertainty.readings import Readings, StandError
+from accelcal.stand_uncertainty.readings import StandError, StandReadings
 from accelcal.units import DAY, UNITS, size_of
 
 
@@ -94,10 +94,10 @@ class Kind:
     varies: tuple[str, ...]  # for what a new error is drawn, where the file does not say
     # from the readings, and the harmonic order, to the change of the channel per unit, of shape
     # (n, 1), or (n, 2) where an unknown phase makes two components
-    pattern: Callable[[Readings, int], Array]
+    pattern: Callable[[StandReadings, int], Array]
 
 
-def _same(r: Readings, _: int) -> Array:
+def _same(r: StandReadings, _: int) -> Array:
     return np.ones((len(r.record), 1))
 
 
@@ -105,7 +105,7 @@ def _wave(phase: Array) -> Array:
     return np.column_stack([np.cos(phase), np.sin(phase)])
 
 
-def _volts(r: Readings, _: int) -> Array:
+def _volts(r: StandReadings, _: int) -> Array:
     if r.volts is None:
         raise StandError(
             f"the output is in {r.unit or 'no unit'}, and what a volt is in it is not known; add"
@@ -115,7 +115,7 @@ def _volts(r: Readings, _: int) -> Array:
     return np.full((len(r.record), 1), 1.0 / r.volts)
 
 
-def _ranges(r: Readings, order: int) -> Array:
+def _ranges(r: StandReadings, order: int) -> Array:
     if np.isnan(r.range_of_reading).any():
         raise StandError(
             "an error in parts of the range needs the ranges of the voltmeter; add"
@@ -124,7 +124,9 @@ def _ranges(r: Readings, order: int) -> Array:
     return _volts(r, order) * r.range_of_reading[:, None]
 
 
-def _scaled(factor: Callable[[Readings], Array | float]) -> Callable[[Readings, int], Array]:
+def _scaled(
+    factor: Callable[[StandReadings], Array | float],
+) -> Callable[[StandReadings, int], Array]:
     return lambda r, order: _same(r, order) * np.reshape(factor(r), (-1, 1))
 
 

@@ -10,7 +10,7 @@ from accelcal.arrays import Array
 from accelcal.errors import InputError
 from accelcal.results.stand_budget import MonteCarlo, StandBudget
 from accelcal.stand_uncertainty.estimator import Estimator
-from accelcal.stand_uncertainty.readings import Readings
+from accelcal.stand_uncertainty.readings import StandReadings
 from accelcal.stand_uncertainty.stand import Acting
 
 FEWEST = 1000
@@ -30,7 +30,7 @@ _ENDS = (0.025, 0.975)
 
 def monte_carlo(
     parts: Sequence[Acting],
-    readings: Readings,
+    readings: StandReadings,
     estimator: Estimator,
     linear: StandBudget,
     *,
@@ -114,7 +114,7 @@ def _batch_sizes(trials: int | None, most: int) -> list[int]:
 
 def _batch(
     parts: Sequence[Acting],
-    readings: Readings,
+    readings: StandReadings,
     estimator: Estimator,
     random: np.random.Generator,
     size: int,

@@ -35,7 +35,7 @@ from accelcal.head_angles import head_positions
 from accelcal.record import TumbleRecord
 from accelcal.units import conversion_factor
 
-__all__ = ["CHANNELS", "CLASSES", "SAME_VOLTAGE", "Readings", "StandConditions"]
+__all__ = ["CHANNELS", "CLASSES", "SAME_VOLTAGE", "StandConditions", "StandReadings"]
 __all__ += ["StandError", "readings_of"]
 
 
@@ -57,7 +57,7 @@ CHANNELS = (
 )
 """Where errors enter: angles [rad], temperature [degC], scale and gain [1], bias [g] ..."""
 
-_CLASS_OF: Mapping[str, Callable[[Readings], ArrayLike]] = {
+_CLASS_OF: Mapping[str, Callable[[StandReadings], ArrayLike]] = {
     "position": lambda r: head_positions(r.conditions.angle),
     "stroke": lambda r: r.conditions.stroke + 1e6 * r.conditions.run,
     "reading": lambda r: r.conditions.number,
@@ -129,7 +129,7 @@ class StandConditions:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Readings:
+class StandReadings:
     """The n readings of a test, ready to be simulated with any errors; arrays have shape (n,).
 
     Attributes
@@ -234,7 +234,7 @@ class Readings:
         return index.reshape(-1), different.shape[0]
 
 
-def _voltages(readings: Readings) -> Array:
+def _voltages(readings: StandReadings) -> Array:
     """Number of the voltage at which each reading is, up from the lowest."""
     output = readings.output({}) / readings.scale_factor
     order = np.argsort(output)
@@ -248,7 +248,7 @@ def readings_of(
     accelerometer: Accelerometer,
     conditions: StandConditions,
     delta0: float = 0.0,
-) -> Readings:
+) -> StandReadings:
     """Make the readings of a test ready to be simulated.
 
     Parameters
@@ -264,7 +264,7 @@ def readings_of(
 
     Returns
     -------
-    Readings
+    StandReadings
         The readings.
 
     Raises
@@ -282,7 +282,7 @@ def readings_of(
     """
     record = at_positions(record, delta0)
     plane = accelerations(record.angle, delta0)  # of "o+": the cross axis is the pendulous one
-    found = Readings(
+    found = StandReadings(
         record=record,
         accelerometer=accelerometer,
         conditions=conditions_of(record, accelerometer.reference_temperature, delta0),

@@ -14,7 +14,7 @@ from accelcal.escapes import visible
 from accelcal.plural import counted
 from accelcal.stand_uncertainty.distribution import Distribution
 from accelcal.stand_uncertainty.kinds import ERROR_QUANTITIES, KINDS
-from accelcal.stand_uncertainty.readings import CLASSES, Readings, StandConditions
+from accelcal.stand_uncertainty.readings import CLASSES, StandConditions, StandReadings
 
 __all__ = ["Stand", "StandComponent"]
 
@@ -199,7 +199,7 @@ class Acting:
     errors: int  # how many there are
 
 
-def acting(component: StandComponent, readings: Readings) -> Acting:
+def acting(component: StandComponent, readings: StandReadings) -> Acting:
     """Let a component act on the readings of a test, for the linear budget and Monte Carlo."""
     kind = KINDS[component.kind]
     pattern = kind.pattern(readings, component.order)

@@ -20,7 +20,7 @@ from accelcal.plural import counted, named
 from accelcal.temperature.from_tables import laws_of_records
 from accelcal.temperature.levels import level_stack
 from accelcal.temperature.one_meaning import tables_of_one_mounting, with_one_meaning
-from accelcal.temperature.product_errors import (
+from accelcal.temperature.product.errors import (
     ProductFit,
     Solution,
     edges_of,
@@ -29,7 +29,7 @@ from accelcal.temperature.product_errors import (
     to_the_mean,
     unfelt_share,
 )
-from accelcal.temperature.product_fit import scale_factor_is_told, solved
+from accelcal.temperature.product.fit import scale_factor_is_told, solved
 from accelcal.temperature.recorded import (
     AtRest,
     RecordedTemperatures,

@@ -14,8 +14,14 @@ from accelcal.plural import named
 from accelcal.results.temperature import TemperatureModel
 from accelcal.temperature.bilinear import named_model
 from accelcal.temperature.one_meaning import tables_of_one_mounting
-from accelcal.temperature.product_errors import Errors, ProductFit, Solution, edges_of, product_fit
-from accelcal.temperature.product_fit import estimator, scale_factor_is_told, solved
+from accelcal.temperature.product.errors import (
+    ProductFit,
+    ReadingErrors,
+    Solution,
+    edges_of,
+    product_fit,
+)
+from accelcal.temperature.product.fit import estimator, scale_factor_is_told, solved
 from accelcal.temperature.recorded import RecordedTemperatures
 
 _UNFELT = 0.5
@@ -75,7 +81,7 @@ def laws_from_readings(
 
 
 def _components(
-    through: Array, errors: Errors, estimate: JointEstimate, record: int
+    through: Array, errors: ReadingErrors, estimate: JointEstimate, record: int
 ) -> Mapping[str, Component]:
     """Pass the errors of the readings of one record through the estimator."""
     dof = {
@@ -93,7 +99,11 @@ def _components(
 
 
 def _of_noise(
-    through: Array, errors: Errors, fit: ProductFit, estimate: JointEstimate, chosen: Sequence[int]
+    through: Array,
+    errors: ReadingErrors,
+    fit: ProductFit,
+    estimate: JointEstimate,
+    chosen: Sequence[int],
 ) -> Component:
     """Noise of the readings of one record; by position, or correlated, where that of a table is."""
     whole, over_dof = np.zeros((len(through), len(through))), np.zeros(len(through))

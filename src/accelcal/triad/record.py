@@ -20,9 +20,9 @@ from accelcal.arguments.options import check_text, check_texts, check_written
 from accelcal.arguments.temperatures import temperature_array
 from accelcal.arrays import Array, EqualByContents, Ints
 from accelcal.errors import InputError
+from accelcal.frozen_mapping import freeze
 from accelcal.head_angles import SAME_POSITION
 from accelcal.numerics.grouping import places_of_equals
-from accelcal.results.mapping import freeze
 from accelcal.units import headed_by_units
 
 if TYPE_CHECKING:

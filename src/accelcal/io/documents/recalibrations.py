@@ -13,7 +13,7 @@ from accelcal.io.engines import exact_numbers
 from accelcal.io.files.text import is_document, read_text
 from accelcal.recalibrations.entries import Entry, entries_of
 from accelcal.results.calibration import Calibration
-from accelcal.results.result import all_from_json
+from accelcal.results.documents.stored import all_from_json
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -12,10 +12,10 @@ from accelcal.io.files.text import Source, Texts, is_document, read_document, re
 from accelcal.io.of_serial import all_of_serial, one_of_serial
 from accelcal.plural import listed
 from accelcal.results.calibration import Calibration
-from accelcal.results.checked import checked, read_as, schema_of
 from accelcal.results.discovery import Discovery
-from accelcal.results.json_text import parse_json
-from accelcal.results.result import StoredResult, part_of, parts_of
+from accelcal.results.documents.checked import checked, read_as, schema_of
+from accelcal.results.documents.json_text import parse_json
+from accelcal.results.documents.stored import StoredResult, part_of, parts_of
 from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.results.triad import TriadCalibration
 

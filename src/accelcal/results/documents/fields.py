@@ -1,7 +1,8 @@
-"""Fields of results in documents: the type of a field tells how it is read."""
+"""Fields of results in documents: how they are written, and by their types, how they are read."""
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Mapping
@@ -10,7 +11,8 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
-from accelcal.results.checked import (
+from accelcal.frozen_mapping import PLAIN, freeze
+from accelcal.results.documents.checked import (
     Kind,
     checked,
     flag,
@@ -21,7 +23,9 @@ from accelcal.results.checked import (
     text,
     whole,
 )
-from accelcal.results.mapping import document_of, freeze
+
+Document = Mapping[str, Any]
+"""A JSON document, or a part of it that has names."""
 
 _PLAIN: Mapping[str, Kind[Any]] = {"str": text, "bool": flag, "int": whole, "float": number}
 _COMPOSED = (
@@ -48,7 +52,7 @@ class ReadByFields:
         freeze(self)
 
     @classmethod
-    def _of_fields(cls, document: Mapping[str, Any], **known: Any) -> Self:
+    def _of_fields(cls, document: Document, **known: Any) -> Self:
         """Read all fields but those that are known already."""
         for item in fields(cls):
             if item.name not in known:
@@ -61,7 +65,7 @@ class ReadByFields:
         return cls(**known)
 
     @classmethod
-    def _read(cls, document: Mapping[str, Any]) -> Self:
+    def _read(cls, document: Document) -> Self:
         """Read all of it; a DamageError says which part is missing or something else."""
         return cls._of_fields(document)
 
@@ -103,3 +107,44 @@ def _kind(written: str, module: str) -> Kind[Any]:
         return _PLAIN[written]
     kind: Kind[Any] = getattr(sys.modules[module], written).from_document
     return kind
+
+
+def document_of(part: Any) -> Any:
+    """Turn a part of a result into a part of a JSON document.
+
+    It is what `accelcal.frozen_mapping.frozen` returns, or what has a method ``to_document``, in
+    mappings and tuples.
+
+    Examples
+    --------
+    >>> document_of(({"id": "warm-up"},))
+    [{'id': 'warm-up'}]
+    """
+    if part is None or isinstance(part, str | float | int):
+        return part
+    if isinstance(part, list | tuple):
+        return list(part) if PLAIN.issuperset(map(type, part)) else list(map(document_of, part))
+    if isinstance(part, Mapping):
+        return {name: document_of(item) for name, item in part.items()}
+    return part.to_document() if hasattr(part, "to_document") else part
+
+
+def members(result: Any, names: str) -> dict[str, Any]:
+    """Turn fields or properties of a result, named with blanks between them, into members of JSON.
+
+    Examples
+    --------
+    >>> members(3 + 4j, "real imag")
+    {'real': 3.0, 'imag': 4.0}
+    """
+    return {name: document_of(getattr(result, name)) for name in names.split()}
+
+
+def members_at(result: Any, names: str, place: int) -> dict[str, float]:
+    """Turn the numbers at one place of some arrays of a result into members of a JSON document."""
+    return {name: float(getattr(result, name)[place]) for name in names.split()}
+
+
+def finite_or_none(value: float) -> float | None:
+    """Turn what JSON has no number for into None."""
+    return float(value) if math.isfinite(value) else None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from accelcal.arguments.kinds import path_text
 from accelcal.errors import DocumentError
 from accelcal.escapes import encodable
-from accelcal.results.checked import DamageError
+from accelcal.results.documents.checked import DamageError
 
 if TYPE_CHECKING:
     from os import PathLike

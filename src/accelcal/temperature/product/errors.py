@@ -28,10 +28,10 @@ from accelcal.estimate.uneven_noise import differ
 from accelcal.model import COEFFICIENTS, MISALIGNMENT, SCALE_FACTOR, WITHOUT_LAWS
 from accelcal.numerics.grouping import grouped
 from accelcal.reference import bilinear_design
-from accelcal.temperature.apart_from_head import Block, HeadErrors
 from accelcal.temperature.bilinear import share_of_law, taken_from_the_other_side
 from accelcal.temperature.hysteresis import Branches, branches_of
-from accelcal.temperature.product_model import Point, Readings
+from accelcal.temperature.product.apart_from_head import Block, HeadErrors
+from accelcal.temperature.product.model import MountingReadings, Point
 from accelcal.temperature.recorded import RecordedTemperatures, stacked_temperature_uncertainty
 
 _LEAST = 1e-10
@@ -45,7 +45,7 @@ class ProductFit(NamedTuple):
     """t tables of one mounting in each of R records, with all that is known of their errors."""
 
     tables: Sequence[PreparedTable]  # the tables of any of the records
-    readings: Readings
+    readings: MountingReadings
     # shape (R, n): temperatures of each table, those unknown at their mean [degC]
     temperatures: tuple[Array, ...]
     loop: Branches  # on which branch of a hysteresis they lie
@@ -102,7 +102,7 @@ class Sizes(NamedTuple):
         return self._replace(noise=self.noise[:, rows], noise_dof=self.noise_dof[:, rows])
 
 
-class Errors(NamedTuple):
+class ReadingErrors(NamedTuple):
     """Errors of the readings."""
 
     sizes: Sizes  # those of what is new in each reading, and of the temperatures
@@ -135,7 +135,7 @@ def product_fit(
     loop = branches_of(mean[0], np.argsort([t.run for t in own], kind="stable"))
     names = set().union(*(estimate.names[i] for i in chosen))
     common = design[:, [COEFFICIENTS.index(name) for name in WITHOUT_LAWS if name in names]]
-    readings = Readings(
+    readings = MountingReadings(
         output=np.concatenate([estimate.outputs[i][rows] for i in chosen], axis=1),
         a_i=design[:, SCALE_FACTOR],
         cross=design[:, MISALIGNMENT],
@@ -180,14 +180,14 @@ def sizes_at(fit: ProductFit, state: Solution, point: Point) -> Sizes:
     return Sizes(noise, dof, size, size_dof)
 
 
-def errors_at(fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> Errors:
+def errors_at(fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> ReadingErrors:
     """Errors of the readings, as they act where the solution stands."""
     of_table = np.eye(len(fit.tables))[:, fit.readings.table]
     K1 = point.scale_factor[:, None] * of_table
     heat = point.by_temperature[:, None] * of_table
     loops = fit.loop.paired.shape[1]
     half_widths = state.parameters[:, state.parameters.shape[1] - loops :]
-    return Errors(
+    return ReadingErrors(
         sizes=sizes,
         head=fit.head,
         shared={

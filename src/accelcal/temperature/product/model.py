@@ -16,7 +16,7 @@ from accelcal.reference import bilinear_design
 from accelcal.temperature.bilinear import local_slopes
 
 
-class Readings(NamedTuple):
+class MountingReadings(NamedTuple):
     """All n readings of one mounting in each of R records of one plan; laws of p parameters."""
 
     output: Array  # shape (R, n): outputs [output unit]
@@ -30,12 +30,12 @@ class Readings(NamedTuple):
     table: Places  # shape (n,): table of each reading
     sides: Sequence[str]  # see `accelcal.reference.measured_sides`
 
-    def of_records(self, rows: Places) -> Readings:
+    def of_records(self, rows: Places) -> MountingReadings:
         """Return those of some of the records."""
         own = {name: getattr(self, name)[rows] for name in ("output", "rise", "deviation")}
         return self._replace(**own)
 
-    def of_rows(self, rows: slice) -> Readings:
+    def of_rows(self, rows: slice) -> MountingReadings:
         """Return some of the readings of each record."""
         own = {name: getattr(self, name)[rows] for name in ("a_i", "cross", "table")}
         two = ("common", "output", "rise", "deviation")
@@ -58,7 +58,7 @@ class Readings(NamedTuple):
 class Point(NamedTuple):
     """Readings at their temperatures, and what the model says of them."""
 
-    readings: Readings
+    readings: MountingReadings
     rise: Array  # shape (R, n): what was felt, less T0 [degC]
     law: Array  # shape (R, p, n): the bilinear design there
     laws: tuple[Array, Array, Array]  # shape (R, p): parameters of k0, K1 and delta

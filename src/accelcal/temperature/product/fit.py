@@ -24,17 +24,17 @@ from numpy.typing import ArrayLike
 
 from accelcal.arrays import Array, Mask
 from accelcal.errors import DesignError
-from accelcal.temperature.apart_from_head import Block, HeadErrors
-from accelcal.temperature.product_errors import (
+from accelcal.temperature.product.apart_from_head import Block, HeadErrors
+from accelcal.temperature.product.errors import (
     PRIOR,
-    Errors,
     ProductFit,
+    ReadingErrors,
     Sizes,
     Solution,
     errors_at,
     sizes_at,
 )
-from accelcal.temperature.product_model import Point, times
+from accelcal.temperature.product.model import Point, times
 
 _MOST_STEPS = 30
 _SURE = 3.0  # standard uncertainties by which a scale factor must differ from zero
@@ -108,7 +108,7 @@ class _Columns(NamedTuple):
 
     values: Array  # shape (R, k + 1, n): the columns
     parameters: int  # how many of them are of parameters
-    errors: Errors
+    errors: ReadingErrors
 
     @classmethod
     def of(cls, fit: ProductFit, state: Solution, point: Point, sizes: Sizes) -> _Columns:
@@ -214,7 +214,7 @@ def _products(head: HeadErrors, blocks: Sequence[Block], columns: _ColumnsOf) ->
     return products
 
 
-def estimator(fit: ProductFit, state: Solution) -> tuple[Array, Errors]:
+def estimator(fit: ProductFit, state: Solution) -> tuple[Array, ReadingErrors]:
     """Linearise the fit at its solution, and tell the errors of the readings there.
 
     The map, shape (R, 3 p + c, n), takes changes of the readings to those of the parameters.

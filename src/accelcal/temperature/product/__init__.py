@@ -1,0 +1,5 @@
+"""The product model of all readings, in which the temperature acts within (1), and its fit.
+
+`model` says what it is, `errors` what is known of the readings' errors, of which `apart_from_head`
+takes those of the head for noise, and `fit` finds the parameters.
+"""
