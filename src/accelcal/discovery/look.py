@@ -263,7 +263,7 @@ def _judged(record: TumbleRecord, question: Question) -> Look:
 
 def _with_main(look: Look, question: Question) -> Look:
     """Give effects that explain nearly all their names, unless what wanders is as likely."""
-    main = in_the_main(look.family, alpha=question.alpha, most=question.most)
+    main = in_the_main(look.comparison, look.findings.levels, question.alpha)
     if main is None:
         return look
     beside = look.beside(main)

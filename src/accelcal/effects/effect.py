@@ -208,14 +208,15 @@ class Effect:
         if not names:
             return np.empty((conditions.angle.size, 0))
         values = self._complete({**dict.fromkeys(names, 0.0), **shape})
-        slope = {"angle": conditions.per_radian, "temperature": conditions.per_degree}
         sizes = [(item.name, item.small_at(conditions)) for item in self.amplitudes]
         if near is not None:
             sizes[0] = (names[0], near)
-        return np.stack(
-            [self.addition(conditions, values | {name: size}) / size for name, size in sizes],
-            axis=-1,
-        ) * np.expand_dims(slope.get(self.acts_on, np.ones(conditions.angle.size)), -1)
+        found = [self.addition(conditions, values | {name: size}) / size for name, size in sizes]
+        if self.acts_on == "angle":
+            found = [each * conditions.per_radian for each in found]
+        elif self.acts_on == "temperature":
+            found = [each * conditions.per_degree for each in found]
+        return np.stack(found, axis=-1)
 
     def addition(self, conditions: Conditions, values: Mapping[str, float]) -> Array:
         """Value of the term for each reading.

@@ -57,8 +57,9 @@ class Noise(NamedTuple):
 class _Seen(NamedTuple):
     """A kind in whitened pure error, v variances of s disturbances."""
 
-    bases: Array  # (v * s, k, d): what is taken up is the sum of squares in these
-    penalties: Array  # (v * s, 1): half of the logarithms of the variances
+    bases: Array  # (s, k, d): what is taken up is the weighted sum of squares in these
+    weights: Array  # (v, s, k)
+    penalties: Array  # (v, s, 1): half of the logarithms of the variances
 
 
 class Trial(NamedTuple):
@@ -147,12 +148,13 @@ def _seen(see: Array, kind: Kind) -> _Seen:
     values, vectors = np.linalg.eigh(seen @ seen.mT)
     kept = values > 1e-6 * values.max()
     values = np.where(kept, values, 1.0)
-    bases, penalties = [], []
-    for variance in kind.variances:
-        bases.append((vectors * (kept / np.sqrt(values + 1.0 / variance))[:, None]).mT @ seen)
-        grown = np.log1p(variance * values) if np.isfinite(variance) else np.zeros_like(values)
-        penalties.append(0.5 * (kept * grown).sum(axis=1))
-    return _Seen(np.concatenate(bases), np.concatenate(penalties)[:, None])
+    variances = np.array(kind.variances)[:, None, None]
+    grown = np.log1p(np.where(np.isfinite(variances), variances, 0.0) * values)
+    return _Seen(
+        bases=vectors.mT @ seen,
+        weights=kept / (values + 1.0 / variances),
+        penalties=0.5 * (kept * grown).sum(axis=2, keepdims=True),
+    )
 
 
 def _likelihoods(noise: Noise, errors: Array) -> tuple[Array, list[Array]]:
@@ -161,10 +163,11 @@ def _likelihoods(noise: Noise, errors: Array) -> tuple[Array, list[Array]]:
     squares = (white**2).sum(axis=0)
     start, half = -0.5 * noise.log_determinant, 0.5 * len(white)
     beside = []
-    for bases, penalties in noise.kinds:
-        taken = ((bases.reshape(-1, len(white)) @ white) ** 2).reshape(*bases.shape[:2], -1)
-        rest = np.maximum(squares - taken.sum(axis=1), 1e-12 * squares)
-        beside.append(start - penalties - half * np.log(rest))
+    for bases, weights, penalties in noise.kinds:
+        each = ((bases.reshape(-1, len(white)) @ white) ** 2).reshape(*bases.shape[:2], -1)
+        taken = (weights.swapaxes(0, 1) @ each).swapaxes(0, 1)  # (v, s, K)
+        rest = np.maximum(squares - taken, 1e-12 * squares)
+        beside.append((start - penalties - half * np.log(rest)).reshape(-1, len(squares)))
     return start - half * np.log(squares), beside
 
 
