@@ -21,7 +21,7 @@ from accelcal.discovery.factors import Block, blocks
 from accelcal.discovery.noise.covariance import whitener_of
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.space import Space
-from accelcal.discovery.spans import length_without, lengths, orthonormal, without
+from accelcal.discovery.spans import beyond, length_without, without
 from accelcal.effects.effect import Effect
 
 DRAWS = 4000
@@ -247,11 +247,9 @@ def _ratios(family: Family, taken: Array | None) -> Callable[[_Left], Array]:
 def _of_block(basis: Array, space: Space, taken: Array | None) -> Callable[[_Left], Array]:
     """Chance of a factor's F against the pure error beside it: part of it may not repeat."""
     if taken is not None:
-        basis = without(basis, taken)
-        basis = orthonormal(basis[:, (basis**2).sum(axis=0) > NEW**2])
+        basis = beyond(basis, taken, NEW)
     degrees = basis.shape[1]
-    own = without(basis, space.systematic)
-    own = orthonormal(own[:, lengths(own) > NEW])
+    own = beyond(basis, space.systematic, NEW)
     dof = space.dof - own.shape[1]
 
     def of(left: _Left) -> Array:

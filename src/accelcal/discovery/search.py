@@ -151,7 +151,7 @@ def _beside_another_start(
 
 def _nearness(found: Explanation) -> tuple[bool, float]:
     """Sets that leave only noise come nearest, whatever larger sets take up."""
-    return found.passes, found.squares
+    return found.passes, float(f"{found.squares:.6g}")  # rounding alone orders nothing
 
 
 def _is_sure(found: Explanation, alpha: float) -> bool:
