@@ -96,10 +96,13 @@ def explanation(family: Family, places: Sequence[int], alpha: float) -> Explanat
     directions = family.candidates.directions[:, list(places)].copy()
     for index, place in enumerate(places):
         others = orthonormal(np.delete(directions, index, axis=1))
-        instances[index] = _refined(family, place, others)
-        directions[:, index] = comparison.directions(instances[index])[:, 0]
-    instances = settled(comparison, instances)
-    directions = comparison.directions(*instances)
+        if (refined := _refined(family, place, others)) is not instances[index]:
+            instances[index] = refined
+            directions[:, index] = comparison.directions(refined)[:, 0]
+    for index, item in enumerate(settled(comparison, instances)):
+        if item is not instances[index]:
+            instances[index] = item
+            directions[:, index] = comparison.directions(item)[:, 0]
     taken = orthonormal(directions)
     variance = family.space.variance(without(comparison.seen, taken))
     p_values = tuple(

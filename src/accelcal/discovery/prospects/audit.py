@@ -91,13 +91,15 @@ def carriers_in(model: BaseModel, parameters: Array) -> Callable[[Effect], tuple
         columns, _ = scaled(columns_of(instances_of(effect, c), c))
         wanted, kept = span.T @ columns, frozenset(model.names)
 
-        def lost(name: str) -> tuple[float, str]:
-            left = lengths(without(wanted, basis(kept - {name}))).max()
-            return round(float(left), 6), name  # ties not by rounding errors
-
         while kept:
-            most, least = min(map(lost, kept))
-            if most > _CARRIED:
+            lost: dict[str, float] = {}
+            for name in sorted(kept):
+                left = lengths(without(wanted, basis(kept - {name}))).max()
+                lost[name] = round(float(left), 6)  # ties not by rounding errors
+                if not lost[name]:
+                    break
+            least = min(lost, key=lost.__getitem__)
+            if lost[least] > _CARRIED:
                 break
             kept -= {least}
         return tuple(sorted(kept))
