@@ -12,6 +12,7 @@ import accelcal
 from accelcal.discovery.columns import cycle_of, saturated
 from accelcal.discovery.comparison import compared
 from accelcal.discovery.explanation import chance_beside
+from accelcal.discovery.family import family_of, judge
 from accelcal.discovery.gaps import _folds, held_out_rms
 from accelcal.discovery.instance import column_of, instance_of
 from accelcal.discovery.noise.of_readings import _RHOS, _autocorrelation, memory, reading_noise
@@ -46,6 +47,20 @@ def test_readings_left_out_are_predicted_as_by_a_fit_without_them(rho, ids):
     expected = np.sqrt(np.mean(np.concatenate(missed) ** 2))
     assert len(missed) == 2
     assert held_out_rms(look, [effects])[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_factor_is_judged_by_its_span_whichever_columns_span_it():
+    """Rounding turns these where singular values are alike, otherwise on each processor."""
+    plan = accelcal.TumblePlan(temperatures=(20.0, 50.0, 80.0, 50.0, 20.0))
+    look = compared(accelcal.simulate(plan=plan, seed=1), 20.0)
+    family, rng = family_of(look, [accelcal.effect("backlash")]), np.random.default_rng(0)
+    turned = [
+        block._replace(basis=block.basis @ np.linalg.qr(rng.normal(size=(k, k)))[0])
+        for block in family.blocks
+        for k in block.basis.shape[1:]
+    ]
+    chances = [judge(one).blocks for one in (family, family._replace(blocks=tuple(turned)))]
+    assert chances[1] == pytest.approx(chances[0], rel=1e-6)
 
 
 def test_chance_of_columns_beside_others_is_that_of_the_larger_of_two_fits():

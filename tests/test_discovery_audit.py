@@ -18,7 +18,7 @@ from accelcal.discovery.instance import column_of
 from accelcal.discovery.noise.of_readings import ReadingNoise, covariance
 from accelcal.discovery.prospects.aliases import aliases
 from accelcal.discovery.prospects.audit import (
-    absorbed_by,
+    carriers_in,
     designed,
     smallest_detectable,
     undetectable,
@@ -131,7 +131,7 @@ def test_the_coefficients_carry_the_effect_and_none_is_superfluous(name):
     jacobian = model.jacobian(comparison.parameters)
     instances = list(instances_of(effect(name), model.conditions))
     columns = np.stack([column_of(item, model.conditions) for item in instances], axis=1)
-    carriers = absorbed_by(effect(name), model, comparison.parameters)
+    carriers = carriers_in(model, comparison.parameters)(effect(name))
 
     def left(names):
         own = jacobian[:, [n in names for n in model.names]]

@@ -120,8 +120,8 @@ def left_out_around(item: Instance, c: Conditions) -> list[Instance]:
     """
     found = []
     for parameter in item.effect.shapes:
-        values = parameter.searched_at(c)
-        if parameter.discrete and values.size > MOST_VALUES:
+        values = parameter.searched_at(c) if parameter.discrete else np.empty(0)
+        if values.size > MOST_VALUES:
             own = int(np.abs(values - item.shape[parameter.name]).argmin())
             step = -(-values.size // (MOST_VALUES - 1))
             near = values[max(own - step, 0) : own + step + 1]

@@ -73,6 +73,13 @@ class Comparison(NamedTuple):
         model = self.model
         return compared(record, model.T0, model.delta0, known, apart=model.apart)
 
+    def judged_beside(self, known: Sequence[Instance], *, memory: bool = True) -> Comparison:
+        """The same with the noise judged beside known effects, see `compared`.
+
+        Without `memory`, neighbouring readings count as independent.
+        """
+        return _judged(self.record, self.model, known, None, memory=memory)
+
     def directions(self, *instances: Instance) -> Array:
         """Unit vectors of effects in the space, shape (n, h)."""
         c = self.model.conditions
@@ -92,7 +99,6 @@ def compared(
     delta0: float = 0.0,
     known: tuple[Instance, ...] = (),
     *,
-    memory: bool = True,
     noise: ReadingNoise | None = None,
     silent: Mask | None = None,
     apart: bool = False,
@@ -100,9 +106,8 @@ def compared(
     """Compare a record with the base model at T0 [degC], with a fixture angle [rad].
 
     Effects that are `known` to be there are not in the model, but do not count as noise unless they
-    leave too little to tell it. The noise is by default that of replicates; without `memory`,
-    neighbouring readings count as independent. Readings that a dead zone silences are `silent`,
-    shape (n,), and runs may be `apart`, see `accelcal.discovery.base`.
+    leave too little to tell it. The noise is by default that of replicates. Readings that a dead
+    zone silences are `silent`, shape (n,), and runs may be `apart`, see `accelcal.discovery.base`.
 
     Raises
     ------
@@ -111,6 +116,17 @@ def compared(
     """
     refuse_too_many(record)
     model = base_model(record, reference_temperature, delta0, silent, apart=apart)
+    return _judged(record, model, known, noise, memory=True)
+
+
+def _judged(
+    record: TumbleRecord,
+    model: BaseModel,
+    known: Sequence[Instance],
+    noise: ReadingNoise | None,
+    *,
+    memory: bool,
+) -> Comparison:
     repeating = saturated(model.conditions, record.mounting)
     if noise is None:
         within = _beside(repeating, columns_of(known, model.conditions))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -56,29 +56,32 @@ class Explanation(NamedTuple):
         return frozenset(item.effect.id for item in self.instances)
 
 
-def best_instances(family: Family, effects: Sequence[int]) -> tuple[list[int], float]:
+def best_instances(
+    family: Family, effects: Sequence[int], best: Callable[[int, tuple[int, ...]], int]
+) -> tuple[list[int], float]:
     """Find the best instance of each of some effects together, in turns.
 
     Effects are given by their indices; returned are those of the instances, and the sum of squares
-    that they take up.
+    that they take up. The best of an effect beside others is that of `best_place`.
     """
     places: list[int] = []
     for effect in effects:
-        places.append(_best_place(family, effect, places))
+        places.append(best(effect, tuple(places)))
     for _ in range(_ROUNDS if len(effects) > 1 else 0):
         before = list(places)
         for i, effect in enumerate(effects):
-            places[i] = _best_place(family, effect, places[:i] + places[i + 1 :])
+            places[i] = best(effect, tuple(places[:i] + places[i + 1 :]))
         if places == before:
             break
     basis = orthonormal(family.candidates.directions[:, places])
     return places, squares_in(basis, family.comparison.seen)
 
 
-def _best_place(family: Family, effect: int, others: list[int]) -> int:
+def best_place(family: Family, effect: int, others: tuple[int, ...]) -> int:
+    """Index of the instance of an effect that takes up most beside others."""
     found = family.candidates
     own = found.of(effect)
-    taken, units = orthonormal(found.directions[:, others]), found.directions[:, own]
+    taken, units = orthonormal(found.directions[:, list(others)]), found.directions[:, own]
     length = length_without(taken.T @ units)
     seen = units.T @ without(family.comparison.seen, taken)
     size = np.where(length > NEW, seen / np.maximum(length, NEW), 0.0)
@@ -93,12 +96,19 @@ def explanation(family: Family, places: Sequence[int], alpha: float) -> Explanat
     directions = family.candidates.directions[:, list(places)].copy()
     for index, place in enumerate(places):
         others = orthonormal(np.delete(directions, index, axis=1))
-        instances[index] = _refined(family, place, others)
-        directions[:, index] = comparison.directions(instances[index])[:, 0]
-    instances = settled(comparison, instances)
-    directions = comparison.directions(*instances)
-    p_values = tuple(_p_value(family, instances, directions, index) for index in range(len(places)))
+        if (refined := _refined(family, place, others)) is not instances[index]:
+            instances[index] = refined
+            directions[:, index] = comparison.directions(refined)[:, 0]
+    for index, item in enumerate(settled(comparison, instances)):
+        if item is not instances[index]:
+            instances[index] = item
+            directions[:, index] = comparison.directions(item)[:, 0]
     taken = orthonormal(directions)
+    variance = family.space.variance(without(comparison.seen, taken))
+    p_values = tuple(
+        _p_value(family, item, directions[:, index], np.delete(directions, index, axis=1), variance)
+        for index, item in enumerate(instances)
+    )
     passes = max(p_values) < RIVALS * alpha and agrees(family, taken, CONTRADICTION * alpha)
     return Explanation(
         instances=tuple(instances),
@@ -251,17 +261,18 @@ def _neighbours(family: Family, place: int, name: str) -> tuple[float, float]:
     )
 
 
-def _p_value(family: Family, instances: Sequence[Instance], directions: Array, index: int) -> float:
-    """Chance that noise makes one effect look as needed beside the others."""
-    space, seen = family.space, family.comparison.seen
-    unit = without(directions[:, index], orthonormal(np.delete(directions, index, axis=1)))
+def _p_value(
+    family: Family, item: Instance, direction: Array, others: Array, variance: float
+) -> float:
+    """Chance that noise of a variance makes one effect look as needed beside the others."""
+    seen = family.comparison.seen
+    unit = without(direction, orthonormal(others))
     if unit @ unit < NEW**2:
         return 1.0
     size = float(unit @ seen / np.sqrt(unit @ unit))
-    if instances[index].one_sided and size < 0.0:
+    if item.one_sided and size < 0.0:
         return 1.0
-    variance = space.variance(without(seen, orthonormal(directions)))
-    single = float(chance(np.array(size**2 / variance), space.dof))
+    single = float(chance(np.array(size**2 / variance), family.space.dof))
     ids = [effect.id for effect in family.candidates.effects]
-    tries = family.tries[ids.index(instances[index].effect.id)]
+    tries = family.tries[ids.index(item.effect.id)]
     return float(min(1.0, single * tries * family.tests))

@@ -21,7 +21,7 @@ from accelcal.discovery.factors import Block, blocks
 from accelcal.discovery.noise.covariance import whitener_of
 from accelcal.discovery.silence import silent_in
 from accelcal.discovery.space import Space
-from accelcal.discovery.spans import length_without, lengths, orthonormal, without
+from accelcal.discovery.spans import beyond, length_without, without
 from accelcal.effects.effect import Effect
 
 DRAWS = 4000
@@ -37,7 +37,7 @@ _TOGETHER = 250
 _DRAWN = 2**21
 """Numbers that are drawn at a time, 16 MB, or somewhat more for very many readings."""
 
-_LEVELS = (0.05, 0.02, 0.01, 0.005)
+_LEVELS = np.array([0.05, 0.02, 0.01, 0.005])
 
 _STEPS = 5.0
 """Steps of a correlation within 1 in which what noise with such a memory does is shared."""
@@ -115,11 +115,9 @@ def with_rates(family: Family, seed: int = 0) -> Family:
     test = _p_values(family, None)
     draws = drawn(family.comparison, np.random.default_rng(seed), DRAWS)
     effects, factors = map(np.hstack, zip(*map(test, draws), strict=True))
-    tries, factor_tries = (
-        np.array([_multiplicity(p) for p in each]) for each in (effects, factors)
-    )
+    tries, factor_tries = _multiplicity(effects), _multiplicity(factors)
     honest = np.vstack([effects * tries[:, None], factors * factor_tries[:, None]])
-    tests = _multiplicity(honest.min(axis=0, initial=1.0))
+    tests = float(_multiplicity(honest.min(axis=0, initial=1.0)))
     return family._replace(tries=tries, tests=tests, factor_tries=factor_tries)
 
 
@@ -146,10 +144,10 @@ def independent(tails: float, rng: np.random.Generator, shape: tuple[int, int]) 
     return np.asarray(np.sqrt((tails - 2.0) / tails) * rng.standard_t(tails, shape))
 
 
-def _multiplicity(p: Array) -> float:
-    """Factor that makes p-values honest, from their values under noise alone."""
-    factors = [level / max(float(np.quantile(p, level)), SMALLEST) for level in _LEVELS]
-    return max(1.0, float(np.mean(factors)))
+def _multiplicity(p: Array) -> Array:
+    """Factor that makes p-values honest, from k under noise alone each, shape (..., k)."""
+    factors = _LEVELS / np.maximum(np.quantile(p, _LEVELS, axis=-1).T, SMALLEST)
+    return np.asarray(np.maximum(factors.mean(axis=-1), 1.0))
 
 
 def judge(family: Family, taken: Array | None = None) -> Judgement:
@@ -233,13 +231,14 @@ def _ratios(family: Family, taken: Array | None) -> Callable[[_Left], Array]:
         length = length_without(part)
         scale = np.where(length > NEW, 1.0 / np.maximum(length, NEW), 0.0)
         systematic = (systematic - (space.systematic.T @ taken) @ part) * scale
-    pure_part = 1.0 - (systematic**2).sum(axis=0)
+    pure_part = 1.0 - (systematic**2).sum(axis=0)[:, None]
+    lowest = np.where(found.one_sided, 0.0, -np.inf)[:, None]
 
     def of(left: _Left) -> Array:
-        projection = scale[:, None] * (found.directions.T @ left.seen)
-        in_pure_error = projection - systematic.T @ left.shown
-        size = np.where(found.one_sided[:, None], np.maximum(projection, 0.0), projection)
-        beside = left.pure - 2.0 * size * in_pure_error + size**2 * pure_part[:, None]
+        size = scale[:, None] * (found.directions.T @ left.seen)
+        in_pure_error = size - systematic.T @ left.shown
+        np.maximum(size, lowest, out=size)
+        beside = left.pure + size * (size * pure_part - 2.0 * in_pure_error)
         return np.asarray(size**2 * space.dof / np.maximum(beside, SMALLEST))
 
     return of
@@ -248,11 +247,9 @@ def _ratios(family: Family, taken: Array | None) -> Callable[[_Left], Array]:
 def _of_block(basis: Array, space: Space, taken: Array | None) -> Callable[[_Left], Array]:
     """Chance of a factor's F against the pure error beside it: part of it may not repeat."""
     if taken is not None:
-        basis = without(basis, taken)
-        basis = orthonormal(basis[:, (basis**2).sum(axis=0) > NEW**2])
+        basis = beyond(basis, taken, NEW)
     degrees = basis.shape[1]
-    own = without(basis, space.systematic)
-    own = orthonormal(own[:, lengths(own) > NEW])
+    own = beyond(basis, space.systematic, NEW)
     dof = space.dof - own.shape[1]
 
     def of(left: _Left) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -67,9 +68,17 @@ def column_of(instance: Instance, c: Conditions) -> Array:
 
 def columns_of(instances: Iterable[Instance], c: Conditions) -> Array:
     """Changes of the readings for instances of size 1 [g], shape (n, h)."""
-    return np.column_stack(
-        [np.empty((c.angle.size, 0)), *(column_of(item, c) for item in instances)]
-    )
+    found = [np.empty((c.angle.size, 0))]
+    for _, group in groupby(instances, _but_for_mixture):
+        alike = list(group)
+        mixtures = np.array([item.mixture for item in alike])
+        found.append(amplitude_columns(alike[0], c) @ mixtures.T)
+    return np.hstack(found)
+
+
+def _but_for_mixture(item: Instance) -> tuple[object, ...]:
+    """What instances share whose columns are mixed of the same."""
+    return item.effect, item.mixture[0] < 0.0, item.shape, item.near
 
 
 def all_own_columns(instances: Iterable[Instance], c: Conditions) -> Array:

@@ -12,7 +12,6 @@ from accelcal.discovery.exact_law import straightened
 from accelcal.discovery.explanation import CONTRADICTION, Explanation, seen_anew
 from accelcal.discovery.family import Family, family_of, with_rates
 from accelcal.discovery.gaps import gap_of
-from accelcal.discovery.instance import Instance
 from accelcal.discovery.noise.of_readings import FEWEST_REPLICATES
 from accelcal.discovery.search import Findings, in_the_main, search
 from accelcal.discovery.silence import DEAD_ZONE, silent_readings, zone_among
@@ -212,28 +211,35 @@ def _of_any_width(look: Look, question: Question) -> Look:
 
 def _searched(record: TumbleRecord, question: Question) -> Look:
     """Search, and once more with the noise judged beside what was found."""
-    look = _look(_compared(record, question), question)
+    comparison = compared(
+        record,
+        question.reference,
+        question.delta0,
+        silent=question.silent,
+        apart=question.apart,
+    )
+    look = _look(comparison, question)
     if not look.findings.explanations and look.comparison.noise.rho > 0.0:
-        look = _without_memory(record, question) or look
+        look = _without_memory(look, question) or look
     found = look.findings.best
     if found is None or not _leaves_noise(look, found):
         return look
-    known = _compared(record, question, found.instances)
+    known = look.comparison.judged_beside(found.instances)
     return look if _same_noise(look.comparison, known) else _look(known, question)
 
 
-def _without_memory(record: TumbleRecord, question: Question) -> Look | None:
+def _without_memory(first: Look, question: Question) -> Look | None:
     """Search for effects that alone make the noise look as if it had a memory.
 
     A slow effect within a cycle correlates neighbours. It is found as if they were independent, and
     holds if they are so beside it, and if it is sure at the square of the false-alarm rate: noise
     with a memory has made two tries of it by then.
     """
-    look = _look(_compared(record, question, memory=False), question)
+    look = _look(first.comparison.judged_beside((), memory=False), question)
     found = look.findings.best
     if found is None or not _leaves_noise(look, found):
         return None
-    beside = _compared(record, question, found.instances)
+    beside = look.comparison.judged_beside(found.instances)
     if beside.noise.rho:
         return None
     known = _look(beside, question)
@@ -263,7 +269,7 @@ def _judged(record: TumbleRecord, question: Question) -> Look:
 
 def _with_main(look: Look, question: Question) -> Look:
     """Give effects that explain nearly all their names, unless what wanders is as likely."""
-    main = in_the_main(look.family, alpha=question.alpha, most=question.most)
+    main = in_the_main(look.comparison, look.findings.levels, question.alpha)
     if main is None:
         return look
     beside = look.beside(main)
@@ -287,24 +293,6 @@ def _widens_the_gap(comparison: Comparison, found: Explanation) -> bool:
     without, within = (solution(comparison, effects) for effects in ((), found.instances))
     rms = [gap_of(fit, None).rms for fit in (without, within)]
     return rms[1] > _WIDER * rms[0]
-
-
-def _compared(
-    record: TumbleRecord,
-    question: Question,
-    known: tuple[Instance, ...] = (),
-    *,
-    memory: bool = True,
-) -> Comparison:
-    return compared(
-        record,
-        question.reference,
-        question.delta0,
-        known,
-        memory=memory,
-        silent=question.silent,
-        apart=question.apart,
-    )
 
 
 def _look(comparison: Comparison, question: Question) -> Look:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
 
 from accelcal.discovery.comparison import Comparison
-from accelcal.discovery.explanation import Explanation, best_instances, explanation
+from accelcal.discovery.explanation import Explanation, best_instances, best_place, explanation
 from accelcal.discovery.family import Family, Judgement, chance, judge
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.spans import orthonormal, without
@@ -35,6 +37,24 @@ _WORTH = 6.6
 """Squares that a time constant must take up: by noise alone it does so once in a hundred."""
 
 
+class Levels:
+    """Sets of one effect, of two and so on, best first, each level made of the one before."""
+
+    def __init__(self, family: Family, alpha: float, most: int) -> None:
+        self._family, self._alpha, self._most = family, alpha, most
+        self._found: list[list[Explanation]] = []
+
+    def __iter__(self) -> Iterator[list[Explanation]]:
+        """Each level, which is worked out the first time that somebody asks for it."""
+        for level in range(self._most):
+            if level == len(self._found):
+                beam: list[frozenset[int]] = [frozenset()]
+                if level:
+                    beam = [_indices(self._family, e) for e in self._found[-1][:_BEAM]]
+                self._found.append(_larger(self._family, beam, self._alpha))
+            yield self._found[level]
+
+
 class Findings(NamedTuple):
     """What a search found."""
 
@@ -47,6 +67,7 @@ class Findings(NamedTuple):
     """Where nothing explains it, or noise as well, the effects that come nearest."""
     main: Explanation | None = None
     """Where nothing explains it whole, effects that take up nearly all of it, see `in_the_main`."""
+    levels: Iterable[list[Explanation]] = ()  # all sets that were tried, and larger ones
 
     @property
     def named(self) -> tuple[Explanation, ...]:
@@ -74,11 +95,9 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
 
     The false-alarm rate alpha is that over the whole family; `most` is how many effects at once.
     """
-    before = judge(family)
+    before, levels = judge(family), Levels(family, alpha, most)
     nearest: Explanation | None = None
-    beam: list[frozenset[int]] = [frozenset()]
-    for _ in range(most if before.p_value < alpha else 0):
-        tried = _larger(family, beam, alpha)
+    for tried in levels if before.p_value < alpha else ():
         needed = [e for e in tried if max(e.p_values) < alpha]
         # a bent law, or one a little less sure, is no name but a doubt about what is named
         passing = [e for e in tried if e.passes]
@@ -86,27 +105,25 @@ def search(family: Family, *, alpha: float = 0.01, most: int = 3) -> Findings:
         if passing and _is_sure(passing[0], alpha):
             more = _beside_another_start(family, passing[0], alpha)
             found = silent_first(family.comparison, (*more, *passing), alpha)
-            return Findings(before, found, None)
+            return Findings(before, found, None, None, levels)
         nearest = max([*needed, *filter(None, [nearest])], key=_nearness, default=None)
-        beam = [_indices(family, e) for e in tried[:_BEAM]]
-    return Findings(before, (), nearest)
+    return Findings(before, (), nearest, None, levels)
 
 
-def in_the_main(family: Family, *, alpha: float, most: int) -> Explanation | None:
+def in_the_main(
+    comparison: Comparison, levels: Iterable[list[Explanation]], alpha: float
+) -> Explanation | None:
     """Find the effects that explain nearly all of a disagreement which none explains whole.
 
     It is the smallest such set. There is none where another one leaves little more.
     """
-    whole = float(family.comparison.seen @ family.comparison.seen)
-    beam: list[frozenset[int]] = [frozenset()]
-    for _ in range(most):
-        tried = _larger(family, beam, alpha)
+    whole = float(comparison.seen @ comparison.seen)
+    for tried in levels:
         near = [e for e in tried if _is_sure(e, alpha) and e.squares >= _NEARLY_ALL * whole]
         if near:
             left = whole - near[0].squares
             rivals = [e for e in tried if e is not near[0] and whole - e.squares < _CLEARLY * left]
             return None if rivals else near[0]
-        beam = [_indices(family, e) for e in tried[:_BEAM]]
     return None
 
 
@@ -134,7 +151,7 @@ def _beside_another_start(
 
 def _nearness(found: Explanation) -> tuple[bool, float]:
     """Sets that leave only noise come nearest, whatever larger sets take up."""
-    return found.passes, found.squares
+    return found.passes, float(f"{found.squares:.6g}")  # rounding alone orders nothing
 
 
 def _is_sure(found: Explanation, alpha: float) -> bool:
@@ -157,7 +174,8 @@ def _larger(family: Family, beam: list[frozenset[int]], alpha: float) -> list[Ex
     """Explanations with one effect more than those of the beam, best first."""
     every = range(len(family.candidates.effects))
     sets = {chosen | {other} for chosen in beam for other in every if other not in chosen}
-    fitted = [best_instances(family, sorted(chosen)) for chosen in sorted(sets, key=sorted)]
+    place = cache(partial(best_place, family))
+    fitted = [best_instances(family, sorted(chosen), place) for chosen in sorted(sets, key=sorted)]
     fitted.sort(key=lambda item: -item[1])
     kept = fitted if beam == [frozenset()] else fitted[:_TRIED]
     found = [explanation(family, places, alpha) for places, _ in kept]

@@ -23,11 +23,22 @@ def orthonormal(columns: Array) -> Array:
     """Orthonormal basis of the span of some columns, of whatever rank."""
     norms = lengths(columns)
     kept = columns[:, norms > 0.0] / norms[norms > 0.0]
-    if not kept.size:
-        return np.empty((columns.shape[0], 0))
+    if kept.shape[1] < 2:
+        return np.asarray(kept)
     values, vectors = _eigen(kept.T @ kept)
     good = values > 1e-11 * max(values[-1], 1.0)
     return np.asarray(kept @ (vectors[:, good] / np.sqrt(values[good])))
+
+
+def beyond(basis: Array, taken: Array, least: float) -> Array:
+    """Orthonormal basis of what another one, which is taken, leaves of a basis.
+
+    It has the directions of which so much is left; which columns span the basis is all the same.
+    """
+    left = without(basis, taken)
+    values, vectors = _eigen(left.T @ left)
+    good = values > least**2
+    return np.asarray(left @ (vectors[:, good] / np.sqrt(values[good])))
 
 
 def _eigen(matrix: Array) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ import numpy as np
 from accelcal.arrays import Array
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
-from accelcal.discovery.solution import by_reading, solution
+from accelcal.discovery.solution import Solution, by_reading, solution
 from accelcal.discovery.spans import lengths
 from accelcal.discovery.untold import Untold, not_shown, said_of_untold
 from accelcal.numerics.probability import LEVEL, student_quantile
@@ -42,14 +42,24 @@ _NEAR = 1e-3
 class _Tied(NamedTuple):
     """An amplitude, and what it is more than the coefficients make it."""
 
-    values: Array  # the two, (2,)
-    varied: Array  # what they vary by with each reading, in units of its noise, (2, n)
-    chi2: float  # sum of squares that the model leaves
+    comparison: Comparison
+    fit: Solution
+    weights: Array  # of the parameters of the fit in the two, (2, p)
 
     @property
     def holds(self) -> bool:
         """Whether the amplitude is no more and no less than the coefficients make it."""
         return bool(abs(self.values[1]) < _BEYOND * np.linalg.norm(self.varied[1]))
+
+    @property
+    def values(self) -> Array:
+        """The two, shape (2,)."""
+        return np.asarray(self.weights @ self.fit.parameters)
+
+    @property
+    def varied(self) -> Array:
+        """What they vary by with each reading, in units of its noise, shape (2, n)."""
+        return np.asarray(self.weights @ by_reading(self.comparison, self.fit))
 
     @classmethod
     def of(cls, comparison: Comparison, instances: Sequence[Instance], one: Untold) -> _Tied:
@@ -61,8 +71,7 @@ class _Tied(NamedTuple):
         weights[:, names.index(item.effect.id)] = item.mixture[0]
         for name, weight in item.effect.tie.items():
             weights[1, names.index(name)] -= weight
-        varied = weights @ by_reading(comparison, fit)
-        return cls(weights @ fit.parameters, varied, fit.chi2)
+        return cls(comparison, fit, weights)
 
 
 def tied(comparison: Comparison, instances: Sequence[Instance]) -> list[Untold]:
@@ -157,8 +166,8 @@ def _estimate(comparison: Comparison, instances: Sequence[Instance], one: Untold
     varied = np.array([[1.0, -of_amplitude / of_excess], [0.0, 1.0 / of_excess]]) @ tie.varied
     reach = 2.0 * _BEYOND * float(np.linalg.norm(varied[1]))
     far = [value for value in _searched(comparison, one) if abs(value - one.value) > reach]
-    most = tie.chi2 + _AS_WELL
-    if not reach < one.spread or any(each.holds and each.chi2 < most for each in map(at, far)):
+    most = tie.fit.chi2 + _AS_WELL
+    if not reach < one.spread or any(each.fit.chi2 < most and each.holds for each in map(at, far)):
         return _Estimate(amplitude, None, _ANYWHERE)
     return _Estimate(amplitude, varied, _FOLLOWING)
 
@@ -173,13 +182,13 @@ def _settled(comparison: Comparison, instances: Sequence[Instance], one: Untold)
         return float(tie(value).values[1])
 
     item, name = instances[one.place], one.parameter.name
-    most = tie(one.value).chi2 + _AS_WELL
+    most = tie(one.value).fit.chi2 + _AS_WELL
     tried = [(value, tie(value)) for value in _searched(comparison, one)]
     for (low, at_low), (high, at_high) in pairwise(tried):
-        as_well = max(at_low.chi2, at_high.chi2) < most
+        as_well = max(at_low.fit.chi2, at_high.fit.chi2) < most
         if low * high > 0.0 and as_well and at_low.values[1] * at_high.values[1] < 0.0:
             return item.at(name, float(brentq(excess, low, high)))
-    held = [(abs(at.values[1]), value) for value, at in tried if at.holds and at.chi2 < most]
+    held = [(abs(at.values[1]), value) for value, at in tried if at.fit.chi2 < most and at.holds]
     return item.at(name, min(held)[1]) if held else item
 
 

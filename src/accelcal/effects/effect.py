@@ -204,18 +204,24 @@ class Effect:
         so that nobody looks for an error of the angle there, and leaves out delta a_p and the
         nonlinearity, some thousandths of the column.
         """
-        names = [item.name for item in self.amplitudes]
-        if not names:
+        amplitudes = self.amplitudes
+        if not amplitudes:
             return np.empty((conditions.angle.size, 0))
-        values = self._complete({**dict.fromkeys(names, 0.0), **shape})
-        slope = {"angle": conditions.per_radian, "temperature": conditions.per_degree}
-        sizes = [(item.name, item.small_at(conditions)) for item in self.amplitudes]
+        sizes = {item.name: item.small_at(conditions) for item in amplitudes}
         if near is not None:
-            sizes[0] = (names[0], near)
-        return np.stack(
-            [self.addition(conditions, values | {name: size}) / size for name, size in sizes],
-            axis=-1,
-        ) * np.expand_dims(slope.get(self.acts_on, np.ones(conditions.angle.size)), -1)
+            sizes[amplitudes[0].name] = near
+        values = self._complete({**dict.fromkeys(sizes, 0.0), **shape})
+        found = np.array(
+            [
+                self.addition(conditions, {**values, name: size}) / size
+                for name, size in sizes.items()
+            ]
+        )
+        if self.acts_on == "angle":
+            found *= conditions.per_radian
+        elif self.acts_on == "temperature":
+            found *= conditions.per_degree
+        return found.T
 
     def addition(self, conditions: Conditions, values: Mapping[str, float]) -> Array:
         """Value of the term for each reading.

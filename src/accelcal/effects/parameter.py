@@ -120,6 +120,8 @@ class Parameter:
         InputError
             If it is not finite or below the minimum.
         """
+        if type(value) is float and math.isfinite(value) and value >= self.minimum:
+            return value  # a search asks this some ten thousand times
         try:
             check_number(self.minimum, **{self.name: value})
         except InputError as error:

@@ -161,6 +161,7 @@ def _beside_extremes(c: Conditions) -> Array:
     return every[(every > _AT_EXTREME) & (every < _FAR)]
 
 
+@lru_cache(maxsize=4)  # a search asks for those of one record again and again
 def _approaches(c: Conditions) -> Array:
     """Ways to come to the first position of each run that the readings can tell apart."""
     tried: dict[float, Array] = {}

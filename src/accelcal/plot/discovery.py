@@ -270,17 +270,6 @@ def _along(found: Action) -> _Along:
         (_Along("stroke", c.stroke.astype(float), 0.0), np.zeros(c.stroke.size)),
     )
     for along, other in tried:
-        if _followed(found.change, along.value, other) > _ONE_OF:
+        if found.follows(along.value, other) > _ONE_OF:
             return along
     return _Along("reading, in the order of measuring", c.number.astype(float), 0.0)
-
-
-def _followed(change: Array, value: Array, other: Array) -> float:
-    """Part of the squares of an action that the means over one quantity and another have."""
-    _, group = np.unique(np.stack([value, other]), axis=1, return_inverse=True)
-    group = group.ravel()
-    if group.max() + 1 > 0.5 * change.size:
-        return 0.0
-    means = np.bincount(group, change) / np.bincount(group)
-    whole = float(change @ change)
-    return float(means[group] @ means[group]) / whole if whole > 0.0 else 0.0

@@ -15,6 +15,7 @@ from accelcal.discovery.silence import silent_by
 from accelcal.effects.conditions import Conditions
 from accelcal.effects.found import disturbances
 from accelcal.errors import InputError
+from accelcal.numerics.grouping import cells
 from accelcal.record import TumbleRecord
 from accelcal.results.discovery import Discovery
 
@@ -28,6 +29,15 @@ class Action:
     residual: Array  # reading minus model with all other effects, but without this one, (n,) [g]
     change: Array
     """What the effect explains of it [g]; the rest is what all effects together leave, (n,)."""
+
+    def follows(self, *quantities: Array) -> float:
+        """Part of its squares that the mean over readings of equal quantities has, each (n,)."""
+        group = cells(*quantities)
+        if group.max() + 1 > 0.5 * group.size:
+            return 0.0
+        means = np.bincount(group, self.change) / np.bincount(group)
+        whole = float(self.change @ self.change)
+        return float(means[group] @ means[group]) / whole if whole > 0.0 else 0.0
 
 
 def action(discovery: Discovery, record: TumbleRecord, effect: str | None = None) -> Action:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 
 from accelcal.arrays import Array
@@ -28,10 +31,8 @@ _CARRIED = 0.05
 
 def undetectable(comparison: Comparison, found: Candidates) -> tuple[Undetectable, ...]:
     """List the effects that the base model absorbs, with the coefficients that do."""
-    return tuple(
-        Undetectable(effect.id, absorbed_by(effect, comparison.model, comparison.parameters))
-        for effect in found.hidden
-    )
+    carriers = carriers_in(comparison.model, comparison.parameters)
+    return tuple(Undetectable(effect.id, carriers(effect)) for effect in found.hidden)
 
 
 def designed(
@@ -58,7 +59,7 @@ def designed(
     return found._replace(noise=noise._replace(dof=dof))
 
 
-def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[str, ...]:
+def carriers_in(model: BaseModel, parameters: Array) -> Callable[[Effect], tuple[str, ...]]:
     """Find the fewest coefficients of a model that carry an effect, sorted.
 
     There are none where the test does not bring the effect about at all.
@@ -74,30 +75,36 @@ def absorbed_by(effect: Effect, model: BaseModel, parameters: Array) -> tuple[st
     >>> from accelcal.effects.catalogue import effect
     >>> from accelcal.simulation import simulate
     >>> model = base_model(simulate(seed=1), 20.0)
-    >>> absorbed_by(effect("odd-quadratic"), model, solve(model))
+    >>> carriers_in(model, solve(model))(effect("odd-quadratic"))
     ('K1', 'K3')
     """
     c = model.conditions
     base, _ = scaled(model.jacobian(parameters))
-    columns, _ = scaled(columns_of(instances_of(effect, c), c))
     span = orthonormal(base)
-    places, wanted = span.T @ base, span.T @ columns
-    kept = sorted(set(model.names))
-    while kept:
-        lost = {}
-        for name in kept:
-            others = [n != name and n in kept for n in model.names]
-            lost[name] = round(_left(places[:, others], wanted), 6)  # ties not by rounding errors
-        least = min(kept, key=lost.__getitem__)
-        if lost[least] > _CARRIED:
-            break
-        kept.remove(least)
-    return tuple(kept)
+    places = span.T @ base
 
+    @cache  # the first that are dropped are the same for most effects
+    def basis(names: frozenset[str]) -> Array:
+        return orthonormal(places[:, [name in names for name in model.names]])
 
-def _left(taken: Array, columns: Array) -> float:
-    """Largest length that a span leaves of some columns."""
-    return float(lengths(without(columns, orthonormal(taken))).max())
+    def found(effect: Effect) -> tuple[str, ...]:
+        columns, _ = scaled(columns_of(instances_of(effect, c), c))
+        wanted, kept = span.T @ columns, frozenset(model.names)
+
+        while kept:
+            lost: dict[str, float] = {}
+            for name in sorted(kept):
+                left = lengths(without(wanted, basis(kept - {name}))).max()
+                lost[name] = round(float(left), 6)  # ties not by rounding errors
+                if not lost[name]:
+                    break
+            least = min(lost, key=lost.__getitem__)
+            if lost[least] > _CARRIED:
+                break
+            kept -= {least}
+        return tuple(sorted(kept))
+
+    return found
 
 
 def smallest_detectable(family: Family, alpha: float = 0.01) -> tuple[Detectable, ...]:

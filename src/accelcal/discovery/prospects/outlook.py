@@ -73,16 +73,14 @@ def outlooks(
     record: TumbleRecord, noise: ReadingNoise, reference_temperature: float, delta0: float = 0.0
 ) -> tuple[Outlook, ...]:
     """Foresee each entry of the menu of further readings, of the noise of the record."""
+    own = base_model(record, reference_temperature, delta0)
     return tuple(
-        _outlook(record, block, noise, reference_temperature, delta0)
-        for block in menu(record, reference_temperature)
+        _outlook(record, block, noise, own) for block in menu(record, reference_temperature)
     )
 
 
-def _outlook(
-    record: TumbleRecord, block: Block, noise: ReadingNoise, reference: float, delta0: float
-) -> Outlook:
-    whole, model = _foreseen(record, blank(block, record), reference, delta0)
+def _outlook(record: TumbleRecord, block: Block, noise: ReadingNoise, own: BaseModel) -> Outlook:
+    whole, model = _foreseen(record, blank(block, record), own)
     n = len(record)
     old = np.arange(len(whole)) < n
     clocking = np.where(old, 0.0, block.clocking)
@@ -117,7 +115,7 @@ def _hours(whole: TumbleRecord, before: int) -> float | None:
 
 
 def _foreseen(
-    record: TumbleRecord, form: TumbleRecord, reference: float, delta0: float
+    record: TumbleRecord, form: TumbleRecord, own: BaseModel
 ) -> tuple[TumbleRecord, BaseModel]:
     """Record and block, with the outputs that the base model of the record foresees.
 
@@ -125,7 +123,7 @@ def _foreseen(
     """
     whole = joined(record, form)
     old = np.arange(len(whole)) < len(record)
-    own = base_model(record, reference, delta0)
+    reference, delta0 = own.T0, own.delta0
     ideal = own.nominal * conditions_of(whole, reference, delta0).input
     first = base_model(replace(whole, output=np.where(old, whole.output, ideal)), reference, delta0)
     first = without_shifts(first, {name.partition(" ")[2] for name in own.names})

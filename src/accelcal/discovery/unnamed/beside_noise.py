@@ -6,7 +6,7 @@ all runs or not. It stands beside a disturbance against such noise alone, each a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,8 +25,8 @@ _TAILS = 9.0
 """Degrees of freedom of the Student distribution of the noise that is drawn, unless the tails of
 the readings are heavier: a hundred readings do not tell that they are lighter."""
 
-_ALIKE = 1e-6
-"""Logarithms of likelihoods that differ by no more are the same but for rounding."""
+_ALIKE = 1e-8
+"""Sums of squares that differ by no more than this part are the same but for rounding."""
 
 _DRAWS = ((99, 0.04), (900, 0.005), (1000, 0.0))
 """Draws of noise, and the chance below which more are made."""
@@ -57,8 +57,11 @@ class Noise(NamedTuple):
 class _Seen(NamedTuple):
     """A kind in whitened pure error, v variances of s disturbances."""
 
-    bases: Array  # (v * s, k, d): what is taken up is the sum of squares in these
-    penalties: Array  # (v * s, 1): half of the logarithms of the variances
+    bases: Array  # (s, k, d): what is taken up is the weighted sum of squares in these
+    weights: Array  # (s, v, k)
+    penalties: Array
+    """By how much each of v variances makes the sum of squares that is left count more, (s, v, 1):
+    its logarithm is that of the determinant over the degrees of freedom."""
 
 
 class Trial(NamedTuple):
@@ -83,11 +86,10 @@ class Trial(NamedTuple):
 
         These are several where the error cannot tell them apart.
         """
-        found = np.array(
-            [_likelihoods(noise, self.error[:, None])[1][kind][:, 0] for noise in self.noises]
-        )
-        rho = found.max(axis=1).argmax()
-        alike = np.flatnonzero(found[rho] >= found[rho].max() - _ALIKE)
+        each = (list(_left(noise, self.error[:, None])) for noise in self.noises)
+        found = np.array([left[1 + kind][:, 0] for left in each])
+        rho = found.min(axis=1).argmin()
+        alike = np.flatnonzero(found[rho] <= found[rho].min() * (1.0 + _ALIKE))
         whitener = self.noises[int(rho)].whitener
         return whitener @ self.left.T, whitener @ self.error, alike.tolist()
 
@@ -147,33 +149,34 @@ def _seen(see: Array, kind: Kind) -> _Seen:
     values, vectors = np.linalg.eigh(seen @ seen.mT)
     kept = values > 1e-6 * values.max()
     values = np.where(kept, values, 1.0)
-    bases, penalties = [], []
-    for variance in kind.variances:
-        bases.append((vectors * (kept / np.sqrt(values + 1.0 / variance))[:, None]).mT @ seen)
-        grown = np.log1p(variance * values) if np.isfinite(variance) else np.zeros_like(values)
-        penalties.append(0.5 * (kept * grown).sum(axis=1))
-    return _Seen(np.concatenate(bases), np.concatenate(penalties)[:, None])
+    variances, values, kept = np.array(kind.variances)[:, None], values[:, None], kept[:, None]
+    grown = np.log1p(np.where(np.isfinite(variances), variances, 0.0) * values)
+    return _Seen(
+        bases=vectors.mT @ seen,
+        weights=kept / (values + 1.0 / variances),
+        penalties=np.exp((kept * grown).sum(axis=2, keepdims=True) / len(see)),
+    )
 
 
-def _likelihoods(noise: Noise, errors: Array) -> tuple[Array, list[Array]]:
-    """Logarithms for K errors with noise of any size: alone, (K,), beside each kind, (v * s, K)."""
+def _left(noise: Noise, errors: Array) -> Iterator[Array]:
+    """Sums of squares that count of K errors: alone, (1, K), and beside each kind, (s * v, K).
+
+    The likelihood with noise of any size hangs on them alone.
+    """
     white = noise.whitener @ errors
-    squares = (white**2).sum(axis=0)
-    start, half = -0.5 * noise.log_determinant, 0.5 * len(white)
-    beside = []
-    for bases, penalties in noise.kinds:
-        taken = ((bases.reshape(-1, len(white)) @ white) ** 2).reshape(*bases.shape[:2], -1)
-        rest = np.maximum(squares - taken.sum(axis=1), 1e-12 * squares)
-        beside.append(start - penalties - half * np.log(rest))
-    return start - half * np.log(squares), beside
+    squares, own = (white**2).sum(axis=0), np.exp(noise.log_determinant / len(white))
+    yield own * squares[None]
+    for bases, weights, penalties in noise.kinds:
+        each = ((bases.reshape(-1, len(white)) @ white) ** 2).reshape(*bases.shape[:2], -1)
+        left = np.maximum(squares - weights @ each, 1e-12 * squares)
+        yield own * (penalties * left).reshape(-1, squares.size)
 
 
 def _gains(noises: Sequence[Noise], errors: Array) -> tuple[Array, Ints]:
     """Gain in likelihood by the best of each kind, (kinds, K), and which noise is best alone."""
-    found = [_likelihoods(noise, errors) for noise in noises]
-    alone = np.array([own for own, _ in found])
-    beside = np.array([[kind.max(axis=0) for kind in own] for _, own in found])
-    return beside.max(axis=0) - alone.max(axis=0), alone.argmax(axis=0)
+    left = np.array([[own.min(axis=0) for own in _left(noise, errors)] for noise in noises])
+    least = np.log(left.min(axis=0))
+    return 0.5 * len(errors) * (least[0] - least[1:]), left[:, 0].argmin(axis=0)
 
 
 def _chances(

@@ -101,7 +101,7 @@ def _all_that_repeats(comparison: Comparison, instances: Sequence[Instance]) -> 
 
 def _described(kind: Kind, which: int, see: Array, white: Array) -> tuple[str, Array]:
     """Words for a disturbance of a kind, in the size that suits an error, and its columns."""
-    variance, place = divmod(which, kind.actions.shape[0] // kind.each)
+    place, variance = divmod(which, len(kind.variances))
     columns = kind.columns(place)
     sizes = np.linalg.lstsq(see @ columns, white)[0]
     return kind.told(place, kind.variances[variance], columns @ sizes), columns
