@@ -231,7 +231,7 @@ def files(folder: Path, work: Path, count: int, few: int, repeats: int) -> None:
     folder = write_files(work / "moving", max(count // 10, 20), scatter=0.05)
     title = "files whose temperatures move by 0.05 degC from reading to reading"
     slower(title, folder, work, repeats, lmfit)
-    folder = write_files(work / "gaps", max(count // 30, 20), missing=0.05)
+    folder = write_files(work / "gaps", max(count // 10, 20), missing=0.05)
     slower("files of which 5 % of the rows are missing", folder, work, repeats, lmfit)
 
 

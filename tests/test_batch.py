@@ -11,7 +11,6 @@ import sys
 import time
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -20,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from rows_of_calibrations import law_rows, table_rows, warnings
+from rows_of_calibrations import assert_rows_are_those_of_fits, warnings
 
 import accelcal
 from accelcal.archive import fitting, journal, parts, reading, through, workers
@@ -951,50 +950,6 @@ def files_of_plans(tmp_path_factory):
 def test_rows_are_those_of_calibrations(files_of_plans, options):
     found = assert_rows_are_those_of_fits(files_of_plans, 2 * len(PLANS), **options)
     assert len(found.tables) > 30
-
-
-def assert_rows_are_those_of_fits(folder, files, **options):
-    found = accelcal.batch(folder, **options)
-    overrides = options.get("overrides")
-    asked = {name: value for name, value in options.items() if name != "overrides"}
-    fits = []
-    for path in sorted(folder.glob("*.csv")):
-        record = accelcal.read_table(path, overrides=overrides)
-        with suppress(InputError):
-            fits.append((accelcal.fit(record, **asked), record))
-    assert len(fits) + len(found.errors) == files
-    for frame, rows_of in ((found.tables, table_rows), (found.laws, law_rows)):
-        rows = [row for fitted in fits for row in rows_of(*fitted)]
-        expected = pd.DataFrame(rows, columns=list(frame), dtype=object).astype(frame.dtypes)
-        pd.testing.assert_frame_equal(frame, expected, rtol=1e-8, atol=1e-14)
-    return found
-
-
-WHERE_ROWS_ARE_MISSING = {
-    "here and there": lambda _, chance: chance < 0.05,
-    "most of them": lambda _, chance: chance < 0.6,
-    "a position of one run": lambda record, _: (record.angle == 90.0) & (record.run == 1),
-    "a position": lambda record, chance: (record.angle == 135.0) | (chance < 0.05),
-    "a stroke of one run": lambda record, _: (record.stroke == 2) & (record.run == 0),
-    "a stroke": lambda record, chance: (record.stroke == 3) | (chance < 0.05),
-    "all of a run but some": lambda record, chance: (record.run == 2) & (chance < 0.7),
-}
-
-
-@pytest.mark.parametrize("lost", WHERE_ROWS_ARE_MISSING.values(), ids=WHERE_ROWS_ARE_MISSING)
-def test_rows_of_files_with_gaps_are_those_of_fits(tmp_path, lost):
-    """Each of the first four has gaps of its own, where they are random; the last has none."""
-    chance = np.random.default_rng(5).random((4, 1000))
-    designs = {"strokes": 6}, {"strokes": 6, "mountings": ("o+", "p+")}
-    for number, plan in enumerate([accelcal.TumblePlan(**design) for design in designs]):
-        for seed in range(5):
-            record = accelcal.simulate(plan=plan, seed=seed)
-            if seed < 4:
-                record = record.taken(~lost(record, chance[seed, : len(record)]))
-            accelcal.write_table(record, tmp_path / f"{number}{seed}.csv")
-    found = assert_rows_are_those_of_fits(tmp_path, 10)
-    assert found.errors.empty
-    assert len(found.tables) == 5 * 9
 
 
 def test_a_record_that_fails_costs_no_other(tmp_path, monkeypatch):

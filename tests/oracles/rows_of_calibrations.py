@@ -1,6 +1,12 @@
 """Rows of the two frames of a batch from a calibration, to compare them."""
 
+from contextlib import suppress
+
+import pandas as pd
+
+import accelcal
 from accelcal.archive.columns import ROWS
+from accelcal.errors import InputError
 from accelcal.results.gate_columns import gate_column
 
 JOINT = " | "
@@ -63,3 +69,20 @@ def warnings(table, calibration):
 
 def verdicts(gates):
     return {gate_column(gate.name): gate.verdict for gate in gates}
+
+
+def assert_rows_are_those_of_fits(folder, files, **options):
+    found = accelcal.batch(folder, **options)
+    overrides = options.get("overrides")
+    asked = {name: value for name, value in options.items() if name != "overrides"}
+    fits = []
+    for path in sorted(folder.glob("*.csv")):
+        record = accelcal.read_table(path, overrides=overrides)
+        with suppress(InputError):
+            fits.append((accelcal.fit(record, **asked), record))
+    assert len(fits) + len(found.errors) == files
+    for frame, rows_of in ((found.tables, table_rows), (found.laws, law_rows)):
+        rows = [row for fitted in fits for row in rows_of(*fitted)]
+        expected = pd.DataFrame(rows, columns=list(frame), dtype=object).astype(frame.dtypes)
+        pd.testing.assert_frame_equal(frame, expected, rtol=1e-8, atol=1e-14)
+    return found

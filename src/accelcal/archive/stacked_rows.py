@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from itertools import chain, compress
 from operator import attrgetter
@@ -23,6 +23,7 @@ from accelcal.estimate.reversal import misalignment_stack
 from accelcal.gates.verdict import VERDICTS
 from accelcal.io.values.lots import declared_lot
 from accelcal.model import law_units
+from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 from accelcal.results.gate_columns import gate_column
 from accelcal.results.table import mountings_of_laws
@@ -48,7 +49,7 @@ def stacked_tables(stack: CalibrationStack) -> Columns:
     ]
     runs = Labels.of([record.run_labels for record in records])
     found: Columns = {
-        **_numbers(stack, table),
+        **_numbers(stack),
         **_of_records(stack, record, ROWS),
         **_verdicts(stack),
         "run": Labels(
@@ -70,7 +71,7 @@ def _mountings(stack: CalibrationStack) -> list[str]:
     return [table.mounting for table in stack.tables]
 
 
-def _numbers(stack: CalibrationStack, table: Places) -> Columns:
+def _numbers(stack: CalibrationStack) -> Columns:
     """What the tables hold, how well they were fitted, and what was found of them.
 
     A count is a label, as it has no NaN for nothing.
@@ -78,13 +79,19 @@ def _numbers(stack: CalibrationStack, table: Places) -> Columns:
     estimate, tables = stack.estimate, range(len(stack.tables))
     found: Columns = {
         "temperature_degC": stack.plan.levels.ravel(),
-        "readings": Labels(table, [residual.shape[1] for residual in estimate.residuals]),
-        "dof": Labels(table, list(map(estimate.dof, tables))),
+        "readings": _counts(list(map(estimate.readings, tables))),
+        "dof": _counts(list(map(estimate.dof, tables))),
         "residual_rms": np.stack(list(map(estimate.residual_rms, tables)), axis=1).ravel(),
     }
     for quantities in stack.quantities:
         found |= quantities.columns()
     return found
+
+
+def _counts(of_tables: Sequence[Places]) -> Labels[int]:
+    """Counts of each table, shape (R,), record after record."""
+    count, cell, _ = grouped(np.stack(of_tables, axis=1).ravel())
+    return Labels(cell, count.tolist())
 
 
 def _verdicts(stack: CalibrationStack) -> Columns:

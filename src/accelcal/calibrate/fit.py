@@ -157,7 +157,7 @@ def calibrate_many(records: Sequence[TumbleRecord], options: Options | None = No
     asked.check()
     stacks: list[tuple[Places, CalibrationStack]] = []
     failures: dict[int, InputError] = {}
-    for places, plan in plans_of(records, asked.delta0):
+    for places, plan in plans_of(records, asked.delta0, gaps=asked.takes_gaps):
         for rows, part in _parts(plan, asked):
             for found in _attempts(places[rows], part, asked):
                 if isinstance(found[1], InputError):

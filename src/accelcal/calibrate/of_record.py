@@ -15,7 +15,6 @@ from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.uncertainty import Component, covariance_fields
 from accelcal.frozen_mapping import frozen
 from accelcal.model import SCALE_FACTOR
-from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.reference import reference_temperature_of
 from accelcal.results.calibration import Calibration
@@ -66,7 +65,7 @@ def _error_sources(
     readings = [
         ErrorSource(
             "reading",
-            finite_or_none(noise.factor * median(table.scatter)),
+            finite_or_none(noise.factor * table.usual_scatter),
             unit or "output unit",
             _told_by_itself(noise, estimate.head),
             str(noise.source),
@@ -114,7 +113,7 @@ def _of_tables(
             mounting=table.mounting,
             temperature_degC=finite_or_none(table.record.mean_temperature),
             readings=len(table.record),
-            dof=estimate.dof(index),
+            dof=int(estimate.dof(index)),
             residual_rms=estimate.residual_rms(index).item(),
             coefficients=coefficients.one(place, index),
             error_model=error_model.one(place, index),

@@ -54,6 +54,12 @@ class Options(NamedTuple):
     model: Discovery | None = None
     head: HeadCalibration | None = None
 
+    @property
+    def takes_gaps(self) -> bool:
+        """Whether records that lack readings, each its own, can be calibrated together."""
+        usual = self.method == METHODS[0] and self.temperature_laws == TEMPERATURE_LAWS[0]
+        return usual and not self.robust and self.model is None and self.head is None
+
     def head_for(self, record: TumbleRecord) -> HeadCalibration | None:
         """What others than this record tell of the head."""
         return None if self.head is None else self.head.without(record.sha256)

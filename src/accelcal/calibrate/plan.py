@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask, Places
+from accelcal.calibrate.gaps import beside_gaps, without_gaps
 from accelcal.estimate.at_positions import as_read_there, at_positions
 from accelcal.estimate.declared_scatter import is_weighted
 from accelcal.estimate.launch import SAME_LEVEL
@@ -30,6 +31,12 @@ if TYPE_CHECKING:
 
 _AT_A_TIME = 2000
 """Records of a plan that are calibrated together, at the memory of all their calibrations."""
+
+_WITH_GAPS = 250
+"""The same of records that lack readings, each its own: more are not quicker, and need memory."""
+
+_NUMBERS = 2**22
+"""Most of the squares of their readings in a table, as each has matrices of its own."""
 
 _LONG = 1000
 """Readings of a record from which on one row alone is long enough for numpy to be quick."""
@@ -56,6 +63,13 @@ class OnePlan(NamedTuple):
         Which readings of a record are of each table.
     runs : tuple of int
         Index of the run of each table.
+    shared : TumbleRecord
+        The first record, or one with the readings that any of them has.
+    there : tuple of ndarray of bool, shape (R, n), or None
+        Which readings of each table a record has, others being in the places of those that it
+        lacks; None where no record lacks any.
+    source : ndarray of int, shape (R, n), or None
+        Places in each record of the readings of `shared`, where records lack any.
     """
 
     records: Sequence[TumbleRecord]
@@ -65,11 +79,22 @@ class OnePlan(NamedTuple):
     levels: Array
     masks: tuple[Mask, ...]
     runs: tuple[int, ...]
+    shared: TumbleRecord
+    there: tuple[Mask, ...] | None = None
+    source: Places | None = None
 
     def can_be_stacked(self) -> Mask:
         """Tell which records can be calibrated with others, shape (R,), see `plans_of`."""
         usable = np.all([is_usable(y) for y in self.outputs], axis=0)
         return np.asarray(usable & (not is_weighted(self.records[0])))
+
+    @property
+    def at_a_time(self) -> int:
+        """How many of the records are calibrated together."""
+        if self.there is None:
+            return _AT_A_TIME
+        readings = max(int(own.shape[1]) for own in self.there)
+        return min(_WITH_GAPS, _NUMBERS // readings**2)
 
     def moves(self) -> bool:
         """Whether a temperature of any record moves within a run."""
@@ -80,7 +105,7 @@ class OnePlan(NamedTuple):
 
         None where no record has any; a row of NaN where one has none.
         """
-        whole = stacked_times(self.records)
+        whole = stacked_times(self.records, self.source)
         if whole is None:
             return None
         return np.asarray(np.concatenate([whole[:, self.masks[t]] for t in tables]))
@@ -98,17 +123,37 @@ class OnePlan(NamedTuple):
     @classmethod
     def of(cls, records: Sequence[TumbleRecord]) -> OnePlan:
         """Stack the readings of records of one plan, see `plans_of`."""
-        masks = tuple(records[0].table_masks())
         output, temperature = (
             np.concatenate([getattr(record, name) for record in records]).reshape(len(records), -1)
             for name in ("output", "temperature")
         )
+        return cls._of(records, records[0], output, temperature)
+
+    @classmethod
+    def with_gaps(cls, records: Sequence[TumbleRecord]) -> OnePlan:
+        """Stack the readings of records that lack some of one plan, see `beside_gaps`."""
+        shared, source, there = without_gaps(records)
+        readings = [(record.output, record.temperature) for record in records]
+        whole = [[own[at] for own in pair] for pair, at in zip(readings, source, strict=True)]
+        output, temperature = map(np.array, zip(*whole, strict=True))
+        plan = cls._of(records, shared, output, temperature)
+        return plan._replace(there=tuple(there[:, mask] for mask in plan.masks), source=source)
+
+    @classmethod
+    def _of(
+        cls,
+        records: Sequence[TumbleRecord],
+        shared: TumbleRecord,
+        output: Array,
+        temperature: Array,
+    ) -> OnePlan:
+        masks = tuple(shared.table_masks())
         temperatures = tuple(_of_table(temperature, mask) for mask in masks)
         levels = np.stack([level_of(t) for t in temperatures], axis=1)
         outputs = tuple(_of_table(output, mask) for mask in masks)
         recorded = tuple(map(_without_gaps, temperatures, levels.T))
-        runs = tuple(int(records[0].run[mask.argmax()]) for mask in masks)
-        return cls(records, outputs, temperatures, recorded, levels, masks, runs)
+        runs = tuple(int(shared.run[mask.argmax()]) for mask in masks)
+        return cls(records, outputs, temperatures, recorded, levels, masks, runs, shared)
 
     def references(self, given: float | None = None) -> Array:
         """T0 of each record, shape (R,), see `reference_temperature_of`; NaN where unknown."""
@@ -128,9 +173,15 @@ class OnePlan(NamedTuple):
         return np.stack([level_of(np.concatenate(tables[i], axis=1)) for i in sorted(tables)], 1)
 
     def of_records(self, places: Places) -> OnePlan:
-        """Return some of the records."""
+        """Return some of the records; one alone has no gaps."""
+        records = [self.records[i] for i in places.tolist()]
+        if self.there is not None and len(records) == 1:
+            return OnePlan.of(records)
         return self._replace(
-            records=[self.records[i] for i in places.tolist()],
+            records=records,
+            shared=records[0] if self.there is None else self.shared,
+            there=self.there and tuple(own[places] for own in self.there),
+            source=None if self.source is None else self.source[places],
             outputs=tuple(y[places] for y in self.outputs),
             temperatures=tuple(t[places] for t in self.temperatures),
             recorded=tuple(t[places] for t in self.recorded),
@@ -184,12 +235,15 @@ def _without_gaps(temperature: Array, level: Array) -> Array:
     return temperature if known.all() else np.where(known, temperature, level[:, None])
 
 
-def plans_of(records: Sequence[TumbleRecord], delta0: float | None) -> list[tuple[Places, OnePlan]]:
+def plans_of(
+    records: Sequence[TumbleRecord], delta0: float | None, *, gaps: bool = False
+) -> list[tuple[Places, OnePlan]]:
     """Group records that can be calibrated together, with the fixture angle of all [rad].
 
     None is the one that each record declares. A plan comes with the places of its records; those of
     many records come in parts of two thousand. A record is alone where its readings are none of an
-    accelerometer, so that it harms no other, or have a say in their weights.
+    accelerometer, so that it harms no other, or have a say in their weights. With `gaps`, those
+    that nearly have one plan are together too, see `beside_gaps`.
 
     Notes
     -----
@@ -198,15 +252,38 @@ def plans_of(records: Sequence[TumbleRecord], delta0: float | None) -> list[tupl
     """
     found = []
     records = list(_at_positions(records, delta0))
-    for places in places_of_equals(_plan_keys(records, delta0)):
-        whole = OnePlan.of([records[i] for i in places])
+    for places, whole in _groups(records, delta0, gaps=gaps):
+        most = whole.at_a_time
         keys = zip(whole.can_be_stacked().tolist(), _level_keys(whole.levels), places, strict=True)
         for own in places_of_equals(key if good else place for good, key, place in keys):
-            for start in range(0, len(own), _AT_A_TIME):
-                rows = np.array(own[start : start + _AT_A_TIME])
+            for start in range(0, len(own), most):
+                rows = np.array(own[start : start + most])
                 part = whole if len(rows) == len(places) else whole.of_records(rows)
                 found.append((np.array(places)[rows], part))
     return found
+
+
+def _groups(
+    records: Sequence[TumbleRecord], delta0: float | None, *, gaps: bool
+) -> Iterator[tuple[list[int], OnePlan]]:
+    """Places of the records of each plan, then of those that lack readings, and their stacks."""
+    lone: list[int] = []
+    for places in places_of_equals(_plan_keys(records, delta0)):
+        if gaps and len(places) == 1:
+            lone += places
+        else:
+            yield places, OnePlan.of([records[i] for i in places])
+    keys = ((beside_gaps(records[i]) or i, *_declared(records[i], delta0)) for i in lone)
+    for same in places_of_equals(keys):
+        own = [records[lone[i]] for i in same]
+        stacked = OnePlan.of(own) if len(own) == 1 else OnePlan.with_gaps(own)
+        yield [lone[i] for i in same], stacked
+
+
+def _declared(record: TumbleRecord, delta0: float | None) -> Sequence[Hashable]:
+    """What is declared of two records of one plan alike."""
+    fixture = declared_fixture_angle(record) if delta0 is None else None
+    return len(record.run_labels), record.apparatus, record.unit, fixture
 
 
 def _at_positions(records: Sequence[TumbleRecord], delta0: float | None) -> Iterator[TumbleRecord]:
@@ -233,13 +310,7 @@ def _plan_keys(records: Sequence[TumbleRecord], delta0: float | None) -> Iterato
         if not (before and all(map(is_, arrays, before))):
             before = arrays
             content = tuple(None if a is None else (a.dtype, a.tobytes()) for a in arrays)
-        yield (
-            content,
-            len(record.run_labels),
-            record.apparatus,
-            record.unit,
-            declared_fixture_angle(record) if delta0 is None else None,
-        )
+        yield content, *_declared(record, delta0)
 
 
 def _level_keys(levels: Array) -> list[bytes]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,7 +24,6 @@ from accelcal.gates.record import RecordStack, gates_of_records
 from accelcal.gates.stack import TableStack, of_one_plan
 from accelcal.gates.table import gates_of_stack
 from accelcal.gates.verdict import GateStack
-from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import fixture_angle
 from accelcal.results.calibration import Calibration
@@ -80,6 +79,9 @@ class CalibrationStack:
 
     def one(self, record: int) -> Calibration:
         """Return the calibration of one record."""
+        if self.plan.there is not None:
+            alone = self.plan.of_records(np.array([record]))
+            return calibration_stack(alone, self.options).one(0)
         return calibration_of_record(self, record)
 
     def tables_of(self, record: int) -> list[PreparedTable]:
@@ -212,11 +214,12 @@ class CalibrationStack:
     def _table_stack(self, places: Sequence[int]) -> TableStack:
         """Tables of one plan in all records, table after table."""
         noises = [self.estimate.noises[t] for t in places]
-        scatter = [median(self.tables[t].scatter) for t in places]
+        scatter = [self.tables[t].usual_scatter for t in places]
         # `line` below must not hold self: self keeps its gates, and they keep `line`. Such a circle
         # would stay in memory until the garbage collector comes.
         plan, count = self.plan, len(self)
         step = plan.records[0].apparatus.resolution
+        gaps = plan.there
         return TableStack(
             table=self.tables[places[0]],
             output=np.ascontiguousarray(np.concatenate([plan.outputs[t] for t in places]).T),
@@ -228,9 +231,28 @@ class CalibrationStack:
             digit=np.concatenate([self.estimate.steps[t] for t in places]),
             step=np.full(count * len(places), np.nan if step is None else step),
             time=plan.times(places),
+            there=None if gaps is None else np.concatenate([gaps[t] for t in places]),
+            alone=None if gaps is None else self._alone(places),
             line=lambda index: plan.line(places[index // count], index % count),
             delta0=self.delta0,
         )
+
+    def _alone(self, places: Sequence[int]) -> Callable[[int], TableStack]:
+        """What gives the stack of one table in one record, of tables with gaps."""
+        # neither does this hold self
+        estimate, records, count = self.estimate, self.plan.records, len(self)
+        delta0, options = self.delta0, self.options
+
+        @cache
+        def prepared(row: int) -> list[PreparedTable]:
+            return _prepared(records[row], delta0, options)
+
+        def stack(index: int) -> TableStack:
+            t, row = places[index // count], index % count
+            noise = estimate.noises[t].of_records(row)
+            return TableStack.of([prepared(row)[t]], [estimate.judged[t][row]], [noise], delta0)
+
+        return stack
 
 
 def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
@@ -252,7 +274,9 @@ def calibration_stack(plan: OnePlan, options: Options) -> CalibrationStack:
         plan = plan.at_true_angles(head, _prepared(record, delta0, options), delta0)
     given, known = plan, corrections(plan, options, delta0)
     plan = OnePlan.of([item.record for item in known]) if known else plan
-    tables = _prepared(plan.records[0], delta0, options)
+    tables = _prepared(plan.shared, delta0, options)
+    if plan.there is not None:
+        tables = list(map(PreparedTable.with_gaps, tables, plan.there))
     estimate = _estimate(plan, tables, options, delta0, known)
     at_rest, moving = _at_rest(plan, tables, estimate, options), estimate.outputs
     if any(at_rest.said):

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Mask, Places
+from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.estimate.noise import ReadingNoise, is_noise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.trend import directed, moments, trend_of
@@ -61,7 +61,7 @@ class Correlation(NamedTuple):
         """How many readings count as one in their mean, shape (R,)."""
         return np.asarray((1.0 + self.rho) / (1.0 - self.rho))
 
-    def of_records(self, records: int | slice) -> Correlation:
+    def of_records(self, records: int | slice | Places) -> Correlation:
         """Return that of some records of a stack, or of one alone."""
         return Correlation(self.rho[records], self.uncertainty[records])
 
@@ -74,7 +74,7 @@ class Correlation(NamedTuple):
         ----------
         table : PreparedTable
             The table of n readings.
-        through : ndarray, shape (p, n)
+        through : ndarray, shape (p, n), or (R, p, n) where the records have gaps of their own
             What errors of the readings, over their declared scatter, do to p estimates.
         noise : ReadingNoise
             Noise of the table, as of independent readings.
@@ -91,12 +91,27 @@ class Correlation(NamedTuple):
         dof : ndarray, shape (C, p)
             Its degrees of freedom, by the uncertainty of noise and correlation.
         """
-        rho, uncertainty = (each[self.counts] for each in self)
-        plan = _neighbours(table)
+        rows = np.flatnonzero(self.counts)
+        if through.ndim == 2:
+            plan = _neighbours(table)
+            return self.of_records(rows)._beside(plan, through, noise.of_records(rows), own, dof)
+        whole, free = own.copy(), dof.copy()
+        for at, row in enumerate(rows.tolist()):
+            one, each = slice(at, at + 1), slice(row, row + 1)
+            there, plan = np.isfinite(table.scatter[row]), _alone(table, row)
+            part = through[row][:, there], noise.of_records(each), own[one], dof[one]
+            whole[one], free[one] = self.of_records(each)._beside(plan, *part)
+        return whole, free
+
+    def _beside(
+        self, plan: _Neighbours, through: Array, noise: ReadingNoise, own: Array, dof: Array
+    ) -> tuple[Array, Array]:
+        """The same in records that are all correlated."""
+        rho, uncertainty = self
         rows = through.T[plan.order]
         by_lag = _lag_products(rows.tobytes(), len(rows))
-        alone = noise.factor[self.counts] ** 2
-        shrunk = np.strings.startswith(noise.source[self.counts], "replicates")
+        alone = noise.factor**2
+        shrunk = np.strings.startswith(noise.source, "replicates")
 
         def at(rho: Array) -> Array:
             left = np.where(shrunk, polynomial(plan.pure, rho), 1.0)
@@ -133,28 +148,44 @@ def correlation(
        Biometrika 37 (1950) 409-428.
     """
     plans = [_neighbours(table) for table in tables]
-    dof = np.array([plan.dof for plan in plans])
-    if dof.sum() < _LEAST:
+    dof = np.array([np.atleast_1d(plan.dof) for plan in plans])  # (tables, 1), or (tables, R)
+    enough = dof.sum(axis=0) >= _LEAST
+    if not enough.any():
         nothing = np.zeros(len(outputs[0]))
         return Correlation(nothing, nothing)
-    weight = dof / dof.sum()
-    shown = weight @ list(map(_Neighbours.shown, plans, outputs, steps))
-    curve = weight @ [plan.expected for plan in plans]
-    variance = np.full(shown.size, weight**2 @ [plan.variance for plan in plans])
-    some = np.flatnonzero(shown - curve[0] > _SIGNIFICANT * np.sqrt(variance))
+    weight = dof / dof.sum(axis=0)
+    shown = (weight * list(map(_Neighbours.shown, plans, outputs, steps))).sum(axis=0)
+    curve = (weight[:, None] * [plan.expected.reshape(_RHO.size, -1) for plan in plans]).sum(axis=0)
+    own = (weight**2 * [np.atleast_1d(plan.variance) for plan in plans]).sum(axis=0)
+    variance = own + np.zeros(shown.size)
+    some = np.flatnonzero(enough & (shown - curve[0] > _SIGNIFICANT * np.sqrt(variance)))
     if some.size:
-        pairs = zip(plans, outputs, strict=True)
-        variance[some] = weight**2 @ [plan.uneven_variance(y[some]) for plan, y in pairs]
+        pairs = zip(tables, outputs, strict=True)
+        uneven = [_uneven_variance(table, y, some) for table, y in pairs]
+        of_some = weight[:, some] if weight.shape[1] > 1 else weight
+        variance[some] = (of_some**2 * uneven).sum(axis=0)
     spread = np.sqrt(variance)
-    rho = np.where(shown - curve[0] > _SIGNIFICANT * spread, np.interp(shown, curve, _RHO), 0.0)
-    slope = np.interp(rho, _RHO, np.gradient(curve, _RHO))
+    clear = enough & (shown - curve[0] > _SIGNIFICANT * spread)
+    rho = np.where(clear, _along(shown, curve, _RHO), 0.0)
+    slope = _along(rho, _RHO, np.gradient(curve, _RHO, axis=0))
     # Beside a correlation the ratio scatters less, but not as little as 1 - rho^2 would make it: in
     # simulations of 27 to 162 readings 0.9 to 1.2 times of what stands here.
     return Correlation(rho, spread * np.sqrt(1.0 - rho**2 / 2.0) / slope)
 
 
+def _along(values: Array, x: Array, y: Array) -> Array:
+    """Interpolate at values of shape (R,), by a curve of shape (G, 1), or (G, R) of each."""
+    if max(x.size, y.size) == _RHO.size:
+        return np.interp(values, x.ravel(), y.ravel())
+    curves = (np.broadcast_to(each.T, (values.size, _RHO.size)) for each in (x, y))
+    return np.array([np.interp(*own) for own in zip(values, *curves, strict=True)])
+
+
 class _Neighbours(NamedTuple):
     """What the residuals of neighbours in a table of n readings tell of their correlation.
+
+    Where R records have gaps of their own, all begin with an axis of them, `expected` ends with it,
+    and the order ends with the gaps, whose precision is 0.
 
     Attributes
     ----------
@@ -181,9 +212,9 @@ class _Neighbours(NamedTuple):
     precision: Array
     positions: Grouped
     taken: Array = np.zeros((0, 0))
-    dof: float = 0.0
+    dof: Any = 0.0
     expected: Array = np.zeros(_RHO.size)
-    variance: float = 0.0
+    variance: Any = 0.0
     pure: Array = np.ones(1)
 
     def shown(self, output: Array, step: Array) -> Array:
@@ -191,7 +222,7 @@ class _Neighbours(NamedTuple):
 
         Where these are no larger than rounding makes them, what independent readings give.
         """
-        if not self.dof:
+        if not np.any(self.dof):
             return np.zeros(len(output))
         residual = self._residual(output)
         products = np.einsum("nr,nr->r", residual[1:], residual[:-1])
@@ -212,57 +243,94 @@ class _Neighbours(NamedTuple):
 
     def _residual(self, output: Array) -> Array:
         """What means and drift leave of the readings in the order of time, shape (n, R)."""
+        if self.order.ndim == 2:
+            own = np.take_along_axis(output, self.order, axis=1) * self.precision
+            return np.asarray(own - (self.taken @ (self.taken.mT @ own[..., None]))[..., 0]).T
         own = output.T[self.order] * self.precision[:, None]
         return np.asarray(own - multiply(self.taken, multiply(self.taken.T, own)))
+
+
+def _uneven_variance(table: PreparedTable, output: Array, rows: Places) -> Array:
+    """See `_Neighbours.uneven_variance`, of some of R records."""
+    if table.scatter.ndim == 1:
+        return _neighbours(table).uneven_variance(output[rows])
+    there = np.isfinite(table.scatter)
+    own = (_alone(table, i).uneven_variance(output[i : i + 1, there[i]]) for i in rows.tolist())
+    return np.concatenate(list(own))
 
 
 def _neighbours(table: PreparedTable) -> _Neighbours:
     record = table.record
     arrays = record.angle, table.head, record.stroke, table.scatter
+    if table.scatter.ndim == 2:
+        return _told(*arrays)
     return _found(*(each.tobytes() for each in arrays))
+
+
+def _alone(table: PreparedTable, place: int) -> _Neighbours:
+    """That of one of several records that have gaps of their own."""
+    record, there = table.record, np.isfinite(table.scatter[place])
+    arrays = record.angle, table.head, record.stroke, table.scatter[place]
+    return _found(*(each[there].tobytes() for each in arrays))
 
 
 @lru_cache(maxsize=16)
 def _found(angle: bytes, head: bytes, stroke: bytes, scatter: bytes) -> _Neighbours:
     at, on_head, spread = (np.frombuffer(each) for each in (angle, head, scatter))
-    number, n = np.frombuffer(stroke, dtype=np.int64), at.size
-    moment = moments(at, number, None)
-    order = np.argsort(moment[0], kind="stable")
-    precision, direction = 1.0 / spread[order], directed(at, number)
-    known = _Neighbours(order, precision, grouped(on_head[order]))
+    return _told(at, on_head, np.frombuffer(stroke, dtype=np.int64), spread)
+
+
+def _told(angle: Array, head: Array, stroke: Ints, scatter: Array) -> _Neighbours:
+    moment, there = moments(angle, stroke, None), np.isfinite(scatter)
+    first = np.argsort(moment[0], kind="stable")
+    # those that are there come first, in the order of time
+    order = np.take(first, np.argsort(~there[..., first], axis=-1, kind="stable"))
+    precision = 1.0 / np.take_along_axis(scatter, order, axis=-1)
+    direction = directed(angle, stroke)
+    known = _Neighbours(order, precision, grouped(head[first]))
+    n, number = angle.size, there.sum(axis=-1)
     if n * distinct(direction).size > _MOST:
         return known
-    cells, positions = (_means(keys[order], precision) for keys in (direction, on_head))
-    trend = trend_of(at, number, moment, cells.shape[1]).columns[0][order] * precision[:, None]
-    taken = np.hstack([cells, _orthonormal(trend - cells @ (cells.T @ trend))])
-    pure, dof = _of_rest(positions) / max(n - positions.shape[1], 1), n - taken.shape[1]
-    if dof < 2:  # the ratio of a single one is the same whatever the readings are
+    cells, positions = (_means(keys, order, precision) for keys in (direction, head))
+    # what is missing is put at the first reading, so that first and last stay what they are
+    within = np.where(there, moment, moment[0][order[..., :1]])
+    trend = trend_of(angle, stroke, within, cells.shape[-1]).columns
+    trend = np.take_along_axis(trend, order.reshape(-1, n, 1), axis=1).reshape(*order.shape, -1)
+    trend = trend * precision[..., None]
+    more = _orthonormal(trend - cells @ (cells.mT @ trend), number)
+    taken = np.concatenate([cells, more], axis=-1)
+    rest = np.maximum(number - positions.shape[-1], 1)[..., None]
+    pure, dof = _of_rest(positions, number) / rest, number - (taken**2).sum(axis=(-2, -1)).round()
+    if (dof < 2).any():  # the ratio of a single one is the same whatever the readings are
         return known._replace(pure=pure)
-    found = neighbours(taken, np.zeros(n, dtype=np.int64), n)
-    expected = polynomial(found.products, _RHO) / polynomial(found.squares, _RHO)
+    ordered = np.take_along_axis(there, order, axis=-1)
+    found = neighbours(taken, np.zeros(n, dtype=np.int64), n, ordered)
+    expected = polynomial(found.products.T, _RHO) / polynomial(found.squares.T, _RHO)
     variance = found.of_ratio(expected[0])
     return known._replace(taken=taken, dof=dof, expected=expected, variance=variance, pure=pure)
 
 
-def _means(keys: NDArray[Any], precision: Array) -> Array:
+def _means(keys: NDArray[Any], order: Places, precision: Array) -> Array:
     """Orthonormal columns of the means of the readings of each key, in units of their noise."""
     key, cell, _ = grouped(keys)
-    columns = np.equal.outer(cell, np.arange(key.size)) * precision[:, None]
-    return np.asarray(columns / np.sqrt((columns**2).sum(axis=0)))
+    columns = np.equal.outer(cell, np.arange(key.size))[order] * precision[..., None]
+    return np.asarray(columns / np.sqrt((columns**2).sum(axis=-2, keepdims=True)))
 
 
-def _orthonormal(columns: Array) -> Array:
+def _orthonormal(columns: Array, number: Any) -> Array:
+    """Orthonormal columns, zero where there are fewer, for so many readings."""
     basis, size, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(basis[:, size > _ROUNDING * np.sqrt(len(columns))])
+    told = size > _ROUNDING * np.sqrt(number)[..., None]
+    return np.asarray(np.where(told[..., None, :], basis, 0.0))
 
 
 # -- matrices along their diagonals, see `accelcal.numerics.lag_sums` -----------------------------
 
 
-def _of_rest(basis: Array) -> Array:
-    """Of 1 - basis @ basis.T."""
+def _of_rest(basis: Array, number: Any) -> Array:
+    """Of 1 - basis @ basis.T, for so many readings."""
     found = -sums_by_lag(basis, basis)
-    found[0] += len(basis)
+    found[..., 0] += number
     return found
 
 

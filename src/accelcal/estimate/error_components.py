@@ -33,7 +33,7 @@ class Errors(NamedTuple):
     ----------
     estimators : sequence of LinearEstimator
         What takes the readings of each table to coefficients, P in all; all records have them
-        alike.
+        alike, but for gaps of their own.
     fitted : list of ndarray, shape (R, 6)
         Least-squares coefficients of each table.
     noises : list of ReadingNoise
@@ -73,10 +73,10 @@ class Errors(NamedTuple):
         dof = self._per_coefficient(np.stack([n.dof for n in self.noises], axis=1))
         noises = zip(self.noises, self.uneven, strict=True)
         for e, (noise, uneven), part in zip(self.estimators, noises, self._parts(), strict=True):
-            spread = e.map * e.table.scatter
-            own = noise.factor[:, None, None] ** 2 * (spread @ spread.T)
+            spread = e.map * np.nan_to_num(e.table.scatter, posinf=0.0)[..., None, :]
+            own = noise.factor[:, None, None] ** 2 * (spread @ spread.mT)
             if uneven.differs.any():
-                through = e.table.at_head.products(e.map.T, e.map.T)
+                through = e.table.at_head.products(e.map.mT, e.map.mT)
                 own[uneven.differs], dof[uneven.differs, part] = uneven.noise(through)
             if (some := self.correlation.counts).any():
                 alone = own[some], dof[some, part]
@@ -126,9 +126,9 @@ class Errors(NamedTuple):
             return {}
         whole = np.zeros((len(self.influence), *2 * self.influence.shape[1:2]))
         for e, (common, own), part in zip(self.estimators, left, self._parts(), strict=True):
-            means = e.table.at_head.sums(e.map.T).T
-            whole[:, part, part] += common[:, None, None] ** 2 * (means @ means.T)
-            whole[:, part, part] += own[:, None, None] ** 2 * (e.map @ e.map.T)
+            means = e.table.at_head.sums(e.map.mT).mT
+            whole[:, part, part] += common[:, None, None] ** 2 * (means @ means.mT)
+            whole[:, part, part] += own[:, None, None] ** 2 * (e.map @ e.map.mT)
         return {"resolution": Component(whole, np.full(whole.shape[:2], np.inf))}
 
     def _edges(self) -> list[int]:
@@ -162,7 +162,9 @@ def influence_of_head(
 def _influence(estimator: LinearEstimator, coefficients: Array, positions: Array) -> Array:
     """What errors of the positions do to the coefficients of one table, shape (R, p, J)."""
     table = estimator.table
-    acting = table.at_head.products(estimator.map.T, table.angular)
-    by_coefficient = np.zeros((positions.size, *acting.shape[1:]))
-    by_coefficient[np.searchsorted(positions, table.at_head.key)] = acting
-    return np.asarray(np.tensordot(coefficients, by_coefficient.T, axes=1))
+    acting = table.at_head.products(estimator.map.mT, table.angular)
+    by_coefficient = np.zeros((*acting.shape[:-3], positions.size, *acting.shape[-2:]))
+    by_coefficient[..., np.searchsorted(positions, table.at_head.key), :, :] = acting
+    if by_coefficient.ndim == 3:
+        return np.asarray(np.tensordot(coefficients, by_coefficient.T, axes=1))
+    return np.asarray(np.einsum("rc,rjpc->rpj", coefficients, by_coefficient))

@@ -92,20 +92,23 @@ def lack_of_fit(
         # the contrasts are blind to the fit; without it, more digits of the rest are kept
         readings.append(own.of_readings(y - k @ table.design.T) / noise.factor[:, None])
     if root is None and _are_many(means) and not np.isnan(whole).any():
-        number = sum(own.places.size - own.model.shape[1] for own in means)
+        number = sum(own.places.size - own.model.shape[-1] for own in means)
         return ManyPositions.of(positions, number, [own.model for own in means], rates, readings)
     free = [own.free() for own in means]
     seen = [left * rate[:, None, :] for left, rate in zip(free, rates, strict=True)]
     shown = np.concatenate(seen, axis=1)
     shown = shown if root is None else shown @ root
-    told = [y @ left.T for y, left in zip(readings, free, strict=True)]
+    told = [
+        y @ left.T if left.ndim == 2 else np.einsum("rj,rfj->rf", y, left)
+        for y, left in zip(readings, free, strict=True)
+    ]
     return _contrasts(positions, shown, np.concatenate(told, axis=1), whole)
 
 
 def _are_many(means: Sequence[PositionMeans]) -> bool:
     """Tell positions of which contrasts would take too much to work out each."""
-    coefficients = sum(own.model.shape[1] for own in means)
-    return bool(means[0].norms.size > max(_MANY, coefficients))
+    coefficients = sum(own.model.shape[-1] for own in means)
+    return bool(means[0].norms.shape[-1] > max(_MANY, coefficients))
 
 
 def _contrasts(positions: Array, seen: Array, readings: Array, whole: Array) -> LackOfFit:
@@ -232,15 +235,16 @@ class PositionMeans(NamedTuple):
         Positions of the table among the J of all.
     at_head : Grouped
         The readings of the table by its positions.
-    weight : ndarray, shape (n,)
-        Inverse variances of the readings.
-    norms : ndarray, shape (J,)
+    weight : ndarray, shape (..., n)
+        Inverse variances of the readings; all but `rate` begin with the records where these have
+        gaps of their own.
+    norms : ndarray, shape (..., J)
         Inverse uncertainty of the mean at each position.
-    model : ndarray, shape (J, p)
+    model : ndarray, shape (..., J, p)
         Orthonormal columns of the model.
     rate : ndarray, shape (J, 6)
         Derivative of the design by the angle [1/rad].
-    largest : ndarray, shape (J,)
+    largest : ndarray, shape (..., J)
         Inverse scatter of the surest reading.
     """
 
@@ -260,28 +264,30 @@ class PositionMeans(NamedTuple):
         order = at_head.order
 
         def all_over(values: Array) -> Array:
-            whole = np.zeros((positions.size, *values.shape[1:]))
-            whole[places] = values
+            whole = np.zeros((*values.shape[:-2], positions.size, values.shape[-1]))
+            whole[..., places, :] = values
             return whole
 
         weight = table.scatter**-2.0
-        norms = np.sqrt(at_head.sums(weight[:, None]))
-        basis = at_head.sums(table.least_squares.basis, 1.0 / table.scatter)
+        norms = np.sqrt(at_head.sums(weight[..., None]))
+        basis = at_head.sums(table.least_squares.basis / table.scatter[..., None])
         model = np.linalg.qr(basis / norms)[0]
-        rate, largest = table.angular[order[first]], np.maximum.reduceat(weight[order], first)
-        found = (norms[:, 0], model, rate, np.sqrt(largest))
-        return cls(places, at_head, weight, *map(all_over, found))
+        largest = np.sqrt(np.maximum.reduceat(weight[..., order], first, axis=-1))
+        found = map(all_over, (norms, model, table.angular[order[first]], largest[..., None]))
+        norms, model, rate, largest = found
+        return cls(places, at_head, weight, norms[..., 0], model, rate, largest[..., 0])
 
     def of_readings(self, y: Array) -> Array:
         """Means of readings of shape (R, n), shape (R, J)."""
-        means = np.zeros((len(y), self.norms.size))
-        sums = self.at_head.sums(y.T, self.weight)
-        means[:, self.places] = sums.T / self.norms[self.places]
+        means = np.zeros((len(y), self.norms.shape[-1]))
+        sums = self.at_head.weighted_sums(y, self.weight)
+        means[:, self.places] = sums / self.norms[..., self.places]
         return means
 
     def free(self) -> Array:
-        """Orthonormal contrasts of the means that no coefficient absorbs, shape (f, J)."""
-        model = self.model[self.places]
-        free = np.zeros((len(model) - model.shape[1], self.norms.size))
-        free[:, self.places] = np.linalg.qr(model, mode="complete")[0][:, model.shape[1] :].T
+        """Orthonormal contrasts of the means that no coefficient absorbs, shape (..., f, J)."""
+        model = self.model[..., self.places, :]
+        *records, own, p = model.shape
+        free = np.zeros((*records, own - p, self.norms.shape[-1]))
+        free[..., self.places] = np.linalg.qr(model, mode="complete")[0][..., p:].mT
         return free

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from accelcal.apparatus import Apparatus
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Places
 from accelcal.estimate.contrasts import LackOfFit
 from accelcal.estimate.correlated_noise import Correlation, correlation
 from accelcal.estimate.error_components import Errors, influence_of_head
@@ -51,7 +51,7 @@ class JointEstimate(NamedTuple):
     judged : tuple of ndarray, shape (..., 6)
         Those of plain least squares, from the readings as they are, whatever the method.
     residuals : tuple of ndarray, shape (..., n)
-        Reading minus model, for each reading of each table [output unit].
+        Reading minus model, for each reading of each table, NaN at a gap [output unit].
     noises : tuple of ReadingNoise
         Reading noise of each table.
     uneven : tuple of UnevenNoise
@@ -104,15 +104,21 @@ class JointEstimate(NamedTuple):
         """Return the place of one coefficient of a table among those of all tables."""
         return int(self.part(table).start) + self.names[table].index(name)
 
-    def dof(self, table: int) -> int:
-        """Degrees of freedom of the residuals of one table."""
-        return int(self.residuals[table].shape[-1]) - len(self.names[table])
+    def readings(self, table: int) -> Places:
+        """How many readings one table has, shape (...)."""
+        return np.asarray((~np.isnan(self.residuals[table])).sum(axis=-1))
+
+    def dof(self, table: int) -> Places:
+        """Degrees of freedom of the residuals of one table, shape (...)."""
+        return self.readings(table) - len(self.names[table])
 
     def residual_rms(self, table: int) -> Array:
         """Root of the sum of squares over `dof` of one table, 0 where that is 0, shape (...)."""
         residual, dof = self.residuals[table], self.dof(table)
+        if np.isnan(residual).any():
+            residual = np.nan_to_num(residual)
         squares = np.einsum("...n,...n->...", residual, residual)
-        return np.asarray(np.sqrt(squares / (dof if dof > 0 else np.inf)))
+        return np.asarray(np.sqrt(squares / np.where(dof > 0, dof, np.inf)))
 
     def of_records(self, records: int | slice) -> JointEstimate:
         """Return that of some records of a stack, or of one alone, whose place takes the axis away.
@@ -214,9 +220,7 @@ def estimate_stack(
         stands_for=tuple(estimator.stands_for for estimator in estimators),
         coefficients=tuple(coefficients),
         judged=tuple(_by_least_squares(tables, outputs) if robust else errors.fitted),
-        residuals=tuple(
-            y - k @ t.design.T for t, y, k in zip(tables, outputs, coefficients, strict=True)
-        ),
+        residuals=tuple(map(_residuals, tables, outputs, coefficients)),
         noises=tuple(errors.noises),
         uneven=tuple(errors.uneven),
         correlation=errors.correlation,
@@ -234,6 +238,11 @@ def estimate_stack(
         },
         alike=errors.shifts({n: s.alike() for n, s in shifts.items() if s.source == "estimated"}),
     )
+
+
+def _residuals(table: PreparedTable, output: Array, coefficients: Array) -> Array:
+    left = output - coefficients @ table.design.T
+    return left if table.scatter.ndim == 1 else np.where(np.isinf(table.scatter), np.nan, left)
 
 
 def _readings(table: PreparedTable, output: Array, robust: bool) -> Array:

@@ -31,7 +31,7 @@ class LinearEstimator(NamedTuple):
 
     table: PreparedTable  # of n readings
     names: tuple[str, ...]  # the p coefficients that are estimated
-    map: Array  # the estimator, shape (p, n)
+    map: Array  # the estimator, shape (p, n), or (R, p, n) of R records with gaps of their own
     solve: Callable[[Array], Array]  # the same, of readings (..., n), with less rounding error
     stands_for: Mapping[str, str]  # what an estimate tells, where it is not the coefficient alone
 

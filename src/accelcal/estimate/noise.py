@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accelcal.arrays import Array, Mask
+from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.pure_error import FEW, Scatter, pure_error
 from accelcal.estimate.tables import PreparedTable
 from accelcal.numerics.probability import f_exceeds
@@ -77,13 +77,13 @@ class ReadingNoise(NamedTuple):
     shortfall: Any = np.nan
 
     @classmethod
-    def of(cls, factor: Array, dof: float, source: str) -> ReadingNoise:
+    def of(cls, factor: Array, dof: Any, source: str) -> ReadingNoise:
         """Noise that is known in the same way in all records."""
         like = np.zeros_like(factor)
         untold = like + np.nan
         return cls(factor, like + dof, np.full(factor.shape, source), untold, untold)
 
-    def of_records(self, records: int | slice) -> ReadingNoise:
+    def of_records(self, records: int | slice | Places) -> ReadingNoise:
         """Return that of some records of a stack, or of one alone."""
         return ReadingNoise(*(part[records] for part in self))
 
@@ -98,7 +98,7 @@ class ReadingNoise(NamedTuple):
         Residuals hold their rounding errors already.
         """
         common, own = self.rounding(table, step)
-        readings = table.head.size / table.at_head.key.size
+        readings = table.readings / table.at_head.key.size
         more = np.hypot(own, common * readings**0.5) / table.scatter.min()
         untold = self.source != "residuals"
         return self._replace(factor=np.hypot(self.factor, untold * more))
@@ -134,7 +134,7 @@ def noise_of_stack(tables: Sequence[PreparedTable], outputs: Sequence[Array]) ->
     return [
         _declared(own, table.scatter_dof, _last_digit(y) / table.scatter.min())
         if table.scatter_dof is not None
-        else _of_readings(y, *((own, "replicates") if own.dof >= FEW else of_all))
+        else _of_readings(y, *((own, "replicates") if np.all(own.dof >= FEW) else of_all))
         for table, y, own in zip(tables, outputs, pure, strict=True)
     ]
 
@@ -144,7 +144,7 @@ def _of_all_tables(
 ) -> tuple[Scatter, str]:
     """What a table with too few replicates takes: the scatter of all, else that of residuals."""
     pooled = Scatter.pooled(pure)
-    if pooled.dof >= FEW:
+    if np.all(pooled.dof >= FEW):
         return pooled, "replicates of all tables"
     residual = Scatter.pooled(map(_residual_scatter, tables, outputs))
     return residual, "residuals" if residual.dof >= 1 else "none"

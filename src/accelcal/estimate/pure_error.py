@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,12 +18,12 @@ class Scatter(NamedTuple):
     """Sums of squares in units of the declared scatter, shape (R,), with their dof."""
 
     squares: Array
-    dof: float
+    dof: Any  # float, or ndarray of shape (R,)
 
     @property
     def variance(self) -> Array:
         """Mean square."""
-        return self.squares / self.dof
+        return np.asarray(self.squares / self.dof)
 
     @classmethod
     def pooled(cls, scatters: Iterable[Scatter]) -> Scatter:
@@ -37,7 +37,8 @@ class Scatter(NamedTuple):
 def pure_error(output: Array, size: Array, positions: Grouped) -> Scatter:
     """Scatter of replicates about their weighted means, in R records, shape (R, n) [output unit].
 
-    It counts in units of the declared standard uncertainties, shape (n,), which may be ones.
+    It counts in units of the declared standard uncertainties, shape (n,), which may be ones; of
+    shape (R, n) they are infinite where a record has no reading.
 
     Examples
     --------
@@ -46,7 +47,7 @@ def pure_error(output: Array, size: Array, positions: Grouped) -> Scatter:
     Scatter(squares=array([2.]), dof=1.0)
     """
     weight = size**-2.0
-    means = positions.sums(output.T, weight) / positions.sums(weight[:, None])
-    apart = (output - means.T[:, positions.cell]) / size
-    dof = float(positions.cell.size - positions.key.size)
+    means = positions.weighted_sums(output, weight) / positions.sums(weight[..., None])[..., 0]
+    apart = (output - means[:, positions.cell]) / size
+    dof = np.isfinite(size).sum(axis=-1) - float(positions.key.size)
     return Scatter(np.einsum("rn,rn->r", apart, apart), dof)

@@ -298,6 +298,45 @@ class LeastSquares:
         return np.asarray(np.linalg.solve(self._triangle, right.T).T)
 
 
+class WithGaps(NamedTuple):
+    """Least squares of T tables of one design with gaps of their own, as `LeastSquares` has it.
+
+    Attributes
+    ----------
+    whole : LeastSquares
+        That of a table without gaps.
+    weight : ndarray, shape (T, n)
+        One for each observation, zero at a gap.
+    map : ndarray, shape (T, p, n)
+        The estimators as matrices.
+    basis : ndarray, shape (T, n, p)
+        Orthonormal bases of the column spaces of the weighted matrices.
+    """
+
+    whole: LeastSquares
+    weight: Array
+    map: Array
+    basis: Array
+
+    @classmethod
+    def of(cls, matrix: ArrayLike, there: Mask) -> WithGaps:
+        """Make ready for the observations that are there, shape (T, n), of a design as there."""
+        whole, weight = LeastSquares(matrix), there.astype(np.float64)
+        rows = weight[..., None] * whole.basis
+        triangle = np.linalg.cholesky(rows.mT @ rows).mT
+        basis = np.linalg.solve(triangle.mT, rows.mT).mT
+        back = whole.map @ whole.basis @ np.linalg.inv(triangle)
+        return cls(whole, weight, back @ basis.mT, basis)
+
+    def solve(self, y: Array) -> Array:
+        """Coefficients of the tables, shape (T, p)."""
+        return self.fit(y).coefficients
+
+    def fit(self, y: Array) -> Solution:
+        """Least squares of observations of shape (T, n), of any value at gaps."""
+        return self.whole.fit(y, self.weight)
+
+
 def _determined(normal: Array) -> Mask:
     """Tell which normal equations, shape (T, p, p), are not singular."""
     root = np.sqrt(np.linalg.diagonal(normal))

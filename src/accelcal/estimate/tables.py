@@ -12,12 +12,12 @@ from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
 from accelcal.estimate.declared_scatter import declared_scatter
 from accelcal.estimate.estimability import Estimability, estimability
-from accelcal.estimate.solver import LeastSquares
+from accelcal.estimate.solver import LeastSquares, WithGaps
 from accelcal.geometry import Acceleration, accelerations
 from accelcal.head_angles import head_positions
 from accelcal.model import COEFFICIENTS, design_matrix
 from accelcal.numerics.grouping import Grouped, grouped
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.sorting import distinct, median
 from accelcal.record import TumbleRecord
 
 
@@ -36,15 +36,16 @@ class PreparedTable(NamedTuple):
         Head position of each reading: the angle within one turn [deg].
     at_head : Grouped
         The readings by head position.
-    scatter : ndarray, shape (n,)
-        Declared standard uncertainty of each reading, or ones where none is declared.
+    scatter : ndarray, shape (n,) or (R, n)
+        Declared standard uncertainty of each reading, or ones where none is declared; of R records
+        with gaps of their own infinite where one has no reading.
     scatter_dof : float or None
         Degrees of freedom of the declared scatter; None where none is declared.
     scatter_doubt : ndarray, shape (n,)
         Variance of the logarithm of its square, of each reading.
     estimability : Estimability
         What the angles determine.
-    least_squares : LeastSquares
+    least_squares : LeastSquares or WithGaps
         Weighted least squares for the coefficients that are estimated.
     """
 
@@ -57,7 +58,7 @@ class PreparedTable(NamedTuple):
     scatter_dof: float | None
     scatter_doubt: Array
     estimability: Estimability
-    least_squares: LeastSquares
+    least_squares: LeastSquares | WithGaps
 
     @property
     def mounting(self) -> str:
@@ -78,6 +79,21 @@ class PreparedTable(NamedTuple):
     def run_label(self) -> str:
         """Name of the run."""
         return self.record.run_labels[self.run]
+
+    @property
+    def readings(self) -> Any:
+        """How many there are, or ndarray of how many each record has, shape (R,)."""
+        return np.isfinite(self.scatter).sum(axis=-1)
+
+    @property
+    def usual_scatter(self) -> float:
+        """Median declared scatter of a reading, 1 where none is declared."""
+        return median(self.scatter[np.isfinite(self.scatter)])
+
+    def with_gaps(self, there: Mask) -> PreparedTable:
+        """Return the table of R records that have some of its readings only, shape (R, n)."""
+        solver = WithGaps.of(self.kept_design, there)
+        return self._replace(scatter=np.where(there, self.scatter, np.inf), least_squares=solver)
 
     def design_at(self, angle: Array, delta0: float) -> Array:
         """Design at other angles, as many or more, in the mounting of the table [deg, rad]."""

@@ -49,8 +49,7 @@ def trend_of(angle: Array, stroke: Ints, moment: Array, directions: int) -> Tren
     """
     x = _run_time(moment)
     free = angle.size - directions - FEW
-    powers = min((distinct(stroke).size - 1) // 2, _HIGHEST_POWER)
-    powers = max(0, min(powers, free))
+    powers = max(0, min(powers_of(distinct(stroke).size), free))
     whole = powers > 0 and free >= powers + 2
     th = np.radians(angle)
     return Trend(
@@ -58,6 +57,17 @@ def trend_of(angle: Array, stroke: Ints, moment: Array, directions: int) -> Tren
         scale_factor=(x * np.cos(th))[..., None][..., : int(whole)],
         angle=(x * np.sin(th))[..., None][..., : int(whole)],
     )
+
+
+def powers_of(strokes: int) -> int:
+    """How many powers of the time a drift over so many strokes has, where readings are enough.
+
+    Examples
+    --------
+    >>> [powers_of(strokes) for strokes in (2, 3, 6, 12)]
+    [0, 1, 2, 3]
+    """
+    return min((strokes - 1) // 2, _HIGHEST_POWER)
 
 
 def _run_time(moment: Array) -> Array:

@@ -42,7 +42,7 @@ class UnevenNoise(NamedTuple):
         Whether they do so at 1 %.
     variance : ndarray, shape (R, J)
         Variance of a reading.
-    dof : ndarray, shape (J,)
+    dof : ndarray, shape (J,), or (R, J) where the records have gaps of their own
         Its degrees of freedom.
     of_size : ndarray, shape (R,)
         Those of the noise of the table, where other tables tell how it differs by position;
@@ -70,16 +70,18 @@ class UnevenNoise(NamedTuple):
         """What the noise of D records that differ does to coefficients, (D, p, p), and its dof.
 
         The influence is the covariance that noise of variance 1 at one position gives, shape (J, p,
-        p). The degrees of freedom, shape (D, p), are after Welch and Satterthwaite.
+        p), or (R, J, p, p) where that is of each record. The degrees of freedom, shape (D, p), are
+        after Welch and Satterthwaite.
         """
-        own = self.variance[self.differs]
-        parts = own[:, :, None] * np.diagonal(influence, axis1=1, axis2=2)
+        own, every = self.variance[self.differs], np.broadcast_to(self.dof, self.variance.shape)
+        influence = influence if influence.ndim == 3 else influence[self.differs]
+        parts = own[:, :, None] * np.diagonal(influence, axis1=-2, axis2=-1)
         shared, dof = self.mirrored[self.differs], np.empty(parts.shape[::2])
-        together = np.einsum("djp,jc->cdp", parts[shared], self.mirrors)
-        dof[shared] = welch_satterthwaite(together, self.dof @ self.mirrors)
-        dof[~shared] = welch_satterthwaite(parts[~shared].swapaxes(0, 1), self.dof)
+        together, free = np.einsum("djp,jc->cdp", parts[shared], self.mirrors), every[self.differs]
+        dof[shared] = welch_satterthwaite(together, (free[shared] @ self.mirrors).T)
+        dof[~shared] = welch_satterthwaite(parts[~shared].swapaxes(0, 1), free[~shared].T)
         inverse = 1.0 / dof + 1.0 / self.of_size[self.differs, None]
-        return np.tensordot(own, influence, axes=1), 1.0 / inverse
+        return (own[:, :, None, None] * influence).sum(axis=1), 1.0 / inverse
 
 
 class _Scatter(NamedTuple):
@@ -91,7 +93,7 @@ class _Scatter(NamedTuple):
         What must be equal in two tables for their scatter to differ alike by position.
     squares : ndarray, shape (R, J)
         Sums of squares, in units of the noise of the table.
-    dof : ndarray, shape (J,)
+    dof : ndarray, shape (J,) or (R, J)
         Their degrees of freedom; 0 where the scatter is declared.
     is_noise : ndarray of bool, shape (R,)
         Whether it is more than rounding makes.
@@ -104,23 +106,34 @@ class _Scatter(NamedTuple):
 
     @classmethod
     def of(cls, table: PreparedTable, output: Array, noise: ReadingNoise, step: Array) -> _Scatter:
-        at, members = table.at_head, table.at_head.members
+        at = table.at_head
         kind = table.scatter_dof is None, table.mounting, at.key.tobytes()
         more = is_noise(noise.factor, step, output)
         if table.scatter_dof is not None:
-            return cls(kind, np.zeros((len(output), members.size)), np.zeros(members.size), more)
-        means = at.sums(output.T) / members[:, None]
-        apart = (output.T - means[at.cell]) / np.where(noise.factor > 0.0, noise.factor, 1.0)
-        return cls(kind, at.sums(apart**2).T, np.asarray(members - 1.0), more)
+            return cls(kind, np.zeros((len(output), at.key.size)), np.zeros(at.key.size), more)
+        there = np.isfinite(table.scatter) * 1.0
+        members = at.sums(there[..., None])[..., 0]
+        means = at.weighted_sums(output, there) / members
+        size = np.where(noise.factor > 0.0, noise.factor, 1.0)
+        apart = (output.T - means.T[at.cell]) / size
+        return cls(kind, at.weighted_sums((apart**2).T, there), members - 1.0, more)
 
     @property
-    def tells(self) -> bool:
-        """Whether it shows noise that differs by position."""
+    def tells(self) -> Mask:
+        """Where it shows noise that differs by position, shape () or (R,)."""
         return self.is_enough(FEW)
 
-    def is_enough(self, few: int) -> bool:
-        """Whether there are several variances, each with so many degrees of freedom."""
-        return bool(self.dof.size > 1 and self.dof.min() >= few)
+    def is_enough(self, few: int) -> Mask:
+        """Where there are several variances, each with so many degrees of freedom, () or (R,)."""
+        return np.asarray((self.dof.min(axis=-1) >= few) & (self.dof.shape[-1] > 1))
+
+    def or_else(self, other: _Scatter) -> _Scatter:
+        """Take another one where this tells too little."""
+        tells = self.tells
+        squares, dof = (
+            np.where(tells[..., None], a, b) for a, b in zip(self[1:3], other[1:3], strict=True)
+        )
+        return _Scatter(self.kind, squares, dof, np.where(tells, self.is_noise, other.is_noise))
 
     def together(self, mirrors: Array) -> _Scatter:
         """Add up that of positions with the same size of a_i."""
@@ -132,9 +145,11 @@ class _Scatter(NamedTuple):
 
     def differs(self, enough: int, *levels: float) -> Mask:
         """Tell which records scatter by more than chance at each level, shape (levels, R)."""
-        if not self.is_enough(enough):
+        known = self.is_enough(enough)
+        if not known.any():
             return np.zeros((len(levels), len(self.squares)), dtype=np.bool_)
-        return differ((self.squares / self.dof).T, self.dof, np.reshape(levels, (-1, 1)))
+        dof = np.maximum(self.dof, 1.0)
+        return known & differ((self.squares / dof).T, dof.T, np.reshape(levels, (-1, 1)))
 
 
 def uneven_noises(
@@ -151,7 +166,7 @@ def uneven_noises(
     Where no position differs, those with the same size of a_i are taken together.
     """
     own = list(map(_Scatter.of, tables, outputs, noises, steps))
-    told = own if all(scatter.tells for scatter in own) else _with_others(own)
+    told = own if all(scatter.tells.all() for scatter in own) else _with_others(own)
     return list(map(_uneven, tables, told, own, outputs, noises))
 
 
@@ -170,7 +185,7 @@ def _with_others(scatters: Sequence[_Scatter]) -> list[_Scatter]:
         for kind, own in kinds.items()
     }
     return [
-        own if own.tells or len(kinds[own.kind]) == 1 else together[own.kind] for own in scatters
+        own if len(kinds[own.kind]) == 1 else own.or_else(together[own.kind]) for own in scatters
     ]
 
 
@@ -190,7 +205,7 @@ def _uneven(
         clearly=tells & (told_apart | clearly),
         variance=variance,
         dof=told.dof,
-        of_size=np.full(len(output), np.inf) if told is own else noise.dof,
+        of_size=np.where((told is own) | own.tells, np.inf, noise.dof),
         mirrored=~told_apart,
         mirrors=mirrors,
     )

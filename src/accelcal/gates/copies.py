@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
-from accelcal.arrays import Array, Places
+from accelcal.arrays import Array, Mask, Places
 from accelcal.gates.plan import TablePlan, once_a_plan
 from accelcal.gates.stack import TableStack
 from accelcal.numerics.decimal_steps import common_steps, decimal_step
+from accelcal.numerics.grouping import grouped
 
 NO_CHANCE = 1e-6
 """Chance of readings that agree to the last digit, below which it is none."""
@@ -68,6 +71,19 @@ def copied_strokes(stack: TableStack) -> dict[int, tuple[int, int]]:
             pair = _equal(output)
             if pair and are_copies(output[pair[0]], float(noise[table])):
                 found[table] = tuple(stack.plan.stroke[strokes[list(pair), 0]].tolist())
+    return found
+
+
+def may_be_copied(stack: TableStack) -> Mask:
+    """Tables with gaps in which two strokes are equal wherever both have a reading, shape (T,)."""
+    found, plan = np.zeros(len(stack), dtype=np.bool_), stack.plan
+    angles = grouped(plan.angle)
+    whole = np.full((plan.strokes.key.size, angles.key.size, len(stack)), np.nan)
+    there = stack.known(np.ones(stack.output.shape)) > 0.0
+    whole[plan.strokes.cell, angles.cell] = np.where(there, stack.output, np.nan)
+    for one, other in combinations(whole, 2):
+        differs = ((one < other) | (one > other)).any(axis=0)
+        found |= (one == other).any(axis=0) & ~differs
     return found
 
 

@@ -90,10 +90,12 @@ def order_of_positions(stack: TableStack) -> GateStack:
     proportion, a negative sign as a negative scale factor. A mirror turns the signs of M and M_ip
     and shows nowhere.
     """
-    rows = np.flatnonzero(~_is_clear(stack) | differ_by_waves(stack.plan, stack.residual))
-    better = _better_orders(stack, rows) if rows.size else {}
-    bad = np.zeros(len(stack), dtype=np.bool_)
-    bad[list(better)] = True
+    bad = ~_is_clear(stack) | differ_by_waves(stack.plan, stack.residual)
+    rows, better = np.flatnonzero(bad), {}
+    if rows.size and stack.there is None:
+        better = _better_orders(stack, rows)
+        bad[:] = False
+        bad[list(better)] = True
 
     def said(index: int) -> str:
         return better[index]() if bad[index] else "no other order of positions fits far better"
@@ -110,8 +112,8 @@ def _is_clear(stack: TableStack) -> Mask:
     their readings at one angle is left.
     """
     directions, back = stack.plan.directions, stack.plan.stroke % 2 == 0
-    cells = Cells(directions.readings, directions.readings.members)
-    scatter = cells.centred(stack.output) ** 2
+    cells = Cells.over(directions.readings, stack.plan.there)
+    scatter = cells.centred(stack.known(stack.output)) ** 2
     left = np.minimum(scatter[back].sum(axis=0), scatter[~back].sum(axis=0))
     return np.asarray((stack.residual**2).sum(axis=0) <= _MUCH_BETTER * left)
 

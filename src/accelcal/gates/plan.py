@@ -10,10 +10,10 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from accelcal.arrays import Array, Ints
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.estimate.tables import PreparedTable
 from accelcal.estimate.trend import Trend, directed, moments, trend_of
-from accelcal.gates.replicate_plan import Cells, ReplicatePlan
+from accelcal.gates.replicate_plan import Cells, ReplicatePlan, beside
 from accelcal.numerics.grouping import Grouped, grouped
 from accelcal.numerics.sorting import median
 
@@ -32,7 +32,7 @@ def spread_of(table: PreparedTable) -> Spread | None:
 
     None where the noise of all readings is alike.
     """
-    if np.ptp(table.scatter) == 0.0:
+    if table.scatter.ndim == 2 or np.ptp(table.scatter) == 0.0:  # no scatter differs with gaps
         return None
     return Spread(table.scatter / median(table.scatter), table.scatter_doubt)
 
@@ -53,6 +53,8 @@ class TablePlan:
         When it was taken, see `accelcal.estimate.trend.moments`.
     spread : Spread or None
         How unlike their noise is; None where it is alike.
+    there : ndarray, shape (T, n), or None
+        1 where a table has this reading, and 0 at a gap; None where no table has gaps.
     known : dict
         What was found, see `once_a_plan`.
     """
@@ -63,6 +65,7 @@ class TablePlan:
     design: Array
     moment: Array
     spread: Spread | None = None
+    there: Array | None = None
     known: dict[Callable[[TablePlan], Any], Any] = field(default_factory=dict)
 
     @cached_property
@@ -75,13 +78,22 @@ class TablePlan:
         """Size of the spread of each reading, shape (n,)."""
         return np.ones(self.angle.size) if self.spread is None else self.spread.size
 
+    @cached_property
+    def precision(self) -> Array | None:
+        """One over the spread, or 0 at gaps, see `Cells`."""
+        return self.there if self.spread is None else np.asarray(1.0 / self.spread.size)
+
     def alike(self, values: Array) -> Array:
-        """Count values of readings, shape (..., n, k), in their spread: all have one noise then."""
-        return values if self.spread is None else np.asarray(values / self.spread.size[:, None])
+        """Count values of readings in their spread: all have one noise then.
+
+        They are of shape (n, T) or (..., n, k); those at gaps are 0.
+        """
+        own = self.precision
+        return values if own is None else np.asarray(values * beside(own, values))
 
     def cells(self, keys: NDArray[Any]) -> Cells:
         """Bring readings of one key together, to be counted in their spread."""
-        return Cells.of(keys, None if self.spread is None else 1.0 / self.spread.size)
+        return Cells.of(keys, self.precision)
 
     @cached_property
     def strokes(self) -> Grouped:
@@ -122,10 +134,18 @@ def once_a_plan(function: Callable[[TablePlan], Found]) -> Callable[[TablePlan],
     return found
 
 
-def plan_of(table: PreparedTable, time: Array | None) -> TablePlan:
-    """Plan of a table and times (T, n) [s], the same whenever such a table comes again."""
+def plan_of(table: PreparedTable, time: Array | None, there: Mask | None = None) -> TablePlan:
+    """Plan of a table and times (T, n) [s], the same whenever such a table comes again.
+
+    Tables with gaps of their own tell which readings are `there`, shape (T, n).
+    """
     record = table.record
     arrays = record.angle, table.head, record.stroke, table.kept_design
+    if there is not None:
+        moment = moments(record.angle, record.stroke, time)
+        # a gap is put at the first reading, so that first and last stay what they are
+        first = np.where(there, moment, np.inf).min(axis=1, keepdims=True)
+        return TablePlan(*arrays, np.where(there, moment, first), None, there.astype(np.float64))
     spread = spread_of(table)
     unlike = None if spread is None else tuple(each.tobytes() for each in spread)
     if time is None:

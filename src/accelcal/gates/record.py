@@ -17,7 +17,6 @@ from accelcal.gates.copies import are_copies, copy_said
 from accelcal.gates.verdict import SIGNIFICANT, GateStack, acceleration, angle, gate_stack, times
 from accelcal.model import BIAS, MISALIGNMENT, SCALE_FACTOR
 from accelcal.numerics.probability import f_exceeds, f_survival, written_p_value
-from accelcal.numerics.sorting import median
 from accelcal.plural import degrees_of_freedom
 
 _IMPLAUSIBLE_HEAD = 1e-4  # rad, 20 arcsec
@@ -97,7 +96,7 @@ class RecordStack(NamedTuple):
             coefficients=np.stack(estimate.coefficients, axis=1),
             outputs=estimate.outputs,
             noise=np.stack([noise.factor for noise in estimate.noises], axis=1)
-            * [median(table.scatter) for table in tables],
+            * [table.usual_scatter for table in tables],
             alike=_clamped_alike(estimate, tables, levels[0]),
             tilt_noise=_tilt_noise(estimate),
             names=lambda record: _names(tables, run_labels(record)),

@@ -23,11 +23,11 @@ class Cells(NamedTuple):
     ----------
     readings : Grouped
         The readings by what those of each cell share.
-    weight : ndarray, shape (m,)
+    weight : ndarray, shape (m,) or (T, m)
         Weight of the mean of each cell: the sum of those of its readings.
-    precision : ndarray, shape (n,), or None
+    precision : ndarray, shape (n,) or (T, n), or None
         One over the spread of each reading, in which the values are then counted, so that all have
-        the same noise; None where they have it as they are.
+        the same noise, 0 where a table has a gap; None where they have it as they are.
     """
 
     readings: Grouped
@@ -37,10 +37,27 @@ class Cells(NamedTuple):
     @classmethod
     def of(cls, keys: NDArray[Any], precision: Array | None = None) -> Cells:
         """Bring readings of one key together."""
-        readings = grouped(keys)
+        return cls.over(grouped(keys), precision)
+
+    @classmethod
+    def over(cls, readings: Grouped, precision: Array | None = None) -> Cells:
+        """Bring readings together as they are grouped."""
         if precision is None:
             return cls(readings, readings.members)
-        return cls(readings, np.bincount(readings.cell, precision**2), precision)
+        return cls(readings, readings.sums(precision[..., None] ** 2)[..., 0], precision)
+
+    @property
+    def number(self) -> Any:
+        """How many readings there are, of each table where these have gaps of their own."""
+        if self.precision is None:
+            return self.readings.cell.size
+        return np.count_nonzero(self.precision, axis=-1)
+
+    @property
+    def members(self) -> NDArray[Any]:
+        """How many readings each cell has, shape (m,) or (T, m)."""
+        gaps = self.precision is not None and self.precision.ndim == 2
+        return self.weight if gaps else self.readings.members
 
     def means(self, values: Array) -> Array:
         """Mean over the readings of each cell, from shape (..., n, k) to shape (..., m, k).
@@ -48,23 +65,31 @@ class Cells(NamedTuple):
         Of values v = y p of precision p it is the weighted mean of y, the sum of v p over that of
         p^2.
         """
-        own = 1.0 if self.precision is None else self.precision
-        return np.asarray(self.readings.sums(values, own) / self.weight[:, None])
+        if self.precision is None or self.precision.ndim == 1:
+            own = 1.0 if self.precision is None else self.precision
+            return np.asarray(self.readings.sums(values, own) / self.weight[:, None])
+        own = beside(self.precision, values)
+        return np.asarray(self.readings.sums(values * own) / beside(self.weight, values))
 
     def at_readings(self, means: Array) -> Array:
         """What is expected of the readings, from means of shape (..., m, k), shape (..., n, k)."""
         expected = np.take(means, self.readings.cell, axis=-2)
-        return expected if self.precision is None else expected * self.precision[:, None]
+        return expected if self.precision is None else expected * beside(self.precision, means)
 
     @property
     def own_share(self) -> Array:
-        """Share of each reading's own error in the mean of its cell, shape (n,)."""
+        """Share of each reading's own error in the mean of its cell, shape (n,) or (T, n)."""
         own = 1.0 if self.precision is None else self.precision**2
-        return np.asarray(own / self.weight[self.readings.cell])
+        return np.asarray(own / self.weight[..., self.readings.cell])
 
     def centred(self, values: Array) -> Array:
         """Take the mean of its cell off each reading, shape (..., n, k)."""
         return np.asarray(values - self.at_readings(self.means(values)))
+
+
+def beside(each: Array, values: Array) -> Array:
+    """Bring what readings have, (n,) or (T, n), to values of shape (n, T) or (T, n, k)."""
+    return np.atleast_2d(each).T if values.ndim == 2 else each[..., None]
 
 
 _LEAST_EIGENVALUE = 1e-9  # over the largest: smaller ones are rounding errors
@@ -113,7 +138,7 @@ class ReplicatePlan(NamedTuple):
         within = cells.centred(columns)
         normal = within.mT @ within
         rank, inverse = rank_and_inverse(normal)
-        dof = cells.readings.cell.size - cells.readings.key.size - rank
+        dof = cells.number - cells.readings.key.size - rank
         return cls(cells, within, normal, inverse, rank, dof)
 
     @property
@@ -131,6 +156,6 @@ class ReplicatePlan(NamedTuple):
         return ReplicateFit(means, trend, residual, (residual**2).sum(axis=0))
 
     def blind(self, weights: Array, columns: Array) -> Array:
-        """Weights of the readings, (n, k), that no trend along the columns moves, (D, n, k)."""
+        """Weights of the readings that no trend along the columns moves, shape (D, n, k)."""
         seen = self.inverse @ (columns.mT @ weights)
         return np.asarray(weights - self.within @ seen)

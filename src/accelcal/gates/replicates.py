@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array, Places
+from accelcal.arrays import Array, Mask, Places
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.trend import directed
 from accelcal.gates.plan import TablePlan, once_a_plan
-from accelcal.gates.replicate_plan import Cells, contracted, rank_and_inverse
+from accelcal.gates.replicate_plan import Cells, beside, contracted, rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.stroke_groups import Basis
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
@@ -45,19 +45,19 @@ def closure(stack: TableStack, level: float) -> GateStack:
         return "Y(return) - Y1 {}, end - start of a stroke {}, standard error {}".format(*sizes)
 
     missing = (
-        (not returns.any, "no stroke holds both the first position and the return"),
+        (~returns.any, "no stroke holds both the first position and the return"),
         (~known, "the reading noise is unknown; repeat the strokes"),
     )
     return gate_stack("closure", bad, said, missing)
 
 
 class _Returns(NamedTuple):
-    """Whether there are any, weights that make both contrasts, (D, n, 2), and their sizes, (2, D).
+    """Where there are any, (D,), weights that make both contrasts, (D, n, 2), and sizes, (2, D).
 
     A drift over the run does not move the contrasts, see `_contrasts_of_returns`.
     """
 
-    any: bool
+    any: Mask
     weights: Array
     size: Array
 
@@ -66,21 +66,26 @@ class _Returns(NamedTuple):
 def _returns(plan: TablePlan) -> _Returns:
     contrasts = plan.size[:, None] * _contrasts_of_returns(plan)
     weights = plan.apart.blind(contrasts, plan.columns)
-    return _Returns(bool(contrasts.any()), weights, np.sqrt((weights**2).sum(axis=1)).T)
+    return _Returns(
+        np.asarray(contrasts.any(axis=(1, 2))), weights, np.sqrt((weights**2).sum(axis=1)).T
+    )
 
 
 def _contrasts_of_returns(plan: TablePlan) -> Array:
-    """Weights that make return minus start, and end minus start in time, shape (n, 2)."""
+    """Weights that make return minus start, and end minus start in time, shape (D, n, 2)."""
     start = plan.angle.min()
     ends = 1.0 * (np.abs(plan.angle[:, None] - [start, start + 360.0]) < 1e-6)
+    ends = ends[None] if plan.there is None else plan.there[..., None] * ends
     weights = ends / plan.size[:, None] ** 2
     readings, total = plan.strokes.sums(ends), plan.strokes.sums(weights)
     total[readings == 0.0] = 1.0
-    variance = (np.where(readings > 0.0, readings, np.inf) / total).sum(axis=1)
+    variance = (np.where(readings > 0.0, readings, np.inf) / total).sum(axis=-1)
     share = 1.0 / variance  # 0 where the stroke lacks its first or its last reading
-    weights *= (share[:, None] / (share.sum() or 1.0) / total)[plan.strokes.cell]
-    weight = weights[:, 1] - weights[:, 0]
-    return np.column_stack([weight, np.where(plan.stroke % 2 == 1, weight, -weight)])
+    whole = share.sum(axis=-1, keepdims=True)
+    share /= np.where(whole > 0.0, whole, 1.0)
+    weights *= (share[..., None] / total)[:, plan.strokes.cell]
+    weight = weights[..., 1] - weights[..., 0]
+    return np.stack([weight, np.where(plan.stroke % 2 == 1, weight, -weight)], axis=-1)
 
 
 def _clean_scatter(stack: TableStack) -> tuple[Array, Array]:
@@ -151,16 +156,16 @@ class _Pairs(NamedTuple):
     back: Places  # cells of the strokes back at these places; the next is forward
     angle: Array  # where they are [deg], shape (pairs,)
     of_trend: Array  # forward minus back of the columns of the trend, shape (D, pairs, q)
-    variance: Array  # of forward minus back over that of a reading, shape (pairs, 1)
+    variance: Array  # of forward minus back over that of a reading, shape (pairs,) or (T, pairs)
 
     @classmethod
     def of(cls, angle: Array, cells: Cells, plan: TablePlan) -> _Pairs:
         key = cells.readings.key
         back = np.flatnonzero((key[:-1] % 2 == 0) & (np.diff(key) == 1))
         means = cells.means(plan.columns)
-        variance = 1.0 / cells.weight[back + 1] + 1.0 / cells.weight[back]
+        variance = 1.0 / cells.weight[..., back + 1] + 1.0 / cells.weight[..., back]
         where = distinct(np.round(angle, 6))[key[back] // 2]
-        return cls(cells, back, where, means[:, back + 1] - means[:, back], variance[:, None])
+        return cls(cells, back, where, means[:, back + 1] - means[:, back], variance)
 
     def differences(self, means: Array, trend: Array) -> Array:
         """Forward minus back, a drift set aside, shape (pairs, T)."""
@@ -195,7 +200,7 @@ def _of_directions(stack: TableStack) -> tuple[Array, Array, Array, Array]:
     if (dof >= FEW).all() or not _both_ways(stack.plan):
         return squares, part, rest, dof
     pairs = _at_head(stack.plan)
-    standardised = _difference_at_head(stack) / np.sqrt(pairs.variance)
+    standardised = _difference_at_head(stack) / np.sqrt(pairs.variance)[:, None]
     like, unlike = _backlash_like(standardised, pairs.angle)
     many = dof >= FEW
     return (
@@ -214,8 +219,8 @@ def _added_by_directions(stack: TableStack) -> tuple[Array, Array]:
     d d - d X (N + X X)^-1 X d more squares.
     """
     added = _directions(stack.plan)
-    spread = np.sqrt(added.pairs.variance)
-    difference = added.pairs.differences(stack.apart.means, stack.apart.trend) / spread
+    difference = added.pairs.differences(stack.apart.means, stack.apart.trend)
+    difference /= np.sqrt(beside(added.pairs.variance, difference))
     pull = contracted(added.of_trend, difference)
     squares = (difference**2).sum(axis=0) - (pull * contracted(added.inverse, pull)).sum(axis=0)
     return squares, added.dof
@@ -233,7 +238,7 @@ class _Directions(NamedTuple):
 @once_a_plan
 def _directions(plan: TablePlan) -> _Directions:
     pairs = _Pairs.of(plan.angle, plan.directions, plan)
-    own = pairs.of_trend / np.sqrt(pairs.variance)
+    own = pairs.of_trend / np.sqrt(pairs.variance)[..., None]
     rank, inverse = rank_and_inverse(plan.apart.normal + own.mT @ own)
     return _Directions(pairs, own, inverse, pairs.back.size - (rank - plan.apart.rank))
 
@@ -260,7 +265,7 @@ def outlier(stack: TableStack, level: float) -> GateStack:
     plan = stack.plan.at_head
     found, dof = plan.fit(stack.alike), plan.dof - 1.0
     cell = plan.cells.readings.cell
-    known, size = dof >= 1.0, plan.cells.readings.members[cell]
+    known, size = dof >= 1.0, plan.cells.members[..., cell]
     free = np.where(size > 1, np.maximum(plan.free, _LEAST_FREE), np.inf).T
     squares = found.residual**2
     taken = squares / free
@@ -270,7 +275,7 @@ def outlier(stack: TableStack, level: float) -> GateStack:
     spread = stack.plan.spread
     doubt = 0.0 if spread is None else spread.doubt[taken.argmax(axis=0)]
     sure = 1.0 / (1.0 / np.where(known, dof, 1.0) + 0.5 * doubt)
-    bad = f_exceeds(level / size.size, ratio * (1.0 + doubt), 1.0, sure)
+    bad = f_exceeds(level / plan.cells.number, ratio * (1.0 + doubt), 1.0, sure)
 
     def said(index: int) -> str:
         worst = taken[:, index].argmax()

@@ -7,7 +7,13 @@ import math
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.gates.copies import NO_CHANCE, chance_of_agreement, copied_strokes, copy_said
+from accelcal.gates.copies import (
+    NO_CHANCE,
+    chance_of_agreement,
+    copied_strokes,
+    copy_said,
+    may_be_copied,
+)
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack
 from accelcal.numerics.decimal_steps import common_steps, decimal_step
@@ -41,8 +47,12 @@ def resolution(stack: TableStack) -> GateStack:
     covered = step < _ALIKE * stack.step
     untold = ~(harmless | covered | np.isfinite(stack.noise))
     bad = ~(harmless | covered | untold | (noise >= _HIDING * step))
-    faults = _faults(stack, step, noise)
-    bad[[*faults]] = True
+    faults: dict[int, str] = {}
+    if stack.there is None:
+        faults = _faults(stack, step, noise)
+        bad[[*faults]] = True
+    else:
+        bad |= _may_be_faulty(stack, noise)
 
     def said(index: int) -> str:
         if index in faults:
@@ -75,14 +85,26 @@ def _faults(stack: TableStack, step: Array, noise: Array) -> dict[int, str]:
     return {**finer, **_range_ends(stack, step), **copies}
 
 
+def _may_be_faulty(stack: TableStack, noise: Array) -> Mask:
+    """Tables with gaps that may have such faults, as no other one has, shape (T,)."""
+    equal = (stack.output == end(axis=0) for end in (stack.output.max, stack.output.min))
+    many = [own.sum(axis=0) >= _FEWEST for own in equal]
+    return np.asarray(many[0] | many[1] | _counts_coarser(stack, noise) | may_be_copied(stack))
+
+
+def _counts_coarser(stack: TableStack, noise: Array) -> Mask:
+    """Tables whose declared step counts, and is much coarser than their digits."""
+    coarser: Mask = (stack.digit > 0.0) & (stack.step > _FINER * stack.digit)
+    return coarser & (noise < _HIDING * stack.step) & (stack.step > _HARMLESS * stack.scale)
+
+
 def _finer(stack: TableStack, noise: Array) -> Mask:
     """Tables whose declared step counts, although it cannot be that of their readings.
 
     The multiples of the step may have an offset, such as a carrier that was subtracted. Readings
     that were corrected, as for a temperature that moved, have no digits to go by.
     """
-    finer: Mask = (stack.digit > 0.0) & (stack.step > _FINER * stack.digit)
-    finer &= (noise < _HIDING * stack.step) & (stack.step > _HARMLESS * stack.scale)
+    finer = _counts_coarser(stack, noise)
     phase = np.exp(2j * np.pi * stack.output[:, finer] / stack.step[finer])
     off = np.abs(np.angle(phase * phase.mean(axis=0).conj())) / (2.0 * np.pi)
     finer[finer] = (off > _OFF).mean(axis=0) > _MANY

@@ -58,7 +58,7 @@ def proportions(stack: TableStack) -> GateStack:
     over = np.where(turned, np.nan, scale_factor)
     columns = [COEFFICIENTS.index(name) for name in LARGEST_RATIOS]
     ratio = stack.coefficients[:, columns] / over[:, None]
-    left = np.sqrt((stack.residual**2).mean(axis=0))
+    left = np.sqrt((stack.residual**2).sum(axis=0) / stack.readings)
     rms = left / over
     large = (np.abs(ratio) / list(LARGEST_RATIOS.values()) > 1.0).any(axis=1)
     bad = turned | large | (rms / LARGEST_RESIDUAL > 1.0)
@@ -224,11 +224,11 @@ def units(stack: TableStack) -> GateStack:
     The size of a stroke is the amplitude of a sine through it, which no wrong order changes.
     """
     groups = _groups(stack.plan)
-    amplitude = groups.amplitudes(stack.output)
+    amplitude = groups.amplitudes(stack.known(stack.output))
     whole = cache(lambda: _Sizes.of(stack.output, amplitude, groups))
     bad = ~_alike(np.abs(stack.output), amplitude, groups.axes)
     rows = np.flatnonzero(bad)
-    if rows.size:
+    if rows.size and stack.there is None:
         bad[rows] = _Sizes.of(stack.output[:, rows], amplitude[:, rows], groups).bad
 
     def said(index: int) -> str:
@@ -253,12 +253,19 @@ class _Groups(NamedTuple):
     axes: list[Places]  # readings on each axis of the head
     strokes: Grouped
     wave: Array  # one, cosine and sine of the angle of each reading, shape (n, 3)
-    inverse: Array  # from their products with a stroke to its cosine and sine, shape (S, 3, 2)
-    known: Mask  # strokes of which enough angles are read, shape (S,)
+    # from their products with a stroke to its cosine and sine, shape (S, 3, 2) or (T, S, 3, 2)
+    inverse: Array
+    known: Mask  # strokes of which enough angles are read, shape (S,) or (T, S)
 
     def amplitudes(self, output: Array) -> Array:
-        """Amplitudes of a sine through the readings of each known stroke, (known, T)."""
+        """Amplitudes of a sine through the readings of each known stroke, (known, T).
+
+        Of tables with gaps they are those of each stroke, (S, T), 0 where it is not known.
+        """
         seen = self.strokes.products(output, self.wave)
+        if self.known.ndim == 2:
+            size = np.hypot(*np.einsum("stk,tskl->lst", seen, self.inverse))
+            return np.where(self.known.T, size, 0.0)
         size = np.hypot(*np.moveaxis(seen[self.known] @ self.inverse[self.known], 2, 0))
         return np.asarray(np.maximum(size, _SMALLEST))
 
@@ -268,7 +275,8 @@ def _groups(plan: TablePlan) -> _Groups:
     axes = grouped(head_positions(2.0 * plan.head)).parts  # twice the angle: opposites are one
     strokes, th = plan.strokes, np.radians(plan.head)
     wave = np.column_stack([np.ones_like(th), np.cos(th), np.sin(th)])
-    rank, inverse = rank_and_inverse(strokes.products(wave, wave))
+    known = wave if plan.there is None else plan.there[..., None] * wave
+    rank, inverse = rank_and_inverse(strokes.products(known, wave))
     return _Groups(axes, strokes, wave, inverse[..., 1:], rank > 2.0)
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from accelcal.arrays import Array, Ints, Mask
+from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.estimate.noise import ReadingNoise
 from accelcal.estimate.tables import PreparedTable
 from accelcal.gates.plan import TablePlan, plan_of, spread_of
@@ -18,7 +19,6 @@ from accelcal.model import SCALE_FACTOR
 from accelcal.numerics.decimal_steps import decimal_steps
 from accelcal.numerics.grouping import places_of_equals
 from accelcal.numerics.one_thread import multiply
-from accelcal.numerics.sorting import median
 from accelcal.record import TumbleRecord
 from accelcal.units import HOUR
 
@@ -51,6 +51,11 @@ class TableStack:
         Declared resolution [output unit]; NaN where none is.
     time : ndarray, shape (T, n), or None
         Time of each reading [s]; a row of NaN where a table has none.
+    there : ndarray of bool, shape (T, n), or None
+        Where the tables have the readings, others of their cells being in the places of those that
+        are missing; None where no table has gaps.
+    alone : callable
+        Gives the stack of one of the tables with gaps, which says what is wrong with it.
     line : callable
         Gives the lines of the source that hold the readings of one table, or None.
     delta0 : float
@@ -58,8 +63,8 @@ class TableStack:
 
     Notes
     -----
-    What depends on the times as well as on angles and strokes has a leading axis of length D: one
-    where all tables have the same times or none, T elsewhere.
+    What depends on the times and gaps as well as on angles and strokes has a leading axis of length
+    D: one where all tables have the same times or none, and no gaps, T elsewhere.
     """
 
     table: PreparedTable
@@ -72,6 +77,8 @@ class TableStack:
     digit: Array
     step: Array
     time: Array | None = None
+    there: Mask | None = None
+    alone: Callable[[int], TableStack] | None = None
     line: Callable[[int], Ints | None] = lambda _: None
     delta0: float = 0.0
 
@@ -94,7 +101,7 @@ class TableStack:
             noise=np.array([noise.factor for noise in noises]),
             noise_dof=np.array([noise.dof for noise in noises]),
             declared=np.array([noise.source == "declared" for noise in noises]),
-            scatter=np.array([median(table.scatter) for table in tables]),
+            scatter=np.array([table.usual_scatter for table in tables]),
             digit=decimal_steps(output.T),
             step=np.array(steps, dtype=np.float64),  # None becomes NaN
             time=stacked_times(records),
@@ -117,10 +124,19 @@ class TableStack:
         """Readings counted in their spread, shape (n, T): they all have the same noise."""
         return self.plan.alike(self.output)
 
+    @property
+    def readings(self) -> Any:
+        """How many readings a table has, or shape (T,) where they have gaps."""
+        return len(self.output) if self.there is None else self.there.sum(axis=1)
+
+    def known(self, values: Array) -> Array:
+        """Values of readings, shape (n, T), with 0 at gaps."""
+        return values if self.there is None else np.where(self.there.T, values, 0.0)
+
     @cached_property
     def residual(self) -> Array:
         """What the coefficients leave of the readings, shape (n, T) [output unit]."""
-        return np.asarray(self.output - multiply(self.table.design, self.coefficients.T))
+        return self.known(self.output - multiply(self.table.design, self.coefficients.T))
 
     @cached_property
     def smallest(self) -> Array:
@@ -132,7 +148,7 @@ class TableStack:
     @cached_property
     def plan(self) -> TablePlan:
         """What follows from angles, strokes, times and spreads."""
-        return plan_of(self.table, self.time)
+        return plan_of(self.table, self.time, self.there)
 
     @cached_property
     def hours(self) -> Array:
@@ -153,15 +169,19 @@ class TableStack:
         return reading_name(self.table.record, reading, self.line(index))
 
 
-def stacked_times(records: Sequence[TumbleRecord]) -> Array | None:
+def stacked_times(records: Sequence[TumbleRecord], source: Places | None = None) -> Array | None:
     """Times of R records of one plan, shape (R, n) [s]; None where none has any.
 
-    A record without times has a row of NaN.
+    A record without times has a row of NaN. Records with gaps have those of the readings in some
+    places, shape (R, n).
     """
-    if all(record.time is None for record in records):
+    times = [record.time for record in records]
+    if all(own is None for own in times):
         return None
-    nothing = np.full(len(records[0]), np.nan)
-    return np.array([nothing if record.time is None else record.time for record in records])
+    if source is not None:
+        times = [None if t is None else t[at] for t, at in zip(times, source, strict=True)]
+    nothing = np.full(next(own.size for own in times if own is not None), np.nan)
+    return np.array([nothing if own is None else own for own in times])
 
 
 def of_one_plan(tables: Sequence[PreparedTable]) -> list[list[int]]:

@@ -111,14 +111,15 @@ class Waves(NamedTuple):
 
     strokes: Grouped
     columns: Array  # cosine and sine at each reading, shape (n, 2)
-    inverse: Array  # inverse of their normal matrix in each stroke, shape (S, 2, 2)
+    inverse: Array  # inverse of their normal matrix in each stroke, shape (S, 2, 2) or (T, S, 2, 2)
 
     @classmethod
-    def of(cls, angle: Array, strokes: Grouped) -> Waves:
-        """Waves of readings at some angles [deg]."""
+    def of(cls, angle: Array, strokes: Grouped, there: Array | None = None) -> Waves:
+        """Waves of readings at some angles [deg], which T tables with gaps may lack."""
         phase = np.radians(angle)
         columns = np.stack([np.cos(phase), np.sin(phase)], axis=1)
-        normal = strokes.products(columns, columns)
+        known = columns if there is None else there[..., None] * columns
+        normal = strokes.products(known, columns)
         inverse = np.linalg.pinv(normal, hermitian=True)
         return cls(strokes, columns, np.asarray(inverse, dtype=np.float64))
 
@@ -133,7 +134,7 @@ class Waves(NamedTuple):
 
 @once_a_plan
 def _waves(plan: TablePlan) -> Waves:
-    return Waves.of(plan.angle, plan.strokes)
+    return Waves.of(plan.angle, plan.strokes, plan.there)
 
 
 def differ_by_waves(plan: TablePlan, residual: Array) -> Mask:
@@ -146,7 +147,9 @@ def differ_by_waves(plan: TablePlan, residual: Array) -> Mask:
         return np.zeros(squares.size, dtype=np.bool_)
     waves = _waves(plan)
     sums = waves.sums(residual)
-    of_waves = np.einsum("stk,stk->t", sums @ waves.inverse, sums)
+    inverse = waves.inverse
+    fit = sums @ inverse if inverse.ndim == 3 else np.einsum("stk,tskl->stl", sums, inverse)
+    of_waves = np.einsum("stk,stk->t", fit, sums)
     return np.asarray(of_waves > _MOST * squares)
 
 

@@ -82,19 +82,33 @@ class Grouped(NamedTuple):
         return found
 
     def sums(self, values: Array, weight: Array | float = 1.0) -> Array:
-        """Sum values, shape (..., n, k), times a weight, over each cell: shape (..., m, k)."""
+        """Sum values, shape (..., n, k), times a weight, over each cell: shape (..., m, k).
+
+        The weight is one for all, or of shape (n,).
+        """
         if self.cell.size * self.members.size <= _SMALL:  # a product is faster, but grows as m n
             own = np.arange(self.members.size)[:, None] == self.cell
             return multiply(own * weight, values)
         weighted = np.take(values * np.reshape(weight, (-1, 1)), self.order, axis=-2)
         return np.asarray(np.add.reduceat(weighted, self.starts, axis=-2))
 
+    def weighted_sums(self, rows: Array, weight: Array) -> Array:
+        """Sum rows of shape (R, n) over each cell, shape (R, m), by weights of (n,) or (R, n)."""
+        if weight.ndim == 1:
+            return self.sums(rows.T, weight).T
+        return self.sums((rows * weight).T).T
+
     def products(self, values: Array, columns: Array) -> Array:
-        """Sum the products of (n, j) and (n, k) over the rows of each cell, shape (m, j, k)."""
-        shape = self.members.size, values.shape[1], columns.shape[1]
-        if shape[1] * shape[2] <= _FEW and self.cell.size * shape[0] <= _SMALL:
-            each = values[:, :, None] * columns[:, None]
-            return self.sums(each.reshape(self.cell.size, -1)).reshape(shape)
+        """Sum the products of (..., n, j) and (..., n, k) over the rows of each cell.
+
+        Gives shape (..., m, j, k); what has leading axes is written down product by product.
+        """
+        shape = self.members.size, values.shape[-1], columns.shape[-1]
+        each = shape[1] * shape[2] <= _FEW and self.cell.size * shape[0] <= _SMALL
+        if each or max(values.ndim, columns.ndim) > 2:
+            pairs = values[..., :, None] * columns[..., None, :]
+            sums = self.sums(pairs.reshape(*pairs.shape[:-2], -1))
+            return sums.reshape(*sums.shape[:-2], *shape)
         found = np.empty(shape)
         for group, places in self.alike:
             for few in few_at_a_time(places, shape[1]):

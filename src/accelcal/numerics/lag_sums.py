@@ -6,19 +6,19 @@ rho: its coefficients are the sums of A along its diagonals, those on both sides
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array, Ints
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.numerics.sorting import distinct
 
 
 def sums_by_lag(first: Array, second: Array) -> Array:
-    """Sum ``first @ second.T`` along its diagonals, without the matrix, of columns of shape (n, k).
+    """Sum ``first @ second.T`` along its diagonals, without the matrix, of columns (..., n, k).
 
     These are the sum of the diagonal, then those at each distance from it on both sides together,
-    shape (n,).
+    shape (..., n).
 
     Examples
     --------
@@ -26,10 +26,11 @@ def sums_by_lag(first: Array, second: Array) -> Array:
     >>> sums_by_lag(column, column).round(9).tolist()  # 1 + 4 + 9, 2 (2 + 6), 2 * 3
     [14.0, 16.0, 6.0]
     """
-    n = len(first)
-    one, other = (np.fft.rfft(each, 2 * n, axis=0) for each in (first, second))
-    sums = np.fft.irfft((one * other.conj()).sum(axis=1), 2 * n)
-    return np.asarray(np.concatenate([sums[:1], sums[1:n] + sums[:n:-1]]))
+    n = first.shape[-2]
+    one, other = (np.fft.rfft(each, 2 * n, axis=-2) for each in (first, second))
+    sums = np.fft.irfft((one * other.conj()).sum(axis=-1), 2 * n)
+    sums[..., 1:n] += sums[..., :n:-1]
+    return np.asarray(sums[..., :n])
 
 
 class Neighbours(NamedTuple):
@@ -37,27 +38,29 @@ class Neighbours(NamedTuple):
 
     Attributes
     ----------
-    products, squares : ndarray, shape (lags,)
+    products, squares : ndarray, shape (..., lags)
         Mean of the sum of products, and of that of squares, as polynomials of the correlation of
         neighbours.
-    variance : float
+    variance : float or ndarray, shape (...)
         Half of the variance of the sum of products, of independent readings of variance 1.
     """
 
     products: Array
     squares: Array
-    variance: float
+    variance: Any
 
-    def of_ratio(self, mean: float) -> float:
+    def of_ratio(self, mean: Any) -> Any:
         """Variance of the ratio of both sums, of independent readings, from its mean."""
-        dof = self.squares[0]
-        return float(2.0 * (self.variance - dof * mean**2) / (dof * (dof + 2.0)))
+        dof = self.squares[..., 0]
+        return 2.0 * (self.variance - dof * mean**2) / (dof * (dof + 2.0))
 
 
-def neighbours(basis: Array, run: Ints, lags: int) -> Neighbours:
+def neighbours(basis: Array, run: Ints, lags: int, there: Mask | None = None) -> Neighbours:
     """Tell what to expect of the residuals of n readings beside an orthonormal basis.
 
-    Neighbours follow each other in the same run, shape (n,). Sums are taken up to so many lags.
+    Neighbours follow each other in the same run, shape (n,). Sums are taken up to so many lags. Of
+    several bases, shape (..., n, k), each may have its first readings only; which are `there`,
+    shape (..., n), and the basis is 0 at the others.
 
     Notes
     -----
@@ -65,21 +68,24 @@ def neighbours(basis: Array, run: Ints, lags: int) -> Neighbours:
     neighbours, the means are traces of P D P and of P with the correlations, and the variance is
     twice the trace of (P D P)^2 (Durbin and Watson, Biometrika 37 (1950) 409).
     """
-    both = np.where(run[1:] == run[:-1], 1.0, 0.0)
+    own = np.ones(run.size, dtype=np.bool_) if there is None else there
+    both = 1.0 * ((run[1:] == run[:-1]) & own[..., 1:])
     beside = np.zeros_like(basis)  # D B
-    beside[:-1] += 0.5 * both[:, None] * basis[1:]
-    beside[1:] += 0.5 * both[:, None] * basis[:-1]
-    inside = basis.T @ beside
-    products, squares = np.zeros((2, lags))
+    beside[..., :-1, :] += 0.5 * both[..., None] * basis[..., 1:, :]
+    beside[..., 1:, :] += 0.5 * both[..., None] * basis[..., :-1, :]
+    inside = basis.mT @ beside
+    products, squares = np.zeros((2, *basis.shape[:-2], lags))
+    number, pairs = own.sum(axis=-1), both.sum(axis=-1)
     for each in distinct(run).tolist():
         own = run == each
         some = slice(min(lags, np.count_nonzero(own)))
-        products[some] += sums_by_lag((basis @ inside - 2.0 * beside)[own], basis[own])[some]
-        squares[some] -= sums_by_lag(basis[own], basis[own])[some]
-    products[1:2] += both.sum()
-    squares[0] += run.size
-    variance = both.sum() / 2.0 - 2.0 * (beside**2).sum() + (inside**2).sum()
-    return Neighbours(products, squares, float(variance))
+        part, left = basis[..., own, :], (basis @ inside - 2.0 * beside)[..., own, :]
+        products[..., some] += sums_by_lag(left, part)[..., some]
+        squares[..., some] -= sums_by_lag(part, part)[..., some]
+    products[..., 1:2] += pairs[..., None]
+    squares[..., 0] += number
+    variance = pairs / 2.0 - 2.0 * (beside**2).sum(axis=(-2, -1)) + (inside**2).sum(axis=(-2, -1))
+    return Neighbours(products, squares, variance)
 
 
 def products_by_lag(columns: Array) -> Array:
