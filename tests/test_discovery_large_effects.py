@@ -55,7 +55,7 @@ def test_a_play_as_wide_as_readings_are_behind_an_extreme_has_its_name(tilt, hal
     assert off_by(again.effects[0].parameters["half_width"], half_width) < 1.3
 
 
-@pytest.mark.parametrize(("seed", "half_width"), [(0, 1e-6), (1, 2e-6), (2, 5e-6)])
+@pytest.mark.parametrize(("seed", "half_width"), [(0, 1e-6), (2, 5e-6)])
 def test_a_small_play_has_its_name_where_readings_tell_its_exact_law(seed, half_width):
     """0.7 ug behind an extreme, by a usual misalignment, count in readings of 0.3 ug."""
     hidden, noise = [effect("hysteresis").of(half_width)], NoiseComponents(reading=3e-7)

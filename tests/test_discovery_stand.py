@@ -391,7 +391,7 @@ def test_command_says_why_the_stand_is_not_looked_at(tmp_path, capsys):
 
 def silenced(positions, *, own):
     """Units of one perfect head with a dead zone of 3 mg, or of which the second has it alone."""
-    plan = accelcal.TumblePlan(positions=positions, temperatures=(20.0,))
+    plan = accelcal.TumblePlan(positions=positions, strokes=4, temperatures=(20.0,))
     zone, noise = [effect("dead-zone").of(3e-3)], accelcal.NoiseComponents(head=0.0)
     records = [
         accelcal.simulate(
@@ -437,7 +437,7 @@ def test_a_dead_zone_of_any_width_is_not_sure_over_several_units(own):
 
 def test_what_no_known_effect_explains_in_a_unit_has_no_sure_name():
     """The nearest effects were told as those of the unit."""
-    plan = accelcal.TumblePlan(positions=24, temperatures=(20.0,))
+    plan = accelcal.TumblePlan(positions=24, strokes=4, temperatures=(20.0,))
     noise = accelcal.NoiseComponents(head=0.0)
     records = [accelcal.simulate(plan=plan, noise=noise, seed=seed) for seed in (1, 2, 3)]
     odd = np.sign(np.sin(5.0 * np.radians(records[1].angle) + 0.4))
