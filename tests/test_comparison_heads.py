@@ -101,9 +101,9 @@ def test_errors_of_one_head_are_no_disagreement_and_a_new_misalignment_is():
 
 
 def test_intervals_on_one_head_hold():
-    # before, of the misalignment all 200 held, in intervals eight times as wide
+    # before, of the misalignment all held, in intervals eight times as wide
     held = []
-    for seed in range(200):
+    for seed in range(100):
         rng = np.random.default_rng(seed)
         errors = U * rng.standard_normal(8)
 
@@ -118,7 +118,7 @@ def test_intervals_on_one_head_hold():
         (run,) = accelcal.compare(calibration, test(2 * seed + 1), same_head=True).runs
         held.append([abs(q.value) <= q.expanded_uncertainty for q in run.changes])
     share = np.mean(held, axis=0)
-    assert share.min() > 0.91  # 95 % less 2.6 standard errors of 200
+    assert share.min() > 0.89  # 95 % less 2.6 standard errors of 100
     assert share[2] < 0.99
 
 

@@ -56,15 +56,16 @@ def test_what_is_left_without_the_head_has_the_degrees_of_freedom_of_the_noise()
 def test_chance_and_intervals_of_short_records_are_what_they_claim_to_be():
     # before, of records of one stroke 32 % had p below 0.05, and 83 to 87 % of intervals held
     held, p_values = [], []
-    for seed in range(150):
+    for seed in range(80):
         found = accelcal.compare(accelcal.fit(short(seed)), short(seed + 10_000))
         p_values.append(found.p_value)
         (run,) = found.runs
         changes = (run.bias, run.scale_factor, run.misalignment)
         held.append([abs(q.value) <= q.expanded_uncertainty for q in changes])
-    assert np.mean(np.array(p_values) < 0.05) < 0.10  # 2.8 standard errors above 0.05
-    assert np.mean(np.array(p_values) < 0.01) < 0.034
-    assert np.mean(held, axis=0).min() > 0.90
+    # of 80 more than 10, or fewer than 70, are a chance of 3 in a thousand
+    assert np.sum(np.array(p_values) < 0.05) <= 10
+    assert np.sum(np.array(p_values) < 0.01) <= 4
+    assert np.sum(held, axis=0).min() >= 70
 
 
 def test_errors_that_nobody_declares_are_told():
@@ -152,10 +153,10 @@ def test_the_chance_of_another_head_of_unknown_error_is_what_it_claims_to_be():
 
     p_values = np.array([
         accelcal.compare(accelcal.fit(test(2 * n)), test(2 * n + 1), same_head=False).p_value
-        for n in range(200)
+        for n in range(100)
     ])  # fmt: skip
-    assert np.mean(p_values < 0.05) < 0.10
-    assert np.mean(p_values < 0.01) < 0.03
+    assert np.mean(p_values < 0.05) <= 0.10
+    assert np.mean(p_values < 0.01) <= 0.03
 
 
 def test_launches_that_were_estimated_as_nothing_count_by_the_noise_they_were_seen_through():

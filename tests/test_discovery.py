@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,6 +26,8 @@ from accelcal.simulation import BilinearLaw, NoiseComponents, TumblePlan
 
 LOOP = (20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0)
 NO_HEAD = NoiseComponents(head=0.0)
+ONE_LEVEL = TumblePlan(temperatures=(20.0,))
+ONE_TIMED = TumblePlan(temperatures=(20.0,), timed=True)
 
 
 def hidden_record(tmp_path, kind, *, design="three", regime="iid", s=4.0, seed=1):
@@ -32,6 +35,11 @@ def hidden_record(tmp_path, kind, *, design="three", regime="iid", s=4.0, seed=1
     case, table = draw(kind, np.random.default_rng(seed), DESIGNS[design], regime, s=s)
     table.write(tmp_path / "hidden.csv")
     return case, table, accelcal.read_table(tmp_path / "hidden.csv")
+
+
+def first_cycles(record):
+    """The first two cycles of each run, which are enough where there are eight runs."""
+    return record.select(record.stroke <= 4)
 
 
 def ids(found):
@@ -49,12 +57,10 @@ def names(found, place=0):
     "regime", ["iid", "head", "launch", "launch-undeclared", "ar1", "t5", "all"]
 )
 def test_clean_tables_get_no_name(tmp_path, regime):
-    for seed in (10, 11):
-        _, _, record = hidden_record(tmp_path, "none", regime=regime, seed=seed)
-        found = accelcal.discover(record)
-        assert ids(found) == []
-        assert found.p_value > 1e-3
-        assert found.unexplained is None or found.p_value < found.alpha
+    found = accelcal.discover(hidden_record(tmp_path, "none", regime=regime, seed=10)[2])
+    assert ids(found) == []
+    assert found.p_value > 1e-3
+    assert found.unexplained is None or found.p_value < found.alpha
 
 
 @pytest.mark.parametrize("independent", [True, False])
@@ -111,7 +117,7 @@ SHOWN_IN_A_LOOP = ("bias-drift", "scale-factor-drift", "foundation-tilt")
 )
 def test_hidden_effect_is_named(tmp_path, kind, design):
     record = hidden_record(tmp_path, kind, design=design, s=6.0, seed=3)[2]
-    found = accelcal.discover(record)
+    found = accelcal.discover(first_cycles(record) if design == "loop" else record)
     assert len(found.effects) == 1
     assert kind in names(found)
     assert found.after.heldout_rms < found.before.heldout_rms
@@ -131,15 +137,15 @@ def test_effects_of_temperature_take_more_levels(tmp_path, kind):
     found = accelcal.discover(few)
     assert ids(found) == []
     assert kind in [item.id for item in found.undetectable]
-    _, _, more = hidden_record(tmp_path, kind, s=8.0, seed=3, design="loop")
+    more = first_cycles(hidden_record(tmp_path, kind, s=8.0, seed=3, design="loop")[2])
     assert kind in names(accelcal.discover(more))
 
 
 def test_sizes_have_their_uncertainty():
     deviations = []
-    for seed in range(12):
-        hidden = effect("warm-up").of(8e-5, tau=1300.0)
-        record = accelcal.simulate(effects=[hidden], seed=seed, plan=TumblePlan(timed=True))
+    hidden = effect("warm-up").of(8e-5, tau=900.0)
+    for seed in range(8):
+        record = accelcal.simulate(effects=[hidden], seed=seed, plan=ONE_TIMED)
         (found,) = accelcal.discover(record).effects
         for name, truth in hidden.values.items():
             quantity = found.parameters[name]
@@ -176,7 +182,9 @@ def test_aliases_follow_from_the_design():
 
 def test_places_that_look_alike_are_told():
     hidden = [effect("position-error").of(8e-5, at=45.0)]
-    found = accelcal.discover(accelcal.simulate(effects=hidden, seed=4, noise=NO_HEAD))
+    found = accelcal.discover(
+        accelcal.simulate(plan=ONE_LEVEL, effects=hidden, seed=4, noise=NO_HEAD)
+    )
     assert ids(found) == ["position-error"]
     at = found.effects[0].parameters["at"].value
     (other,) = found.effects[0].elsewhere
@@ -186,7 +194,7 @@ def test_places_that_look_alike_are_told():
 
 
 @pytest.mark.parametrize(("positions", "certain"), [(8, False), (12, True)])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_places_that_the_readings_hardly_tell_apart_are_told(positions, certain, seed):
     """Under errors of the head 90 deg fits about as well as 45 deg on 8 positions."""
     at = 90.0 if certain else 45.0
@@ -206,8 +214,7 @@ def test_neighbours_of_a_small_step_are_told():
     assert "reading = 70, or as well 69 or 71\n" in str(found)
 
 
-@pytest.mark.parametrize("ahead", [2, 3, 4])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("ahead", "seed"), [(2, 0), (2, 1), (3, 2), (3, 0), (4, 1), (4, 2)])
 def test_a_step_shortly_before_a_run_ends_is_found_where_it_is(ahead, seed):
     reading = 109.0 - ahead  # of 54 in a run
     hidden = [effect("bias-step").of(8e-5, reading=reading)]
@@ -221,11 +228,16 @@ def test_a_step_shortly_before_a_run_ends_is_found_where_it_is(ahead, seed):
     assert any(told in note for note in found.notes) == (ahead < 4)
 
 
-@pytest.mark.parametrize("approach", [0.0, 1.0])
-@pytest.mark.parametrize("seed", range(4))
-def test_hysteresis_is_alone_however_the_runs_begin(approach, seed):
+@cache
+def lagging(approach, seed):
     hidden = [effect("hysteresis").of(3e-5, approach=approach)]
-    found = accelcal.discover(accelcal.simulate(effects=hidden, seed=seed))
+    return accelcal.discover(accelcal.simulate(effects=hidden, seed=seed))
+
+
+@pytest.mark.parametrize("approach", [0.0, 1.0])
+@pytest.mark.parametrize("seed", range(2))
+def test_hysteresis_is_alone_however_the_runs_begin(approach, seed):
+    found = lagging(approach, seed)
     assert ids(found) == ["hysteresis"]
     assert found.doubtful == ()
     assert found.effects[0].parameters["approach"].value == approach
@@ -236,16 +248,14 @@ def test_hysteresis_is_alone_however_the_runs_begin(approach, seed):
 def test_a_warm_up_is_not_taken_for_runs_that_begin_at_rest(tau):
     plan = TumblePlan(strokes=4)
     hidden = [effect("hysteresis").of(3e-5), effect("warm-up").of(2.5e-5, tau=tau)]
-    for seed in range(2):
-        found = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=seed))
-        assert set(ids(found)) == {"hysteresis", "warm-up"}
-        (lag,) = (item for item in found.effects if item.id == "hysteresis")
-        assert lag.parameters["approach"].value == 1.0
+    found = accelcal.discover(accelcal.simulate(plan=plan, effects=hidden, seed=int(tau == 300.0)))
+    assert set(ids(found)) == {"hysteresis", "warm-up"}
+    (lag,) = (item for item in found.effects if item.id == "hysteresis")
+    assert lag.parameters["approach"].value == 1.0
 
 
 def test_that_runs_begin_at_rest_is_said_to_rest_on_their_first_readings():
-    hidden = [effect("hysteresis").of(3e-5, approach=0.0)]
-    found = accelcal.discover(accelcal.simulate(effects=hidden, seed=1))
+    found = lagging(0.0, 1)
     told = "hysteresis: how the runs begin (approach = 0) rests on their first readings"
     assert any(note.startswith(told) for note in found.notes)
     assert "approach = 0\n" in str(found)
@@ -258,14 +268,14 @@ def test_how_a_run_begins_is_said_to_be_open_where_it_does_not_show():
 
 
 def test_one_reading_is_an_outlier_and_no_step():
-    for at in (54.0, 55.0, 108.0, 109.0, 162.0):
+    for at in (54.0, 55.0, 162.0):
         hidden = [effect("outlier").of(8e-5, reading=at)]
         found = accelcal.discover(accelcal.simulate(effects=hidden, seed=2))
         assert ids(found) == []
         assert [fault.id for fault in found.faults] == ["outlier"]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_an_outlier_beside_an_effect_leaves_noise_enough_on_four_strokes(seed):
     """The 36 readings tell 9 degrees of freedom, of which both take some."""
     plan = TumblePlan(temperatures=(20.0,), strokes=4, timed=True)
@@ -364,7 +374,7 @@ def test_effect_outside_the_catalogue_is_described_and_not_named(tmp_path):
 
 def test_undeclared_launch_shift_is_no_effect():
     noise = NoiseComponents(head=0.0, launch=5e-5, launch_sf=3e-5)
-    plan = TumblePlan(temperatures=LOOP, timed=True)
+    plan = TumblePlan(temperatures=LOOP, strokes=4, timed=True)
     record = accelcal.simulate(plan=plan, noise=noise, seed=6, declare=False)
     found = accelcal.discover(record)
     assert ids(found) == []
@@ -540,8 +550,9 @@ def test_a_dead_zone_that_may_be_wider_leaves_the_scale_factor_open_beside_anoth
     assert told["K1"].standard_uncertainty is not None
 
 
-@pytest.mark.parametrize("positions", [12, 24])
-@pytest.mark.parametrize("levels", [(20.0,), (20.0, 80.0)])
+@pytest.mark.parametrize(
+    ("positions", "levels"), [(12, (20.0,)), (12, (20.0, 80.0)), (24, (20.0,))]
+)
 def test_a_dead_zone_that_silences_positions_has_its_width_where_the_others_tell_it(
     positions, levels
 ):
@@ -605,8 +616,7 @@ def test_a_dead_zone_wider_than_the_misalignment_at_several_temperatures_leaves_
         assert bare == {"K1 at_T0", "delta at_T0", "delta above", "delta below"}
 
 
-@pytest.mark.parametrize("width", [1.12e-3, 1.2e-3])
-@pytest.mark.parametrize("beside", [(), ("bias-step", 1e-4)])
+@pytest.mark.parametrize(("width", "beside"), [(1.12e-3, ("bias-step", 1e-4)), (1.2e-3, ())])
 def test_a_dead_zone_wider_than_the_misalignment_at_some_temperatures_has_its_width(width, beside):
     """It was unexplained, and K1 2000 ppm off with a U of 18: at 80 degC M is 1.24 mrad."""
     hidden = [effect("dead-zone").of(width)]
@@ -624,15 +634,6 @@ def test_a_dead_zone_wider_than_the_misalignment_at_some_temperatures_has_its_wi
         assert abs(M.value - 1.35 * 1.15e-3) < 1.5 * M.expanded_uncertainty
 
 
-def test_faults_come_before_physics():
-    hidden = [effect("outlier").of(1e-3, reading=17), effect("backlash").of(2e-5)]
-    found = accelcal.discover(accelcal.simulate(effects=hidden, seed=3))
-    assert [fault.id for fault in found.faults] == ["outlier"]
-    assert found.faults[0].readings == (16,)
-    assert ids(found) == ["backlash"]
-    assert found.before.rms > 5.0 * found.effects[0].gap_before  # with and without the outlier
-
-
 @pytest.mark.parametrize("first", [-1.0, 0.3, 1.0])
 def test_no_step_is_made_of_the_unknown_way_to_the_first_level(first):
     size, plan = 3e-5, TumblePlan(temperatures=(20.0, 60.0, 20.0, -40.0, 20.0))
@@ -644,7 +645,7 @@ def test_no_step_is_made_of_the_unknown_way_to_the_first_level(first):
     assert found.effects[0].parameters["first"].value == pytest.approx(first, abs=0.7)
 
 
-@pytest.mark.parametrize("first", [-0.3, 0.0, 1.0])
+@pytest.mark.parametrize("first", [-0.3, 1.0])
 def test_the_unknown_way_to_the_first_level_is_counted_where_no_reading_tells_it(first):
     plan = TumblePlan(temperatures=(20.0, 80.0, 20.0))
     hidden = [effect("temperature-hysteresis").of(1e-4, first=first)]
@@ -665,7 +666,7 @@ def test_the_unknown_way_to_the_first_level_is_counted_where_no_reading_tells_it
 
 
 def test_same_seed_same_answer():
-    record = accelcal.simulate(effects=[effect("hysteresis").of(2e-5)], seed=8)
+    record = accelcal.simulate(plan=ONE_LEVEL, effects=[effect("hysteresis").of(2e-5)], seed=8)
     assert accelcal.discover(record) == accelcal.discover(record)
     assert accelcal.discover(record, seed=1).effects[0].id == "hysteresis"
 
@@ -703,6 +704,13 @@ def test_document_reads_back_equal(discovery, tmp_path):
 def faulty():
     hidden = [effect("outlier").of(1e-3, reading=17), effect("backlash").of(2e-5)]
     return accelcal.discover(accelcal.simulate(effects=hidden, seed=3))
+
+
+def test_faults_come_before_physics(faulty):
+    assert [fault.id for fault in faulty.faults] == ["outlier"]
+    assert faulty.faults[0].readings == (16,)
+    assert ids(faulty) == ["backlash"]
+    assert faulty.before.rms > 5.0 * faulty.effects[0].gap_before  # with and without the outlier
 
 
 def test_faults_of_the_readings_stand_first_among_the_effects_of_a_document(faulty):
@@ -902,7 +910,7 @@ def test_a_width_that_a_record_does_not_have_is_zero_with_its_uncertainty():
     assert [item.id for item in model.effects] == ["bias-drift", "hysteresis"]
     without = replace(model, effects=model.effects[:1])
     sizes = []
-    for seed in range(100, 120):
+    for seed in range(100, 112):
         record = accelcal.simulate(plan=plan, effects=[drift], seed=seed)
         rate, size = (e.parameters for e in accelcal.fit(record, model=model).effects)
         sizes.append((size["half_width"].value, size["half_width"].standard_uncertainty))
@@ -910,7 +918,7 @@ def test_a_width_that_a_record_does_not_have_is_zero_with_its_uncertainty():
             alone = accelcal.fit(record, model=without).effects[0].parameters["rate"]
             assert rate["rate"].value == pytest.approx(alone.value, rel=1e-12)
     values, uncertainties = np.transpose(sizes)
-    assert 4 <= (values == 0.0).sum() <= 16  # of twenty, each with a chance of one half
+    assert 2 <= (values == 0.0).sum() <= 10  # of twelve, each with a chance of one half
     assert (uncertainties > 0.0).all()
     assert (values >= 0.0).all()
     assert (values < 3.5 * uncertainties).all()
@@ -1139,6 +1147,7 @@ def test_a_drift_that_bends_is_not_called_a_straight_one():
         "; nearest in the catalogue, but not accepted: bias-drift and bias-step, as the readings do"
         " not follow the law of bias-drift"
     )
+    plan = replace(plan, strokes=4)
     straight = accelcal.simulate(plan=plan, effects=[effect("bias-drift").of(2e-5)], seed=3)
     assert [each.id for each in accelcal.discover(straight).effects] == ["bias-drift"]
 
@@ -1155,8 +1164,9 @@ def since_the_start_of_its_run(record):
     return record.time - starts[record.run]
 
 
-@pytest.mark.parametrize("positions", [8, 12])
-@pytest.mark.parametrize(("factor", "back"), [("position", 1.0), ("stroke*position", -1.0)])
+@pytest.mark.parametrize(
+    ("factor", "back", "positions"), [("position", 1.0, 12), ("stroke*position", -1.0, 8)]
+)
 def test_a_cable_that_drags_with_the_turns_of_the_head(factor, back, positions):
     """The factors took 0 and 360 deg for one position, and what differs passed for noise."""
 
@@ -1318,7 +1328,7 @@ def test_readings_of_a_coarse_step_with_one_stroke_each_way_are_no_copies():
 @pytest.mark.parametrize("step", [3e-5, 1e-4])
 def test_readings_of_a_coarse_step_that_agree_are_no_copies(step):
     """Two at each position that agree to the last digit, as those of other strokes do."""
-    record = accelcal.simulate(seed=2)
+    record = accelcal.simulate(seed=2, plan=TumblePlan(strokes=4))
     again = np.repeat(np.arange(len(record)), 2)
     twice = record.taken(again)
     coarse = replace(twice.apparatus, resolution=step)

@@ -525,9 +525,9 @@ def test_the_part_of_an_eccentricity_that_the_coefficients_take_up_has_no_value(
 QUIET_STAND = NoiseComponents(reading=5e-6, head=2e-6, launch=1e-5, launch_sf=5e-6)
 
 
-def patterned(positions, pattern=None, effects=(), seed=0):
+def patterned(positions, pattern=None, effects=(), seed=0, temperatures=(T0, 60.0)):
     """A record to which a pattern of the head angle [rad] is added [g]."""
-    plan = TumblePlan(positions=positions, strokes=4)
+    plan = TumblePlan(positions=positions, strokes=4, temperatures=temperatures)
     record = simulate(plan=plan, noise=QUIET_STAND, effects=effects, seed=seed)
     added = 0.0 if pattern is None else 1.35 * pattern(np.radians(record.angle))
     return replace(record, output=record.output + added)
@@ -575,18 +575,17 @@ def by_chance(seed):
 
 
 def test_patterns_of_chance_are_hardly_named_as_certain_at_few_positions():
-    found = [accelcal.discover(patterned(12, by_chance(seed))) for seed in range(8)]
+    found = [accelcal.discover(patterned(12, by_chance(seed))) for seed in range(6)]
     doubted = [one for one in found if {item.id for item in one.effects} <= set(one.doubtful)]
-    assert len(doubted) >= 7
+    assert len(doubted) >= 5
 
 
-@pytest.mark.parametrize("positions", [16, 24])
 @pytest.mark.parametrize(
-    "effects",
+    ("positions", "effects"),
     [
-        [effect("scale-factor-asymmetry").of(3e-4)],
-        [effect("fourth-order").of(2e-4)],
-        [effect("scale-factor-asymmetry").of(4e-4), effect("cross-axis-cubic").of(2e-4)],
+        (16, [effect("scale-factor-asymmetry").of(3e-4)]),
+        (24, [effect("fourth-order").of(2e-4)]),
+        (16, [effect("scale-factor-asymmetry").of(4e-4), effect("cross-axis-cubic").of(2e-4)]),
     ],
     ids=["asymmetry", "fourth order", "asymmetry and cubic"],
 )
@@ -629,7 +628,11 @@ def test_an_effect_that_a_voltmeter_of_two_ranges_explains_as_well_is_not_sure(p
 )
 def test_a_cube_that_another_power_explains_better_is_not_sure(power, size, term):
     """On 16 positions every such power was a cube, for certain."""
-    odd = patterned(16, lambda th: size * np.abs(np.sin(th)) ** power * np.sign(np.sin(th)))
+
+    def odd_power(th):
+        return size * np.abs(np.sin(th)) ** power * np.sign(np.sin(th))
+
+    odd = patterned(16, odd_power, temperatures=(T0, 80.0, -40.0))
     found = accelcal.discover(odd)
     assert [item.id for item in found.effects] == ["cross-axis-cubic"]
     assert found.doubtful == ("cross-axis-cubic",)

@@ -45,9 +45,9 @@ def named(found):
 def test_clean_tables_have_no_fault(tmp_path, regime):
     """At 1 % of false alarms, two in ten tables are a chance of 4 in a thousand."""
     found = [
-        faults(hidden("none", tmp_path, seed, regime=regime)[2], 20.0)[0] for seed in range(20)
+        faults(hidden("none", tmp_path, seed, regime=regime)[2], 20.0)[0] for seed in range(10)
     ]
-    assert sum(map(bool, found)) <= 2
+    assert sum(map(bool, found)) <= 1
 
 
 @pytest.mark.parametrize(
@@ -456,9 +456,9 @@ def test_a_warm_up_is_no_vibration(tau):
 def test_even_noise_of_four_strokes_is_not_taken_for_vibration():
     """It was in 5 %: the cells are not independent, as the drift of each cycle is taken out."""
     plan = accelcal.TumblePlan(strokes=4, temperatures=(20.0,))
-    records = [accelcal.simulate(plan=plan, seed=seed) for seed in range(400)]
+    records = [accelcal.simulate(plan=plan, seed=seed) for seed in range(240)]
     found = [named(faults(record, 20.0)[0]) for record in records]
-    assert sum("vibration-noise" in names for names in found) <= 12
+    assert sum("vibration-noise" in names for names in found) <= 8  # by chance 1 in a thousand
 
 
 @pytest.mark.parametrize("regime", ["iid", "t5"])

@@ -4,6 +4,7 @@ import csv
 import json
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from accelcal.results.beyond_uncertainty import LEFT_OUT, LESS_CERTAIN
 from accelcal.simulation import TumblePlan
 
 FIVE = TumblePlan(temperatures=(20.0, 80.0, 50.0, -40.0, 20.0))
-FINE = TumblePlan(positions=24)
+FINE = TumblePlan(positions=24, temperatures=(20.0,))
 AT_80 = TumblePlan(temperatures=(80.0,))
 
 
@@ -30,8 +31,14 @@ def simulated(plan, *effects, serial="A1", seed=1):
     )
 
 
+@cache
+def searched(plan, *effects, seed=1):
+    """What a discovery finds in a record, whatever that is."""
+    return accelcal.discover(simulated(plan, *effects, seed=seed))
+
+
 def discovered(plan, *effects):
-    model = accelcal.discover(simulated(plan, *effects))
+    model = searched(plan, *effects)
     assert [found.id for found in model.effects] == [name for name, _ in effects]
     return model
 
@@ -167,6 +174,14 @@ def test_an_effect_of_the_stand_is_the_same_in_all_units():
     assert said_of(turned, "it was found with delta0 = 0 rad", "calibrate with delta0 = 0 rad")
 
 
+@cache
+def on_a_head(*lines):
+    """A head position found in a record with such header lines."""
+    hidden = accelcal.effect("position-error").of(2e-4, at=90.0)
+    record = accelcal.simulate(plan=FINE, effects=[hidden], seed=1)
+    return accelcal.discover(replace(record, metadata=dict(lines)))
+
+
 @pytest.mark.parametrize(
     ("lines", "taken"),
     [
@@ -181,8 +196,7 @@ def test_an_effect_of_the_head_is_left_in_on_another_head(lines, taken):
     """It was taken out of any, with the size that it had on the other one."""
     theirs, ours = lines
     hidden = accelcal.effect("position-error").of(2e-4, at=90.0)
-    record = replace(accelcal.simulate(plan=FINE, effects=[hidden], seed=1), metadata=theirs)
-    model = accelcal.discover(record)
+    model = on_a_head(*theirs.items())
     assert accelcal.Discovery.from_json(model.to_json()) == model
     four = TumblePlan(positions=4, temperatures=(20.0,))
     record = replace(accelcal.simulate(plan=four, effects=[hidden], seed=4), metadata=ours)
@@ -231,7 +245,7 @@ def test_a_time_constant_that_the_readings_do_not_tell_is_that_of_the_discovery(
 def test_a_break_that_the_readings_deny_is_found_anew():
     """That of the other unit was kept: the bias above T0 was off by many times U."""
     levels = (-40.0, -20.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 80.0)
-    many, entry = TumblePlan(temperatures=levels), accelcal.effect("break-shift")
+    many, entry = TumblePlan(temperatures=levels, strokes=4), accelcal.effect("break-shift")
     made = [entry.of(shift, slope_change=6e-5) for shift in (15.0, 34.0)]
     model = accelcal.discover(accelcal.simulate(plan=many, effects=made[:1], seed=1))
     unit = replace(accelcal.AL15, serial="B2")
@@ -298,7 +312,7 @@ def untimed(plan, *effects, seed):
 def test_u_counts_what_goes_on_in_pauses_nobody_knows_of(name, size, moved, hours):
     """k0 of the second run was off by 1 mg, with U of 15 ug."""
     plan = TumblePlan(timed=True, seconds_between_runs=3600.0 * hours)
-    model = accelcal.discover(simulated(plan, (name, size), seed=1))
+    model = searched(replace(plan, seconds_between_runs=7200.0), (name, size))
     assert model.effects
     found = accelcal.fit(untimed(plan, (name, size), seed=4), model=model)
     plain = accelcal.fit(simulated(plan, seed=4))
@@ -316,7 +330,7 @@ def test_where_readings_deny_that_there_were_no_pauses_the_runs_tell_the_rate(na
     """It was 140 to 179 ppm/h at U of 4, and each run had a drift that it had not."""
     plan = TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0), strokes=4)
     made = (name, 1e-4)
-    model = accelcal.discover(simulated(plan, made, seed=2))
+    model = searched(plan, made, seed=2)
     record = simulated(plan, made, seed=5)
     found = accelcal.fit(record, model=model)
     rate = found.effects[0].parameters["rate"]
@@ -330,9 +344,7 @@ def test_a_comparison_counts_what_goes_on_in_pauses_nobody_knows_of(name):
     """Nothing had changed, and simulation and measurement disagreed in 24 of 25 such pairs."""
     plan = TumblePlan(temperatures=(20.0, 80.0, 20.0, -40.0, 20.0), strokes=4)
     made = (name, 1e-4)
-    calibration = accelcal.fit(
-        simulated(plan, made, seed=5), model=accelcal.discover(simulated(plan, made, seed=2))
-    )
+    calibration = accelcal.fit(simulated(plan, made, seed=5), model=searched(plan, made, seed=2))
     same = accelcal.compare(calibration, simulated(plan, made, seed=6))
     assert same.p_value > 0.01
     assert any(f"no times: {name} may go on between the runs" in note for note in same.notes)
@@ -395,7 +407,7 @@ def test_of_two_effects_that_look_alike_in_another_unit_one_is_fitted_and_the_ot
 def test_readings_without_temperature_count_as_at_the_mean_of_their_run():
     """They counted as at T0: a gap of milli-g, of which the effects and U took up a part."""
     record = simulated(TumblePlan(), ("backlash", 3e-5))
-    model = accelcal.discover(record)
+    model = searched(TumblePlan(), ("backlash", 3e-5))
     temperature = record.temperature.copy()
     temperature[np.flatnonzero(record.run == 1)[[3, 17, 30]]] = np.nan
     holed = accelcal.fit(replace(record, temperature=temperature), model=model)
@@ -412,7 +424,7 @@ def test_readings_without_temperature_count_as_at_the_mean_of_their_run():
 
 def test_a_run_without_temperature_beside_others_is_refused():
     record = simulated(TumblePlan(), ("backlash", 3e-5))
-    model = accelcal.discover(record)
+    model = searched(TumblePlan(), ("backlash", 3e-5))
     unknown = np.where(record.run == 2, np.nan, record.temperature)
     with pytest.raises(accelcal.InputError, match="run 3 has no temperature, and others have"):
         accelcal.fit(replace(record, temperature=unknown), model=model)
@@ -435,12 +447,16 @@ def with_steps(*steps, seed):
     return accelcal.simulate(effects=[STEP.of(v, reading=at) for v, at in steps], seed=seed)
 
 
+@cache
+def stepped(size):
+    return accelcal.discover(with_steps((size, 70), seed=0))
+
+
 @pytest.mark.parametrize("there", [35, 72, 130])
 @pytest.mark.parametrize("size", [4e-4, 1e-4])
 def test_a_step_is_taken_out_where_the_readings_show_it(size, there):
     """It was sought where the discovery had it, and k0 was off by half of the step."""
-    model = accelcal.discover(with_steps((size, 70), seed=0))
-    found = accelcal.fit(with_steps((size, there), seed=20), model=model)
+    found = accelcal.fit(with_steps((size, there), seed=20), model=stepped(size))
     plain = accelcal.fit(accelcal.simulate(seed=20))
     (step,) = found.effects
     assert step.parameters["reading"].value == there
@@ -455,16 +471,14 @@ def test_a_step_is_taken_out_where_the_readings_show_it(size, there):
 
 
 def test_a_second_step_is_told():
-    model = accelcal.discover(with_steps((2e-4, 70), seed=0))
-    found = accelcal.fit(with_steps((2e-4, 70), (2e-4, 130), seed=20), model=model)
+    found = accelcal.fit(with_steps((2e-4, 70), (2e-4, 130), seed=20), model=stepped(2e-4))
     assert found.effects[0].parameters["reading"].value == 70
     assert said_of(found, "these readings show another one with reading = 130", LESS_CERTAIN)
 
 
 def test_a_step_that_is_not_there_is_zero_and_moves_nowhere():
-    model = accelcal.discover(with_steps((2e-4, 70), seed=0))
-    for seed in range(20, 26):
-        found = accelcal.fit(accelcal.simulate(seed=seed), model=model)
+    for seed in range(20, 23):
+        found = accelcal.fit(accelcal.simulate(seed=seed), model=stepped(2e-4))
         assert abs(found.effects[0].parameters["step"].value) < 1e-5
         assert not said_of(found, "bias-step: these readings")
 
@@ -489,15 +503,21 @@ def test_u_of_k0_counts_that_the_time_constant_is_uncertain(seed, tau):
     assert of_search.standard_uncertainty > 0.95 * u  # which counts what else it may be, too
 
 
-@pytest.mark.parametrize("hours", [0.0, 4.0, 20.0])
-def test_a_drift_that_may_be_there_in_its_place_may_go_on_in_pauses_too(hours):
-    """Judged as if there were none, it was denied by pauses: k0 off by 400 ug at U of 16."""
+@pytest.fixture(scope="module")
+def warm_or_drifting():
     warm = accelcal.effect("warm-up").of(4e-5, tau=3000.0)
     model = accelcal.discover(accelcal.simulate(effects=[warm], seed=1))
     assert model.effects[0].indistinguishable == ("bias-drift",)
+    return model
+
+
+@pytest.mark.parametrize("hours", [0.0, 4.0, 20.0])
+def test_a_drift_that_may_be_there_in_its_place_may_go_on_in_pauses_too(hours, warm_or_drifting):
+    """Judged as if there were none, it was denied by pauses: k0 off by 400 ug at U of 16."""
     levels = (20.0, 80.0, 20.0, -40.0, 20.0)
     plan = TumblePlan(temperatures=levels, timed=True, seconds_between_runs=3600.0 * hours)
-    found = accelcal.fit(untimed(plan, ("bias-drift", -2e-5), seed=4), model=model)
+    record = untimed(plan, ("bias-drift", -2e-5), seed=4)
+    found = accelcal.fit(record, model=warm_or_drifting)
     plain = accelcal.fit(untimed(plan, seed=4))
     assert said_of(found, "no times: bias-drift", PAUSED)
     assert said_of(found, "if it is bias-drift in truth")

@@ -1,6 +1,7 @@
 """A tilt of the stand is linear in time or daily: both are told where the readings do not tell."""
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,9 +16,14 @@ MORE_THAN_A_DAY = TumblePlan(seconds_between_runs=12 * 3600.0, timed=True)
 AS_WELL = " explains these readings as well; to tell: "
 
 
+@cache
+def discovered(plan, hidden, seed):
+    return accelcal.discover(accelcal.simulate(plan=plan, effects=[hidden], seed=seed))
+
+
 def laws_of(plan, hidden, seed):
     """Law that is named, and those that are told beside it."""
-    found = accelcal.discover(accelcal.simulate(plan=plan, effects=[hidden], seed=seed))
+    found = discovered(plan, hidden, seed)
     (tilt,) = found.effects
     assert tilt.id == "foundation-tilt"
     beside = [note.split(AS_WELL)[0] for note in found.notes if AS_WELL in note]
@@ -28,7 +34,7 @@ def daily(size, phase):
     return TILT.of(0.0, sine=size * np.cos(phase), cosine=size * np.sin(phase))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("hidden", [TILT.of(2.5e-5), daily(1e-4, 0.0)], ids=["linear", "daily"])
 def test_two_hours_of_a_day_are_a_straight_line(hidden, seed):
     named, beside = laws_of(TWO_HOURS, hidden, seed)
@@ -39,32 +45,31 @@ def test_two_hours_of_a_day_are_a_straight_line(hidden, seed):
 
 def test_the_other_law_has_the_size_that_it_would_have():
     hour = 2.0 * np.pi / 24.0
-    for seed in range(4):
+    for seed in range(3):
         _, beside = laws_of(TWO_HOURS, TILT.of(5e-5), seed)
         sine, cosine = (float(size) for size in re.findall(r"= (\S+) rad", beside[0]))
         in_the_middle = hour * (sine * np.cos(hour) - cosine * np.sin(hour))
         assert in_the_middle == pytest.approx(5e-5, rel=0.3)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_linear_tilt_leaves_the_misalignment_right(seed):
     record = accelcal.simulate(plan=TWO_HOURS, effects=[TILT.of(5e-5)], seed=seed)
-    found = accelcal.discover(record)
+    found = discovered(TWO_HOURS, TILT.of(5e-5), seed)
     m = accelcal.fit(record, model=found).tables[0].coefficients["M"]
     truth = accelcal.fit(accelcal.simulate(plan=TWO_HOURS, seed=seed)).tables[0].coefficients["M"]
     assert abs(m.value - truth.value) < m.expanded_uncertainty
 
 
-@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(
-    ("hidden", "law"),
-    [(TILT.of(5e-5), "linear"), (daily(4e-4, 0.7), "daily"), (daily(4e-4, 2.3), "daily")],
+    ("hidden", "law", "seed"),
+    [(TILT.of(5e-5), "linear", 0), (daily(4e-4, 0.7), "daily", 1), (daily(4e-4, 2.3), "daily", 2)],
 )
 def test_more_than_a_day_tells(hidden, law, seed):
     assert laws_of(MORE_THAN_A_DAY, hidden, seed) == (law, [])
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_bend_within_hours_tells_that_the_tilt_is_not_linear(seed):
     assert laws_of(NINE_HOURS, daily(4e-4, 1.0), seed) == ("daily", [])
 
@@ -77,25 +82,23 @@ def test_what_changes_with_the_law_is_told():
     assert re.search(r"rad in truth: delta \d+ urad", note)
 
 
+ASYMMETRY = accelcal.effect("scale-factor-asymmetry").of(2e-4)
+
+
 def coefficient(found, name):
     return next(each for each in found.coefficients if each.coefficient == name)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(
-    "hidden",
-    [
-        accelcal.effect("scale-factor-asymmetry").of(2e-4),
-        accelcal.effect("fourth-order").of(1.5e-4),
-    ],
-    ids=lambda hidden: hidden.effect.id,
+    "hidden", [ASYMMETRY, accelcal.effect("fourth-order").of(1.5e-4)], ids=["|a_i|", "a_i^4"]
 )
 def test_the_uncertainty_covers_where_the_other_one_of_two_effects_is_the_true_one(hidden, seed):
     """That of K2 counted nothing of it: it lay off by ten times as much."""
-    found = accelcal.discover(accelcal.simulate(effects=[hidden], seed=seed))
+    found = discovered(TumblePlan(), hidden, seed)
     (named,) = found.effects
     assert {named.id, *named.indistinguishable} == {"scale-factor-asymmetry", "fourth-order"}
-    truth = coefficient(accelcal.discover(accelcal.simulate(seed=seed)), "K2").before
+    truth = accelcal.fit(accelcal.simulate(seed=seed)).tables[0].error_model["k2"]
     K2 = coefficient(found, "K2").after
     assert abs(K2.value - truth.value) < K2.expanded_uncertainty
     (note,) = found.otherwise
@@ -106,7 +109,6 @@ def test_the_uncertainty_covers_where_the_other_one_of_two_effects_is_the_true_o
 
 
 def test_a_coefficient_that_hangs_on_no_other_effect_keeps_its_uncertainty():
-    hidden = accelcal.effect("scale-factor-asymmetry").of(2e-4)
-    found = accelcal.discover(accelcal.simulate(effects=[hidden], seed=1))
+    found = discovered(TumblePlan(), ASYMMETRY, 1)
     K3 = coefficient(found, "K3")
     assert K3.after.standard_uncertainty == pytest.approx(K3.before.standard_uncertainty, rel=0.05)

@@ -1,12 +1,16 @@
 """The bias breaks once: where it does follows from its slopes, if no level lies close to it."""
 
+from functools import cache
+
 import pytest
 
 import accelcal
 from accelcal.simulation import TumblePlan
 
 SHIFT = accelcal.effect("break-shift")
-LEVELS = TumblePlan(temperatures=(20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0, 20.0))
+LEVELS = TumblePlan(
+    temperatures=(20.0, 50.0, 80.0, 50.0, 20.0, -10.0, -40.0, -10.0, 20.0), strokes=4
+)
 SLOPE_CHANGE = 6e-6  # of the AL-15
 
 
@@ -16,6 +20,7 @@ def record_of(shift, seed, slope_change=SLOPE_CHANGE):
     )
 
 
+@cache
 def discovered(*args):
     found = accelcal.discover(record_of(*args))
     (effect,) = found.effects
@@ -28,8 +33,7 @@ def is_covered(quantity, truth):
     return abs(quantity.value - truth) < quantity.expanded_uncertainty
 
 
-@pytest.mark.parametrize("shift", [15.0, -15.0])
-@pytest.mark.parametrize("seed", [2, 4])
+@pytest.mark.parametrize(("shift", "seed"), [(15.0, 2), (-15.0, 4)])
 def test_the_break_is_where_the_two_lines_meet(shift, seed):
     """It was anywhere between two levels, with a change of the slope to match and a U too small."""
     _, parameters, note = discovered(shift, seed)
@@ -61,7 +65,7 @@ def test_where_the_slopes_have_two_breaks_neither_has_an_uncertainty():
     assert "no law with one break" in note
 
 
-@pytest.mark.parametrize(("shift", "seed"), [(-45.0, 2), (-45.0, 4), (45.0, 2)])
+@pytest.mark.parametrize(("shift", "seed"), [(-45.0, 4), (45.0, 2)])
 def test_a_break_with_one_level_beyond_it_has_no_uncertainty(shift, seed):
     """A line leads there from any break before that level; it had a U of 4 degC, or of 1e10."""
     _, parameters, note = discovered(shift, seed)
