@@ -10,6 +10,7 @@ from rows_of_calibrations import assert_rows_are_those_of_fits
 import accelcal
 from accelcal.calibrate.fit import calibrate_many
 from accelcal.calibrate.options import Options
+from accelcal.calibrate.plan import plans_of
 from accelcal.estimate.solver import LeastSquares, WithGaps
 
 
@@ -140,3 +141,13 @@ def test_solver_with_gaps_is_that_of_the_rows_that_are_there():
         assert_allclose(own @ reading, alone.solve(reading[known]), rtol=1e-10)
     assert_allclose(found.solve(y), np.einsum("tpn,tn->tp", found.map, y), rtol=1e-10)
     assert_allclose(found.basis.mT @ found.basis, [np.eye(3)] * 5, atol=1e-14)
+
+
+def test_records_with_few_readings_all_over_a_large_table_stay_apart():
+    """Together they would have too many for a stack of any size."""
+    plan = accelcal.TumblePlan(positions=100, strokes=24, temperatures=(20.0,))
+    whole = accelcal.simulate(plan=plan, seed=0)
+    always = (whole.stroke <= 2) | (whole.angle == 0.0)
+    chance = np.random.default_rng(0).random((120, len(whole)))
+    found = plans_of([whole.taken(always | (own < 0.02)) for own in chance], None, gaps=True)
+    assert len(found) == 120

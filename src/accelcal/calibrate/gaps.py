@@ -19,8 +19,11 @@ from accelcal.estimate.trend import powers_of
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 
-_MOST_READINGS = 300
-"""Readings of a table beyond which it is long enough to be quick alone."""
+_MOST_READINGS = 150
+"""Room for readings of a table in one direction beyond which it is long enough to be quick alone.
+
+It is that of all strokes at all angles, as together the records may have readings all over it.
+"""
 
 _MOST_ANGLES = 128
 """Angles beyond which contrasts are not written down, see `accelcal.estimate.many_positions`."""
@@ -44,8 +47,10 @@ def beside_gaps(record: TumbleRecord) -> Hashable:
     readings, at_once = Counter(table), set(zip(table, stroke, angle, strict=True))
     free = readings - Counter(own for own, *_ in cells)
     turns = Counter(own for own, _ in strokes)
+    ways = Counter((own, number % 2) for own, number in strokes)
+    places = Counter((own, way) for own, _, way in cells)
     good = (
-        max(readings.values()) <= _MOST_READINGS
+        max(number * ways[one] for one, number in places.items()) <= _MOST_READINGS
         and len(set(angle)) <= _MOST_ANGLES
         and len(at_once) == len(record)
         and len(set(zip(table, heat, strict=True))) == len(readings)

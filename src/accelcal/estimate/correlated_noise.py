@@ -98,7 +98,7 @@ class Correlation(NamedTuple):
         whole, free = own.copy(), dof.copy()
         for at, row in enumerate(rows.tolist()):
             one, each = slice(at, at + 1), slice(row, row + 1)
-            there, plan = np.isfinite(table.scatter[row]), _alone(table, row)
+            there, plan = np.isfinite(table.scatter[row]), _neighbours(table, row)
             part = through[row][:, there], noise.of_records(each), own[one], dof[one]
             whole[one], free[one] = self.of_records(each)._beside(plan, *part)
         return whole, free
@@ -255,22 +255,17 @@ def _uneven_variance(table: PreparedTable, output: Array, rows: Places) -> Array
     if table.scatter.ndim == 1:
         return _neighbours(table).uneven_variance(output[rows])
     there = np.isfinite(table.scatter)
-    own = (_alone(table, i).uneven_variance(output[i : i + 1, there[i]]) for i in rows.tolist())
-    return np.concatenate(list(own))
+    each = ((_neighbours(table, i), output[i : i + 1, there[i]]) for i in rows.tolist())
+    return np.concatenate([plan.uneven_variance(own) for plan, own in each])
 
 
-def _neighbours(table: PreparedTable) -> _Neighbours:
-    record = table.record
-    arrays = record.angle, table.head, record.stroke, table.scatter
-    if table.scatter.ndim == 2:
+def _neighbours(table: PreparedTable, row: int | None = None) -> _Neighbours:
+    """That of a table, or of one of the records that have gaps of their own in it."""
+    scatter = table.scatter if row is None else table.scatter[row]
+    arrays = table.record.angle, table.head, table.record.stroke, scatter
+    if scatter.ndim == 2:
         return _told(*arrays)
-    return _found(*(each.tobytes() for each in arrays))
-
-
-def _alone(table: PreparedTable, place: int) -> _Neighbours:
-    """That of one of several records that have gaps of their own."""
-    record, there = table.record, np.isfinite(table.scatter[place])
-    arrays = record.angle, table.head, record.stroke, table.scatter[place]
+    there = np.isfinite(scatter)
     return _found(*(each[there].tobytes() for each in arrays))
 
 
