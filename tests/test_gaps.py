@@ -151,3 +151,16 @@ def test_records_with_few_readings_all_over_a_large_table_stay_apart():
     chance = np.random.default_rng(0).random((120, len(whole)))
     found = plans_of([whole.taken(always | (own < 0.02)) for own in chance], None, gaps=True)
     assert len(found) == 120
+
+
+def test_copies_of_which_chance_might_make_some_are_judged_by_the_readings_there_are(tmp_path):
+    """The gaps are the same in a run and its copy; steps are nearly as large as the noise."""
+    for seed in range(4):
+        record = accelcal.simulate(plan=accelcal.TumblePlan(resolution=2.7e-5), seed=seed)
+        lost = np.random.default_rng(seed).random(54) < 0.2
+        output = record.output.copy()
+        output[record.run == 2] = output[record.run == 1]
+        record = replace(record, output=output).taken(~np.tile(lost, 3))
+        accelcal.write_table(record, tmp_path / f"{seed}.csv")
+    found = assert_rows_are_those_of_fits(tmp_path, 4).tables
+    assert set(found["gate_agreement_of_tables"]) == {"pass", "warn"}

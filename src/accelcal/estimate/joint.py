@@ -41,7 +41,7 @@ class JointEstimate(NamedTuple):
     Attributes
     ----------
     outputs : tuple of ndarray, shape (..., n)
-        Readings that were fitted: pseudo-values where the fit is robust [output unit].
+        Readings that were fitted, pseudo-values where the fit is robust; NaN at gaps [output unit].
     names : tuple of tuple of str
         Coefficients that are estimated in each table.
     stands_for : tuple of mapping
@@ -51,7 +51,7 @@ class JointEstimate(NamedTuple):
     judged : tuple of ndarray, shape (..., 6)
         Those of plain least squares, from the readings as they are, whatever the method.
     residuals : tuple of ndarray, shape (..., n)
-        Reading minus model, for each reading of each table, NaN at a gap [output unit].
+        Reading minus model, for each reading of each table, NaN at gaps [output unit].
     noises : tuple of ReadingNoise
         Reading noise of each table.
     uneven : tuple of UnevenNoise
@@ -215,12 +215,15 @@ def estimate_stack(
     bias, scale_factor = _run_shifts(errors, reading, levels, apparatus)
     shifts = {"launch": bias, "launch_sf": scale_factor}
     return JointEstimate(
-        outputs=tuple(readings),
+        outputs=tuple(map(_own, tables, readings)),
         names=tuple(estimator.names for estimator in estimators),
         stands_for=tuple(estimator.stands_for for estimator in estimators),
         coefficients=tuple(coefficients),
         judged=tuple(_by_least_squares(tables, outputs) if robust else errors.fitted),
-        residuals=tuple(map(_residuals, tables, outputs, coefficients)),
+        residuals=tuple(
+            _own(t, y - k @ t.design.T)
+            for t, y, k in zip(tables, outputs, coefficients, strict=True)
+        ),
         noises=tuple(errors.noises),
         uneven=tuple(errors.uneven),
         correlation=errors.correlation,
@@ -240,9 +243,9 @@ def estimate_stack(
     )
 
 
-def _residuals(table: PreparedTable, output: Array, coefficients: Array) -> Array:
-    left = output - coefficients @ table.design.T
-    return left if table.scatter.ndim == 1 else np.where(np.isinf(table.scatter), np.nan, left)
+def _own(table: PreparedTable, values: Array) -> Array:
+    """Values of readings, NaN at gaps."""
+    return values if table.scatter.ndim == 1 else np.where(np.isinf(table.scatter), np.nan, values)
 
 
 def _readings(table: PreparedTable, output: Array, robust: bool) -> Array:

@@ -49,7 +49,7 @@ class RecordStack(NamedTuple):
     coefficients : ndarray, shape (R, tables, 6)
         Coefficients [output unit / g^n].
     outputs : sequence of ndarray, shape (R, n)
-        Readings of each table [output unit].
+        Readings of each table, NaN at a gap [output unit].
     noise : ndarray, shape (R, tables)
         Standard deviation of one of them [output unit]; NaN where nothing tells it.
     alike : sequence of ndarray of int
@@ -214,7 +214,8 @@ def _copies(stack: RecordStack) -> dict[int, tuple[int, int]]:
     found = {}
     for record, at in np.argwhere(same).tolist():
         first, second = sorted(order[record, at : at + 2].tolist())
-        if are_copies(stack.outputs[first][record], float(stack.noise[record, first])):
+        output = stack.outputs[first][record]
+        if are_copies(output[~np.isnan(output)], float(stack.noise[record, first])):
             found[record] = (first, second)
     return found
 
