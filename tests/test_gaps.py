@@ -164,3 +164,13 @@ def test_copies_of_which_chance_might_make_some_are_judged_by_the_readings_there
         accelcal.write_table(record, tmp_path / f"{seed}.csv")
     found = assert_rows_are_those_of_fits(tmp_path, 4).tables
     assert set(found["gate_agreement_of_tables"]) == {"pass", "warn"}
+
+
+def test_records_whose_gaps_change_what_they_tell_apart_are_alone(tmp_path):
+    """At these angles K3 is nearly a sum of the others; the gaps change their shares in it."""
+    plan = accelcal.TumblePlan(angles=(165.0, 195.0, 210.0, 225.0, 315.0, 345.0))
+    for seed in range(3):
+        record = with_gaps(accelcal.simulate(plan=plan, seed=seed), seed)
+        accelcal.write_table(record, tmp_path / f"{seed}.csv")
+    found = assert_rows_are_those_of_fits(tmp_path, 3).tables
+    assert found["stands_for"].nunique() > 1

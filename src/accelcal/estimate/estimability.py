@@ -20,6 +20,9 @@ _PRIORITY = ("K1", "K0", "M", "K2", "M_ip", "K3")
 # told apart in practice: its coefficient would be a hundred times less certain than a mean.
 _LEAST_REMAINDER = 0.01
 
+_CLEAR = 10.0  # times as much is left whatever the rows, of which one may come a hundred times
+_NO_REMAINDER = 1e-9  # of rounding
+
 
 class Estimability(NamedTuple):
     """What a design determines."""
@@ -123,23 +126,44 @@ def check_names(asked: Sequence[str]) -> None:
         raise DesignError("K1 is not among the coefficients asked for; a fit needs it")
 
 
+def tells_alike(design: Array, asked: Sequence[str]) -> bool:
+    """Tell whether a design, shape (n, 6), determines the same however often it has each row.
+
+    That is where all that is asked of its rows is clearly told apart, or not at all.
+
+    Examples
+    --------
+    >>> from accelcal.geometry import accelerations
+    >>> from accelcal.model import design_matrix
+    >>> turns = [0.0, 90.0, 180.0, 270.0], [165.0, 195.0, 210.0, 225.0, 315.0, 345.0]
+    >>> [tells_alike(design_matrix(accelerations(angle)), COEFFICIENTS) for angle in turns]
+    [True, False]
+    """
+    left = _remainders(np.unique(design, axis=0), [name for name in _PRIORITY if name in asked])
+    return all(size < _NO_REMAINDER or size > _CLEAR * _LEAST_REMAINDER for size in left.values())
+
+
 def _sort_out(
     design: Array, candidates: Sequence[str]
 ) -> tuple[list[str], dict[str, dict[str, float]]]:
     """Keep each candidate that adds a direction; express the others by those kept."""
-    kept: list[str] = []
-    lost: list[str] = []
+    left = _remainders(design, candidates)
+    kept = [name for name, size in left.items() if size > _LEAST_REMAINDER]
+    return kept, {name: _shares(design, kept, name) for name in left if name not in kept}
+
+
+def _remainders(design: Array, candidates: Sequence[str]) -> dict[str, float]:
+    """What each candidate leaves behind those before it that are kept, as an rms."""
+    found: dict[str, float] = {}
     basis = np.zeros((len(candidates), len(design)))
-    for name in candidates:
+    for row, name in zip(basis, candidates, strict=True):
         column = design[:, COEFFICIENTS.index(name)]
         rest = column - (basis @ column) @ basis
         size = math.sqrt(rest @ rest)
-        if size > _LEAST_REMAINDER * math.sqrt(column.size):
-            basis[len(kept)] = rest / size
-            kept.append(name)
-        else:
-            lost.append(name)
-    return kept, {name: _shares(design, kept, name) for name in lost}
+        found[name] = size / math.sqrt(column.size)
+        if found[name] > _LEAST_REMAINDER:
+            row[:] = rest / size
+    return found
 
 
 def _shares(design: Array, kept: Sequence[str], lost: str) -> dict[str, float]:

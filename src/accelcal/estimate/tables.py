@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.errors import InputError
+from accelcal.errors import DesignError, InputError
 from accelcal.estimate.declared_scatter import declared_scatter
-from accelcal.estimate.estimability import Estimability, estimability
+from accelcal.estimate.estimability import Estimability, estimability, tells_alike
 from accelcal.estimate.solver import LeastSquares, WithGaps
 from accelcal.geometry import Acceleration, accelerations
 from accelcal.head_angles import head_positions
@@ -91,7 +91,16 @@ class PreparedTable(NamedTuple):
         return median(self.scatter[np.isfinite(self.scatter)])
 
     def with_gaps(self, there: Mask) -> PreparedTable:
-        """Return the table of R records that have some of its readings only, shape (R, n)."""
+        """Return the table of R records that have some of its readings only, shape (R, n).
+
+        Raises
+        ------
+        DesignError
+            If these determine other coefficients, or others stand for them, than all together.
+        """
+        found = self.estimability
+        if not tells_alike(self.design, (*found.kept, *found.shares)):
+            raise DesignError("which readings there are decides what they tell apart")
         solver = WithGaps.of(self.kept_design, there)
         return self._replace(scatter=np.where(there, self.scatter, np.inf), least_squares=solver)
 
