@@ -54,7 +54,7 @@ class OnePlan(NamedTuple):
     outputs : tuple of ndarray, shape (R, n)
         Readings of each table [output unit].
     temperatures : tuple of ndarray, shape (R, n)
-        Temperatures of each table, NaN where unknown [degC].
+        Temperatures of each table, NaN where unknown and at gaps [degC].
     recorded : tuple of ndarray, shape (R, n)
         The same with those unknown at the mean of their table [degC].
     levels : ndarray, shape (R, tables)
@@ -137,7 +137,9 @@ class OnePlan(NamedTuple):
         whole = [[own[at] for own in pair] for pair, at in zip(readings, source, strict=True)]
         output, temperature = map(np.array, zip(*whole, strict=True))
         plan = cls._of(records, shared, output, temperature)
-        return plan._replace(there=tuple(there[:, mask] for mask in plan.masks), source=source)
+        own = tuple(there[:, mask] for mask in plan.masks)
+        known = tuple(np.where(*each, np.nan) for each in zip(own, plan.temperatures, strict=True))
+        return plan._replace(there=own, source=source, temperatures=known)
 
     @classmethod
     def _of(
