@@ -65,11 +65,8 @@ class Cells(NamedTuple):
         Of values v = y p of precision p it is the weighted mean of y, the sum of v p over that of
         p^2.
         """
-        if self.precision is None or self.precision.ndim == 1:
-            own = 1.0 if self.precision is None else self.precision
-            return np.asarray(self.readings.sums(values, own) / self.weight[:, None])
-        own = beside(self.precision, values)
-        return np.asarray(self.readings.sums(values * own) / beside(self.weight, values))
+        own = values if self.precision is None else values * beside(self.precision, values)
+        return np.asarray(self.readings.sums(own) / beside(self.weight, values))
 
     def at_readings(self, means: Array) -> Array:
         """What is expected of the readings, from means of shape (..., m, k), shape (..., n, k)."""
