@@ -23,7 +23,7 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import column_of
 from accelcal.discovery.noise.of_readings import ReadingNoise
 from accelcal.discovery.prospects.aliases import Aliases, aliases
-from accelcal.discovery.prospects.audit import absorbed_by, designed
+from accelcal.discovery.prospects.audit import carriers_in, designed
 from accelcal.discovery.spans import orthonormal
 from accelcal.effects.catalogue import catalogue
 from accelcal.effects.effect import Effect
@@ -67,9 +67,8 @@ def design(positions: int) -> Design:
     plan = TumblePlan(positions=positions, strokes=4, temperatures=LEVELS, timed=True)
     comparison = designed(simulate(plan=plan, noise=NOISE_FREE, seed=0), LEVELS[0], NOISE)
     found = candidates(searched_among(catalogue()), comparison.space, comparison.model.conditions)
-    absorbed = {
-        item.id: absorbed_by(item, comparison.model, comparison.parameters) for item in found.hidden
-    }
+    carriers = carriers_in(comparison.model, comparison.parameters)
+    absorbed = {item.id: carriers(item) for item in found.hidden}
     return Design(comparison, {each.id: each for each in aliases(found)}, absorbed)
 
 

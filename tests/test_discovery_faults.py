@@ -227,6 +227,26 @@ def test_exchanged_positions_are_named(pair):
     assert not fault.parameters
 
 
+@pytest.mark.parametrize(
+    ("angles", "out_of_size"),
+    [
+        ((0, 2, 36, 72, 108, 144, 180), {"k3": 0.12}),
+        ((*range(0, 172, 9), 174, 180), {"delta": -0.102}),
+    ],
+    ids=["k3", "delta"],
+)
+def test_what_is_out_of_size_in_truth_is_no_exchange_of_near_positions(angles, out_of_size):
+    """Two next to each other were said to be exchanged, as that changes next to nothing."""
+    plan = accelcal.TumblePlan(angles=angles, temperatures=(20.0,), strokes=2)
+    record, size = accelcal.simulate(plan=plan, seed=1), {"k3": 0.0, "delta": 0.0}
+    size |= out_of_size
+    a, across = np.cos(np.deg2rad(record.angle)), np.sin(np.deg2rad(record.angle))
+    output = 3e-3 + a + size["k3"] * a**3 + size["delta"] * across
+    noise = 1e-5 * np.random.default_rng(1).normal(size=len(record))
+    found, _ = faults(replace(record, output=output + noise), 20.0)
+    assert not [fault for fault in found if fault.name == "positions exchanged"]
+
+
 def exchanged(clean, first, second):
     """A record with two of its positions exchanged, and their angles in words."""
     p = clean.position

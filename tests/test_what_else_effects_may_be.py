@@ -245,6 +245,18 @@ def test_what_else_an_effect_may_be_does_not_bend_the_laws_beside_it():
         assert table.error_model["k0"].value == pytest.approx(expected, abs=1e-5)
 
 
+def test_laws_beside_an_effect_have_the_uncertainty_of_those_from_the_readings():
+    """U was 0.74 to 0.94 of it: errors of the effect were weighed as if other readings told its size."""
+    plan = TumblePlan(temperatures=(20.0, 50.0, 80.0, 0.0, -20.0, -40.0), strokes=4, timed=True)
+    hidden = accelcal.effect("bias-temperature-quadratic").of(4e-8)
+    model, record = accelcal.discover(simulated(hidden, 6, plan)), simulated(hidden, 7, plan)
+    tables, readings = (
+        accelcal.fit(record, model=model, temperature_laws=laws).temperature_model.k0.above
+        for laws in ("tables", "readings")
+    )
+    assert tables.expanded_uncertainty == pytest.approx(readings.expanded_uncertainty, rel=0.01)
+
+
 def test_the_misalignment_of_the_tables_brings_what_its_covariance_holds_of_others():
     model = accelcal.fit(accelcal.simulate(seed=1)).temperature_model
     one = np.eye(len(model.covariance_names))

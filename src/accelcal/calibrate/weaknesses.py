@@ -247,9 +247,9 @@ def _lost_in_noise(shows: bool, dof: float) -> str:
     size = "head error as large as the noise" if shows else "no head error shows above the noise"
     return (
         f"{size}, and {degrees_of_freedom(dof)} cannot tell"
-        " the two apart: the intervals of one test may be too wide or too narrow (of many such"
-        " tests in simulations, 93 to 99 of 100 held the truth); declare head_uncertainty or"
-        " measure more positions"
+        " the two apart: the intervals of one test may be too wide or too narrow (in simulations of"
+        " many such tests, 93 to 99 of 100 held the truth); declare head_uncertainty or measure"
+        " more positions"
     )
 
 

@@ -10,7 +10,7 @@ from accelcal.effects.effect import Effect
 from accelcal.effects.parameter import Parameter
 from accelcal.units import HOUR
 
-_MORE_LEVELS = "two or more temperatures on either side of T0 (one more, if they are so already)"
+_MORE_LEVELS = "two or more temperatures on either side of T0 (one more, if there are two already)"
 
 
 def _kink(excess: Array, shift: float) -> Array:

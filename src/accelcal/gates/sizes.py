@@ -37,6 +37,7 @@ LARGEST_RESIDUAL = 0.02
 
 _FEWEST = 4  # positions in a turn: fewer leave no residual
 _TRIED = range(6, 41)  # numbers of angles of which each two are tried; four may be negated so
+_FAR_LESS = 0.01  # share of the squared residuals as given that other positions may leave
 _WHOLE = 1e-6  # by which the number of a position may miss a whole one
 _TELLING = 0.3  # readings below this share of the largest tell nothing about the unit
 _OTHER_SIZE = 1.3  # ratio of two strokes, or of two scale factors, above any temperature effect
@@ -153,7 +154,8 @@ def other_positions(table: PreparedTable, output: Array, delta0: float) -> Other
     The readings, shape (n,) [output unit], are those at the angles of the table, with a fixture
     angle [rad].
     """
-    left = partial(_left_in_proportion, table, output, delta0)
+    given = _fit(table, output, delta0, table.record.angle)[1]
+    left = partial(_left_in_proportion, table, output, delta0, given * _FAR_LESS)
     return _fitting_turn(table, left) or _fitting_exchange(table, left)
 
 
@@ -200,17 +202,26 @@ def _exchanged(angle: Array, first: float, second: float) -> Array:
     return np.where(angle == first, second, np.where(angle == second, first, angle))
 
 
-def _left_in_proportion(table: PreparedTable, output: Array, delta0: float, angle: Array) -> float:
+def _left_in_proportion(
+    table: PreparedTable, output: Array, delta0: float, largest: float, angle: Array
+) -> float:
     """Squared residuals of readings at angles [deg], infinite where they are in no proportion.
 
-    K0, K1 and M are fitted, which four angles tell apart.
+    So they are as well where they are not small against those of the angles given: what is large
+    in truth, as a K2, is not much less so with two positions exchanged that hardly differ.
     """
-    design = table.design_at(angle, delta0)[:, [BIAS, SCALE_FACTOR, MISALIGNMENT]]
-    k0, k1, m = found = np.linalg.lstsq(design, output)[0]
-    squares = float(((output - design @ found) ** 2).sum())
+    (k0, k1, m), squares = _fit(table, output, delta0, angle)
     rms = np.sqrt(squares / output.size)
     sizes = (k0, LARGEST_RATIOS["K0"]), (m, LARGEST_RATIOS["M"]), (rms, LARGEST_RESIDUAL)
-    return squares if all(abs(size) <= k1 * largest for size, largest in sizes) else np.inf
+    is_small = all(abs(size) <= k1 * most for size, most in sizes) and squares <= largest
+    return squares if is_small else np.inf
+
+
+def _fit(table: PreparedTable, output: Array, delta0: float, angle: Array) -> tuple[Array, float]:
+    """K0, K1 and M, which four angles tell apart, and the squared residuals that they leave."""
+    design = table.design_at(angle, delta0)[:, [BIAS, SCALE_FACTOR, MISALIGNMENT]]
+    found = np.linalg.lstsq(design, output)[0]
+    return np.asarray(found), float(((output - design @ found) ** 2).sum())
 
 
 def units(stack: TableStack) -> GateStack:

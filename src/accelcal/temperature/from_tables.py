@@ -41,6 +41,7 @@ from accelcal.temperature.levels import Levels, LevelStack, alike, joint_compone
 from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
 
 _SIGNIFICANT = 0.001  # chance below which levels off their law are told
+_OF_EFFECTS = (*BY_OTHERS, "effects")  # components of error that come from the effects of a model
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
 _PARTS = [f"{law} {part}" for law in LAWS for part in ("at_T0", "above", "below")]
 _NAMES = (*_PARTS, "hysteresis")
@@ -201,9 +202,10 @@ def _fitted(stack: LevelStack, sides: Sequence[str]) -> _Group:
 def _weighing(levels: Levels, design: Array) -> Array:
     """Covariance by which the levels are weighed, shape (R, 3, n, n), see `share_of_law`.
 
-    What else an effect may be weighs nothing: the laws are those beside the effects as named.
+    Errors of the effects, and what else these may be, weigh nothing: the laws are those beside the
+    effects as named, of which the same readings tell the sizes.
     """
-    parts = (part.covariance for name, part in levels.components.items() if name not in BY_OTHERS)
+    parts = (part.covariance for name, part in levels.components.items() if name not in _OF_EFFECTS)
     covariance = np.array(sum(parts))
     share = share_of_law(levels.values[:, 1], design)
     covariance[:, 1] *= share[:, :, None] * share[:, None]
