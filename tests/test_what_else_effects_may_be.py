@@ -246,7 +246,7 @@ def test_what_else_an_effect_may_be_does_not_bend_the_laws_beside_it():
 
 
 def test_laws_beside_an_effect_have_the_uncertainty_of_those_from_the_readings():
-    """U was 0.74 to 0.94 of it: errors of the effect were weighed as if other readings told its size."""
+    """U was 0.74 to 0.94 of it: errors of the effect were weighed as if others told its size."""
     plan = TumblePlan(temperatures=(20.0, 50.0, 80.0, 0.0, -20.0, -40.0), strokes=4, timed=True)
     hidden = accelcal.effect("bias-temperature-quadratic").of(4e-8)
     model, record = accelcal.discover(simulated(hidden, 6, plan)), simulated(hidden, 7, plan)

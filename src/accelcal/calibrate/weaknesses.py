@@ -245,11 +245,15 @@ def _is_lost_in_noise(estimate: JointEstimate) -> Mask:
 
 def _lost_in_noise(shows: bool, dof: float) -> str:
     size = "head error as large as the noise" if shows else "no head error shows above the noise"
+    left = (
+        "the intervals of one test may be too wide or too narrow (in simulations of many such"
+        " tests, 93 to 99 of 100 held the truth)"
+        if shows
+        else "U may lack one as large as the noise"
+    )
     return (
-        f"{size}, and {degrees_of_freedom(dof)} cannot tell"
-        " the two apart: the intervals of one test may be too wide or too narrow (in simulations of"
-        " many such tests, 93 to 99 of 100 held the truth); declare head_uncertainty or measure"
-        " more positions"
+        f"{size}, and {degrees_of_freedom(dof)} cannot tell the two apart: {left}; declare"
+        " head_uncertainty or measure more positions"
     )
 
 
