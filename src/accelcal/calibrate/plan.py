@@ -153,7 +153,7 @@ class OnePlan(NamedTuple):
         temperatures = tuple(_of_table(temperature, mask) for mask in masks)
         levels = np.stack([level_of(t) for t in temperatures], axis=1)
         outputs = tuple(_of_table(output, mask) for mask in masks)
-        recorded = tuple(map(_without_gaps, temperatures, levels.T))
+        recorded = tuple(map(_known_everywhere, temperatures, levels.T))
         runs = tuple(int(shared.run[mask.argmax()]) for mask in masks)
         return cls(records, outputs, temperatures, recorded, levels, masks, runs, shared)
 
@@ -231,7 +231,7 @@ def _of_table(values: Array, mask: Mask) -> Array:
     return values.compress(mask, axis=1)
 
 
-def _without_gaps(temperature: Array, level: Array) -> Array:
+def _known_everywhere(temperature: Array, level: Array) -> Array:
     """Temperatures of a table, the mean where they are unknown."""
     known = np.isfinite(temperature)
     return temperature if known.all() else np.where(known, temperature, level[:, None])
