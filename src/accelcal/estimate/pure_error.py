@@ -43,8 +43,9 @@ def pure_error(output: Array, size: Array, positions: Grouped) -> Scatter:
     Examples
     --------
     >>> from accelcal.numerics.grouping import grouped
-    >>> pure_error(np.array([[1.0, 3.0, 9.0]]), np.ones(3), grouped(np.array([0, 0, 90])))
-    Scatter(squares=array([2.]), dof=1.0)
+    >>> found = pure_error(np.array([[1.0, 3.0, 9.0]]), np.ones(3), grouped(np.array([0, 0, 90])))
+    >>> found.squares.tolist(), float(found.dof)
+    ([2.0], 1.0)
     """
     weight = size**-2.0
     means = positions.weighted_sums(output, weight) / positions.sums(weight[..., None])[..., 0]
