@@ -58,7 +58,7 @@ def found_of(tables, monkeypatch):
         readings.append(
             means.free() @ means.of_readings(y - own @ table.design.T)[0] / noise.factor
         )
-    monkeypatch.setattr(head_module, "_MANY", 0)
+    monkeypatch.setattr(head_module, "MANY_POSITIONS", 0)
     many = lack_of_fit(tables, outputs, noises, k)
     assert isinstance(many, ManyPositions)
     return Found(dense, many, float(noises[0].dof[0]), np.vstack(seen), np.concatenate(readings))
@@ -161,7 +161,7 @@ def test_the_head_error_is_nearly_that_of_the_contrasts(case, monkeypatch):
 
 def test_readings_without_noise(monkeypatch):
     """The head is all that there is, by ten orders of magnitude."""
-    monkeypatch.setattr(head_module, "_MANY", 0)
+    monkeypatch.setattr(head_module, "MANY_POSITIONS", 0)
     noise = replace(NOISE_FREE, head=1e-5)
     record = accelcal.simulate(plan=accelcal.TumblePlan(40), noise=noise, seed=1)
     found = estimate_of_record([prepare(t) for t in record.tables()], record.apparatus)
@@ -170,7 +170,7 @@ def test_readings_without_noise(monkeypatch):
 
 
 def test_a_stack_is_as_each_record(monkeypatch):
-    monkeypatch.setattr(head_module, "_MANY", 0)
+    monkeypatch.setattr(head_module, "MANY_POSITIONS", 0)
     records = [accelcal.simulate(plan=accelcal.TumblePlan(40), seed=seed) for seed in range(3)]
     ((_, stack),) = calibrate_many(records).stacks
     for place, record in enumerate(records):

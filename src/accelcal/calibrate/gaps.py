@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from accelcal.arrays import Labels, Mask, Places
+from accelcal.estimate.head import MANY_POSITIONS
 from accelcal.estimate.pure_error import FEW
 from accelcal.estimate.trend import powers_of
 from accelcal.numerics.grouping import grouped
@@ -24,9 +25,6 @@ _MOST_READINGS = 150
 
 It is that of all strokes at all angles, as together the records may have readings all over it.
 """
-
-_MOST_ANGLES = 128
-"""Angles beyond which contrasts are not written down, see `accelcal.estimate.many_positions`."""
 
 
 def beside_gaps(record: TumbleRecord) -> Hashable:
@@ -51,7 +49,7 @@ def beside_gaps(record: TumbleRecord) -> Hashable:
     places = Counter((own, way) for own, _, way in cells)
     good = (
         max(number * ways[one] for one, number in places.items()) <= _MOST_READINGS
-        and len(set(angle)) <= _MOST_ANGLES
+        and len(set(angle)) <= MANY_POSITIONS
         and len(at_once) == len(record)
         and len(set(zip(table, heat, strict=True))) == len(readings)
         and all(free[own] >= _least_free(number) for own, number in turns.items())

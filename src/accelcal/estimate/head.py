@@ -22,9 +22,9 @@ from accelcal.estimate.tables import PreparedTable, positions_of
 from accelcal.estimate.uncertainty import share_taken_off
 from accelcal.numerics.grouping import Grouped
 
-# With more positions J than this, sums over the contrasts are formed without the contrasts, which
-# would take a time that grows as J^3 and matrices of J by J (see `many_positions`).
-_MANY = 128
+MANY_POSITIONS = 128
+"""With more positions J, sums over the contrasts are formed without the contrasts, which would take
+a time that grows as J^3 and matrices of J by J (see `many_positions`)."""
 
 _ALMOST_NOTHING = 1e-6  # of the noise, so that contrasts which are zero have a likelihood as well
 
@@ -108,7 +108,7 @@ def lack_of_fit(
 def _are_many(means: Sequence[PositionMeans]) -> bool:
     """Tell positions of which contrasts would take too much to work out each."""
     coefficients = sum(own.model.shape[-1] for own in means)
-    return bool(means[0].norms.shape[-1] > max(_MANY, coefficients))
+    return bool(means[0].norms.shape[-1] > max(MANY_POSITIONS, coefficients))
 
 
 def _contrasts(positions: Array, seen: Array, readings: Array, whole: Array) -> LackOfFit:

@@ -77,9 +77,9 @@ def neighbours(basis: Array, run: Ints, lags: int, there: Mask | None = None) ->
     products, squares = np.zeros((2, *basis.shape[:-2], lags))
     number, pairs = own.sum(axis=-1), both.sum(axis=-1)
     for each in distinct(run).tolist():
-        own = run == each
-        some = slice(min(lags, np.count_nonzero(own)))
-        part, left = basis[..., own, :], (basis @ inside - 2.0 * beside)[..., own, :]
+        of_run = run == each
+        some = slice(min(lags, np.count_nonzero(of_run)))
+        part, left = basis[..., of_run, :], (basis @ inside - 2.0 * beside)[..., of_run, :]
         products[..., some] += sums_by_lag(left, part)[..., some]
         squares[..., some] -= sums_by_lag(part, part)[..., some]
     products[..., 1:2] += pairs[..., None]
