@@ -18,7 +18,7 @@ from accelcal.plural import listed
 from accelcal.record import TumbleRecord, naming
 from accelcal.reference import reference_temperature_of
 from accelcal.results.beyond_uncertainty import LEFT_OUT
-from accelcal.results.covariance import ALTERNATIVES, LOOK_ALIKES
+from accelcal.results.covariance import ALTERNATIVES, EFFECTS, LOOK_ALIKES
 from accelcal.shown_units import in_small_unit
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def effects_components(
     through = passed(_side_by_side([item.acting for item in known]))
     dof, readings = np.array([float(item.dof) for item in known]), len(known[0].record)
     found = {
-        "effects": Component(through @ through.mT, np.broadcast_to(dof[:, None], through.shape[:2]))
+        EFFECTS: Component(through @ through.mT, np.broadcast_to(dof[:, None], through.shape[:2]))
     }
     for source, in_use in ((LOOK_ALIKES, True), (ALTERNATIVES, False)):
         adds = [[o.adds for o in item.in_place if o.in_use is in_use] for item in known]

@@ -39,6 +39,9 @@ Covariance = tuple[tuple[str, ...], Rows]
 
 UNKNOWN: Covariance = ((), ())
 
+EFFECTS = "effects"
+"""Source of error: the sizes of the effects of a model."""
+
 BY_OTHERS = LOOK_ALIKES, ALTERNATIVES = "look-alikes", "alternatives"
 """Sources of error: what may be there in the place of the effects of a model. Use that takes these
 up counts the former by itself."""

@@ -18,7 +18,7 @@ from accelcal.estimate.uncertainty import Component, Intervals, combined, propag
 from accelcal.model import LAWS
 from accelcal.numerics.probability import f_survival
 from accelcal.reference import bilinear_design, measured_sides
-from accelcal.results.covariance import BY_OTHERS
+from accelcal.results.covariance import BY_OTHERS, EFFECTS
 from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.sentences import Told, of_each
 from accelcal.temperature.bilinear import (
@@ -41,7 +41,7 @@ from accelcal.temperature.levels import Levels, LevelStack, alike, joint_compone
 from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
 
 _SIGNIFICANT = 0.001  # chance below which levels off their law are told
-_OF_EFFECTS = (*BY_OTHERS, "effects")  # components of error that come from the effects of a model
+_OF_EFFECTS = (EFFECTS, *BY_OTHERS)  # components of error that come from the effects of a model
 _ROUNDING = 1e-9  # g, relative or rad: below it a misfit is of no interest
 _PARTS = [f"{law} {part}" for law in LAWS for part in ("at_T0", "above", "below")]
 _NAMES = (*_PARTS, "hysteresis")
