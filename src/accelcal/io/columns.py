@@ -16,7 +16,7 @@ from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.lone_output import is_supply
 from accelcal.io.layout.parts import Layout
 from accelcal.io.values.cells import Column, are_words, counts_rows, numbers
-from accelcal.io.values.sexagesimal import with_parts
+from accelcal.io.values.places import with_parts
 from accelcal.io.values.times import (
     has_clock_times,
     has_times_of_day,

@@ -20,8 +20,7 @@ from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout
 from accelcal.io.layout.separators import split_line
 from accelcal.io.values.cells import Column, labels, number_and_unit
-from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import KEYS, KINDS_OF, canonical_key, has_unit
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF, canonical_key, has_unit, is_missing
 from accelcal.units import (
     SCALES,
     UNITS,

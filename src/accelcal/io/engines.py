@@ -21,10 +21,9 @@ from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout
 from accelcal.io.layout.separators import split_line
 from accelcal.io.values.cells import Column, numbered
-from accelcal.io.values.sexagesimal import with_decimal_degrees
+from accelcal.io.values.places import with_decimal_degrees
 from accelcal.io.values.thousands import thousands_mark, without_mark
-from accelcal.io.words.signs import MISSING
-from accelcal.io.words.vocabulary import ACROSS
+from accelcal.io.words.vocabulary import ACROSS, MISSING
 from accelcal.plural import counted
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.places import MAXIMUM_ANGLE, places_of_rows
 from accelcal.io.values.temperatures import temperatures_of
 from accelcal.io.values.times import days, in_seconds, times
-from accelcal.io.words.signs import mounting_written
+from accelcal.io.words.vocabulary import mounting_written
 from accelcal.io.words.wording import all_outputs
 from accelcal.numerics.grouping import Grouped
 from accelcal.numerics.sorting import distinct, median

@@ -15,8 +15,7 @@ from accelcal.io.files.text import SourceText
 from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout
 from accelcal.io.words.headings import read_heading
-from accelcal.io.words.signs import with_hyphen
-from accelcal.io.words.vocabulary import COLUMNS, KEYS
+from accelcal.io.words.vocabulary import COLUMNS, KEYS, with_hyphen
 from accelcal.plural import are
 
 _NUMBER = r"([+\-\u2212\u2013]?\d+(?:[.,]\d+)?)"

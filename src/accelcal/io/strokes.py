@@ -11,9 +11,8 @@ from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout
 from accelcal.io.layout.separators import split_line
 from accelcal.io.values.cells import Column, labels, whole_numbers
-from accelcal.io.words.directions import BACK, FORWARD
 from accelcal.io.words.headings import Heading
-from accelcal.io.words.signs import with_hyphen
+from accelcal.io.words.vocabulary import BACK, FORWARD, with_hyphen
 
 _ASIDE = "column direction does not tell forward from back and was set aside"
 _COUNTED = "strokes were counted by the column direction, odd ones forward and even ones back"

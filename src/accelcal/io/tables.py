@@ -41,10 +41,10 @@ from accelcal.io.layout.rearranged import (
     with_row_names,
     with_strokes_in_rows,
     with_units_below,
+    without_remarks,
     without_repeated_headings,
     without_words_below,
 )
-from accelcal.io.layout.remarks import without_remarks
 from accelcal.io.of_serial import records_called
 from accelcal.io.readings import (
     notes_of_turn,

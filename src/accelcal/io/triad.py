@@ -25,8 +25,7 @@ from accelcal.io.values.markers import refuse_markers
 from accelcal.io.values.places import in_degrees
 from accelcal.io.values.temperatures import notes_of_scale, temperatures_of
 from accelcal.io.words.headings import Heading, name_and_unit, read_heading
-from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import has_unit, is_unit_of
+from accelcal.io.words.vocabulary import has_unit, is_missing, is_unit_of
 from accelcal.plural import listed
 from accelcal.triad.record import TriadRecord, up_of_turn
 from accelcal.units import is_output_unit

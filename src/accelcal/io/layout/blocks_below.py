@@ -8,12 +8,11 @@ from itertools import pairwise
 from accelcal.io.files.text import SourceText
 from accelcal.io.layout.found_headings import headings_of
 from accelcal.io.layout.header_lines import keys_and_values
-from accelcal.io.layout.remarks import is_called_summary
+from accelcal.io.layout.rearranged import is_called_summary
 from accelcal.io.layout.rows_above import said_in_row
 from accelcal.io.layout.separators import split_line
 from accelcal.io.words.headings import read_heading
-from accelcal.io.words.signs import begins_number
-from accelcal.io.words.vocabulary import ACROSS, KEYS
+from accelcal.io.words.vocabulary import ACROSS, KEYS, begins_number
 
 _APART = frozenset({"serial", "temperature", "run", "stroke", "mounting", "clamping"})
 """What may be declared of a block alone."""

@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from accelcal.io.words.directions import BACK, CYCLES, FORWARD
 from accelcal.io.words.headings import name_and_unit, read_heading
+from accelcal.io.words.vocabulary import BACK, CYCLES, FORWARD
 from accelcal.units import is_output_unit
 
 _WORDS = re.compile(r"[^\W\d_]+|[0-9]{1,6}")

@@ -9,7 +9,7 @@ from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError, located
 from accelcal.io.layout.parts import Layout
 from accelcal.io.values.cells import Column
-from accelcal.io.words.signs import is_missing
+from accelcal.io.words.vocabulary import is_missing
 from accelcal.units import canonical_unit, conversion_factor, is_output_unit, output_unit
 
 

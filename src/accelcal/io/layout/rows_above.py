@@ -25,8 +25,7 @@ from accelcal.io.layout.header_lines import (
     notes_of_keys,
 )
 from accelcal.io.words.headings import Heading, read_heading, split_unit
-from accelcal.io.words.signs import begins_number
-from accelcal.io.words.vocabulary import KEYS, KINDS_OF, LONGEST, canonical_key
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF, LONGEST, begins_number, canonical_key
 from accelcal.io.words.wording import lines_named
 from accelcal.units import is_output_unit
 

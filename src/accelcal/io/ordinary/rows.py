@@ -18,8 +18,17 @@ from accelcal.arrays import Ints, Mask
 from accelcal.geometry import MOUNTINGS
 from accelcal.io.engines import MAY_BE_DECIMALS
 from accelcal.io.ordinary.cell_blocks import CellBlock
-from accelcal.io.ordinary.plans import PLANNED, Plans, read_plans, without_gaps
-from accelcal.io.ordinary.stretches import Leading, Parts, Stretches, leading_of, parts_of
+from accelcal.io.ordinary.plans import (
+    PLANNED,
+    Leading,
+    Parts,
+    Plans,
+    Stretches,
+    leading_of,
+    parts_of,
+    read_plans,
+    without_gaps,
+)
 from accelcal.io.readings import FEWEST_IN_TURN
 from accelcal.io.values.markers import FARTHEST, are_markers
 from accelcal.io.values.places import notes_of_minutes

@@ -37,12 +37,16 @@ from accelcal.io.files.text import (
     unreadable,
 )
 from accelcal.io.layout.separators import split_line
-from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, StreamForm
-from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
-from accelcal.io.samples.unit_column import refuse_other_units
+from accelcal.io.samples.headings import (
+    ACROSS_AXES,
+    ONE_ACCELEROMETER,
+    SampleHeadings,
+    StreamForm,
+    read_sample_headings,
+    refuse_other_units,
+)
 from accelcal.io.values.cells import Column, numbers
-from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import is_unit_of
+from accelcal.io.words.vocabulary import is_missing, is_unit_of
 from accelcal.units import canonical_unit, celsius, scale_of
 
 BLOCK = 2_000_000

@@ -17,8 +17,14 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.io.values.thousands import first_in_groups, without_blanks
 from accelcal.io.words.headings import read_heading
-from accelcal.io.words.signs import MISSING, is_missing, with_hyphen
-from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of
+from accelcal.io.words.vocabulary import (
+    MISSING,
+    UNITS_OF,
+    has_unit,
+    is_missing,
+    is_unit_of,
+    with_hyphen,
+)
 from accelcal.units import celsius, is_same_unit
 
 _REMEDIES = {

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from accelcal.arguments.kinds import shown
 from accelcal.io.values.cells import Column
-from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import COLUMNS
+from accelcal.io.words.vocabulary import COLUMNS, is_missing
 
 _NAMES = frozenset(COLUMNS["lot"])
 

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.io.values.cells import Column, numbers
-from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import TIME_UNITS
+from accelcal.io.words.vocabulary import TIME_UNITS, is_missing
 from accelcal.io.words.wording import lines_named
 from accelcal.pace import LATEST
 

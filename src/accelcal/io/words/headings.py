@@ -6,14 +6,15 @@ import re
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from accelcal.io.words.directions import BACK, FORWARD
-from accelcal.io.words.signs import with_hyphen
 from accelcal.io.words.vocabulary import (
+    BACK,
     COLUMNS,
+    FORWARD,
     LONGEST,
     has_unit,
     is_unit_of,
     plain_name,
+    with_hyphen,
 )
 from accelcal.units import degrees_in, is_same_unit
 
