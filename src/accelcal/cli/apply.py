@@ -28,7 +28,7 @@ from accelcal.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from accelcal.io.documents.results import ResultFile
+    from accelcal.io.documents import ResultFile
     from accelcal.io.samples.instruments import StreamOptions
     from accelcal.io.samples.reader import SampleReader
     from accelcal.io.samples.stream import Instrument
@@ -91,7 +91,7 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
       accelcal apply calibration.json flight.csv --by levels -o accelerations.csv
     """
     from accelcal.compensate.assumptions import warn_of
-    from accelcal.io.documents.results import read_results
+    from accelcal.io.documents import read_results
     from accelcal.io.samples.headings import ONE_ACCELEROMETER, TRIAD
     from accelcal.io.samples.instruments import StreamOptions
     from accelcal.io.samples.reader import open_samples

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.layout.directions import tells_direction
 from accelcal.io.layout.header_lines import header_line, uncommented
 from accelcal.io.layout.heading_rows import (
     are_headings,
@@ -22,18 +21,19 @@ from accelcal.io.layout.heading_rows import (
     read_headings,
     tell_places,
 )
+from accelcal.io.layout.output_headings import tells_direction
 from accelcal.io.layout.rows_above import is_of_numbers
 from accelcal.io.layout.separators import (
     MARKS,
     UNITS_ABOVE,
+    Line,
     cells_of_headings,
     filled,
     headings_with_units,
     known,
 )
-from accelcal.io.words.headings import Heading, read_heading
+from accelcal.io.words.headings import Heading, hint_of_triad, read_heading
 from accelcal.io.words.vocabulary import COLUMNS, UNITS_OF
-from accelcal.io.words.wording import hint_of_triad
 
 _NUMBERED: Mapping[str | None, str] = MappingProxyType(
     {
@@ -103,8 +103,7 @@ def labels_of_blocks(row: Sequence[str], lead: int, width: int) -> tuple[Heading
     """
     names, cells = [cell for cell in row[:lead] if cell], row[lead:]
     own = [
-        "" if place % width and cell == cells[place - place % width] else cell
-        for place, cell in enumerate(cells)
+        "" if i % width and cell == cells[i - i % width] else cell for i, cell in enumerate(cells)
     ]
     starts = [place for place, cell in enumerate(own) if cell]
     texts = [own[place] for place in starts]
@@ -127,13 +126,13 @@ def with_merged_names(texts: Sequence[str], above: Sequence[str]) -> tuple[Headi
     """
     size = len(above)
     known = all(read_heading(cell).role in COLUMNS for cell in above)
-    return (
-        read_headings([*above, *texts[size:]]) if size and known and not any(texts[:size]) else ()
-    )
+    merged = size and known and not any(texts[:size])
+    return read_headings([*above, *texts[size:]]) if merged else ()
 
 
 _PREAMBLE_LINES = 200
 
+_Marks = Sequence[str | None]
 _AreHeadings = Callable[[Sequence[Heading]], bool]
 
 
@@ -165,7 +164,7 @@ def headings_of(lines: list[str]) -> FoundHeadings | None:
 
 
 def _first_headings(lines: list[str], name: str, remedy: str) -> FoundHeadings:
-    above: list[tuple[int, str]] = []
+    above: list[Line] = []
     commented = None
     for number, line in filled(lines):
         if len(above) > _PREAMBLE_LINES:
@@ -186,12 +185,11 @@ def _first_headings(lines: list[str], name: str, remedy: str) -> FoundHeadings:
 
 def are_units(headings: FoundHeadings, line: str) -> bool:
     """Whether a row tells the units of headings, of which the first may be ``% RH``."""
-    return (
-        headings_with_units(headings.cells, cells_of_headings(line, headings.separator)) is not None
-    )
+    row = cells_of_headings(line, headings.separator)
+    return headings_with_units(headings.cells, row) is not None
 
 
-def _find_over_time(above: list[tuple[int, str]], name: str, remedy: str) -> FoundHeadings:
+def _find_over_time(above: list[Line], name: str, remedy: str) -> FoundHeadings:
     """Where no row tells more, headings between blanks and tabs, or the last of time and output."""
     for number, line in above:
         if "\t" in line and (found := _split_best(line, number, [None], are_headings)):
@@ -287,10 +285,8 @@ def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> Found
     return _split_best(line, number, marks, are) or _split_best(line, number, blanks, are)
 
 
-def _split_best(
-    line: str, number: int, separators: Sequence[str | None], are: _AreHeadings
-) -> FoundHeadings | None:
-    split = [(read_headings(cells_of_headings(line, own)), own) for own in separators]
+def _split_best(line: str, number: int, marks: _Marks, are: _AreHeadings) -> FoundHeadings | None:
+    split = [(read_headings(cells_of_headings(line, own)), own) for own in marks]
     told = [own for own in split if are(own[0])]
     if not told:
         return None
@@ -298,7 +294,7 @@ def _split_best(
     return FoundHeadings(cells, separator, (number,), number)
 
 
-def _no_headings(above: list[tuple[int, str]], name: str, remedy: str) -> TableError:
+def _no_headings(above: list[Line], name: str, remedy: str) -> TableError:
     table = [(number, line) for number, line in above if uncommented(line) is None]
     if not above:
         return TableError("the file is empty", remedy, source=name)

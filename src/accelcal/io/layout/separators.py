@@ -14,11 +14,14 @@ MARKS = ("\t", ";", "|", ",")
 
 _BLANKS = re.compile(r"(?<=[\])])\s+|\s+(?![\[(])")  # between headings; one before a unit is none
 
+Line = tuple[int, str]
+"""A line with its number."""
+
 Recognise = Callable[[str], Heading]
 """Tells the meaning of a heading; its role is None where the column is not used."""
 
 
-def filled(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
+def filled(lines: Sequence[str]) -> Iterator[Line]:
     """Lines that are not blank, with their numbers."""
     return ((n, line) for n, line in enumerate(lines, 1) if line.strip(" \t,;|"))
 

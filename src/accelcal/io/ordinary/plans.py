@@ -19,8 +19,8 @@ from accelcal.geometry import MOUNTINGS
 from accelcal.head_angles import angular_distance
 from accelcal.io.ordinary.cell_blocks import CellBlock
 from accelcal.io.runs import LEVEL_GAP, are_counted
+from accelcal.io.values.markers import FARTHEST_ALIKE, FEWEST_OTHERS, LONE
 from accelcal.io.values.places import MAXIMUM_ANGLE
-from accelcal.io.values.temperatures import FARTHEST_ALIKE, FEWEST_OTHERS, LONE
 from accelcal.io.words.vocabulary import mounting_written
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
@@ -182,7 +182,8 @@ def read_plans(cells: CellBlock, tests: Stretches, positions: int) -> Plans:
     position, angle, misplaced = _places(numbers, positions)
     mounting, unknown = _mounting(cells, stroke.size)
     run, labels, odd_runs = _runs(temperature, cells, tests)
-    odd |= _is_mislabelled(cells, stroke.size)
+    for role, codes in cells.codes.items():
+        odd |= cells.odd_labels(role, codes)
     odd_tests = tests.any(odd | misplaced | unknown) | odd_runs
     if "run" not in cells.codes:  # each mounting is a run of its own then
         odd_tests |= tests.highest(mounting) > tests.lowest(mounting)
@@ -230,13 +231,6 @@ def _mounting(cells: CellBlock, size: int) -> tuple[Ints, Any]:
     place = np.array([MOUNTINGS.index(name) if name in MOUNTINGS else -1 for name in names])
     of_row = place[cells.codes["mounting"]]
     return np.maximum(of_row, 0), of_row < 0
-
-
-def _is_mislabelled(cells: CellBlock, size: int) -> Mask:
-    odd = np.zeros(size, dtype=bool)
-    for role, codes in cells.codes.items():
-        odd |= cells.odd_labels(role, codes)
-    return odd
 
 
 # -- tests -----------------------------------------------------------------------------------------

@@ -21,8 +21,14 @@ from accelcal.io.layout.header_lines import (
     uncommented,
     unquoted,
 )
-from accelcal.io.layout.output_columns import with_channels, with_lone_output
-from accelcal.io.layout.output_unit import Written, names_unit, unit_of_outputs, units_written
+from accelcal.io.layout.output_columns import (
+    Written,
+    names_unit,
+    unit_of_outputs,
+    units_written,
+    with_channels,
+    with_lone_output,
+)
 from accelcal.io.layout.parts import Layout
 from accelcal.io.layout.separators import (
     UNITS_BELOW,
@@ -85,7 +91,6 @@ TRIAD = StreamForm(
 _USED = ("unit", "serial", "temperature", "serials")
 _TEXTS = ("time", "serial", "unit")
 _LOCAL_G = ("g", "g_local")
-_TWO_UNITS = "units {} and {} for the outputs; name one unit"
 _JSON_LINES = 5
 """Lines in which a document says what it is."""
 
@@ -160,9 +165,7 @@ class SampleHeadings:
                 above = self.output_unit or above
             if key in _USED and value and _meaning(key, value) != _meaning(key, above):
                 problem = f"header line {shown(f'{key}: {value}')} between the samples"
-                remedy = (
-                    "write it above the headings, and samples that differ into a file of their own"
-                )
+                remedy = "write it above the headings, and other samples into a file of their own"
                 raise TableError(problem, remedy, source=self.source, line=line)
 
     def in_unit(self, unit: str | None) -> SampleHeadings:
@@ -278,7 +281,7 @@ def _with_units_below(
     """Headings with the units of the row below; None where it holds samples."""
     cells = split_line(row.rstrip("\r\n"), separator)
     pairs = list(zip(headings, cells, strict=False))
-    own = [each.role in ACROSS_AXES and not _unit_to_give(each.role, cell) for each, cell in pairs]
+    own = [each.role in ACROSS_AXES and bool(acceleration_unit(cell)) for each, cell in pairs]
     others = ["" if is_own else cell for is_own, cell in zip(own, cells, strict=False)]
     general = [h._replace(role="output") if h.role in form.outputs else h for h in headings]
     told = headings_with_units(general, others + cells[len(others) :])
@@ -305,22 +308,15 @@ def _units(
     named = {role: layout.headings[index].unit for role, index in columns.items()}
     units = {role: unit for role, unit in named.items() if unit}
     for role, unit in units.items():
-        if remedy := _unit_to_give(role, unit):
-            raise layout.refuse(f"{role} in {unit}", f"give it in {remedy}")
+        if role in ACROSS_AXES and not acceleration_unit(unit):
+            raise layout.refuse(f"{role} in {unit}", "give it in g, mg, ug or m/s^2")
     own = [units.pop(role) for role in outputs if role in units]
     written = [Written(unit, layout.headings_line) for unit in own]
     if not given or not (own or of_rows):
         written += [told._replace(line=layout.headings_line) for told in units_written(layout, ())]
     written += [of_rows] if of_rows else []
-    found, _ = unit_of_outputs(written, None, layout.source, _TWO_UNITS)
+    found, _ = unit_of_outputs(written, None, layout.source)
     return {**units, "output": found} if found else units
-
-
-def _unit_to_give(role: str, unit: str) -> str:
-    """Unit that a column has to have; empty where its own will do."""
-    if role in ACROSS_AXES:
-        return "" if acceleration_unit(unit) else "g, mg, ug or m/s^2"
-    return ""
 
 
 def acceleration_unit(unit: str) -> tuple[float, bool] | None:
@@ -353,7 +349,9 @@ def first_unit(
     """
     rows = [row or readline()]
     while rows[-1] and len(rows) <= _MOST_ROWS:
-        unit = _cell(rows[-1], separator, place)
+        bare = rows[-1].rstrip("\r\n")
+        cells = [] if bare.lstrip(' \t"').startswith("#") else split_line(bare, separator)
+        unit = "".join(cells[place : place + 1])
         if names_unit(unit):
             return Written(unit, line + len(rows) - 1), "".join(rows)
         rows.append(readline())
@@ -368,9 +366,3 @@ def refuse_other_units(cells: Sequence[str], lines: Ints, unit: str | None, sour
         above = f"after samples in {unit}" if unit else "after samples without one"
         column = Column("unit", "unit", None, cells, lines, source)
         raise column.refuse(at, f"{{}} {above}", _REMEDY)
-
-
-def _cell(row: str, separator: str | None, place: int) -> str:
-    bare = row.rstrip("\r\n")
-    cells = [] if bare.lstrip(' \t"').startswith("#") else split_line(bare, separator)
-    return cells[place] if place < len(cells) else ""

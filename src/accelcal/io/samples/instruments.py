@@ -29,7 +29,7 @@ from accelcal.compensate.triad import (
     refuse_for_triad,
 )
 from accelcal.errors import InputError, TableError
-from accelcal.io.layout.output_unit import notes_of_unit
+from accelcal.io.layout.output_columns import notes_of_unit
 from accelcal.io.samples.headings import SampleHeadings, acceleration_unit
 from accelcal.io.samples.reader import SampleBlock
 from accelcal.io.values.markers import are_markers
@@ -68,15 +68,12 @@ def acceleration_scale(
     if options.unit == "g":
         units = (acceleration_unit(headings.units.get(name, "g")) for name in ("a_p", "a_o"))
         if options.local_gravity is not None and not any(unit and unit[1] for unit in units):
-            raise InputError(
-                "local_gravity=... is given for accelerations in g; leave it out, or ask for m/s^2"
-            )
+            problem = "local_gravity=... is given for accelerations in g"
+            raise InputError(f"{problem}; leave it out, or ask for m/s^2")
         return 1.0
     if not gravity:
-        raise InputError(
-            "m/s^2 needs the gravity of the place of calibration; give it by local_gravity=..., or"
-            " stay with g"
-        )
+        problem = "m/s^2 needs the gravity of the place of calibration"
+        raise InputError(f"{problem}; give it by local_gravity=..., or stay with g")
     return gravity
 
 
@@ -99,10 +96,8 @@ def output_factor(
         return 1.0, notes
     factor = conversion_factor(given, wanted)
     if factor is None:
-        raise InputError(
-            f"{headings.source}: outputs in {given}, but the calibration is for {wanted};"
-            " give the outputs in its unit"
-        )
+        problem = f"{headings.source}: outputs in {given}, but the calibration is for {wanted}"
+        raise InputError(f"{problem}; give the outputs in its unit")
     if factor != 1.0:
         notes.append(f"outputs in {given} are converted to {wanted}")
     return factor, notes
@@ -119,16 +114,12 @@ class SampleTemperatures:
     """
 
     def __init__(
-        self,
-        headings: SampleHeadings,
-        given: float | None,
-        calibrated: Range | None,
-        *,
-        extrapolate: bool,
+        self, headings: SampleHeadings, options: StreamOptions, calibrated: Range | None
     ) -> None:
+        given = options.temperature
         self._source = headings.source
         self._calibrated = calibrated
-        self._extrapolate = extrapolate
+        self._extrapolate = options.extrapolate
         self.notes: list[str] = []
         in_column = "temperature" in headings.columns
         if in_column and given is not None:
@@ -137,13 +128,10 @@ class SampleTemperatures:
         if calibrated is None or in_column or self._of_all is not None:
             return
         if calibrated[0] < calibrated[1]:
-            raise InputError(
-                f"{headings.source}: no column temperature, but the calibration depends on it; give"
-                " temperature=..."
-            )
-        self.notes.append(
-            f"no temperature is given; the calibration holds at {calibrated[0]:g} degC"
-        )
+            problem = "no column temperature, but the calibration depends on it"
+            raise InputError(f"{headings.source}: {problem}; give temperature=...")
+        level = f"{calibrated[0]:g} degC"
+        self.notes.append(f"no temperature is given; the calibration holds at {level}")
 
     def of_column(self, block: SampleBlock) -> Array | None:
         """Those of the column, None where one temperature holds for all or none is known."""
@@ -200,20 +188,16 @@ class Accelerometer:
     def __init__(
         self, calibration: Calibration, headings: SampleHeadings, options: StreamOptions
     ) -> None:
-        found = compensation(
-            calibration, options.run, by=options.by, same_launch=options.same_launch
-        )
-        self.assumptions = found.assumptions
-        self._found = found
+        same = options.same_launch
+        found = compensation(calibration, options.run, by=options.by, same_launch=same)
+        self.assumptions, self._found = found.assumptions, found
         self._headings = headings
         self._options = options
         self.serial = found.serial
         gravity = options.local_gravity or found.local_gravity
         self.scale = acceleration_scale(options, headings, gravity)
         self.notes = list(found.notes)
-        self._temperatures = SampleTemperatures(
-            headings, options.temperature, found.temperatures, extrapolate=options.extrapolate
-        )
+        self._temperatures = SampleTemperatures(headings, options, found.temperatures)
         self.notes += self._temperatures.notes
         factor, notes = output_factor(options.output_unit, headings, found.output_unit)
         self.notes += notes
@@ -231,10 +215,8 @@ class Accelerometer:
             unit = acceleration_unit(self._headings.units.get(axis.name, "g"))
             size, in_metres = unit or (1.0, False)
             if in_metres and not gravity:
-                raise InputError(
-                    f"{axis.name} is in m/s^2; give the gravity of the place of calibration"
-                    " by local_gravity=..."
-                )
+                remedy = "give the gravity of the place of calibration by local_gravity=..."
+                raise InputError(f"{axis.name} is in m/s^2; {remedy}")
             factors[axis.name] = size / (gravity or 1.0) if in_metres else size
         for name in {"a_p", "a_o"} & set(self._headings.columns) - set(factors):
             self.notes.append(f"column {name} is set aside: the calibration does not know its part")
@@ -319,9 +301,7 @@ class Triad:
         gravity = options.local_gravity or found.g_local_m_s2
         self.scale = acceleration_scale(options, headings, gravity)
         self._factor, self.notes = output_factor(options.output_unit, headings, found.output_unit)
-        self._temperatures = SampleTemperatures(
-            headings, options.temperature, found.temperatures, extrapolate=options.extrapolate
-        )
+        self._temperatures = SampleTemperatures(headings, options, found.temperatures)
         self.notes += [*self._temperatures.notes, *notes_of_triad(found)]
         if found.temperature_degC is None and "temperature" in headings.columns:
             self.notes.append("column temperature is set aside: that of the calibration is unknown")

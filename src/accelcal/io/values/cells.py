@@ -67,11 +67,8 @@ class Column(NamedTuple):
         """Keep the cells where `keep` is true."""
         if keep.all():
             return self
-        chosen = (
-            self.cells[keep]
-            if isinstance(self.cells, np.ndarray)
-            else list(compress(self.cells, keep))
-        )
+        cells = self.cells
+        chosen = cells[keep] if isinstance(cells, np.ndarray) else [*compress(cells, keep)]
         return self._replace(cells=chosen, lines=self.lines[keep])
 
     def without_unit(self, is_unit: Callable[[str], bool] | None = None) -> Column:
@@ -161,10 +158,8 @@ def numbers(column: Column) -> Array:
 
     Raises TableError at the first cell that is not a finite number.
     """
-    if isinstance(column.cells, np.ndarray):
-        values = column.cells
-    else:
-        values = np.array(_floats(column), dtype=np.float64)
+    cells = column.cells
+    values = cells if isinstance(cells, np.ndarray) else np.array(_floats(column))
     column.check(~np.isinf(values), "{} is infinite or too large", "write a finite number")
     return celsius(values, column.unit) if column.role == "temperature" else values
 

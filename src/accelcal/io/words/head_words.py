@@ -72,10 +72,7 @@ _COVER = re.compile(
 _CAPITAL = re.compile(r"(?:^|[\s_])U$")
 """The sign of an expanded uncertainty, alone or behind its name, as in ``Unsicherheit U``."""
 
-_LEFT_BEHIND = (
-    (re.compile(r"\s*[\[(]\s*[\])]"), ""),
-    (re.compile(r"([\[(])\s*[,;]\s*"), r"\1"),
-)
+_LEFT_BEHIND = ((re.compile(r"\s*[\[(]\s*[\])]"), ""), (re.compile(r"([\[(])\s*[,;]\s*"), r"\1"))
 """What is left of brackets where these were, and what becomes of it."""
 
 
