@@ -281,7 +281,7 @@ def test_units_and_headings_of_a_stream(run):
     ("text", "options", "message"),
     [
         ("time,x,y\n0,1,1\n", (), "data.csv:1: no column z among"),
-        (STREAM.replace("ay_mA", "ay_V"), (), "data.csv:1: units mA and V for the outputs"),
+        (STREAM.replace("ay_mA", "ay_V"), (), "data.csv:1: units 'mA' and 'V' in one table"),
         (STREAM.replace("mA", "V"), (), "outputs in V, but the calibration is for mA"),
         ("# serial: C9\n" + STREAM, (), "serial C9 is asked for, but it holds the calibration of"),
         (STREAM, ("--run", "1"), "is given for a triad; leave it out"),

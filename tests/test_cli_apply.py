@@ -174,7 +174,8 @@ def test_the_column_of_units_counts(run, monkeypatch, block):
 def test_a_column_of_units_and_another_declaration(run):
     text = "temperature,output{},unit\n20,1.3,mA\n20,0.5,mA\n"
     code, _, err = run("# serial: AL-15\n" + text.format(" [uA]"))
-    assert (code, err) == (2, "data.csv:3: units uA and mA for the outputs; name one unit\n")
+    sentence = "units 'uA' and 'mA' in one table; give all outputs and their std in one unit"
+    assert (code, err) == (2, f"data.csv:3: {sentence}\n")
     code, rows, err = run("# serial: AL-15\n" + text.format(""), "--unit", "A")
     assert (code, float(rows[0]["acceleration"]) > 100.0) == (0, True)
     assert "the table has outputs in 'mA'; they are taken as A, as asked" in err
@@ -308,7 +309,7 @@ def test_outputs_of_accelerometers_side_by_side(run, folder, calibration):
         (SIDE_BY_SIDE.replace("AL-15", "C3"), [], ":1: outputs of C3, B2, none of AL-15; choose"),
         (SIDE_BY_SIDE.replace("B2", "AL-15"), [], ":1: two columns of one serial"),
         (SIDE_BY_SIDE.replace("15 [mA]", "15 [V]"), [], "outputs in V, but the calibration is"),
-        ("# unit: V\n" + SIDE_BY_SIDE, [], ":2: units mA and V for the outputs"),
+        ("# unit: V\n" + SIDE_BY_SIDE, [], ":2: units 'mA' and 'V' in one table"),
         ("# serials: AL-15, C3\ntime,AL-15\n0,1.2\n", [], ":2: no column 'C3', which serials has"),
     ],
 )
@@ -557,7 +558,7 @@ def test_no_unit_is_said(run):
 def test_two_units_are_refused(run):
     code, _, err = run("# unit: mA\noutput [V],temperature\n1,20\n")
     assert code == 2
-    assert "data.csv:2: units V and mA for the outputs" in err
+    assert "data.csv:2: units 'V' and 'mA' in one table" in err
 
 
 def test_the_unit_that_is_given_wins_over_a_header_line(run):

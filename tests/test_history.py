@@ -14,7 +14,7 @@ from scipy import stats
 import accelcal
 from accelcal.cli.main import main
 from accelcal.errors import InputError
-from accelcal.io.documents.recalibrations import read_entries
+from accelcal.io.documents import read_entries
 from accelcal.recalibrations import jumps
 from accelcal.recalibrations.bends import jumps_like_bends
 from accelcal.recalibrations.comparable import comparable

@@ -11,7 +11,7 @@ import pytest
 
 import accelcal
 from accelcal.cli.main import main
-from accelcal.io.documents.results import read_results
+from accelcal.io.documents import read_results
 from accelcal.io.toml.specification import read_specification
 from accelcal.page.evidence import provenance
 from accelcal.page.render import html, markdown

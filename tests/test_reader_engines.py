@@ -27,10 +27,8 @@ READ_BY_BOTH = {
     "semicolon, decimal comma": LONG.replace(",", ";").replace(".", ","),
     "tab": LONG.replace(",", "\t"),
     "blanks behind commas": LONG.replace(",", ", "),
-    "trailing blank fields": LONG.replace("\n", ",,,,\n"),
     "blank lines": LONG.replace("\n", "\n\n,,\n"),
     "wide": WIDE,
-    "wide, short rows": WIDE.replace(",,", ""),
     "dates and serials": DATED,
     "dates and clock times": "date,time,T,J,k,Y\n1.6.2024,9:30,20,1,1,1\n2.6.2024,0:01,20,5,1,-1\n",
     "clock times": "time,T,J,k,Y\n23:59,20,1,1,1\n00:01,20,5,1,-1\n",
@@ -41,6 +39,8 @@ READ_BY_BOTH = {
     "digits": LONG.replace("1.3", "1.29999999999999982236431605997495353221893310546875"),
 }
 READ_BY_LIGHT = {
+    "wide, short rows": WIDE.replace(",,", ""),
+    "trailing blank fields": LONG.replace("\n", ",,,,\n"),
     "quotes": LONG.replace("level 0", '"level 0"'),
     "blanks": LONG.replace("level ", "").replace(",", " "),
     "unicode minus": LONG.replace("-", "\u2212"),

@@ -264,7 +264,9 @@ def test_both_engines_read_any_form(record, form):
     try:
         by_pandas = results(columns_by_pandas, data)
     except BulkEngineGivesUp:
-        assert form["quoted"]
+        layout = read_layout(read_text(io.BytesIO(data)))
+        mark, last = layout.separator, len(layout.headings) - 1
+        assert form["quoted"] or any(row.count(mark) != last for row in layout.rows)
         return
     assert by_pandas == results(columns_by_split, data)
 

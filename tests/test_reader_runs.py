@@ -92,12 +92,12 @@ def test_readings_without_temperature_complete_the_strokes_around_them():
     assert sizes(record) == {"20": 18, "80": 18}
     assert np.isnan(record.temperature).sum() == 5
     assert record.notes == (
-        "5 readings without temperature count to the level of the rows around them"
+        "temperature missing in 5 readings, taken to the level of the rows around"
         " (lines 2, 6, 22, 23, 37)",
     )
     one = read([("unknown", *FIRST[0][1:]), *FIRST[1:], *HOT])
     assert one.notes == (
-        "1 reading without temperature counts to the level of the rows around it (line 2)",
+        "temperature missing in 1 reading, taken to the level of the rows around (line 2)",
     )
 
 
@@ -106,7 +106,7 @@ def test_a_stroke_without_temperature_between_others_is_theirs():
     rows = [("unknown", *row[1:]) if row[2] == 2 else row for row in visit(20, (1, 2, 3))]
     record = read(rows + HOT)
     assert sizes(record) == {"20": 27, "80": 18}
-    assert record.notes[0].startswith("9 readings without temperature count to the level of the")
+    assert record.notes[0].startswith("temperature missing in 9 readings, taken to the level")
     rows = [("unknown", *row[1:]) if row[2] in (2, 3) else row for row in visit(20, (1, 2, 3, 4))]
     assert sizes(read(rows)) == {"20": 18, "unknown": 18}  # another visit may lie in between
 
@@ -116,10 +116,12 @@ def test_readings_without_temperature_that_come_again_are_a_run_of_their_own():
     for rows in (FIRST + unknown + HOT, FIRST + HOT + unknown):
         record = read(rows)
         assert sizes(record)["unknown"] == 18
-        assert record.notes[0].startswith("18 readings without temperature are a run of their own:")
+        assert record.notes[0].startswith(
+            "temperature missing in 18 readings, taken as a run apart"
+        )
     (alone,) = visit(0, (9,), places=(2,))
     record = read([*FIRST[:9], ("unknown", *alone[1:]), *FIRST[9:]])
-    assert record.notes[0].startswith("1 reading without temperature is a run of its own: write it")
+    assert record.notes[0].startswith("temperature missing in 1 reading, taken as a run apart")
     with pytest.raises(TableError, match="stroke 1 at unknown temperature has output"):
         read([("unknown", *row[1:]) for row in FIRST + visit(20, (1, 2), 1e-4)])
 

@@ -662,7 +662,7 @@ def test_csv_of_the_command(capsys):
         ("z,90,", "w,90,", ":6: shaft 'w'; write x, y or z"),
         ("z,0,", "z,zero,", "is not a number"),
         ("1.325600", "9999", ":4: x_mA '9999' looks like a marker of a missing reading"),
-        ("x_mA", "x_V", "units V and mA in one table"),
+        ("x_mA", "x_V", "units 'V' and 'mA' in one table"),
         ("x_mA", "x [furlong]", "bad.csv:3: unit 'furlong' is no output unit"),
         ("x_mA", "first", "no column x among"),
         ("angle,", "azimuth,", "column shaft alone"),
@@ -712,7 +712,7 @@ def test_columns_of_units_and_serials_are_read():
     text = "x,y,z,unit,serial\n0.1,0.2,1.0,mA,B1\n0.1,1.0,0.2,{},{}\n"
     found = read_triad(io.StringIO(text.format("mA", "B1")))
     assert (found.unit, found.serial) == ("mA", "B1")
-    with pytest.raises(accelcal.TableError, match=":3: units mA and uA in one table"):
+    with pytest.raises(accelcal.TableError, match=":3: units 'mA' and 'uA' in one table"):
         read_triad(io.StringIO(text.format("uA", "B1")))
     with pytest.raises(accelcal.TableError, match="serials 'B1, B2' in one record; give a file"):
         read_triad(io.StringIO(text.format("mA", "B2")))

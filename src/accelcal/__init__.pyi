@@ -42,8 +42,8 @@ from .geometry import Acceleration as Acceleration
 from .geometry import accelerations as accelerations
 from .head_angles import position_angles as position_angles
 from .io.arrays import read_arrays as read_arrays
-from .io.documents.results import read_calibration as read_calibration
-from .io.documents.results import read_discovery as read_discovery
+from .io.documents import read_calibration as read_calibration
+from .io.documents import read_discovery as read_discovery
 from .io.head import read_head as read_head
 from .io.stability_record import read_stability as read_stability
 from .io.tables import read_table as read_table

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sized
 
 _HISSING = ("ch", "sh", "s", "x")
 
@@ -80,3 +80,27 @@ def listed(names: Iterable[str], most: int = 8) -> str:
     more = [f"{len(every) - most} more"] if len(every) > most else []
     *first, last = [*every[:most], *more] or [""]
     return f"{', '.join(first)} and {last}" if first else last
+
+
+def lines_named(lines: Iterable[int]) -> str:
+    """Name lines for a note, at most five of them.
+
+    Examples
+    --------
+    >>> lines_named([7]), lines_named(range(1, 9))
+    ('line 7', 'lines 1, 2, 3, 4, 5, ...')
+    """
+    numbers = [str(line) for line in dict.fromkeys(lines)]
+    more = ["..."] if len(numbers) > 5 else []
+    return named("line", numbers[:5] + more)
+
+
+def were(lines: Sized, what: str) -> str:
+    """Count what stands in some lines, before saying what was done to it.
+
+    Examples
+    --------
+    >>> were([7], "row"), were([7, 8], "row")
+    ('1 row was', '2 rows were')
+    """
+    return f"{counted(len(lines), what)} {'was' if len(lines) == 1 else 'were'}"

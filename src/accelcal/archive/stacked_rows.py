@@ -21,7 +21,7 @@ from accelcal.arrays import Labels, Places
 from accelcal.calibrate.stack import CalibrationStack
 from accelcal.estimate.reversal import misalignment_stack
 from accelcal.gates.verdict import VERDICTS
-from accelcal.io.values.lots import declared_lot
+from accelcal.io.records import declared_lot
 from accelcal.model import law_units
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord

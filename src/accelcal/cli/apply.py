@@ -28,8 +28,8 @@ from accelcal.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from accelcal.io.documents.results import ResultFile
-    from accelcal.io.samples.options import StreamOptions
+    from accelcal.io.documents import ResultFile
+    from accelcal.io.samples.instruments import StreamOptions
     from accelcal.io.samples.reader import SampleReader
     from accelcal.io.samples.stream import Instrument
 
@@ -91,9 +91,9 @@ def apply(calibration: str, data: str, path: str | None, **options: Any) -> None
       accelcal apply calibration.json flight.csv --by levels -o accelerations.csv
     """
     from accelcal.compensate.assumptions import warn_of
-    from accelcal.io.documents.results import read_results
-    from accelcal.io.samples.forms import ONE_ACCELEROMETER, TRIAD
-    from accelcal.io.samples.options import StreamOptions
+    from accelcal.io.documents import read_results
+    from accelcal.io.samples.headings import ONE_ACCELEROMETER, TRIAD
+    from accelcal.io.samples.instruments import StreamOptions
     from accelcal.io.samples.reader import open_samples
     from accelcal.io.samples.stream import AccelerationStream
     from accelcal.results.calibration import Calibration
@@ -125,8 +125,7 @@ def _instrument(
     path: str | None,
 ) -> Instrument:
     """Choose whose samples these are, by the serial number."""
-    from accelcal.io.samples.accelerometer import Accelerometer
-    from accelcal.io.samples.triad import Triad
+    from accelcal.io.samples.instruments import Accelerometer, Triad
     from accelcal.results.triad import TriadCalibration
 
     serial = options.serial or samples.headings.serial

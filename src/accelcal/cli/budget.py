@@ -133,7 +133,7 @@ def budget(
 def _calibration(
     path: str, serial: str | None, run: str | None, mounting: str | None
 ) -> Calibration:
-    from accelcal.io.documents.results import read_results
+    from accelcal.io.documents import read_results
     from accelcal.results.calibration import Calibration
 
     found: Calibration = read_results(path, Calibration).choose(serial, mounting)

@@ -77,7 +77,7 @@ def compare(
       accelcal compare calibration.json next-year.csv
       accelcal compare calibration.json next-year.json
     """
-    from accelcal.io.documents.results import read_known, read_later
+    from accelcal.io.documents import read_known, read_later
     from accelcal.io.of_serial import pairs_of_units
     from accelcal.results.documents.stored import all_to_json
 

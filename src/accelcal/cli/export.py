@@ -48,7 +48,7 @@ def export(
       accelcal export triad.json -o triad.h
     """
     from accelcal.export.write import export_text, form_of
-    from accelcal.io.documents.results import read_results
+    from accelcal.io.documents import read_results
     from accelcal.results.calibration import Calibration
     from accelcal.results.triad import TriadCalibration
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from accelcal.cli.deliver import remark
 
 if TYPE_CHECKING:
-    from accelcal.io.documents.results import ResultFile
+    from accelcal.io.documents import ResultFile
     from accelcal.specification import Specification
 
 _PLAIN = ("method", "robust", "delta0", "strict", "temperature_laws")
@@ -52,7 +52,7 @@ def fit_arguments(options: dict[str, Any]) -> FitArguments:
 
         specification = read_specification(sheet)
     if model is not None:
-        from accelcal.io.documents.results import read_models
+        from accelcal.io.documents import read_models
 
         models = read_models(model)
     return FitArguments(arguments, specification, models)

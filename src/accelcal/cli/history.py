@@ -64,7 +64,7 @@ def history(
       accelcal history results.csv --serial AL-15
       accelcal history 2019.json 2021.json 2023.json --plot history.png
     """
-    from accelcal.io.documents.recalibrations import read_entries
+    from accelcal.io.documents import read_entries
     from accelcal.recalibrations.fleet import fleet_history_of
     from accelcal.recalibrations.history import history_of
 

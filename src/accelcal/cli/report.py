@@ -21,7 +21,7 @@ from accelcal.cli.verdicts import exit_where_failed, judged
 from accelcal.errors import InputError
 
 if TYPE_CHECKING:
-    from accelcal.io.documents.results import ResultFile
+    from accelcal.io.documents import ResultFile
     from accelcal.record import TumbleRecord
 
 
@@ -76,7 +76,7 @@ def report(
         raise InputError("nothing to write; name a page with -o, or a certificate with --dcc")
     if laboratory is not None and certificate is None:
         raise InputError("--dcc-data tells of a certificate; name its file with --dcc")
-    from accelcal.io.documents.results import read_results
+    from accelcal.io.documents import read_results
     from accelcal.results.calibration import Calibration
     from accelcal.results.discovery import Discovery
 

@@ -190,7 +190,7 @@ def _simulated_model(path: str | None, serial: str | None) -> Twin:
         from accelcal.simulation import AL15, NoiseComponents
 
         return Twin(AL15, NoiseComponents(), ())
-    from accelcal.io.documents.results import read_models
+    from accelcal.io.documents import read_models
 
     return twin(read_models(path).model_of(serial))
 

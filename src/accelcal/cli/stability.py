@@ -121,7 +121,7 @@ def stability(
 
 
 def _calibrated(path: str, scale_factor: float | None, record: StabilityRecord) -> ScaleFactor:
-    from accelcal.io.documents.results import read_results
+    from accelcal.io.documents import read_results
     from accelcal.results.calibration import Calibration
     from accelcal.results.usable import refuse_misprinted
     from accelcal.stability.scale_factor import scale_factor_from

@@ -121,7 +121,9 @@ def _arrays(columns: Any) -> list[tuple[str, NDArray[Any]]]:
             f"{' its .to_pandas(),' if convertible else ''} a mapping of names to arrays, or a"
             " DataFrame of pandas"
         )
-    found = _with_index(columns)
+    names = getattr(getattr(columns, "index", None), "names", ())
+    levels = [name for name in names if name is not None and name not in columns]
+    found = [*(columns.reset_index(levels) if levels else columns).items()]
     refuse_other_order(dict(found))
     arrays = [(_heading(columns, name), _array(values)) for name, values in found]
     sizes = {array.size for _, array in arrays if array.ndim}
@@ -140,13 +142,6 @@ def _array(values: Any) -> NDArray[Any]:
     cells: NDArray[Any] = array.data.astype(object)
     cells[np.ma.getmaskarray(array)] = None
     return cells
-
-
-def _with_index(columns: Any) -> list[tuple[Any, Any]]:
-    """Columns, and before them the levels of an index that tell more."""
-    names = getattr(getattr(columns, "index", None), "names", ())
-    more = [name for name in names if name is not None and name not in columns]
-    return list((columns.reset_index(more) if more else columns).items())
 
 
 def _heading(columns: Any, name: Any) -> str:

@@ -11,21 +11,15 @@ import numpy as np
 
 from accelcal.arguments.kinds import shown
 from accelcal.io.engines import NUMERIC, BulkEngineGivesUp, Columns, Engine
-from accelcal.io.layout.directions import are_cycles
 from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
-from accelcal.io.layout.lone_output import is_supply
+from accelcal.io.layout.output_headings import are_cycles, is_supply
 from accelcal.io.layout.parts import Layout
 from accelcal.io.values.cells import Column, are_words, counts_rows, numbers
-from accelcal.io.values.sexagesimal import with_parts
-from accelcal.io.values.times import (
-    has_clock_times,
-    has_times_of_day,
-    one_date,
-    with_year_first,
-)
-from accelcal.io.words.headings import Heading, name_and_unit, split_unit
+from accelcal.io.values.places import with_parts
+from accelcal.io.values.times import has_clock_times, has_times_of_day, one_date, with_year_first
+from accelcal.io.words.headings import Heading, hint_of_triad, name_and_unit, split_unit
 from accelcal.io.words.vocabulary import ACROSS, UNITS_OF, has_unit, is_unit_of
-from accelcal.io.words.wording import hint_of_triad, lines_named
+from accelcal.plural import lines_named
 from accelcal.units import scale_of
 
 CONSTANTS = ("temperature", "stroke", "run", "mounting", "clamping", "std", "count")
@@ -63,12 +57,13 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
     wrong length.
     """
     roles, across, outputs = _roles(layout)
-    wide, own = bool(across), _of_one_reading(across)
+    # what a row cannot hold once for all of its outputs
+    own = () if not across else _OF_ONE_SERIAL if across == "serial" else _OF_ONE_READING
     roles = {name: i for name, i in roles.items() if name not in own}
     _require(layout, roles, across)
     key = [roles[name] for name in ("temperature", "position", "angle", "stroke") if name in roles]
-    measured = list(outputs.values()) if wide else [roles["output"]]
-    needed = max(key if wide else key + measured, default=0) + 1
+    measured = list(outputs.values()) if across else [roles["output"]]
+    needed = max(key if across else key + measured, default=0) + 1
     order = [i for i, own in enumerate(layout.headings) if own.text == _ROW_NUMBER]
     columns = engine(layout, sorted({*roles.values(), *measured, *order}), needed)
     empty = [name for name in _OPTIONAL if name in roles and _is_blank(columns[roles[name]])]
@@ -89,7 +84,7 @@ def choose_columns(layout: Layout, engine: Engine) -> Table:
         columns=_constants(layout, decimal, across)
         | {n: c for n, c in named.items() if n != "output"},
         outputs=tuple(columns[i] for i in measured),
-        across=_across(layout, across, outputs) if wide else None,
+        across=_across(layout, across, outputs) if across else None,
         date=date,
         decimal=decimal,
         aside=(*aside, *empty),
@@ -122,13 +117,6 @@ def notes_of_unused(layout: Layout, used: Collection[str]) -> list[str]:
     """Name the columns whose roles are not used, if there are such."""
     names = [own.text for own in layout.headings if own.text and own.role not in used]
     return [f"columns not used: {shown(', '.join(names))}"] if names else []
-
-
-def _of_one_reading(across: str) -> tuple[str, ...]:
-    """What a row cannot hold once for all of its outputs."""
-    if not across:
-        return ()
-    return _OF_ONE_SERIAL if across == "serial" else _OF_ONE_READING
 
 
 def _take_date(named: dict[str, Column], *, timed: bool) -> str | None:
@@ -185,7 +173,8 @@ def _roles(layout: Layout) -> tuple[dict[str, int], str, dict[float | str, int]]
             kinds.setdefault(ACROSS[heading.role], index)
         elif heading.role:
             _claim(roles, heading.role, index, layout)
-            _check_unit(layout, heading)
+            if is_unit_of(heading.role, heading.unit or ""):  # another word may be a remark
+                _require_unit(layout, heading)
     if not kinds:
         return roles, "", outputs
     across = _kind_across(layout, roles, kinds)
@@ -238,12 +227,6 @@ def _claim(taken: dict[Any, int], key: str | float, index: int, layout: Layout) 
 
 def _has_right_unit(heading: Heading) -> bool:
     return has_unit(heading.role or "", heading.unit or "")
-
-
-def _check_unit(layout: Layout, heading: Heading) -> None:
-    """Refuse a unit that is known to be of something else; another word may be a remark."""
-    if is_unit_of(heading.role or "", heading.unit or ""):
-        _require_unit(layout, heading)
 
 
 def _require_unit(layout: Layout, heading: Heading) -> None:

@@ -20,8 +20,7 @@ from accelcal.io.layout.header_lines import Declared
 from accelcal.io.layout.parts import Layout
 from accelcal.io.layout.separators import split_line
 from accelcal.io.values.cells import Column, labels, number_and_unit
-from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import KEYS, KINDS_OF, canonical_key, has_unit
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF, canonical_key, has_unit, is_missing
 from accelcal.units import (
     SCALES,
     UNITS,
@@ -32,6 +31,9 @@ from accelcal.units import (
     scaled,
     size_of,
 )
+
+Overrides = Mapping[str, object]
+"""What a caller declares."""
 
 APPARATUS = tuple(item.name for item in fields(Apparatus))
 OVERRIDES = (*APPARATUS, "reference_temperature", "positions", "unit", "serial", "serials")
@@ -55,11 +57,7 @@ class Declarations(NamedTuple):
 
 
 def declarations(
-    layout: Layout,
-    decimal: str,
-    unit: str | None,
-    overrides: Mapping[str, object],
-    scale: str | None = None,
+    layout: Layout, decimal: str, unit: str | None, overrides: Overrides, scale: str | None = None
 ) -> Declarations:
     """Read the header lines.
 
@@ -121,18 +119,18 @@ def notes_of_serial(given: str | None, written: str | None) -> tuple[str, ...]:
 
 
 def serial_of_file(
-    layout: Layout, column: Column | None, given: str | None, remedy: str
+    layout: Layout, column: Column | None, given: str | None
 ) -> tuple[str | None, tuple[str, ...]]:
     """Tell the one serial number of a file.
 
-    That of the caller takes the place of that of the file, and a note says so. The remedy tells
-    what to do where the file has several. Raises TableError if the file has several, or a cell of
-    the column is empty.
+    That of the caller takes the place of that of the file, and a note says so. Raises TableError if
+    the file has several, or a cell of the column is empty.
     """
     found = _lines_of_serials(layout, column)
     if len(found) > 1:
         problem = f"serials {shown(', '.join(found))} in one record"
-        raise TableError(problem, remedy, source=layout.source, line=list(found.values())[1])
+        line = [*found.values()][1]
+        raise TableError(problem, "give a file for each", source=layout.source, line=line)
     written = next(iter(found), None)
     return given or written, notes_of_serial(given, written)
 
@@ -148,9 +146,7 @@ def _lines_of_serials(layout: Layout, column: Column | None) -> dict[str, int]:
     return dict(sorted(found.items(), key=lambda own: own[1]))
 
 
-def _checked(
-    overrides: Mapping[str, object], source: str
-) -> tuple[dict[str, Any], dict[str, Declared]]:
+def _checked(overrides: Overrides, source: str) -> tuple[dict[str, Any], dict[str, Declared]]:
     """Values of the caller, and texts that are read as header lines are."""
     given: dict[str, Any] = dict(overrides)
     texts = {key: given.pop(key) for key in _QUANTITIES if _has_unit(given.get(key))}

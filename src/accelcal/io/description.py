@@ -76,12 +76,9 @@ def _form_facts(form: TableForm) -> list[tuple[str, str]]:
         ("form", form.form + ("" if form.encoding in _NO_TEXT else written)),
         ("encoding", form.encoding + packed),
     ]
-    facts += [("columns", ", ".join(_renamed(*pair) for pair in form.columns.items()))]
+    columns = [r if r == own else f"{r} ({own})" for r, own in form.columns.items()]
+    facts += [("columns", ", ".join(columns))]
     return facts + ([("set aside", ", ".join(form.set_aside))] if form.set_aside else [])
-
-
-def _renamed(role: str, heading: str) -> str:
-    return role if role == heading else f"{role} ({heading})"
 
 
 def _facts(record: TumbleRecord) -> list[tuple[str, str]]:
@@ -104,11 +101,7 @@ def _facts(record: TumbleRecord) -> list[tuple[str, str]]:
 def _declared_facts(record: TumbleRecord) -> list[tuple[str, str]]:
     values = {name: getattr(record.apparatus, name) for name in record.apparatus.__slots__}
     output = record.unit or "output units"
-    facts = [
-        (name, f"{value:g} {UNITS.get(name, output)}")
-        for name, value in values.items()
-        if value is not None
-    ]
+    facts = [(n, f"{v:g} {UNITS.get(n, output)}") for n, v in values.items() if v is not None]
     if record.reference_temperature is not None:
         facts.insert(0, ("T0", f"{record.reference_temperature:g} degC"))
     if record.date:

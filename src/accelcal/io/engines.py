@@ -21,10 +21,9 @@ from accelcal.io.layout.heading_rows import ANGLE_IN_PARTS
 from accelcal.io.layout.parts import Layout
 from accelcal.io.layout.separators import split_line
 from accelcal.io.values.cells import Column, numbered
-from accelcal.io.values.sexagesimal import with_decimal_degrees
+from accelcal.io.values.places import with_decimal_degrees
 from accelcal.io.values.thousands import thousands_mark, without_mark
-from accelcal.io.words.signs import MISSING
-from accelcal.io.words.vocabulary import ACROSS
+from accelcal.io.words.vocabulary import ACROSS, MISSING
 from accelcal.plural import counted
 
 if TYPE_CHECKING:
@@ -168,24 +167,23 @@ def decimal_mark(text: str, separator: str | None) -> str:
     return "," if separator != "," or _NO_THOUSANDS.search(text) else "."
 
 
-def columns_by_pandas(layout: Layout, used: Sequence[int], needed: int) -> Columns:
+def columns_by_pandas(layout: Layout, used: Sequence[int], _needed: int) -> Columns:
     """Split the rows, and read their numbers, by pandas.
 
     The arguments are those of `columns_by_split`. Raises BulkEngineGivesUp if the light engine must
     look.
     """
-    rows = _even_rows(layout, needed)
-    _refuse_split_numbers(layout, (split_line(row, layout.separator) for row in layout.rows))
-    comma = layout.separator != "," and any("," in row for row in rows)
+    mark, last, rows = layout.separator, len(layout.headings) - 1, layout.rows
+    if mark is None or not all(row.count(mark) == last and '"' not in row for row in rows):
+        raise BulkEngineGivesUp
+    _refuse_split_numbers(layout, (split_line(row, mark) for row in rows))
+    comma = mark != "," and any("," in row for row in rows)
     numeric = [i for i in used if _is_numeric(layout, i)]
     decimal = "," if comma else "."
     text = "\n".join([*rows, ""]).encode()
-    frame = read_frame(text, layout.separator, len(layout.headings), used, numeric, decimal)
+    frame = read_frame(text, mark, last + 1, used, numeric, decimal)
     lines = np.array(layout.lines, dtype=np.int64)
-    cells = {
-        i: frame[i].to_numpy() if i in numeric else [cell.strip() for cell in frame[i].tolist()]
-        for i in used
-    }
+    cells = {i: frame[i].to_numpy() if i in numeric else [*frame[i].str.strip()] for i in used}
     return {i: _column(layout, i, cells[i], lines, decimal) for i in used}
 
 
@@ -231,29 +229,6 @@ def read_frame(
     return frame
 
 
-def _even_rows(layout: Layout, needed: int) -> list[str]:
-    """Rows with as many fields as there are headings."""
-    separator, last, rows = layout.separator, len(layout.headings) - 1, layout.rows
-    if separator is None:
-        raise BulkEngineGivesUp
-    if all(row.count(separator) == last and '"' not in row for row in rows):
-        return rows
-    if max(row.count(separator) for row in rows) < last:
-        raise BulkEngineGivesUp
-    return [_even_row(row, separator, last, needed) for row in rows]
-
-
-def _even_row(row: str, separator: str, last: int, needed: int) -> str:
-    if row.count(separator) > last:
-        row = row.rstrip(separator + " ")
-    elif row.count(separator) < needed - 1:
-        raise BulkEngineGivesUp
-    row += separator * (last - row.count(separator))
-    if row.count(separator) > last or '"' in row:
-        raise BulkEngineGivesUp
-    return row
-
-
 def _fitted(cells: list[str], width: int, needed: int, layout: Layout, index: int) -> list[str]:
     """Cells of a row, as many as there are headings: blank ones fall away or are added."""
     while len(cells) > width and not cells[-1]:
@@ -269,17 +244,13 @@ def _fitted(cells: list[str], width: int, needed: int, layout: Layout, index: in
         problem = f"{counted(len(cells), 'field')} between blanks under {width} column headings"
         raise refusal(problem, "write NaN for a missing one, and headings without blanks")
     if len(cells) < needed:
-        if _is_broken(layout.rows[max(index - 1, 0) : index + 1]):
+        near = layout.rows[max(index - 1, 0) : index + 1]
+        if any(row.count('"') % 2 for row in near):  # which one of them opens, and another closes
             raise refusal("a cell has a line break", "write it in one line")
         missing = layout.headings[needed - 1].text
         problem = f"{counted(len(cells), 'field')}, but {missing} is field {needed}"
         raise refusal(problem, "complete the row or delete it")
     return cells + [""] * (width - len(cells))
-
-
-def _is_broken(rows: Sequence[str]) -> bool:
-    """Whether a quote that one of the rows opens is closed in another."""
-    return any(row.count('"') % 2 for row in rows)
 
 
 def _is_numeric(layout: Layout, index: int) -> bool:
@@ -289,15 +260,8 @@ def _is_numeric(layout: Layout, index: int) -> bool:
 
 def _column(layout: Layout, index: int, cells: Any, lines: Any, decimal: str) -> Column:
     heading = layout.headings[index]
-    column = Column(
-        role=heading.role or "",
-        heading=heading.text,
-        unit=heading.unit,
-        cells=cells,
-        lines=lines,
-        source=layout.source,
-        decimal=decimal,
-    )
+    role, text, unit = heading.role or "", heading.text, heading.unit
+    column = Column(role, text, unit, cells, lines, layout.source, decimal)
     if isinstance(cells, np.ndarray) or not _is_numeric(layout, index):
         return column
     column = with_decimal_degrees(column) if heading.role in _ANGLES else numbered(column)

@@ -92,19 +92,15 @@ def _certificate(table: SmallTable) -> HeadCalibration:
     there = [role for role in ("error", "correction") if role in table.columns]
     if len(there) != 1:
         raise table.layout.refuse("no column error, or correction beside it", _REMEDY)
-    angle = complete_numbers(table.columns["angle"]) * (
-        _factor(table.columns["angle"], "deg") * 180.0 / np.pi
-    )
+    column = table.columns["angle"]
+    angle = complete_numbers(column) * (_factor(column, "deg") * 180.0 / np.pi)
     sign = 1.0 if there[0] == "error" else -1.0
     column = _bare(table.columns[there[0]])
     error = sign * complete_numbers(column) * _factor(column)
     column.check(np.abs(error) < _LARGEST, "{} is no error of a head", "check its unit")
     place, order, of_row = np.unique(head_positions(angle), return_index=True, return_inverse=True)
-    column.check(
-        np.abs(error - error[order][of_row]) <= 1e-12,
-        "{} of a position that has another error above",
-        "keep one",
-    )
+    is_same = np.abs(error - error[order][of_row]) <= 1e-12
+    column.check(is_same, "{} of a position that has another error above", "keep one")
     variance = _uncertainty(table, (head_positions(angle) == 0.0) & (error == 0.0))[order] ** 2
     names = names_of({key: line.value for key, line in table.layout.declared.items()})
     return HeadCalibration(

@@ -34,15 +34,11 @@ def one_of_serial(results: Sequence[Item], serial: str | None, name: str, what: 
         return chosen[0]
     have = ", ".join(str(found.serial) for found in chosen or results)
     if not chosen:
-        raise InputError(
-            f"{name}: serial {serial} is asked for, but it holds the {what} of {have}; give the"
-            f" {what} of this accelerometer"
-        )
+        problem = f"{name}: serial {serial} is asked for, but it holds the {what} of {have}"
+        raise InputError(f"{problem}; give the {what} of this accelerometer")
     if len({found.serial for found in chosen}) == 1:
-        raise InputError(
-            f"{name}: it holds {len(chosen)} results of serial {chosen[0].serial}; save one item of"
-            " the list as a file of its own"
-        )
+        problem = f"{name}: it holds {len(chosen)} results of serial {chosen[0].serial}"
+        raise InputError(f"{problem}; save one item of the list as a file of its own")
     raise InputError(f"{name}: it holds serials {have}; choose one by its serial")
 
 
@@ -71,14 +67,9 @@ def records_called(records: Sequence[TumbleRecord], serial: str | None) -> list[
     told = {record.serial for record in records} - {None}
     if serial is None or len(told) > 1:
         return records_of_serial(records, serial)
-    return [
-        record
-        if record.serial == serial
-        else replace(
-            record, serial=serial, notes=(*record.notes, *notes_of_serial(serial, record.serial))
-        )
-        for record in records
-    ]
+    notes = [(*own.notes, *notes_of_serial(serial, own.serial)) for own in records]
+    pairs = zip(records, notes, strict=True)
+    return [replace(own, serial=serial, notes=told) for own, told in pairs]
 
 
 def pairs_of_units(
@@ -105,10 +96,8 @@ def pairs_of_units(
         raise InputError(f"no unit in both files: {have}; give two files of one accelerometer")
     times = Counter(id(result) for pair in pairs for result in pair)
     if max(times.values()) > 1:
-        raise InputError(
-            f"several results may be of one unit: {have}; choose one by serial=..., or save one of"
-            " the results of one serial as a file of its own"
-        )
+        remedy = "choose one by serial=..., or save one of one serial as a file of its own"
+        raise InputError(f"several results may be of one unit: {have}; {remedy}")
     return pairs, _names(own for own, _ in (*one, *other) if id(own) not in times)
 
 

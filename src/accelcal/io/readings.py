@@ -14,16 +14,18 @@ from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.errors import TableError
 from accelcal.geometry import MOUNTINGS, is_mounting
 from accelcal.io.columns import Table
-from accelcal.io.layout.directions import are_cycles
-from accelcal.io.strokes import strokes_by_direction, strokes_of_rows
+from accelcal.io.layout.output_headings import are_cycles
 from accelcal.io.values.cells import Column, counts_rows, labels, numbers, refuse_thousands
-from accelcal.io.values.lots import lots_of_rows
-from accelcal.io.values.markers import refuse_markers
-from accelcal.io.values.places import MAXIMUM_ANGLE, places_of_rows
-from accelcal.io.values.temperatures import temperatures_of
-from accelcal.io.values.times import days, in_seconds, times
-from accelcal.io.words.signs import mounting_written
-from accelcal.io.words.wording import all_outputs
+from accelcal.io.values.markers import all_outputs, notes_of_far, refuse_markers, temperatures_of
+from accelcal.io.values.places import (
+    MAXIMUM_ANGLE,
+    notes_of_minutes,
+    places_of_rows,
+    strokes_by_direction,
+    strokes_of_rows,
+)
+from accelcal.io.values.times import days, in_seconds, notes_of_midnight, times
+from accelcal.io.words.vocabulary import mounting_written
 from accelcal.numerics.grouping import Grouped
 from accelcal.numerics.sorting import distinct, median
 from accelcal.pace import too_quick
@@ -56,7 +58,7 @@ class Readings:
     clamping: Array | None
     std: Array | None
     count: Array | None
-    lot: NDArray[np.str_] | None  # lot of the unit, empty where it is not known
+    lot: NDArray[np.str_] | None  # lot of the unit, as written
     run: Ints | None  # index into the labels
     serial: Ints | None  # index into the serials
     run_labels: tuple[str, ...]  # empty without such a column, as the serials are
@@ -150,12 +152,8 @@ def _refuse_texts(columns: Mapping[str, Column], missing: Mask) -> None:
                 numbers(column)
             except TableError as error:
                 remedy = "repeat the headings below what is of another temperature or run"
-                raise TableError(
-                    f"{error.problem}, and its row has no output",
-                    remedy,
-                    source=column.source,
-                    line=error.line,
-                ) from None
+                problem, line = f"{error.problem}, and its row has no output", error.line
+                raise TableError(problem, remedy, source=column.source, line=line) from None
 
 
 def _by_direction(
@@ -169,7 +167,16 @@ def _by_direction(
     return strokes_by_direction(direction, number, place, angle, cycles=cycles)
 
 
-def notes_of_turn(readings: Readings, positions: int) -> list[str]:
+def notes_of_readings(readings: Readings, positions: int) -> Iterator[str]:
+    """Say what was understood of all readings, and which of them are doubtful."""
+    yield from _notes_of_turn(readings, positions)
+    yield from notes_of_minutes(readings.angle)
+    yield from notes_of_far(readings.output, readings.line)
+    yield from notes_of_midnight(readings.time, readings.line)
+    yield from readings.stroke_notes
+
+
+def _notes_of_turn(readings: Readings, positions: int) -> list[str]:
     """Say where a turn of fewer positions than declared would hold all readings.
 
     That is where positions 1 to a last one occur and the rest of the turn, as declared, never does.
@@ -254,7 +261,7 @@ def _by_row(
         "clamping": _clamping(columns.get("clamping")),
         "std": _not_below(columns, "std", 0.0),
         "count": _not_below(columns, "count", 1.0),
-        "lot": lots_of_rows(columns["lot"]) if "lot" in columns else None,
+        "lot": np.array([*map(str, columns["lot"].cells)]) if "lot" in columns else None,
         "run": run,
     }, run_labels
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,10 @@ from accelcal.io.declarations import Declarations
 from accelcal.io.layout.parts import Layout
 from accelcal.io.readings import Readings, notes_of_pace
 from accelcal.io.runs import runs_of
-from accelcal.io.values.lots import lot_of_column
-from accelcal.io.values.markers import refuse_constant
-from accelcal.io.values.temperatures import notes_of_lone
+from accelcal.io.values.markers import notes_of_lone, refuse_constant
 from accelcal.io.values.times import notes_of_order
-from accelcal.io.words.wording import lines_named, were
+from accelcal.io.words.vocabulary import COLUMNS, is_missing
+from accelcal.plural import lines_named, were
 from accelcal.record import TumbleRecord
 from accelcal.serials import notes_of_alike
 
@@ -76,7 +75,8 @@ def _record(readings: Readings, declared: Declarations, common: dict[str, Any]) 
     if len(readings.output) > 1:
         refuse_constant(readings.output, readings.source, readings.line, _CHANGES)
     time, start = _seconds(readings.time, common["date"])
-    days = _days(readings.day) if common["date"] is None else []
+    day = None if common["date"] else readings.day
+    days: list[str] = [] if day is None else np.unique(day).astype(str).tolist()
     if len(days) > 1:
         notes.append(f"the readings are of {len(days)} days: the test counts as of {days[0]}")
     values = (
@@ -94,11 +94,6 @@ def _left_out(lines: Ints, what: str) -> str:
     return f"{were(lines, what)} left out ({lines_named(lines)})"
 
 
-def _days(day: NDArray[np.datetime64] | None) -> list[str]:
-    """Days of the readings in their order; none where the times have no days."""
-    return [] if day is None else [str(own) for own in np.unique(day)]
-
-
 def _seconds(time: NDArray[Any] | None, date: str | None) -> tuple[Array | None, dict[str, str]]:
     """Times in seconds, and the start where the table gives dates."""
     if time is None or time.dtype.kind == "f":
@@ -109,6 +104,50 @@ def _seconds(time: NDArray[Any] | None, date: str | None) -> tuple[Array | None,
         start = None if day is None else np.datetime64(day.date()) + start
     since = (time - time[0]) / np.timedelta64(1, "s")
     return since, {} if start is None else {"start": str(start)}
+
+
+# -- lots -----------------------------------------------------------------------------------------
+
+_LOT = frozenset(COLUMNS["lot"])
+
+
+def declared_lot(metadata: Mapping[str, str]) -> str | None:
+    """Lot that a header line names.
+
+    Examples
+    --------
+    >>> declared_lot({"operator": "Meyer", "Los": "7"})
+    '7'
+    """
+    for key, text in metadata.items():  # a generator would take twice the time of a record
+        if key.casefold() in _LOT:
+            return text
+    return None
+
+
+def lot_of_column(
+    lots: NDArray[np.str_] | None, metadata: Mapping[str, str]
+) -> tuple[dict[str, str], list[str]]:
+    """Metadata with the lot of one unit, and what is set aside.
+
+    The lots are those of its readings. There is none where the column names
+    none, or several. A sentence tells of several, and of another one than is declared.
+
+    Examples
+    --------
+    >>> lot_of_column(np.array(["7", "", "7"]), {})
+    ({'lot': '7'}, [])
+    """
+    names = [] if lots is None else sorted({lot for lot in lots.tolist() if not is_missing(lot)})
+    declared = declared_lot(metadata)
+    if names in ([], [declared]):
+        return {}, []
+    if len(names) > 1:
+        several = shown(", ".join(names))
+        return {}, [f"the column of lots names several for one unit, {several}, and was set aside"]
+    if declared is not None:
+        return {}, [f"the lot is {declared}, as declared, in place of {names[0]} in the column"]
+    return {"lot": names[0]}, []
 
 
 # -- repeats ---------------------------------------------------------------------------------------
@@ -144,17 +183,15 @@ def _clash(readings: Readings, first: int, second: int, *, sampled: bool) -> Tab
     where, further = f"angle {readings.angle[first]:g}", f"{readings.angle[first] + 360.0:g}"
     if readings.position[first]:
         where, further = f"position {readings.position[first]}", "the position behind the last"
+    level = readings.temperature[second]
+    warmth = "unknown temperature" if np.isnan(level) else f"{level:g} degC"
     problem = (
-        f"{where}, stroke {readings.stroke[first]} at {_level(readings.temperature[second])} has"
+        f"{where}, stroke {readings.stroke[first]} at {warmth} has"
         f" output {float(readings.output[second])!r}, but {float(readings.output[first])!r}"
         f" in line {readings.line[first]}"
     )
     remedy = _AVERAGE if sampled else _remedy(readings, first, second, further)
     return readings.refuse(second, problem, remedy)
-
-
-def _level(temperature: float) -> str:
-    return "unknown temperature" if np.isnan(temperature) else f"{temperature:g} degC"
 
 
 def _remedy(readings: Readings, first: int, second: int, further: str) -> str:

@@ -12,11 +12,9 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.head_angles import head_positions, nominal_angles
 from accelcal.io.readings import Readings
-from accelcal.io.unknown_temperatures import with_levels_around
-from accelcal.io.words.wording import lines_named
 from accelcal.numerics.grouping import grouped
 from accelcal.numerics.sorting import distinct
-from accelcal.plural import listed
+from accelcal.plural import counted, lines_named, listed
 
 LEVEL_GAP = 2.0
 """Gap between sorted temperatures that separates two levels, and the widest level [degC]."""
@@ -288,7 +286,8 @@ def _proved(readings: Readings, found: _Segments, segments: Ints) -> list[int]:
     so_far: dict[Any, float] = {}
     for segment in segments.tolist():
         now = _outputs(readings, found.rows(segment))
-        if _again(so_far, now) or (not by_stroke and _counts_on(so_far, now)):
+        again = any(so_far[key] != now[key] for key in so_far.keys() & now.keys())
+        if again or (not by_stroke and _counts_on(so_far, now)):
             visit, so_far = visit + 1, {}
         so_far |= now
         visits.append(visit)
@@ -306,11 +305,6 @@ def _only_repeated(readings: Readings, found: _Segments, segments: Ints) -> bool
     """Tell whether the later segments hold nothing but readings of the first, again."""
     first, *later = (_outputs(readings, found.rows(i)).items() for i in segments.tolist())
     return all(segment <= first for segment in later)
-
-
-def _again(before: dict[Any, float], now: dict[Any, float]) -> bool:
-    """Tell whether the same reading comes again with another output."""
-    return any(before[key] != now[key] for key in before.keys() & now.keys())
 
 
 def _counts_on(before: dict[Any, float], now: dict[Any, float]) -> bool:
@@ -357,3 +351,48 @@ def _open(labels: list[str]) -> list[str]:
         f"other temperatures stand between the rows of level {', '.join(labels)} degC, which were"
         " taken as one run; if it was met again, name each visit in a column run"
     ]
+
+
+_JOINED = "taken to the level of the rows around"
+_APART = "taken as a run apart: write the temperature, or name the run in a column run"
+
+
+def with_levels_around(readings: Readings, level: Ints) -> tuple[Readings, tuple[str, ...]]:
+    """Give readings without temperature that of the rows around them, to tell the levels by.
+
+    The readings are all of one accelerometer, each with its level by its temperature. Those stay
+    unknown that stand between two levels, are of no stroke of the rows around them nor of one
+    between two of these, or come again in them. Notes say what the rows tell, and what not.
+    """
+    unknown = np.isnan(readings.temperature)
+    if unknown.all():
+        return readings, ()
+    rows, known = np.flatnonzero(unknown), np.flatnonzero(~unknown)
+    stretch = np.concatenate([[0], np.cumsum(np.diff(level[known]) != 0)])
+    after = np.searchsorted(known, rows)
+    before, after = np.maximum(after - 1, 0), np.minimum(after, known.size - 1)
+    of_row = np.empty(unknown.size, dtype=np.int64)
+    of_row[known] = stretch
+    of_row[rows] = np.where(stretch[before] == stretch[after], stretch[before], -1)
+    joined = unknown & _of_their_strokes(readings, of_row, unknown)
+    temperature = readings.temperature.copy()
+    temperature[rows] = np.where(joined[rows], temperature[known[before]], np.nan)
+    told = {_JOINED: joined, _APART: unknown & ~joined}
+    notes = (
+        f"temperature missing in {counted(int(own.sum()), 'reading')}, {said}"
+        f" ({lines_named(readings.line[own])})"
+        for said, own in told.items()
+        if own.any()
+    )
+    return replace(readings, temperature=temperature), tuple(notes)
+
+
+def _of_their_strokes(readings: Readings, of_row: Ints, unknown: Mask) -> Mask:
+    """Readings of strokes that the rows have, or the neighbours of which; none comes again."""
+    fields = (of_row, readings.mounting, readings.stroke, nominal_angles(readings.angle))
+    keys = list(zip(*(field.tolist() for field in fields), strict=True))
+    known = {key for key, own in zip(keys, unknown.tolist(), strict=True) if not own}
+    strokes = {key[:3] for key in known}
+    again = {keys[i][0] for i in np.flatnonzero(unknown).tolist() if keys[i] in known}
+    between = {(row, side, k + 1) for row, side, k in strokes if (row, side, k + 2) in strokes}
+    return np.array([key[:3] in strokes | between and key[0] not in again for key in keys])

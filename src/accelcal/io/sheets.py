@@ -1,10 +1,11 @@
-"""Sheets of a workbook as parts of one table, and the facts that sheets beside them tell."""
+"""Sheets of a workbook, or blocks below each other in a text, as parts of one table."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
 from accelcal.arguments.kinds import shown
@@ -12,12 +13,100 @@ from accelcal.errors import TableError
 from accelcal.io.columns import CONSTANTS
 from accelcal.io.files.csv_text import in_quotes
 from accelcal.io.files.text import SourceText
-from accelcal.io.layout.header_lines import Declared
+from accelcal.io.layout.found_headings import headings_of
+from accelcal.io.layout.header_lines import Declared, keys_and_values
 from accelcal.io.layout.parts import Layout
+from accelcal.io.layout.rearranged import is_called_summary
+from accelcal.io.layout.rows_above import said_in_row
+from accelcal.io.layout.separators import split_line
 from accelcal.io.words.headings import read_heading
-from accelcal.io.words.signs import with_hyphen
-from accelcal.io.words.vocabulary import COLUMNS, KEYS
+from accelcal.io.words.vocabulary import ACROSS, COLUMNS, KEYS, begins_number, with_hyphen
 from accelcal.plural import are
+
+_APART = frozenset({"serial", "temperature", "run", "stroke", "mounting", "clamping"})
+"""What may be declared of a block alone."""
+
+_START = 1 << 16
+"""Characters in which the first headings stand."""
+
+_BLANK = " \t,;|"
+_BEGINS_READING = "0123456789+-.#"
+"""How lines of readings and header lines begin, or none, but not headings."""
+
+
+def blocks_of(source: SourceText) -> tuple[SourceText, ...]:
+    r"""Take a text apart where its headings stand again below what is declared of their rows.
+
+    Each block stands in its own lines, and is read like a sheet. A temperature or serial alone
+    above its headings becomes a header line. What else the lines above the first block declare
+    holds for those that do not declare it. The text stays as it is where nothing is declared of a
+    later block, or only such a one has a serial.
+
+    Examples
+    --------
+    >>> text = "20 °C\nJ,Y1,Y2\n1,1.3,1.3\n\n60 °C\nJ,Y1,Y2\n1,1.4,1.4\n"
+    >>> blocks_of(SourceText("", text, ""))[1].text
+    '\n\n\n\n# temperature: 60\nJ,Y1,Y2\n1,1.4,1.4\n'
+    """
+    lines = source.text.split("\n")
+    words = [line for line in lines if line[:1] not in _BEGINS_READING]
+    if len({*words}) == len(words):  # as of nearly all tables, whose headings need not be found
+        return (source,)
+    found = headings_of(source.text[:_START].split("\n"))
+    if found is None:
+        return (source,)
+    headings = lines[found.lines[-1] - 1].rstrip(_BLANK)
+    places = [place for place, line in enumerate(lines) if line.rstrip(_BLANK) == headings]
+    if len(places) < 2:
+        return (source,)
+    spans = pairwise([-1, *places])
+    starts, told = zip(*(_above(lines, *span, found.separator) for span in spans), strict=True)
+    first, others = told[0], told[1:]
+    if not all(own & _APART and "serial" not in own - first for own in others):
+        return (source,)
+    ends = (*starts[1:], len(lines))
+    of_all = [(line, _keys(line, found.separator)) for line in lines[: places[0]]]
+    return source._replace(text="\n".join(lines[: ends[0]])), *(
+        source._replace(text="\n".join([*_shared(of_all, own, start), *lines[start:end]]))
+        for own, start, end in zip(others, starts[1:], ends[1:], strict=True)
+    )
+
+
+def _shared(of_all: list[tuple[str, set[str]]], own: set[str], size: int) -> Iterator[str]:
+    """Lines above a block: those of the first that hold for it too, else empty ones."""
+    for line, keys in of_all:
+        yield line if keys and keys <= KEYS.keys() - _APART - own else ""
+    yield from [""] * (size - len(of_all))
+
+
+def _above(
+    lines: list[str], others: int, headings: int, separator: str | None
+) -> tuple[int, set[str]]:
+    """First line of what stands between others or readings and headings, and what it declares.
+
+    A temperature or serial alone is written as a header line.
+    """
+    start, keys = headings, set[str]()
+    while start > others + 1 and not _is_reading(lines[start - 1], separator):
+        start -= 1
+        alone = read_heading(lines[start].strip(_BLANK))
+        if alone.role in ("temperatures", "serials") and not alone.unit:
+            of = alone.of if isinstance(alone.of, str) else f"{alone.of:g}"
+            lines[start] = f"# {ACROSS[alone.role]}: {of}"
+        keys |= _keys(lines[start], separator)
+    return start, keys
+
+
+def _keys(line: str, separator: str | None) -> set[str]:
+    """What a line declares."""
+    return {own[0] for own in keys_and_values(line) or said_in_row(line, separator)}
+
+
+def _is_reading(line: str, separator: str | None) -> bool:
+    """Tell whether a row may be one of readings or of their summary: most cells are numbers."""
+    cells = list(filter(None, split_line(line, separator)))
+    return is_called_summary(line) or 2 * sum(map(begins_number, cells)) > max(len(cells), 2)
+
 
 _NUMBER = r"([+\-\u2212\u2013]?\d+(?:[.,]\d+)?)"
 _TEMPERATURE = re.compile(rf"(?:^|[\s_=(]){_NUMBER}[\s_]*(?:°[\s_]?C|℃|deg[\s_]?C)(?!\w)", re.I)
@@ -33,6 +122,9 @@ class Sheet(NamedTuple):
 
     text: SourceText
     layout: Layout  # what `layout_of` makes of it, or some of its rows
+
+
+Sheets = Sequence[Sheet]
 
 
 def with_name_of_sheet(layout: Layout, sheet: str) -> Layout:
@@ -154,9 +246,7 @@ def _of_the_test(sheets: Sequence[Layout], of_rows: Sequence[str]) -> dict[str, 
 # -- facts of sheets beside them -------------------------------------------------------------------
 
 
-def without_faulty_facts(
-    sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], Found]
-) -> Found:
+def without_faulty_facts(sheets: Sheets, read: Callable[[Sheets], Found]) -> Found:
     """Read sheets, without what a sheet beside them tells that cannot be used; a note says so.
 
     Raises TableError if they cannot be read without such facts either.
@@ -173,7 +263,7 @@ def without_faulty_facts(
         raise
 
 
-def _fault(sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], object]) -> str:
+def _fault(sheets: Sheets, read: Callable[[Sheets], object]) -> str:
     try:
         read(sheets)
     except TableError as error:
@@ -181,7 +271,7 @@ def _fault(sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], object]) -
     return ""
 
 
-def _without_wrong(sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], Found]) -> Found:
+def _without_wrong(sheets: Sheets, read: Callable[[Sheets], Found]) -> Found:
     """Read sheets without the facts whose own place an error names."""
     try:
         return read(sheets)
@@ -193,18 +283,14 @@ def _without_wrong(sheets: Sequence[Sheet], read: Callable[[Sequence[Sheet]], Fo
         return _without_wrong(_without(sheets, wrong, error), read)
 
 
-def _facts(sheets: Sequence[Sheet]) -> dict[str, tuple[str, int]]:
+def _facts(sheets: Sheets) -> dict[str, tuple[str, int]]:
     """Where the sheets beside some tables tell what a table is read by."""
     beside = {own.name for text, _ in sheets for own in text.beside}
-    return {
-        key: (own.source, own.line)
-        for _, layout in sheets
-        for key, own in layout.declared.items()
-        if key in KEYS and own.source in beside
-    }
+    told = [pair for _, layout in sheets for pair in layout.declared.items() if pair[0] in KEYS]
+    return {key: (own.source, own.line) for key, own in told if own.source in beside}
 
 
-def _without(sheets: Sequence[Sheet], keys: Sequence[str], error: TableError) -> list[Sheet]:
+def _without(sheets: Sheets, keys: Sequence[str], error: TableError) -> list[Sheet]:
     told = {own.name: shown(own.sheet) for text, _ in sheets for own in text.beside}
     names = ", ".join(dict.fromkeys(told[_facts(sheets)[key][0]] for key in keys))
     unused = f"{', '.join(keys)} of the sheet {names} {are(keys)} not used"
@@ -212,9 +298,7 @@ def _without(sheets: Sequence[Sheet], keys: Sequence[str], error: TableError) ->
     return [
         Sheet(
             text._replace(notes=(*text.notes, note)),
-            layout._replace(
-                declared={key: own for key, own in layout.declared.items() if key not in keys}
-            ),
+            layout._replace(declared={k: v for k, v in layout.declared.items() if k not in keys}),
         )
         for text, layout in sheets
     ]

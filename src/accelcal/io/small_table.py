@@ -12,10 +12,10 @@ from accelcal.io.engines import columns_by_split, decimal_mark
 from accelcal.io.files.text import SourceText, refuse_document
 from accelcal.io.layout.header_lines import Declared, KeyOf, declare, keys_and_values, unquoted
 from accelcal.io.layout.parts import Layout
-from accelcal.io.layout.separators import Recognise, split_headings
+from accelcal.io.layout.separators import Line, Recognise, split_headings
 from accelcal.io.values.cells import Column
 from accelcal.io.words.vocabulary import canonical_key
-from accelcal.io.words.wording import lines_named
+from accelcal.plural import lines_named
 
 
 class SmallTable(NamedTuple):
@@ -56,11 +56,11 @@ def small_table(
 
 def _header_lines(
     given: SourceText, key_of: KeyOf
-) -> tuple[dict[str, Declared], list[int], list[tuple[int, str]]]:
+) -> tuple[dict[str, Declared], list[int], list[Line]]:
     """What is declared, the lines of comments, and the lines of the table with their numbers."""
     declared: dict[str, Declared] = {}
     aside: list[int] = []
-    table: list[tuple[int, str]] = []
+    table: list[Line] = []
     for number, line in enumerate(given.text.split("\n"), 1):
         pairs = keys_and_values(line, key_of)
         if pairs is None and unquoted(line):
@@ -73,9 +73,7 @@ def _header_lines(
     return declared, aside, table
 
 
-def _with_headings(
-    table: list[tuple[int, str]], name: str, recognise: Recognise, remedy: str
-) -> Layout:
+def _with_headings(table: list[Line], name: str, recognise: Recognise, remedy: str) -> Layout:
     (start, text), *rows = table
     headings, separator = split_headings(text.strip(), recognise)
     written, lines = [row for _, row in rows], [line for line, _ in rows]

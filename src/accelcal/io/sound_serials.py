@@ -8,19 +8,20 @@ may be in several sheets of a workbook.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import NamedTuple
 
 from accelcal.errors import TableError
+from accelcal.io.declarations import Overrides
 from accelcal.io.files.text import Source, SourceText, read_texts
 from accelcal.io.layout.parts import Layout
 from accelcal.io.layout.separators import split_line
-from accelcal.io.sheets import Sheet
+from accelcal.io.sheets import Sheet, Sheets
 from accelcal.io.tables import layout_of, read_tables, sheets_of, survey_sheets
 from accelcal.io.values.cells import written_otherwise
-from accelcal.io.words.wording import lines_named, were
+from accelcal.plural import lines_named, were
 from accelcal.record import TumbleRecord
 
 
@@ -32,7 +33,7 @@ class SoundSerials(NamedTuple):
     faults: tuple[TableError, ...] = ()
 
 
-def read_sound(source: Source, overrides: Mapping[str, object]) -> SoundSerials:
+def read_sound(source: Source, overrides: Overrides) -> SoundSerials:
     r"""Read the accelerometers of a table that its faults do not concern.
 
     All of them where `read_tables` reads them. Else those that it reads once the rows of the faulty
@@ -62,7 +63,7 @@ def read_sound(source: Source, overrides: Mapping[str, object]) -> SoundSerials:
         return found
 
 
-def sound_serials(text: SourceText, overrides: Mapping[str, object]) -> SoundSerials:
+def sound_serials(text: SourceText, overrides: Overrides) -> SoundSerials:
     """Read the accelerometers of a part of a text, see `read_sound`.
 
     Where there is none, the fault is that of the whole.
@@ -74,9 +75,7 @@ def sound_serials(text: SourceText, overrides: Mapping[str, object]) -> SoundSer
         return _without_faulty(sheets, overrides, error)
 
 
-def _without_faulty(
-    sheets: Sequence[Sheet], overrides: Mapping[str, object], error: TableError
-) -> SoundSerials:
+def _without_faulty(sheets: Sheets, overrides: Overrides, error: TableError) -> SoundSerials:
     rows = _rows_of_serials(sheets)
     told = {name: _fault(_some(sheets, own), overrides, name) for name, own in rows.items()}
     sound = [rows[name] for name, fault in told.items() if fault is None]
@@ -94,7 +93,7 @@ def _without_faulty(
 
 
 def _noting(
-    records: Sequence[TumbleRecord], sheets: Sequence[Sheet], unnamed: Sequence[Row]
+    records: Sequence[TumbleRecord], sheets: Sheets, unnamed: Sequence[Row]
 ) -> tuple[TumbleRecord, ...]:
     """Say in every record that rows were left out that may be its own."""
     if not unnamed:
@@ -104,9 +103,7 @@ def _noting(
     return tuple(replace(own, notes=(*own.notes, note)) for own in records)
 
 
-def _fault(
-    sheets: Sequence[Sheet], overrides: Mapping[str, object], serial: str
-) -> TableError | None:
+def _fault(sheets: Sheets, overrides: Overrides, serial: str) -> TableError | None:
     """Why a serial cannot be read alone, if it cannot."""
     if not serial:
         lines = [line for sheet in sheets for line in sheet.layout.lines]
@@ -124,19 +121,19 @@ Row = tuple[int, int]
 """Places of a sheet, and of a row in it."""
 
 
-def _some(sheets: Sequence[Sheet], rows: Sequence[Row]) -> list[Sheet]:
+def _some(sheets: Sheets, rows: Sequence[Row]) -> list[Sheet]:
     """The sheets that have some rows, with these alone."""
     kept = [(sheet, [row for at, row in rows if at == place]) for place, sheet in enumerate(sheets)]
     return [Sheet(sheet.text, sheet.layout.some(own)) for sheet, own in kept if own]
 
 
-def _places(sheets: Sequence[Sheet], rows: Sequence[Row]) -> list[tuple[str, int]]:
+def _places(sheets: Sheets, rows: Sequence[Row]) -> list[tuple[str, int]]:
     """Source and line of each row."""
     layouts = [sheet.layout for sheet in sheets]
     return [(layouts[at].source, layouts[at].lines[row]) for at, row in rows]
 
 
-def _rows_of_serials(sheets: Sequence[Sheet]) -> dict[str, list[Row]]:
+def _rows_of_serials(sheets: Sheets) -> dict[str, list[Row]]:
     """Places of the rows of each serial; nothing where it is not sure whose a row is.
 
     Rows without a serial are some of their own, where each serial has more. A row that has not as

@@ -18,18 +18,20 @@ from accelcal.io.declarations import declared_by_caller, serial_of_file
 from accelcal.io.engines import by_an_engine, split_rows
 from accelcal.io.files.text import Source, read_text
 from accelcal.io.layout.facts_beside import notes_of_facts
-from accelcal.io.layout.output_columns import with_lone_output
-from accelcal.io.layout.output_unit import unit_of_outputs, units_written
+from accelcal.io.layout.output_columns import unit_of_outputs, units_written, with_lone_output
 from accelcal.io.layout.parts import Layout, read_layout
 from accelcal.io.layout.rearranged import with_units_below
 from accelcal.io.values.cells import Column, labels, numbers
-from accelcal.io.values.markers import refuse_constant, refuse_markers
-from accelcal.io.values.temperatures import notes_of_scale, refuse_other_temperatures
+from accelcal.io.values.markers import (
+    notes_of_scale,
+    refuse_constant,
+    refuse_markers,
+    refuse_other_temperatures,
+)
 from accelcal.io.values.times import in_seconds, times
 from accelcal.io.words.headings import Heading, name_and_unit
-from accelcal.io.words.wording import lines_named, were
 from accelcal.pace import is_in_days
-from accelcal.plural import counted, listed
+from accelcal.plural import counted, lines_named, listed, were
 from accelcal.stability.record import Launch, StabilityRecord
 from accelcal.units import size_of
 
@@ -39,8 +41,6 @@ _OWN_HEADINGS = {"launch": "run", "start": "run", "input": "input", "acceleratio
 _ROLES = ("time", "date", "output", "temperature", "run", "input", "serial", "unit")
 _REMEDY = "name the columns time and output, and, where there are such, temperature and launch"
 
-_ONE_FILE_EACH = "give a file for each accelerometer"
-_TWO_UNITS = "units {} and {} in one record; write all outputs in one unit"
 
 _LARGEST = 1e30
 """Outputs beyond it, and below its inverse, are none [output unit]."""
@@ -89,9 +89,7 @@ def read_stability_records(
             raise InputError(f"{what} {listed(found)} in one test; give files of one {what}")
     _refuse_copies(records)
     return StabilityRecord(
-        launches=tuple(
-            _renamed(launch, record) for record in records for launch in record.launches
-        ),
+        launches=tuple(_renamed(own, record) for record in records for own in record.launches),
         unit=next((record.unit for record in records if record.unit), None),
         serial=next((record.serial for record in records if record.serial), None),
         source=f"{records[0].source} and {len(records) - 1} more",
@@ -149,8 +147,7 @@ def read_stability(
     text = read_text(source)
     layout = with_units_below(read_layout(text, _REMEDY))
     _refuse_tumble_test(layout)
-    layout = layout._replace(headings=_with_time([*map(_own_heading, layout.headings)]))
-    layout = with_lone_output(layout)
+    layout = with_lone_output(layout._replace(headings=_own_headings(layout)))
     given = declared_by_caller(overrides, ("unit", "serial"))
     columns = _columns(layout)
     output = numbers(columns["output"])
@@ -165,10 +162,8 @@ def read_stability(
     _require_size(output[kept], columns["output"])
     refuse_constant(output[kept], layout.source, columns["output"].lines, "a real output has noise")
     written = units_written(layout, [columns["output"]], columns.get("unit"))
-    unit, of_unit = unit_of_outputs(written, given.get("unit"), layout.source, _TWO_UNITS)
-    serial, of_serial = serial_of_file(
-        layout, columns.get("serial"), given.get("serial"), _ONE_FILE_EACH
-    )
+    unit, of_unit = unit_of_outputs(written, given.get("unit"), layout.source)
+    serial, of_serial = serial_of_file(layout, columns.get("serial"), given.get("serial"))
     return StabilityRecord(
         launches=tuple(_launches(columns, output[kept])),
         unit=unit,
@@ -196,6 +191,14 @@ def _renamed(launch: Launch, record: StabilityRecord) -> Launch:
     return replace(launch, label=name)
 
 
+def _own_headings(layout: Layout) -> tuple[Heading, ...]:
+    """Headings with their meaning here; dates are the times where no other heading has these."""
+    told = tuple(map(_own_heading, layout.headings))
+    if any(heading.role == "time" for heading in told):
+        return told
+    return tuple(own._replace(role="time") if own.role == "date" else own for own in told)
+
+
 def _own_heading(heading: Heading) -> Heading:
     """Give a heading that only a stability record has its meaning."""
     if heading.role is not None:
@@ -203,13 +206,6 @@ def _own_heading(heading: Heading) -> Heading:
     name, unit = name_and_unit(heading.text, lambda unit: size_of(unit, "acceleration") is not None)
     role = _OWN_HEADINGS.get(name.split(" ")[0].casefold())
     return heading._replace(role=role, unit=unit or None)
-
-
-def _with_time(headings: Sequence[Heading]) -> tuple[Heading, ...]:
-    """Take dates for the times, where no heading has these."""
-    if any(heading.role == "time" for heading in headings):
-        return tuple(headings)
-    return tuple(h._replace(role="time") if h.role == "date" else h for h in headings)
 
 
 def _columns(layout: Layout) -> Roles:
@@ -222,7 +218,8 @@ def _columns(layout: Layout) -> Roles:
 def _launches(columns: Roles, output: Array) -> list[Launch]:
     values: dict[str, NDArray[Any]] = {"time": _seconds(columns), "output": output}
     if "temperature" in columns:
-        values["temperature"] = _degrees(columns["temperature"])
+        values["temperature"] = numbers(columns["temperature"])
+        refuse_other_temperatures(columns["temperature"], values["temperature"])
     if "input" in columns:
         values["input"] = _applied(columns["input"])
         remedy = "write the applied acceleration of every sample [g]"
@@ -231,12 +228,6 @@ def _launches(columns: Roles, output: Array) -> list[Launch]:
         return [_launch("1", np.ones(output.size, dtype=bool), values, columns["time"])]
     run, names = labels(columns["run"])
     return [_launch(name, run == i, values, columns["time"]) for i, name in enumerate(names)]
-
-
-def _degrees(column: Column) -> Array:
-    found = numbers(column)
-    refuse_other_temperatures(column, found)
-    return found
 
 
 def _applied(column: Column) -> Array:
@@ -286,6 +277,5 @@ def _require_size(output: Array, column: Column) -> None:
         raise TableError("all outputs are missing", "write the outputs", source=column.source)
     column.check(np.abs(output) <= _LARGEST, "{} is too large", "write it in another unit")
     if np.abs(output).max() < 1.0 / _LARGEST:
-        raise column.refuse(
-            0, "{} is too small, as all others", "write the outputs in another unit"
-        )
+        problem, remedy = "{} is too small, as all others", "write the outputs in another unit"
+        raise column.refuse(0, problem, remedy)

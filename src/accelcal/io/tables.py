@@ -15,58 +15,37 @@ from typing import Any, NamedTuple
 from accelcal.arguments.kinds import shown
 from accelcal.errors import InputError, TableError
 from accelcal.io.columns import CONSTANTS, Table, choose_columns
-from accelcal.io.declarations import (
-    declarations,
-    declared_by_caller,
-)
+from accelcal.io.declarations import Overrides, declarations, declared_by_caller
 from accelcal.io.engines import Engine, by_an_engine
 from accelcal.io.files.text import Source, SourceText, Texts, read_texts
-from accelcal.io.layout.blocks_below import blocks_of
 from accelcal.io.layout.facts_beside import notes_of_facts
 from accelcal.io.layout.output_columns import (
-    with_channels,
-    with_lone_conditions,
-    with_lone_output,
-)
-from accelcal.io.layout.output_unit import (
     factor_of_std,
     unit_of_outputs,
     units_of_columns,
     units_written,
+    with_channels,
+    with_lone_conditions,
+    with_lone_output,
 )
 from accelcal.io.layout.parts import Layout, read_layout
-from accelcal.io.layout.rearranged import (
-    with_blocks_below,
-    with_merged_cells,
-    with_row_names,
-    with_strokes_in_rows,
-    with_units_below,
-    without_repeated_headings,
-    without_words_below,
-)
-from accelcal.io.layout.remarks import without_remarks
+from accelcal.io.layout.rearranged import rearranged
 from accelcal.io.of_serial import records_called
-from accelcal.io.readings import (
-    notes_of_turn,
-    read_readings,
-    refuse_swapped,
-)
+from accelcal.io.readings import notes_of_readings, read_readings, refuse_swapped
 from accelcal.io.records import records_of
 from accelcal.io.sheets import (
     Sheet,
+    Sheets,
+    blocks_of,
     may_be_units,
     one_table,
     require_same_columns,
     with_name_of_sheet,
     without_faulty_facts,
 )
-from accelcal.io.strokes import with_cycles
 from accelcal.io.values.cells import Column
-from accelcal.io.values.markers import notes_of_far
-from accelcal.io.values.places import notes_of_minutes
-from accelcal.io.values.temperatures import notes_of_scale
+from accelcal.io.values.markers import notes_of_scale
 from accelcal.io.values.thousands import notes_of_thousands
-from accelcal.io.values.times import notes_of_midnight
 from accelcal.logs import tell
 from accelcal.record import TumbleRecord
 
@@ -219,7 +198,7 @@ def sheets_of(texts: Texts) -> list[Sheet]:
     return [Sheet(text, layout_of(text)) for text in blocks]
 
 
-def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> Survey:
+def survey_sheets(sheets: Sheets, overrides: Overrides) -> Survey:
     """Read sheets, as `survey` does: accelerometers, each of its own, or parts of one table.
 
     One alone may be any table.
@@ -234,9 +213,7 @@ def survey_sheets(sheets: Sequence[Sheet], overrides: Mapping[str, object]) -> S
         raise error.at(records[0].source) from None
 
 
-def _survey_sheets(
-    sheets: Sequence[Sheet], overrides: Mapping[str, object], *, named: bool
-) -> Survey:
+def _survey_sheets(sheets: Sheets, overrides: Overrides, *, named: bool) -> Survey:
     found = [_survey(*sheet, overrides) for sheet in sheets]
     if len(sheets) == 1:
         return found[0]
@@ -263,7 +240,7 @@ def _survey_sheets(
         raise TableError(problem, remedy, source=name) from None
 
 
-def _require_one_unit(sheets: Sequence[Sheet], records: Sequence[TumbleRecord]) -> None:
+def _require_one_unit(sheets: Sheets, records: Sequence[TumbleRecord]) -> None:
     """Refuse sheets with the same readings whose names may be the serials of several units."""
     told = {heading.role for _, layout in sheets for heading in layout.headings}.union(
         *(layout.declared for _, layout in sheets)
@@ -288,13 +265,10 @@ def layout_of(text: SourceText) -> Layout:
 
     Raises TableError if it has no headings or no rows.
     """
-    layout = without_repeated_headings(without_remarks(with_row_names(read_layout(text))))
-    layout = with_blocks_below(without_words_below(with_units_below(layout)))
-    layout = with_cycles(with_merged_cells(with_strokes_in_rows(layout)))
-    return with_name_of_sheet(layout, text.sheet)
+    return with_name_of_sheet(rearranged(read_layout(text)), text.sheet)
 
 
-def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -> Survey:
+def _survey(text: SourceText, layout: Layout, overrides: Overrides) -> Survey:
     layout = with_lone_output(with_channels(layout, str(overrides.get("serials") or "")))
     layout = with_lone_conditions(layout)
     form, records = by_an_engine(layout, lambda own: _read_by(own, text, layout, overrides))
@@ -302,7 +276,7 @@ def _survey(text: SourceText, layout: Layout, overrides: Mapping[str, object]) -
 
 
 def _read_by(
-    engine: Engine, text: SourceText, layout: Layout, overrides: Mapping[str, object]
+    engine: Engine, text: SourceText, layout: Layout, overrides: Overrides
 ) -> tuple[TableForm, Iterator[TumbleRecord]]:
     table = choose_columns(layout, engine)
     given = str(overrides.get("unit") or "")
@@ -320,11 +294,7 @@ def _read_by(
     notes = (
         *(*text.notes, *layout.notes, *notes_of_facts(text.beside, layout.declared)),
         *(*table.notes, *notes_of_scale(warmth)),
-        *notes_of_turn(readings, declared.record["positions"]),
-        *notes_of_minutes(readings.angle),
-        *notes_of_far(readings.output, readings.line),
-        *notes_of_midnight(readings.time, readings.line),
-        *readings.stroke_notes,
+        *notes_of_readings(readings, declared.record["positions"]),
         *notes_of_thousands(
             [own.cells for own in table.outputs], unit, (c.cells for c in table.columns.values())
         ),
@@ -345,10 +315,7 @@ def _warmth(table: Table) -> Column | None:
 
 def _form(text: SourceText, layout: Layout, table: Table) -> TableForm:
     constants = {*CONSTANTS}.difference(heading.role for heading in layout.headings)
-    columns = {
-        name: "header line" if name in constants else column.heading
-        for name, column in table.columns.items()
-    }
+    columns = {n: "header line" if n in constants else c.heading for n, c in table.columns.items()}
     across = table.across
     names = [f"output of {across.role} {cell}" for cell in across.cells] if across else ["output"]
     columns |= {name: c.heading for name, c in zip(names, table.outputs, strict=True)}

@@ -18,32 +18,24 @@ from accelcal.io.declarations import (
     serial_of_file,
 )
 from accelcal.io.files.text import Source, read_text
-from accelcal.io.layout.output_unit import unit_of_outputs, units_written
+from accelcal.io.layout.output_columns import unit_of_outputs, units_written
 from accelcal.io.small_table import SmallTable, small_table
 from accelcal.io.values.cells import Column, complete_numbers
-from accelcal.io.values.markers import refuse_markers
+from accelcal.io.values.markers import notes_of_scale, refuse_markers, temperatures_of
 from accelcal.io.values.places import in_degrees
-from accelcal.io.values.temperatures import notes_of_scale, temperatures_of
 from accelcal.io.words.headings import Heading, name_and_unit, read_heading
-from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import has_unit, is_unit_of
+from accelcal.io.words.vocabulary import has_unit, is_missing, is_unit_of
 from accelcal.plural import listed
 from accelcal.triad.record import TriadRecord, up_of_turn
 from accelcal.units import is_output_unit
 
 __all__ = ["read_triad", "triad_heading"]
 
-_REMEDY = (
-    "name the columns x, y, z and, where attitudes are known, up_x, up_y, up_z or shaft, angle"
-)
+_REMEDY = "name the columns x, y, z and, for known attitudes, up_x, up_y, up_z or shaft, angle"
 _OF_THE_ROW = ("temperature", "serial", "unit")
 """Columns that tell no attitude."""
-_ONE_OF_BOTH = "correct one, or keep one of both"
 _LEAST_COSINE = np.cos(np.pi / 8.0)
 """Of the angle between directions that are written as up and by shaft and angle: 22.5 deg."""
-_NAME_SHAFTS = "name the shaft, or the clamping, of each attitude"
-_ONE_FILE_EACH = "give a file for each block"
-_TWO_UNITS = "units {} and {} in one table; write all in one unit"
 
 
 def read_triad(
@@ -85,14 +77,14 @@ def read_triad(
     """
     table = small_table(read_text(source), triad_heading, tuple(AXES), _REMEDY)
     given = declared_by_caller(overrides, ("unit", "serial", "local_gravity"))
-    serial, of_serial = serial_of_file(
-        table.layout, table.columns.get("serial"), given.get("serial"), _ONE_FILE_EACH
-    )
+    column = table.columns.get("serial")
+    serial, of_serial = serial_of_file(table.layout, column, given.get("serial"))
     channels = [table.columns[axis].without_unit(partial(is_unit_of, "output")) for axis in AXES]
     written = units_written(table.layout, channels, table.columns.get("unit"))
-    unit, of_unit = unit_of_outputs(written, given.get("unit"), table.layout.source, _TWO_UNITS)
+    unit, of_unit = unit_of_outputs(written, given.get("unit"), table.layout.source)
     output = np.column_stack([complete_numbers(column) for column in channels])
     refuse_markers(channels, output)
+    scale = notes_of_scale(table.columns.get("temperature"))
     return located(
         lambda: TriadRecord(
             output=output,
@@ -105,10 +97,7 @@ def read_triad(
             local_gravity=given["local_gravity"] if "local_gravity" in given else _gravity(table),
             serial=serial,
             source=table.layout.source,
-            notes=(
-                *(*table.layout.notes, *of_unit, *of_serial),
-                *notes_of_scale(table.columns.get("temperature")),
-            ),
+            notes=(*table.layout.notes, *of_unit, *of_serial, *scale),
         ),
         source=table.layout.source,
     )
@@ -149,9 +138,8 @@ def _up(table: SmallTable) -> Array | None:
     if len(told) > 1:
         turned = _turned(table.columns["shaft"], table.columns["angle"])
         agree = (up * turned).sum(axis=1) > _LEAST_COSINE * np.linalg.norm(up, axis=1)
-        table.columns["angle"].check(
-            agree, "{} and shaft are not as up_x, up_y, up_z", _ONE_OF_BOTH
-        )
+        problem = "{} and shaft are not as up_x, up_y, up_z"
+        table.columns["angle"].check(agree, problem, "correct one, or keep one of both")
     return up
 
 
@@ -183,7 +171,8 @@ def _shaft(table: SmallTable) -> tuple[str, ...] | None:
     told = np.array([not is_missing(shaft) for shaft in shafts])
     if not told.any():
         return None
-    column.check(told, "{} names no shaft", _NAME_SHAFTS)
+    remedy = "name the shaft, or the clamping, of each attitude"
+    column.check(told, "{} names no shaft", remedy)
     return shafts
 
 

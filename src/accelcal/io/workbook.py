@@ -16,7 +16,7 @@ from accelcal.io.files.csv_text import cell_text, in_quotes
 from accelcal.io.files.text import SourceText, file_and_sheet, named_bytes
 from accelcal.io.layout.heading_rows import OF_READINGS
 from accelcal.io.layout.parts import read_layout
-from accelcal.io.words.wording import lines_named
+from accelcal.plural import lines_named
 
 if TYPE_CHECKING:
     from python_calamine import CalamineWorkbook

@@ -92,10 +92,9 @@ def _check_together(records: list[TumbleRecord]) -> None:
     for record in records[1:]:
         for name, value in _shared(record).items():
             if value != first[name]:
-                raise InputError(
-                    f"serial {record.serial} has {name} {value!r}, serial {serials[0]}"
-                    f" {first[name]!r}; write records that differ in it to files of their own"
-                )
+                told = f"serial {record.serial} has {name} {value!r}, serial {serials[0]}"
+                remedy = "write records that differ in it to files of their own"
+                raise InputError(f"{told} {first[name]!r}; {remedy}")
 
 
 def _shared(record: TumbleRecord) -> dict[str, Any]:
@@ -125,16 +124,15 @@ def _header(records: list[TumbleRecord]) -> str:
 
 def _declared_runs(records: list[TumbleRecord]) -> str | None:
     """Run labels in their order, where the rows or times would not show them so."""
-    if all(_runs_as_told(record) == record.run_labels for record in records):
+    orders = [order_of_runs(own.run, own.run_labels, own.time) for own in records]
+    if all(
+        [*dict.fromkeys(own.run[order].tolist())] == [*range(len(own.run_labels))]
+        for own, order in zip(records, orders, strict=True)
+    ):
         return None
     if len({record.run_labels for record in records}) > 1:
         raise InputError("records with different runs; write each to a file of its own")
     return csv_text([records[0].run_labels]).rstrip("\n")
-
-
-def _runs_as_told(record: TumbleRecord) -> tuple[str, ...]:
-    run = record.run[order_of_runs(record.run, record.run_labels, record.time)]
-    return tuple(record.run_labels[index] for index in dict.fromkeys(run.tolist()))
 
 
 def _metadata_line(key: str, value: str) -> str:

@@ -61,10 +61,7 @@ def in_quotes(text: str) -> str:
     return '"' + text.replace('"', '""') + '"'
 
 
-_FRAMES = (
-    {"serial", "K1", "K1_standard_uncertainty"},
-    {"serial", "coefficient", "T0_degC"},
-)
+_FRAMES = ({"serial", "K1", "K1_standard_uncertainty"}, {"serial", "coefficient", "T0_degC"})
 """Columns that tell the two frames of a batch from all other tables."""
 
 _FAILURES = {"source", "message"}

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from functools import cache
 
-from accelcal.io.words.directions import BACK, FORWARD
-from accelcal.io.words.vocabulary import COLUMNS, KEYS
+from accelcal.io.words.vocabulary import BACK, COLUMNS, FORWARD, KEYS
 from accelcal.units import OUTPUT_UNITS, UNITS, spellings
 
 ONE_BYTE = ("latin-1", "windows-1252", "windows-1250", "windows-1251", "koi8-r", "cp866")

@@ -289,7 +289,7 @@ def _texts(data: bytes, name: str) -> tuple[SourceText, ...]:
 
 
 def _decode(data: bytes, name: str) -> SourceText:
-    wide = _utf16(data)
+    wide = utf16_of(data)
     if not wide:
         with suppress(UnicodeDecodeError):
             return SourceText(name, data.decode("utf-8-sig"), "utf-8")
@@ -302,7 +302,7 @@ def _decode(data: bytes, name: str) -> SourceText:
         raise TableError(f"the {what} text is damaged", remedy, source=name) from None
 
 
-def _utf16(data: bytes) -> str:
+def utf16_of(data: bytes) -> str:
     """Name of the UTF-16 variety, empty if the bytes are something else."""
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "utf-16"

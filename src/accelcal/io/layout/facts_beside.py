@@ -17,8 +17,7 @@ from accelcal.io.layout.rows_above import (
     names_instrument,
     note_of_instrument,
 )
-from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import COLUMNS, KEYS
+from accelcal.io.words.vocabulary import COLUMNS, KEYS, is_missing
 from accelcal.plural import listed
 
 _OF_THE_TEST = {*KEYS}.difference(COLUMNS, ("runs", "serials")) | {"serial", "unit", "date"}

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from itertools import product
+from types import MappingProxyType
 from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
 from accelcal.errors import TableError
-from accelcal.io.layout.directions import tells_direction
 from accelcal.io.layout.header_lines import header_line, uncommented
 from accelcal.io.layout.heading_rows import (
     are_headings,
@@ -21,15 +21,118 @@ from accelcal.io.layout.heading_rows import (
     read_headings,
     tell_places,
 )
-from accelcal.io.layout.labels_around import labels_of_blocks, named_below, with_merged_names
+from accelcal.io.layout.output_headings import tells_direction
 from accelcal.io.layout.rows_above import is_of_numbers
-from accelcal.io.layout.separators import MARKS, cells_of_headings, filled, known
-from accelcal.io.layout.unit_rows import UNITS_ABOVE, headings_with_units
-from accelcal.io.words.headings import Heading
-from accelcal.io.words.wording import hint_of_triad
+from accelcal.io.layout.separators import (
+    MARKS,
+    UNITS_ABOVE,
+    Line,
+    cells_of_headings,
+    filled,
+    headings_with_units,
+    known,
+)
+from accelcal.io.words.headings import Heading, hint_of_triad, read_heading
+from accelcal.io.words.vocabulary import COLUMNS, UNITS_OF
+
+_NUMBERED: Mapping[str | None, str] = MappingProxyType(
+    {
+        "stroke": "stroke {}",
+        "position": "position {}",
+        "angle": "{} {}",
+        "temperature": "T={} {}",
+        "serial": "S/N {}",
+    }
+)
+"""What numbers side by side stand for -> the heading of one, with its unit."""
+
+
+def named_below(above: Sequence[str], row: Sequence[str]) -> tuple[Heading, ...] | None:
+    """Join a row of numbers, before which stands what they are, and the names below it.
+
+    None where the rows are no such headings.
+
+    Examples
+    --------
+    >>> rows = ["stroke", "", "1", "2"], ["temperature", "position"]
+    >>> [(cell.role, cell.of) for cell in named_below(*rows)][1:]
+    [('position', None), ('strokes', 1), ('strokes', 2)]
+    >>> named_below(["T [K]", "293.15", "333.15"], ["position"])[1][0::3]
+    ('T [K] 293.15', '293.15 K')
+    """
+    names = [cell for cell in row if cell]
+    told = [cell for cell in above[: len(names)] if cell]
+    if len(told) != 1 or [*row[: len(names)]] != names:
+        return None
+    numbers = above[len(names) :]
+    headings = _numbered_by(told[0], numbers)
+    if not headings or not COLUMNS.keys() >= {read_heading(name).role for name in names}:
+        return None
+    cells = read_headings([*names, *headings])
+    if not (tell_places(cells) and are_headings(cells)):
+        return None
+    texts = [*names, *(f"{told[0]} {own}" for own in numbers)]
+    return tuple(own._replace(text=text) for own, text in zip(cells, texts, strict=True))
+
+
+def _numbered_by(name: str, numbers: Sequence[str]) -> list[str]:
+    """Headings that numbers side by side are, by the name before them; none by another name.
+
+    Examples
+    --------
+    >>> _numbered_by("Temp [K]", ["293.15", ""]), _numbered_by("Table", ["1"])
+    (['T=293.15 K', ''], [])
+    """
+    what = read_heading(name)
+    form, unit = _NUMBERED.get(what.role), what.unit or UNITS_OF.get(what.role or "", ("",))[0]
+    return [form.format(own, unit) if own else "" for own in numbers] if form else []
+
+
+def labels_of_blocks(row: Sequence[str], lead: int, width: int) -> tuple[Heading, ...]:
+    """What a row above blocks of columns tells of each: its temperature or serial; else nothing.
+
+    The first `lead` columns belong to all blocks. A cell may stand in each column of its block, and
+    numbers may have their name before them.
+
+    Examples
+    --------
+    >>> [own.of for own in labels_of_blocks(["20 °C", "", "", "60 °C"], 0, 3)]
+    [20.0, 60.0]
+    >>> [own[0::3] for own in labels_of_blocks(["T [K]", "293.15", "", "333.15", ""], 1, 2)]
+    [('293.15', '293.15 K'), ('333.15', '333.15 K')]
+    """
+    names, cells = [cell for cell in row[:lead] if cell], row[lead:]
+    own = [
+        "" if i % width and cell == cells[i - i % width] else cell for i, cell in enumerate(cells)
+    ]
+    starts = [place for place, cell in enumerate(own) if cell]
+    texts = [own[place] for place in starts]
+    told = texts if not names else _numbered_by(names[0], texts) if len(names) == 1 else []
+    labels = [read_heading(cell) for cell in told]
+    is_apart = len(starts) > 1 and starts[0] < width
+    is_apart = is_apart and starts == [*range(starts[0], len(starts) * width, width)]
+    if not is_apart or {own.role for own in labels} not in ({"temperatures"}, {"serials"}):
+        return ()
+    return tuple(own._replace(text=text) for own, text in zip(labels, texts, strict=True))
+
+
+def with_merged_names(texts: Sequence[str], above: Sequence[str]) -> tuple[Heading, ...]:
+    """Headings whose first ones stand in the row above, as cells merged over both do; else nothing.
+
+    Examples
+    --------
+    >>> [cell.role for cell in with_merged_names(["", "Y1", "Y2", "Y1", "Y2"], ["J"])][:2]
+    ['position', 'strokes']
+    """
+    size = len(above)
+    known = all(read_heading(cell).role in COLUMNS for cell in above)
+    merged = size and known and not any(texts[:size])
+    return read_headings([*above, *texts[size:]]) if merged else ()
+
 
 _PREAMBLE_LINES = 200
 
+_Marks = Sequence[str | None]
 _AreHeadings = Callable[[Sequence[Heading]], bool]
 
 
@@ -61,7 +164,7 @@ def headings_of(lines: list[str]) -> FoundHeadings | None:
 
 
 def _first_headings(lines: list[str], name: str, remedy: str) -> FoundHeadings:
-    above: list[tuple[int, str]] = []
+    above: list[Line] = []
     commented = None
     for number, line in filled(lines):
         if len(above) > _PREAMBLE_LINES:
@@ -82,12 +185,11 @@ def _first_headings(lines: list[str], name: str, remedy: str) -> FoundHeadings:
 
 def are_units(headings: FoundHeadings, line: str) -> bool:
     """Whether a row tells the units of headings, of which the first may be ``% RH``."""
-    return (
-        headings_with_units(headings.cells, cells_of_headings(line, headings.separator)) is not None
-    )
+    row = cells_of_headings(line, headings.separator)
+    return headings_with_units(headings.cells, row) is not None
 
 
-def _find_over_time(above: list[tuple[int, str]], name: str, remedy: str) -> FoundHeadings:
+def _find_over_time(above: list[Line], name: str, remedy: str) -> FoundHeadings:
     """Where no row tells more, headings between blanks and tabs, or the last of time and output."""
     for number, line in above:
         if "\t" in line and (found := _split_best(line, number, [None], are_headings)):
@@ -183,10 +285,8 @@ def _headings(line: str, number: int, are: _AreHeadings = are_headings) -> Found
     return _split_best(line, number, marks, are) or _split_best(line, number, blanks, are)
 
 
-def _split_best(
-    line: str, number: int, separators: Sequence[str | None], are: _AreHeadings
-) -> FoundHeadings | None:
-    split = [(read_headings(cells_of_headings(line, own)), own) for own in separators]
+def _split_best(line: str, number: int, marks: _Marks, are: _AreHeadings) -> FoundHeadings | None:
+    split = [(read_headings(cells_of_headings(line, own)), own) for own in marks]
     told = [own for own in split if are(own[0])]
     if not told:
         return None
@@ -194,7 +294,7 @@ def _split_best(
     return FoundHeadings(cells, separator, (number,), number)
 
 
-def _no_headings(above: list[tuple[int, str]], name: str, remedy: str) -> TableError:
+def _no_headings(above: list[Line], name: str, remedy: str) -> TableError:
     table = [(number, line) for number, line in above if uncommented(line) is None]
     if not above:
         return TableError("the file is empty", remedy, source=name)

@@ -56,11 +56,8 @@ def table_key(text: str) -> str | None:
     key = canonical_key(text)
     places = [at for at, sign in enumerate(text) if sign in " _"] if key is None else []
     pairs = [(text[:at], text[at + 1 :]) for at in places]
-    own = any(
-        TESTED.fullmatch(name) and canonical_key(rest) == "serial"
-        for pair in pairs
-        for name, rest in (pair, pair[::-1])
-    )
+    pairs += [pair[::-1] for pair in pairs]
+    own = any(TESTED.fullmatch(name) and canonical_key(rest) == "serial" for name, rest in pairs)
     return "serial" if own else key
 
 

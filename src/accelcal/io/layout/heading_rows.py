@@ -5,8 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain, pairwise, product, zip_longest
 
-from accelcal.io.layout.directions import are_cycles, strokes_of, tells_direction, way_of
-from accelcal.io.layout.lone_output import is_channel, is_mean, lone_output
+from accelcal.io.layout.output_headings import (
+    are_cycles,
+    is_channel,
+    is_mean,
+    lone_output,
+    strokes_of,
+    tells_direction,
+    way_of,
+)
 from accelcal.io.words.headings import Heading, name_and_unit, read_heading
 from accelcal.io.words.vocabulary import ACROSS, COLUMNS, OUTPUTS, canonical_key, is_unit_of
 from accelcal.units import is_output_unit, spellings
@@ -22,19 +29,9 @@ _PLACES = frozenset({"position", "positions", "angle", "angles"})
 OF_READINGS = _PLACES | {"stroke"}
 """Roles of which a table of readings has one."""
 
-_PARTS = {
-    "deg": "angle",
-    "arcmin": "minutes",
-    "min": "minutes",
-    "arcsec": "seconds",
-    "s": "seconds",
-}
-_PART_OF_ANGLE = {
-    spelling.casefold(): _PARTS[unit]
-    for kind in ("time", "angle")
-    for spelling, unit in spellings(kind).items()
-    if unit in _PARTS
-}
+_PART = {"deg": "angle", "arcmin": "minutes", "min": "minutes", "arcsec": "seconds", "s": "seconds"}
+_SPELLED = {**spellings("time"), **spellings("angle")}
+_PART_OF_ANGLE = {own.casefold(): _PART[unit] for own, unit in _SPELLED.items() if unit in _PART}
 
 
 def are_headings(cells: Sequence[Heading]) -> bool:
@@ -124,9 +121,7 @@ def _dated_once(cells: tuple[Heading, ...]) -> tuple[Heading, ...]:
     dates = {cell.text: canonical_key(cell.text) for cell in cells if cell.role == "date"}
     if "date" not in dates.values():
         return cells
-    return tuple(
-        cell if dates.get(cell.text, "date") else Heading(cell.text, None) for cell in cells
-    )
+    return tuple(c if dates.get(c.text, "date") else Heading(c.text, None) for c in cells)
 
 
 def is_part_of_angle(heading: str) -> bool:

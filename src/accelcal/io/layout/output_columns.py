@@ -1,19 +1,22 @@
-"""Columns that no heading calls so: outputs of named accelerometers, or the one that can be."""
+"""Columns of outputs that no heading calls so, and the unit of the outputs of a file."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
+from typing import NamedTuple
 
 from accelcal.arguments.kinds import shown
+from accelcal.errors import TableError, located
 from accelcal.io.layout.heading_rows import is_part_of_angle
-from accelcal.io.layout.lone_output import lone_output
+from accelcal.io.layout.output_headings import lone_output
 from accelcal.io.layout.parts import Layout
 from accelcal.io.layout.separators import split_line
+from accelcal.io.values.cells import Column
 from accelcal.io.words.headings import Heading, name_and_unit
-from accelcal.io.words.vocabulary import OUTPUTS, has_unit
-from accelcal.units import is_output_unit
+from accelcal.io.words.vocabulary import OUTPUTS, has_unit, is_missing
+from accelcal.units import canonical_unit, conversion_factor, is_output_unit, output_unit
 
 _BEFORE_UNIT = " _/,[("
 _ACTUAL = re.compile(r"(?:^|[\W_])(?:act(?:ual)?|meas(?:ured)?|ist|real|mesurée?)(?:[\W_]|$)", re.I)
@@ -112,3 +115,115 @@ def _taken(layout: Layout, place: int, taken: Heading, what: str) -> Layout:
     note = f"column {shown(taken.text)} is taken for the {what}, by its {why}"
     headings = (*layout.headings[:place], taken, *layout.headings[place + 1 :])
     return layout._replace(headings=headings).noting(note)
+
+
+class Written(NamedTuple):
+    """A unit as written."""
+
+    unit: str
+    line: int
+    in_header: bool = False  # whether a header line has it, which an option replaces
+    source: str = ""  # the file or sheet; empty where it is that of the table
+
+
+def unit_of_outputs(
+    written: Iterable[Written], given: str | None, source: str
+) -> tuple[str | None, tuple[str, ...]]:
+    """Tell the one unit of the outputs.
+
+    That of the caller wins over the one unit of the file, and a note says so. Raises TableError if
+    a unit of the file is no output unit, or there are several. Raises InputError if the given one
+    is none.
+    """
+    if given:
+        unit, written = output_unit(given), list(written)
+        of_table = [(canonical_unit(own.unit), own.line) for own in written if not own.in_header]
+        _require_one(of_table, source)
+        return unit, notes_of_unit(unit, (own.unit for own in written))
+    found = [
+        (located(output_unit, own.unit, source=own.source or source, line=own.line), own.line)
+        for own in written
+    ]
+    _require_one(found, source)
+    return found[0][0] if found else None, ()
+
+
+def _require_one(found: Sequence[tuple[str, int]], source: str) -> None:
+    for unit, line in found:
+        if unit != found[0][0]:
+            raise _two_units(found[0][0], unit, line, source)
+
+
+def _two_units(one: str, other: str, line: int, source: str) -> TableError:
+    problem = f"units {one!r} and {other!r} in one table"
+    remedy = "give all outputs and their std in one unit"
+    return TableError(problem, remedy, source=source, line=line)
+
+
+def units_written(
+    layout: Layout, outputs: Iterable[Column], rows: Column | None = None
+) -> Iterator[Written]:
+    """List the units that a table writes in the header line, with its outputs and in its rows.
+
+    `rows` is a column of units.
+    """
+    header = layout.declared.get("unit")
+    if header and header.value:
+        yield Written(header.value, header.line, in_header=True, source=header.source)
+    yield from units_of_columns(layout, outputs)
+    if rows is not None:
+        yield from _units_of_rows(rows)
+
+
+def _units_of_rows(column: Column) -> Iterator[Written]:
+    """List the units that a column of units has, each where it first stands."""
+    first: dict[str, int] = {}
+    for cell, line in zip(column.cells, column.lines.tolist(), strict=True):
+        first.setdefault(str(cell), line)
+    for unit, line in first.items():
+        if names_unit(unit):
+            yield Written(unit, line)
+
+
+def names_unit(cell: str) -> bool:
+    """Tell whether a cell of a column of units has one, right or wrong."""
+    return not is_missing(cell) or is_output_unit(cell)
+
+
+def units_of_columns(layout: Layout, columns: Iterable[Column]) -> Iterator[Written]:
+    """List the units in the headings or cells of some columns."""
+    for column in columns:
+        if column.unit:
+            in_heading = column.unit in column.heading
+            line = layout.headings_line if in_heading else int(column.lines[0])
+            yield Written(column.unit, line)
+
+
+def factor_of_std(
+    std: Sequence[Written], outputs: Sequence[Written], given: str | None, source: str
+) -> float:
+    """Factor from the unit of a column std to that of the outputs.
+
+    The unit `given` is the one that the caller asks for. Raises TableError if the unit is none of
+    outputs, or that of another quantity.
+    """
+    beside = [own.unit for own in outputs if not (own.in_header and given)]
+    wanted = next(iter(beside), given)
+    if not std or not wanted:
+        return 1.0
+    unit = located(output_unit, std[0].unit, source=source, line=std[0].line)
+    factor = conversion_factor(unit, wanted)
+    if factor is None:
+        raise _two_units(canonical_unit(wanted), unit, std[0].line, source)
+    return factor
+
+
+def notes_of_unit(unit: str, written: Iterable[str]) -> tuple[str, ...]:
+    """Say where a table has another unit than the one that is asked for.
+
+    The first that differs is told. The unit that is asked for is in its canonical form.
+    """
+    for own in written:
+        if canonical_unit(own) != unit:
+            return (f"the table has outputs in {shown(own)}; they are taken as {unit}, as asked",)
+    return ()

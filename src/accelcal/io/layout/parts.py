@@ -15,7 +15,7 @@ from accelcal.io.layout.header_lines import Declared, refuse_declaration, uncomm
 from accelcal.io.layout.rows_above import declarations_above
 from accelcal.io.layout.separators import filled
 from accelcal.io.words.headings import Heading
-from accelcal.io.words.wording import lines_named, were
+from accelcal.plural import lines_named, were
 
 _WIDE_BLANKS = re.compile(r" {2,}")
 _HEADINGS_REMEDY = "the first row names the columns: temperature, position, stroke, output"
@@ -125,10 +125,7 @@ def _between_tabs(lines: Sequence[str], size: int) -> Iterator[str]:
     """
     found = [list(_WIDE_CELL.finditer(line)) for line in lines]
     whole = [[cell.span() for cell in cells] for cells in found if len(cells) == size]
-    columns = [
-        (min(start for start, _ in own), max(end for _, end in own))
-        for own in zip(*whole, strict=True)
-    ]
+    columns = [(min(a for a, _ in own), max(b for _, b in own)) for own in zip(*whole, strict=True)]
     for cells in found:
         row = [""] * len(cells)
         for place, cell in zip(_places(cells, columns), cells, strict=True):
@@ -161,11 +158,8 @@ def _rows(
     kept: Sequence[int] = numbers  # a list takes 40 bytes a row
     if not all(row.strip(blank) for row in rows):
         kept = [n for n, row in zip(numbers, rows, strict=True) if row.strip(blank)]
-    comments = (
-        list(_comments(lines, kept, headings, source))
-        if any("#" in row or "%" in row for row in rows)
-        else []
-    )
+    has_signs = any("#" in row or "%" in row for row in rows)
+    comments = [*_comments(lines, kept, headings, source)] if has_signs else []
     if comments:
         kept = sorted(set(kept).difference(comments))
     if not kept:

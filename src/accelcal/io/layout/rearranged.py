@@ -1,20 +1,28 @@
-"""Tables brought into one form: headings stand once, units in them, and no cell is left out."""
+"""Tables brought into one form: headings stand once, with units, and every row has readings."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 from accelcal.arguments.kinds import shown
 from accelcal.io.files.csv_text import in_quotes
+from accelcal.io.layout.header_lines import Declared, refuse_declaration
 from accelcal.io.layout.heading_rows import blocks_of_columns
+from accelcal.io.layout.output_headings import are_cycles
 from accelcal.io.layout.parts import NO_READINGS, Layout
-from accelcal.io.layout.separators import split_line
-from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
+from accelcal.io.layout.separators import UNITS_BELOW, headings_with_units, split_line
 from accelcal.io.words.headings import Heading, read_heading, split_unit
-from accelcal.io.words.signs import begins_number, is_missing
-from accelcal.io.words.vocabulary import ACROSS, LABELS, is_unit_of
-from accelcal.io.words.wording import lines_named, were
+from accelcal.io.words.vocabulary import (
+    ACROSS,
+    COLUMNS,
+    LABELS,
+    begins_number,
+    is_missing,
+    is_unit_of,
+)
+from accelcal.plural import lines_named, were
 
 _KEY = frozenset(
     {"serial", "run", "temperature", "mounting", "clamping", "stroke", "direction"}
@@ -33,6 +41,16 @@ _RULE = "-=_+:|,;\t "
 _SIDE = ("position", "angle")
 
 
+def rearranged(layout: Layout) -> Layout:
+    """Bring a table into the form in which each row has readings, and all that tells of them.
+
+    Raises TableError if no row is left, or one below the readings declares something.
+    """
+    layout = _without_repeated_headings(_without_remarks(_with_row_names(layout)))
+    layout = _with_blocks_below(_without_words_below(with_units_below(layout)))
+    return _with_cycles(_with_merged_cells(_with_strokes_in_rows(layout)))
+
+
 def with_units_below(layout: Layout) -> Layout:
     """Take a first row of units, as ``degC;-;mA``, that holds no reading, into the headings."""
     row = split_line(layout.rows[0], layout.separator)
@@ -43,7 +61,7 @@ def with_units_below(layout: Layout) -> Layout:
     return left.noting(UNITS_BELOW.format(layout.lines[0]))
 
 
-def with_row_names(layout: Layout) -> Layout:
+def _with_row_names(layout: Layout) -> Layout:
     """Give the names of rows, in quotes and without a heading as R writes them, an empty one."""
     size, mark = len(layout.headings) + 1, layout.separator
     if not all(row[:1] == '"' for row in layout.rows):
@@ -55,7 +73,7 @@ def with_row_names(layout: Layout) -> Layout:
     return layout._replace(headings=(Heading("", None), *layout.headings))
 
 
-def without_words_below(layout: Layout) -> Layout:
+def _without_words_below(layout: Layout) -> Layout:
     """Set aside rows of words or dashes between the headings and the first row with a number."""
     places = range(len(layout.rows))
     count = next((place for place in places if not _are_words(layout, place)), 0)
@@ -86,18 +104,15 @@ def _are_words(layout: Layout, place: int) -> bool:
     )
 
 
-def without_repeated_headings(layout: Layout) -> Layout:
+def _without_repeated_headings(layout: Layout) -> Layout:
     """Leave out the rows that repeat the headings, where the blocks tell their readings apart.
 
     The table stays as it is where it would have a reading twice.
     """
     texts = [heading.text for heading in layout.headings]
     first = next(filter(None, texts))
-    repeated = [
-        place
-        for place, row in enumerate(layout.rows)
-        if first in row and _cells(row, layout, len(texts)) == texts
-    ]
+    may_be = [place for place, row in enumerate(layout.rows) if first in row]
+    repeated = [own for own in may_be if _cells(layout.rows[own], layout, len(texts)) == texts]
     if not repeated:
         return layout
     if headings_with_units(layout.headings, _cells(layout.rows[0], layout, len(texts))):
@@ -111,7 +126,7 @@ def without_repeated_headings(layout: Layout) -> Layout:
     return _if_told_apart(layout, layout.some(left).noting(note))
 
 
-def with_blocks_below(layout: Layout) -> Layout:
+def _with_blocks_below(layout: Layout) -> Layout:
     """Put blocks of the same columns that stand side by side below each other.
 
     A temperature or serial that stands above each of them becomes a column. The table stays as it
@@ -176,14 +191,18 @@ def _cells(row: str, layout: Layout, size: int) -> list[str]:
     return cells + [""] * (size - len(cells))
 
 
-def with_merged_cells(layout: Layout) -> Layout:
+def _with_merged_cells(layout: Layout) -> Layout:
     """Repeat the cells of columns where empty ones stand below each."""
     columns = [place for place, own in enumerate(layout.headings) if own.role in _LABELS]
     head = [split_line(row, layout.separator) for row in layout.rows[:2]]
     if layout.separator is None or not any(_stands_once(head, place) for place in columns):
         return layout  # as nearly all
     table = [split_line(row, layout.separator) for row in layout.rows]
-    merged = [place for place in columns if _stands_once(table, place) and _is_sparse(table, place)]
+    merged = [
+        place
+        for place in columns  # where a few cells are missing, most are filled
+        if _stands_once(table, place) and 2 * sum(bool(row[place]) for row in table) < len(table)
+    ]
     if not merged:
         return layout
     for above, row in pairwise(table):
@@ -203,12 +222,7 @@ def _stands_once(table: list[list[str]], place: int) -> bool:
     return filled[0] and not any(above and below for above, below in pairwise([*filled, True]))
 
 
-def _is_sparse(table: list[list[str]], place: int) -> bool:
-    """Whether most cells are empty: a few that are missing look otherwise."""
-    return 2 * sum(bool(row[place]) for row in table) < len(table)
-
-
-def with_strokes_in_rows(layout: Layout) -> Layout:
+def _with_strokes_in_rows(layout: Layout) -> Layout:
     """Take the first cells of the rows for strokes, where they are called so, as ``Stroke 1``."""
     side, *others = layout.headings
     mark = layout.separator
@@ -224,10 +238,8 @@ def with_strokes_in_rows(layout: Layout) -> Layout:
     if None in strokes:
         return layout
     rows = ([str(own), *row[1:]] for own, row in zip(strokes, table, strict=True))
-    return layout._replace(
-        headings=(Heading("stroke", "stroke"), *filter(None, across)),
-        rows=_joined(rows, mark),
-    )
+    headings = (Heading("stroke", "stroke"), *filter(None, across))
+    return layout._replace(headings=headings, rows=_joined(rows, mark))
 
 
 def _across(side: str, heading: Heading) -> Heading | None:
@@ -248,3 +260,101 @@ def _stroke(row: Sequence[str]) -> float | str | None:
 def _joined(table: Iterable[Sequence[str]], mark: str) -> list[str]:
     """Rows of the cells of a table."""
     return [mark.join(map(in_quotes, cells)) for cells in table]
+
+
+_SUMMARIES = (
+    *("mean", "average", "avg", "median", "max", "maximum", "min", "minimum", "range"),
+    *("sum", "total", "rms", "spread", r"max[ .]?[-\u2212\u2013][ ]?min"),
+    *("mittelwert", "mittel", "spannweite", "summe"),
+    *("moyenne", "médiane", "étendue", "somme"),
+    *("średnia", "suma", "průměr", "součet", "gemiddelde", "som"),
+    *("среднее", "медиана", "макс", "максимум", "мин", "минимум", "размах", "сумма", "итого"),
+    *(name.replace("_", r"[ _.\-]+") for name in COLUMNS["std"]),
+)
+_WORDS = r'(?=[^\W\d_][^\d\t;,|"]*(?:[\t;,|"]|$))'
+"""Before a cell without digits, which few rows of readings begin with."""
+_SUMMARY = re.compile(
+    rf'[\s;,|"]*{_WORDS}(?:{"|".join(_SUMMARIES)})[ .:]*(?=[\t;,|"]|$)', re.IGNORECASE
+)
+"""Beginning of a row that sums up others."""
+
+_REMARK = re.compile(r"[^\W\d_].*(?:[:=]|[^\W\d_]\s).*|\*.*")
+"""A text of several words, or with a colon; a word alone may be a row that is cut short."""
+
+
+def _without_remarks(layout: Layout) -> Layout:
+    """Set aside rows that are called a mean or another summary, and remarks below the readings."""
+    end = len(layout.rows)
+    called = {place for place, row in enumerate(layout.rows) if is_called_summary(row)}
+    while end > 1 and (
+        _is_remark(layout, end - 1) or _is_summary(layout, end - 1, end - 1 in called)
+    ):
+        end -= 1
+    below = range(end, len(layout.rows))
+    summaries = [p for p in sorted(called.union(below)) if _is_summary(layout, p, p in called)]
+    remarks = sorted(set(below).difference(summaries))
+    if len(summaries) + len(remarks) in (0, len(layout.rows)):
+        return layout
+    kinds = (("summary", summaries), ("remark", remarks))
+    told = [(what, [layout.lines[place] for place in own]) for what, own in kinds if own]
+    notes = [f"{were(lines, what)} set aside ({lines_named(lines)})" for what, lines in told]
+    left = sorted(set(range(len(layout.rows))).difference(summaries, remarks))
+    return layout.some(left).noting(*notes)
+
+
+def is_called_summary(row: str) -> bool:
+    """Tell whether a row begins with the name of a summary."""
+    return _SUMMARY.match(row) is not None
+
+
+def _is_remark(layout: Layout, place: int) -> bool:
+    cells = list(filter(None, split_line(layout.rows[place], layout.separator)))
+    if layout.separator is None:  # a row of words alone is one remark
+        cells = [cell for cell in [" ".join(cells)] if not any(map(str.isdecimal, cell))]
+    if len(cells) != 1 or not _REMARK.fullmatch(cells[0]):
+        return False
+    refuse_declaration(cells[0], layout.source, layout.lines[place])
+    above = layout.rows[max(place - 1, 0)]
+    return cells[0] not in split_line(above, layout.separator)  # or the row is cut short
+
+
+def _is_summary(layout: Layout, place: int, is_called: bool) -> bool:
+    """Whether a row sums up others: by its name, or below all by a word in place of the key."""
+    cells = split_line(layout.rows[place], layout.separator)
+    first = next(filter(None, cells), "")
+    key = {*_PLACES, "temperature"}
+    told = [cell for own, cell in zip(layout.headings, cells, strict=False) if own.role in key]
+    if is_called:  # a reading of a run that is called so has the whole key
+        return not told or any(is_missing(cell) or cell == first for cell in told)
+    others = [cell for cell in told if not is_missing(cell)]
+    is_word = re.match(r"[^\W\d_]", first) is not None and not is_missing(first)
+    return is_word and len(told) > max(len(others), 1) and {*others} <= {first} and any(cells[1:])
+
+
+# -- cycles --------------------------------------------------------------------------------------
+
+
+def _with_cycles(layout: Layout) -> Layout:
+    """Take a column of cycles for the strokes, where only directions stand beside it."""
+    headings = _with_words(layout)
+    roles = {heading.role for heading in headings}
+    if not roles & {"direction", "directions"} or roles & {"stroke", "strokes"}:
+        return layout
+    headings = tuple(h._replace(role="stroke") if are_cycles(h.text) else h for h in headings)
+    declared = dict(layout.declared)
+    if "direction" in roles and not any(own.role == "stroke" for own in headings):
+        declared.setdefault("stroke", Declared("1", layout.headings_line, layout.source))
+    return layout._replace(headings=headings, declared=declared)
+
+
+def _with_words(layout: Layout) -> tuple[Heading, ...]:
+    """Headings, of which a column of strokes is one of directions where its cells are words."""
+    roles = [own.role for own in layout.headings]
+    if roles.count("stroke") != 1 or {"direction", "directions"} & {*roles}:
+        return layout.headings
+    place = roles.index("stroke")
+    ends = [split_line(row, layout.separator) for row in (layout.rows[0], layout.rows[-1])]
+    if not all(len(row) > place and row[place].isalpha() for row in ends):
+        return layout.headings
+    own = layout.headings[place]._replace(role="direction")
+    return (*layout.headings[:place], own, *layout.headings[place + 1 :])

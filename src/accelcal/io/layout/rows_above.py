@@ -24,10 +24,10 @@ from accelcal.io.layout.header_lines import (
     keys_and_values,
     notes_of_keys,
 )
+from accelcal.io.layout.separators import Line
 from accelcal.io.words.headings import Heading, read_heading, split_unit
-from accelcal.io.words.signs import begins_number
-from accelcal.io.words.vocabulary import KEYS, KINDS_OF, LONGEST, canonical_key
-from accelcal.io.words.wording import lines_named
+from accelcal.io.words.vocabulary import KEYS, KINDS_OF, LONGEST, begins_number, canonical_key
+from accelcal.plural import lines_named
 from accelcal.units import is_output_unit
 
 _MARKS = "\t;|,"
@@ -90,7 +90,7 @@ _ENDS = ("", "serial")
 
 
 def declarations_above(
-    above: Sequence[tuple[int, str]], name: str, separator: str | None, headings: Sequence[Heading]
+    above: Sequence[Line], name: str, separator: str | None, headings: Sequence[Heading]
 ) -> tuple[dict[str, Declared], list[str]]:
     """Take what header lines and rows of a form declare above a table.
 
@@ -128,9 +128,7 @@ def declarations_above(
     return declared, [*notes, *told, *notes_of_keys(declared)]
 
 
-def _refuse_readings(
-    above: Sequence[tuple[int, str]], name: str, separator: str | None, size: int
-) -> None:
+def _refuse_readings(above: Sequence[Line], name: str, separator: str | None, size: int) -> None:
     """Refuse rows of as many numbers as there are headings below them, some with decimals."""
     for number, line in above:
         if not begins_number(line.lstrip(' "')):
@@ -179,9 +177,7 @@ def note_of_instrument(serial: str) -> str:
     return f"serial {shown(serial)} may be that of an instrument and is not used; {remedy}"
 
 
-def _each_with_its_value(
-    above: Sequence[tuple[int, str]], separator: str | None
-) -> Iterator[tuple[int, str]]:
+def _each_with_its_value(above: Sequence[Line], separator: str | None) -> Iterator[Line]:
     """Write a row of labels, whose values stand in the row below, as a line for each."""
     rows = deque(above)
     while rows:
@@ -204,7 +200,7 @@ def _pairs(labels: list[str], values: list[str]) -> list[str]:
     return [f"{name}: {value}" for name, value in pairs] if is_row else []
 
 
-def _said(above: Iterable[tuple[int, str]], separator: str | None) -> Iterator[tuple[int, Said]]:
+def _said(above: Iterable[Line], separator: str | None) -> Iterator[tuple[int, Said]]:
     """What the lines above the headings say, with their numbers."""
     of_channels = False
     behind, last = "", 0
@@ -337,7 +333,8 @@ def _with_commas(cells: list[str]) -> list[str]:
     parts: list[list[str]] = []
     for cell in cells:
         goes_on = parts and BEGINS_PAIR.match(parts[-1][0][:LONGEST])
-        if goes_on and _COMMA.fullmatch(f"{parts[-1][-1][-1:]},{cell[:1]}") and not _begins(cell):
+        begins = BEGINS_PAIR.match(cell.strip()) or _is_label(cell.strip())
+        if goes_on and _COMMA.fullmatch(f"{parts[-1][-1][-1:]},{cell[:1]}") and not begins:
             parts[-1].append(cell)
         else:
             parts.append([cell])
@@ -364,11 +361,6 @@ def _names(key: str, cells: Sequence[str], has_gap: bool) -> bool:
         return False
     may_be_serial = any(map(str.isdecimal, first))
     return not may_be_serial or (has_gap and [*others] == [cells[1]])
-
-
-def _begins(cell: str) -> bool:
-    """Tell whether a cell begins something of its own."""
-    return bool(BEGINS_PAIR.match(cell.strip())) or _is_label(cell.strip())
 
 
 def _value(key: str, cells: deque[str]) -> str:

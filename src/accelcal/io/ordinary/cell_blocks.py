@@ -7,7 +7,7 @@ or decimal commas.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Sequence, Set
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -67,9 +67,7 @@ def read_engine(engine: str | None = None) -> str:
     return "pyarrow"
 
 
-def parse_cells(
-    body: bytes, roles: Sequence[str], labels: Collection[str], engine: str
-) -> CellBlock:
+def parse_cells(body: bytes, roles: Sequence[str], labels: Set[str], engine: str) -> CellBlock:
     r"""Parse rows of plain cells.
 
     Cells are separated by commas, and each row is ended by a line feed. `labels` are the roles
@@ -82,13 +80,13 @@ def parse_cells(
     >>> block.numbers["output"].tolist(), block.codes["run"].tolist(), block.labels["run"]
     ([1.5, 2.0], [0, 1], ['a', 'b'])
     """
-    if not _has_plain_characters(body, roles, labels):
+    if body.translate(None, _PLAIN if labels.isdisjoint(roles) else _PLAIN + _LETTERS):
         raise BulkEngineGivesUp
     parse = _by_pyarrow if engine == "pyarrow" else _by_pandas
     return parse(body, roles, labels)
 
 
-def is_plain(body: bytes, roles: Sequence[str], labels: Collection[str]) -> bool:
+def is_plain(body: bytes, roles: Sequence[str], labels: Set[str]) -> bool:
     r"""Tell whether rows are such as `parse_cells` reads, and no cell is empty.
 
     Rows that are only rare, as with a number with a plus, are not.
@@ -107,7 +105,7 @@ def _rows_of(is_label: tuple[bool, ...]) -> re.Pattern[bytes]:
     return re.compile(b"(?:" + cells + b"\n)++")
 
 
-def cells_of_arrow(table: Any, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
+def cells_of_arrow(table: Any, roles: Sequence[str], labels: Set[str]) -> CellBlock:
     """Take the columns of an Arrow table, where they are as plain as those of `parse_cells`.
 
     The table has a row or more. Each number is the one of its shortest decimal form. Raises
@@ -156,12 +154,7 @@ def _values_of_arrow(array: Any) -> NDArray[Any]:
     return np.from_dlpack(array)
 
 
-def _has_plain_characters(body: bytes, roles: Sequence[str], labels: Collection[str]) -> bool:
-    allowed = _PLAIN + _LETTERS if any(role in labels for role in roles) else _PLAIN
-    return not body.translate(None, allowed)
-
-
-def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
+def _by_pyarrow(body: bytes, roles: Sequence[str], labels: Set[str]) -> CellBlock:
     import pyarrow as pa
     from pyarrow import csv
 
@@ -197,7 +190,7 @@ def _numbers_of_text(cells: Any) -> Array:
     return _values_of_arrow(cells.cast(pa.string()).cast(pa.float64()))
 
 
-def _by_pandas(body: bytes, roles: Sequence[str], labels: Collection[str]) -> CellBlock:
+def _by_pandas(body: bytes, roles: Sequence[str], labels: Set[str]) -> CellBlock:
     import pandas as pd
 
     row = b"," * (len(roles) - 1) + b"\n"

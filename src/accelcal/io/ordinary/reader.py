@@ -22,8 +22,8 @@ from accelcal.io.declarations import declarations, notes_of_serial
 from accelcal.io.engines import BulkEngineGivesUp
 from accelcal.io.files.text import SourceText
 from accelcal.io.layout.header_lines import Declared, declare, notes_of_keys, table_key
-from accelcal.io.layout.output_unit import Written, unit_of_outputs, units_written
-from accelcal.io.layout.parts import Layout, read_layout
+from accelcal.io.layout.output_columns import Written, unit_of_outputs, units_written
+from accelcal.io.layout.parts import read_layout
 from accelcal.io.ordinary.cell_blocks import (
     CellBlock,
     cells_of_arrow,
@@ -61,9 +61,7 @@ class Content(NamedTuple):
 
 
 def read_ordinary(
-    tables: Iterable[Content],
-    overrides: Mapping[str, Any],
-    engine: str | None = None,
+    tables: Iterable[Content], overrides: Mapping[str, Any], engine: str | None = None
 ) -> list[tuple[TumbleRecord, ...] | None]:
     r"""Read the ordinary ones among some tables.
 
@@ -209,7 +207,9 @@ class _Heads:
         if numbers is None:
             return None
         own = {"serial": declared.get("serial"), "date": declared.get("date")}
-        metadata = _metadata(declared, numbers.metadata)
+        worded = {**declared, **numbers.metadata}
+        # all tables with the same header lines share it, as nobody can change it
+        metadata = FrozenMapping({key: worded[key] for key in declared if key not in _OF_RECORD})
         return numbers._replace(fields={**numbers.fields, **own}, metadata=metadata)
 
 
@@ -265,11 +265,13 @@ def _numbers(
         roles = _roles(layout.headings) if layout.separator == "," else None
         if roles is None or not {"runs", *CONSTANTS}.isdisjoint(layout.declared):
             return None
-        unit, notes = unit_of_outputs(_units_written(layout), overrides.get("unit"), "")
+        written = {heading.role: heading.unit for heading in layout.headings}
+        line, own = layout.headings_line, [written.get(role) for role in ("output", "std")]
+        units = [*units_written(layout, ()), *(Written(unit, line) for unit in own if unit)]
+        unit, notes = unit_of_outputs(units, overrides.get("unit"), "")
         declared = declarations(layout, ".", unit, overrides)
     except InputError:
         return None
-    written = {heading.role: heading.unit for heading in layout.headings}
     of_output = canonical_unit(written.get("output") or unit or "")
     if canonical_unit(written.get("std") or of_output) != of_output:
         return None
@@ -295,18 +297,3 @@ def _has_its_unit(heading: Heading) -> bool:
     if role in ("temperature", "angle"):
         return is_same_unit(heading.unit, UNITS_OF[role][0])
     return has_unit(role, heading.unit) if role in UNITS_OF else role in ("output", "std")
-
-
-def _units_written(layout: Layout) -> Iterator[Written]:
-    """Units of the header line, the outputs and their spread, in this order."""
-    yield from units_written(layout, ())
-    for role in ("output", "std"):
-        for heading in layout.headings:
-            if heading.unit and heading.role == role:
-                yield Written(heading.unit, layout.headings_line)
-
-
-def _metadata(declared: Mapping[str, str], worded: Mapping[str, str]) -> FrozenMapping[str]:
-    """All tables with the same header lines share it, as nobody can change it."""
-    own = {key: worded.get(key, text) for key, text in declared.items() if key not in _OF_RECORD}
-    return FrozenMapping(own)

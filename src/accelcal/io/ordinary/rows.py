@@ -18,8 +18,17 @@ from accelcal.arrays import Ints, Mask
 from accelcal.geometry import MOUNTINGS
 from accelcal.io.engines import MAY_BE_DECIMALS
 from accelcal.io.ordinary.cell_blocks import CellBlock
-from accelcal.io.ordinary.plans import PLANNED, Plans, read_plans, without_gaps
-from accelcal.io.ordinary.stretches import Leading, Parts, Stretches, leading_of, parts_of
+from accelcal.io.ordinary.plans import (
+    PLANNED,
+    Leading,
+    Parts,
+    Plans,
+    Stretches,
+    leading_of,
+    parts_of,
+    read_plans,
+    without_gaps,
+)
 from accelcal.io.readings import FEWEST_IN_TURN
 from accelcal.io.values.markers import FARTHEST, are_markers
 from accelcal.io.values.places import notes_of_minutes
@@ -78,9 +87,8 @@ def records_of(group: Group) -> list[tuple[TumbleRecord, ...] | None]:
     records: list[list[TumbleRecord]] = [[] for _ in group.tables]
     for table, record in zip(parts.table[good].tolist(), _filled(values, good.size), strict=True):
         records[table].append(record)
-    return [
-        None if bad else tuple(own) for bad, own in zip(odd_table.tolist(), records, strict=True)
-    ]
+    pairs = zip(odd_table.tolist(), records, strict=True)
+    return [None if bad else tuple(own) for bad, own in pairs]
 
 
 # -- what is odd -----------------------------------------------------------------------------------
@@ -98,7 +106,8 @@ def _readings(group: Group, parts: Parts) -> tuple[dict[str, Any], Mask]:
         odd_row |= std < 0.0
     if count is not None:
         odd_row |= count < 1.0
-    odd = parts.rows.any(odd_row) | parts.again | _is_constant(output, parts.rows)
+    same = parts.rows.lowest(output) == parts.rows.highest(output)
+    odd = parts.rows.any(odd_row) | parts.again | (same & (parts.rows.size > 1))
     odd |= _has_far(output, parts.rows) | _may_count(output, parts.rows)
     odd |= False if count is None else _may_count(count, parts.rows)
     odd |= _may_be_split(numbers["output"][parts.rows.start], group.rules.roles)
@@ -131,10 +140,6 @@ def _may_count(values: Any, rows: Stretches) -> Mask:
     """Tell which may count their rows, by the first and last one."""
     first, last = values[rows.start], values[rows.start + rows.size - 1]
     return np.asarray(last - first == rows.size - 1)
-
-
-def _is_constant(output: Any, rows: Stretches) -> Mask:
-    return np.asarray((rows.lowest(output) == rows.highest(output)) & (rows.size > 1))
 
 
 def _goes_back(time: Any, rows: Stretches) -> Mask:
@@ -196,9 +201,7 @@ def _lines(group: Group, tables: Stretches, parts: Parts, good: Ints) -> list[In
 
 def _of_readings(readings: Mapping[str, Any], rows: Stretches) -> dict[str, list[Any]]:
     unknown = [None] * rows.size.size
-    return {
-        name: unknown if column is None else rows.cut(column) for name, column in readings.items()
-    }
+    return {name: unknown if own is None else rows.cut(own) for name, own in readings.items()}
 
 
 def _of_plans(plans: Plans, leading: Leading, good: Ints) -> dict[str, list[Any]]:
@@ -209,10 +212,8 @@ def _of_plans(plans: Plans, leading: Leading, good: Ints) -> dict[str, list[Any]
     columns = {name: getattr(plans, name)[shared.places] for name in names}
     columns["mounting"] = np.array(MOUNTINGS)[columns["mounting"]]
     temperature = leading.rows.cut(plans.temperature)
-    values = {
-        "temperature": [temperature[i] for i in own],
-        "run_labels": [plans.run_labels[i] for i in own],
-    }
+    values = {"temperature": [temperature[i] for i in own]}
+    values["run_labels"] = [plans.run_labels[i] for i in own]
     for name, column in columns.items():
         cut = shared.rows.cut(column)
         values[name] = [cut[i] for i in places]

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
+from accelcal.arguments.axes import AXES
 from accelcal.arguments.kinds import shown
+from accelcal.arrays import Ints
 from accelcal.errors import TableError
 from accelcal.io.columns import notes_of_unused, places_of
 from accelcal.io.declarations import declared_temperature
@@ -18,21 +21,76 @@ from accelcal.io.layout.header_lines import (
     uncommented,
     unquoted,
 )
-from accelcal.io.layout.output_columns import with_channels, with_lone_output
-from accelcal.io.layout.output_unit import Written, unit_of_outputs, units_written
+from accelcal.io.layout.output_columns import (
+    Written,
+    names_unit,
+    unit_of_outputs,
+    units_written,
+    with_channels,
+    with_lone_output,
+)
 from accelcal.io.layout.parts import Layout
-from accelcal.io.layout.separators import split_headings, split_line
-from accelcal.io.layout.unit_rows import UNITS_BELOW, headings_with_units
-from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, TRIAD, StreamForm
-from accelcal.io.samples.unit_column import first_unit
-from accelcal.io.words.headings import Heading
+from accelcal.io.layout.separators import (
+    UNITS_BELOW,
+    Recognise,
+    headings_with_units,
+    split_headings,
+    split_line,
+)
+from accelcal.io.triad import triad_heading
+from accelcal.io.values.cells import Column
+from accelcal.io.words.headings import Heading, read_heading, split_unit
 from accelcal.io.words.vocabulary import KEYS
 from accelcal.units import canonical_unit, scale_of, size_of
+
+ACROSS_AXES = ("a_p", "a_o")
+"""Accelerations across the input axis of one accelerometer."""
+
+
+class StreamForm(NamedTuple):
+    """What the columns of a stream are."""
+
+    recognise: Recognise
+    outputs: tuple[str, ...]  # roles of the columns of outputs
+    remedy: str  # what the headings should be
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """Roles of the columns that are used, or refused."""
+        return (*self.outputs, "temperature", "time", *ACROSS_AXES, "serial", "unit")
+
+
+def _of_accelerometer(text: str) -> Heading:
+    name, unit = split_unit(text.strip())
+    known = read_heading(text)
+    role = name.casefold() if name.casefold() in ACROSS_AXES else known.role
+    used = role if role in (*ONE_ACCELEROMETER.roles, "serials") else None
+    return Heading(text, used, known.unit or unit or None, known.of if used == "serials" else None)
+
+
+def _of_triad(text: str) -> Heading:
+    own, known = triad_heading(text), read_heading(text)
+    if own.role in (*TRIAD.outputs, "temperature"):
+        return own
+    return known if known.role in ("time", "serial", "unit") else Heading(text, None)
+
+
+ONE_ACCELEROMETER = StreamForm(
+    _of_accelerometer,
+    ("output",),
+    "name the columns in the first row: output, and temperature where it is known",
+)
+
+TRIAD = StreamForm(
+    _of_triad,
+    tuple(AXES),
+    "name the columns of the channels in the first row: x, y, z, as the calibration has them",
+)
+
 
 _USED = ("unit", "serial", "temperature", "serials")
 _TEXTS = ("time", "serial", "unit")
 _LOCAL_G = ("g", "g_local")
-_TWO_UNITS = "units {} and {} for the outputs; name one unit"
 _JSON_LINES = 5
 """Lines in which a document says what it is."""
 
@@ -107,9 +165,7 @@ class SampleHeadings:
                 above = self.output_unit or above
             if key in _USED and value and _meaning(key, value) != _meaning(key, above):
                 problem = f"header line {shown(f'{key}: {value}')} between the samples"
-                remedy = (
-                    "write it above the headings, and samples that differ into a file of their own"
-                )
+                remedy = "write it above the headings, and other samples into a file of their own"
                 raise TableError(problem, remedy, source=self.source, line=line)
 
     def in_unit(self, unit: str | None) -> SampleHeadings:
@@ -225,7 +281,7 @@ def _with_units_below(
     """Headings with the units of the row below; None where it holds samples."""
     cells = split_line(row.rstrip("\r\n"), separator)
     pairs = list(zip(headings, cells, strict=False))
-    own = [each.role in ACROSS_AXES and not _unit_to_give(each.role, cell) for each, cell in pairs]
+    own = [each.role in ACROSS_AXES and bool(acceleration_unit(cell)) for each, cell in pairs]
     others = ["" if is_own else cell for is_own, cell in zip(own, cells, strict=False)]
     general = [h._replace(role="output") if h.role in form.outputs else h for h in headings]
     told = headings_with_units(general, others + cells[len(others) :])
@@ -252,22 +308,15 @@ def _units(
     named = {role: layout.headings[index].unit for role, index in columns.items()}
     units = {role: unit for role, unit in named.items() if unit}
     for role, unit in units.items():
-        if remedy := _unit_to_give(role, unit):
-            raise layout.refuse(f"{role} in {unit}", f"give it in {remedy}")
+        if role in ACROSS_AXES and not acceleration_unit(unit):
+            raise layout.refuse(f"{role} in {unit}", "give it in g, mg, ug or m/s^2")
     own = [units.pop(role) for role in outputs if role in units]
     written = [Written(unit, layout.headings_line) for unit in own]
     if not given or not (own or of_rows):
         written += [told._replace(line=layout.headings_line) for told in units_written(layout, ())]
     written += [of_rows] if of_rows else []
-    found, _ = unit_of_outputs(written, None, layout.source, _TWO_UNITS)
+    found, _ = unit_of_outputs(written, None, layout.source)
     return {**units, "output": found} if found else units
-
-
-def _unit_to_give(role: str, unit: str) -> str:
-    """Unit that a column has to have; empty where its own will do."""
-    if role in ACROSS_AXES:
-        return "" if acceleration_unit(unit) else "g, mg, ug or m/s^2"
-    return ""
 
 
 def acceleration_unit(unit: str) -> tuple[float, bool] | None:
@@ -282,3 +331,38 @@ def acceleration_unit(unit: str) -> tuple[float, bool] | None:
         return 1.0, True
     size = 1.0 if unit in _LOCAL_G else size_of(unit, "acceleration")
     return None if size is None else (size, False)
+
+
+_MOST_ROWS = 1000
+"""Rows that are looked through for the first unit."""
+
+_REMEDY = "write all outputs in one unit, or samples that differ into a file of their own"
+
+
+def first_unit(
+    row: str, line: int, readline: Callable[[], str], place: int, separator: str | None
+) -> tuple[Written | None, str]:
+    """Look for the unit that a column of units has first.
+
+    The first row may be read already, and `place` is the index of the column. Returns the rows that
+    were read as well; no unit where none of them has one.
+    """
+    rows = [row or readline()]
+    while rows[-1] and len(rows) <= _MOST_ROWS:
+        bare = rows[-1].rstrip("\r\n")
+        cells = [] if bare.lstrip(' \t"').startswith("#") else split_line(bare, separator)
+        unit = "".join(cells[place : place + 1])
+        if names_unit(unit):
+            return Written(unit, line + len(rows) - 1), "".join(rows)
+        rows.append(readline())
+    return None, "".join(rows)
+
+
+def refuse_other_units(cells: Sequence[str], lines: Ints, unit: str | None, source: str) -> None:
+    """Refuse samples that a column of units gives another unit than the others."""
+    others = {cell for cell in {*cells} if names_unit(cell) and canonical_unit(cell) != unit}
+    if others:
+        at = next(i for i, cell in enumerate(cells) if cell in others)
+        above = f"after samples in {unit}" if unit else "after samples without one"
+        column = Column("unit", "unit", None, cells, lines, source)
+        raise column.refuse(at, f"{{}} {above}", _REMEDY)

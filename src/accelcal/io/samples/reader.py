@@ -35,14 +35,19 @@ from accelcal.io.files.text import (
     refuse_foreign,
     standard_input,
     unreadable,
+    utf16_of,
 )
 from accelcal.io.layout.separators import split_line
-from accelcal.io.samples.forms import ACROSS_AXES, ONE_ACCELEROMETER, StreamForm
-from accelcal.io.samples.headings import SampleHeadings, read_sample_headings
-from accelcal.io.samples.unit_column import refuse_other_units
+from accelcal.io.samples.headings import (
+    ACROSS_AXES,
+    ONE_ACCELEROMETER,
+    SampleHeadings,
+    StreamForm,
+    read_sample_headings,
+    refuse_other_units,
+)
 from accelcal.io.values.cells import Column, numbers
-from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import is_unit_of
+from accelcal.io.words.vocabulary import is_missing, is_unit_of
 from accelcal.units import canonical_unit, celsius, scale_of
 
 BLOCK = 2_000_000
@@ -193,10 +198,8 @@ class SampleReader:
         named = [i for i, heading in enumerate(layout.headings, 1) if heading.text]
         table = split_rows(layout._replace(rows=rows, lines=lines), max(named))
         where = np.array(lines, dtype=np.int64)
-        values = {
-            role: numbers(self._column(role, [row[i] for row in table], where))
-            for role, i in self.headings.numeric.items()
-        }
+        columns = {r: [row[i] for row in table] for r, i in self.headings.numeric.items()}
+        values = {r: numbers(self._column(r, own, where)) for r, own in columns.items()}
         texts = {role: [row[i] for row in table] for role, i in self.headings.texts.items()}
         return self._block(values, texts, where)
 
@@ -261,9 +264,8 @@ def open_samples(
         is_other = encoding in ENCODINGS
         errors = errors_of(encoding) if is_other else "replace"
         text = io.TextIOWrapper(stream, encoding, errors=errors)
-        headings = read_sample_headings(
-            lambda: _guarded(text.readline, _LONGEST_LINE, name), name, form, unit
-        )
+        readline = partial(_guarded, text.readline, _LONGEST_LINE, name)
+        headings = read_sample_headings(readline, name, form, unit)
         is_file = source != "-" and raw.seekable() and not of_parquet
         size = os.fstat(raw.fileno()).st_size if is_file else None
         notes = (note_of_encoding(encoding),) if is_other else ()
@@ -317,10 +319,8 @@ def _guarded(read: Any, size: int, name: str) -> Any:
 
 
 def _encoding(start: bytes) -> str:
-    if start.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "utf-16"
-    if b"\0" in start[:2]:
-        return "utf-16-be" if start[0] == 0 else "utf-16-le"
+    if wide := utf16_of(start):
+        return wide
     try:
         start[: start.rfind(b"\n") + 1].decode("utf-8")
     except UnicodeDecodeError:

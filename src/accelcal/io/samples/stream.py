@@ -107,11 +107,8 @@ class AccelerationStream:
 
     def remarks(self) -> list[str]:
         """Say how many samples were left without a value or lie outside the calibrated ranges."""
-        told = [
-            f"{count} of {self._count} samples {_ALWAYS.get(what, what)}"
-            for what, count in self._left.items()
-            if count
-        ]
+        left = [(_ALWAYS.get(what, what), count) for what, count in self._left.items() if count]
+        told = [f"{count} of {self._count} samples {what}" for what, count in left]
         others = self._samples.others
         names = shown(", ".join(others))
         of_others = f"{others.total()} samples of other serials, {names}, are set aside"

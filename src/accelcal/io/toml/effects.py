@@ -111,9 +111,11 @@ def _entries(given: SourceText) -> list[Mapping[str, Any]]:
 
 def _effect(entry: Mapping[str, Any], place: _Place) -> Effect:
     _check_keys(entry, place)
-    for key, check in (("formula", Formula), ("acts_on", _check_acts_on)):
-        if key in entry:
-            place.located(check, entry[key], key=key)
+    place.located(Formula, entry["formula"], key="formula")
+    acts_on = entry.get("acts_on", "output")
+    if acts_on not in _ACTS_ON:
+        known = ", ".join(_ACTS_ON)
+        raise place.error(f"acts_on is {acts_on!r}; it is one of {known}", "acts_on")
     made = _made(**{k: " ".join(v.split()) if k in _TEXTS else v for k, v in entry.items()})
     place.located(_check_static, made, key="static")
     place.located(refuse, made, key="id")
@@ -134,11 +136,6 @@ def _check_static(made: Effect) -> None:
     if made.static and other:
         has = f"static is true, but the formula has {', '.join(other)}"
         raise InputError(f"{has}; a static effect has a_i, a_p and dT, so leave static out")
-
-
-def _check_acts_on(acts_on: str) -> None:
-    if acts_on not in _ACTS_ON:
-        raise InputError(f"acts_on is {acts_on!r}; it is one of {', '.join(_ACTS_ON)}")
 
 
 def _made(formula: str, unit: str = "", acts_on: str = "output", **texts: Any) -> Effect:

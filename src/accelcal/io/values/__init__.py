@@ -1,5 +1,5 @@
 """From the text of cells to values.
 
-`cells` has numbers and labels, `thousands` and `sexagesimal` two ways in which numbers are written.
-`times`, `places` and `lots` are what a column of them means, and `markers` what is no reading.
+`cells` has numbers and labels, `thousands` marks in numbers. `times` and `places` are what
+a column of them means, and `markers` what is no reading or temperature.
 """

@@ -17,8 +17,14 @@ from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.io.values.thousands import first_in_groups, without_blanks
 from accelcal.io.words.headings import read_heading
-from accelcal.io.words.signs import MISSING, is_missing, with_hyphen
-from accelcal.io.words.vocabulary import UNITS_OF, has_unit, is_unit_of
+from accelcal.io.words.vocabulary import (
+    MISSING,
+    UNITS_OF,
+    has_unit,
+    is_missing,
+    is_unit_of,
+    with_hyphen,
+)
 from accelcal.units import celsius, is_same_unit
 
 _REMEDIES = {
@@ -61,11 +67,8 @@ class Column(NamedTuple):
         """Keep the cells where `keep` is true."""
         if keep.all():
             return self
-        chosen = (
-            self.cells[keep]
-            if isinstance(self.cells, np.ndarray)
-            else list(compress(self.cells, keep))
-        )
+        cells = self.cells
+        chosen = cells[keep] if isinstance(cells, np.ndarray) else [*compress(cells, keep)]
         return self._replace(cells=chosen, lines=self.lines[keep])
 
     def without_unit(self, is_unit: Callable[[str], bool] | None = None) -> Column:
@@ -155,10 +158,8 @@ def numbers(column: Column) -> Array:
 
     Raises TableError at the first cell that is not a finite number.
     """
-    if isinstance(column.cells, np.ndarray):
-        values = column.cells
-    else:
-        values = np.array(_floats(column), dtype=np.float64)
+    cells = column.cells
+    values = cells if isinstance(cells, np.ndarray) else np.array(_floats(column))
     column.check(~np.isinf(values), "{} is infinite or too large", "write a finite number")
     return celsius(values, column.unit) if column.role == "temperature" else values
 

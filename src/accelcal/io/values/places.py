@@ -1,17 +1,97 @@
-"""Where readings were taken: the positions and angles of the head, as a table has them."""
+"""Where readings were taken: the positions and angles of the head, as a table writes them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from accelcal.arrays import Array, Ints
+from accelcal.arguments.kinds import shown
+from accelcal.arrays import Array, Ints, Mask
 from accelcal.errors import TableError
 from accelcal.head_angles import angular_distance
-from accelcal.io.values.cells import Column, numbers, whole_numbers
+from accelcal.io.values.cells import Column, labels, numbers, whole_numbers
+from accelcal.io.words.vocabulary import BACK, FORWARD, with_hyphen
 from accelcal.numerics.sorting import distinct
 from accelcal.units import degrees_in
+
+_SIGN, _NUMBER = r"([+\-\u2212\u2013]?)", r"([0-9]+(?:[.,][0-9]+)?)"
+_MARKED = re.compile(  # minutes have their mark, a blank behind them or nothing more
+    rf"{_SIGN}([0-9]+) ?\u00b0"
+    rf"(?: ?{_NUMBER}(?: ?['\u2032\u2019]| (?=[0-9])|$))?"
+    rf"(?: ?{_NUMBER} ?(?:[\"\u2033\u201d]|''|\u2032\u2032)?)?"
+)
+_BELOW = "minutes and seconds are below 60"
+_COLONS = re.compile(rf"{_SIGN}([0-9]+):{_NUMBER}(?::{_NUMBER})?")
+
+
+def with_decimal_degrees(column: Column) -> Column:
+    """Turn cells such as ``45°30'`` or ``45:30:15`` into decimal degrees.
+
+    Raises TableError at the first cell with 60 minutes or seconds or more.
+
+    Examples
+    --------
+    >>> cells = ["0°", "22°30'", "-0:00:36"]
+    >>> with_decimal_degrees(Column("angle", "angle", None, cells, np.arange(3), "a.csv")).cells
+    ['0', '22.5', '-0.01']
+    """
+    if isinstance(column.cells, np.ndarray) or not any(map(_is_divided, column.cells)):
+        return column
+    cells = [_decimal(column, index) for index in range(len(column.cells))]
+    return column._replace(cells=cells, unit=column.unit or "deg")
+
+
+def with_parts(angle: Column, parts: Sequence[Column]) -> Column:
+    """Put minutes and seconds, which stand in columns of their own, to the degrees of an angle.
+
+    A blank cell is 0. Raises TableError at the first cell with a fraction of a degree, or 60
+    minutes or seconds or more.
+
+    Examples
+    --------
+    >>> columns = [
+    ...     Column(name, name, None, cells, np.arange(2), "a.csv")
+    ...     for name, cells in (("angle", ["22", "-0"]), ("minutes", ["30", "15"]))
+    ... ]
+    >>> with_parts(columns[0], columns[1:]).cells.tolist()
+    [22.5, -0.25]
+    """
+    degrees = numbers(angle)
+    whole = np.isnan(degrees) | (degrees == np.rint(degrees))
+    angle.check(whole, "{} has a fraction beside minutes", "write whole degrees, or no minutes")
+    size = np.abs(degrees)
+    for part, of_degree in zip(parts, (60.0, 3600.0), strict=False):
+        values = np.nan_to_num(numbers(part))
+        part.check((values >= 0.0) & (values < 60.0), "{} is not from 0 to below 60", _BELOW)
+        size = size + values / of_degree
+    return angle._replace(cells=np.copysign(size, degrees), unit=angle.unit or "deg")
+
+
+def _is_divided(cell: str) -> bool:
+    """Whether a cell has minutes or seconds."""
+    found = _parts(cell)
+    return found is not None and any(found.groups()[2:])
+
+
+def _parts(cell: str) -> re.Match[str] | None:
+    return _MARKED.fullmatch(cell) or _COLONS.fullmatch(cell)
+
+
+def _decimal(column: Column, index: int) -> str:
+    """Cell in decimal degrees; as it is where it is no such angle."""
+    cell = str(column.cells[index])
+    found = _parts(cell)
+    if found is None:
+        return cell
+    parts = ((part or "0").replace(",", ".") for part in found.groups()[1:])
+    degrees, minutes, seconds = map(float, parts)
+    if max(minutes, seconds) >= 60.0:
+        raise column.refuse(index, "{} has 60 minutes or seconds or more", _BELOW)
+    size = f"{degrees + minutes / 60.0 + seconds / 3600.0:.12g}"
+    return with_hyphen(found[1]) + size.replace(".", column.decimal)
+
 
 MAXIMUM_ANGLE = 36000.0
 """Above it an angle is taken for a mistake: a hundred turns of the head [deg]."""
@@ -121,3 +201,84 @@ def _check_agreement(column: Column, angle: Array, nominal: Array, positions: in
     half = 180.0 / positions
     problem = f"{{}} does not belong to its position, which it misses by more than {half:g} deg"
     column.check(~(away > half), problem, "correct one, or declare '# positions: N'")
+
+
+# -- strokes -------------------------------------------------------------------------------------
+
+_ASIDE = "column direction does not tell forward from back and was set aside"
+_COUNTED = "strokes were counted by the column direction, odd ones forward and even ones back"
+_FEW = 0.25
+"""Part of the readings against the direction of their stroke that may still be mistakes."""
+
+_FEWEST_STEPS = 3
+"""Steps of the head in each direction that tell which it is."""
+
+
+def strokes_by_direction(
+    column: Column, number: Ints, row: Ints, angle: Array, *, cycles: bool = False
+) -> tuple[Ints, tuple[str, ...]]:
+    """Count strokes by number and direction: odd ones go forward and even ones back.
+
+    The column has the direction of each row; of each reading there are the number of its stroke, or
+    of its cycle of one stroke forward and one back, its row, and its head angle [deg]. Numbers that
+    are called cycles do not tell the strokes. Notes say how these were counted, where not as the
+    numbers have them, or that the column was set aside. Raises TableError where a direction has no
+    known name, or few readings are against that of their stroke.
+    """
+    of_row, names = labels(column)
+    words = [with_hyphen(name.casefold()) for name in names]
+    is_back = np.array([1.0 if own in BACK else 0.0 if own in FORWARD else np.nan for own in words])
+    label, even = of_row[row], number % 2 == 0
+    if not cycles and _tell_what_numbers_tell(is_back, label, even):
+        return number, ()
+    told: tuple[str, ...] = ()
+    if np.isnan(is_back).all():
+        within = (np.diff(number) == 0) & (np.diff(label) != 0)
+        two_ways = len(names) == 2 and within.any()
+        if not cycles and not two_ways:  # words of something else, as heating
+            return number, (_ASIDE,)
+        if two_ways and not np.isnan(ways := _ways(label, angle)).any():
+            is_back = ways
+            forward, back = (shown(names[i]) for i in np.argsort(ways))
+            told = (f"direction {forward} is forward and {back} back, as the angles show",)
+    known = ~np.isnan(is_back)[of_row]
+    remedy = "write forward or back, or number the strokes"
+    column.check(known, "{} is neither forward nor back", remedy)
+    back = is_back[label] == 1.0
+    against: Mask = back != even
+    if not cycles and against.mean() < _FEW:
+        right = np.ones(of_row.size, dtype=bool)
+        right[row[against]] = False
+        remedy = "odd strokes go forward and even ones back, so correct one of both"
+        column.check(right, "{} contradicts the number of the stroke", remedy)
+    strokes = np.where(back, 2 * number, 2 * number - 1)
+    return strokes, (*told, f"{_COUNTED}, up to {strokes.max()}")
+
+
+def _ways(label: Ints, angle: Array) -> Array:
+    """1 for a word with which most angles fall from row to row, 0 where they rise, else NaN."""
+    step, same = np.sign(np.diff(angle)), np.diff(label) == 0
+    ways = np.array([np.sum(step[same & (label[1:] == own)]) for own in (0, 1)])
+    count = np.array([np.sum(same & (label[1:] == own)) for own in (0, 1)])
+    are_ways = np.all((2 * abs(ways) > count) & (count >= _FEWEST_STEPS)) and ways.prod() < 0
+    return np.where(are_ways, ways < 0, np.nan)
+
+
+def _tell_what_numbers_tell(is_back: Array, label: Ints, even: Mask) -> bool:
+    """Whether odd strokes have one direction and even ones another, whatever its name."""
+    evens = np.bincount(label, even, minlength=is_back.size)
+    whole = np.bincount(label, minlength=is_back.size)
+    if not np.isnan(is_back[whole > 0]).any():
+        return bool(np.array_equal(evens, np.where(whole > 0, is_back, 0.0) * whole))
+    odd, both = (whole > 0) & (evens == 0), (evens > 0) & (evens < whole)
+    return not both.any() and odd.sum() <= 1 and (evens > 0).sum() <= 1
+
+
+def strokes_of_rows(column: Column) -> Ints:
+    """Return the number of the stroke in each row.
+
+    Raises TableError at the first cell that is no whole number from 1.
+    """
+    stroke = whole_numbers(column, "strokes count from 1, odd ones go forward and even ones back")
+    column.check(stroke > 0, "{} is missing", "write the stroke in every row")
+    return stroke

@@ -9,7 +9,7 @@ from itertools import chain
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.io.words.signs import is_missing, with_hyphen
+from accelcal.io.words.vocabulary import is_missing, with_hyphen
 
 _GROUPED = re.compile(r"[+-]?[1-9][0-9]{0,2}([.,][0-9]{3})?")
 """A number that is grouped, or has nothing to group."""

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from accelcal.arrays import Array, Ints
 from accelcal.dates import date_of
 from accelcal.io.values.cells import Column, numbers
-from accelcal.io.words.signs import is_missing
-from accelcal.io.words.vocabulary import TIME_UNITS
-from accelcal.io.words.wording import lines_named
+from accelcal.io.words.vocabulary import TIME_UNITS, is_missing
 from accelcal.pace import LATEST
+from accelcal.plural import lines_named
 
 DAY = np.timedelta64(1, "D")
 """A day, to add clock times to."""
@@ -284,7 +283,5 @@ def notes_of_order(time: NDArray[Any] | None, line: Ints) -> list[str]:
     rest = (np.delete(time, place) for place in (at, at + 1))
     if time.size < _FEWEST or not any((own[1:] >= own[:-1]).all() for own in rest):
         return []
-    return [
-        f"the time steps back once, from line {line[at]} to line {line[at + 1]}: is it right in"
-        " both?"
-    ]
+    told = f"from line {line[at]} to line {line[at + 1]}"
+    return [f"the time steps back once, {told}: is it right in both?"]

@@ -1,1 +1,1 @@
-"""Words: those of tables (`vocabulary`, `head_words`, `signs`), and `wording` for messages."""
+"""Words: those of tables (`vocabulary`, `head_words`), and what `headings` mean by them."""

@@ -9,66 +9,53 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from accelcal.io.words.headings import Heading, name_and_unit
-from accelcal.io.words.vocabulary import COLUMNS, LONGEST, canonical_key, is_unit_of, plain_name
-
-STANDARD = (
-    *("standard_uncertainty", "standardunsicherheit", "incertitude_type"),
-    "стандартная_неопределённость",
+from accelcal.io.words.vocabulary import (
+    COLUMNS,
+    LONGEST,
+    canonical_key,
+    is_unit_of,
+    names_of,
+    plain_name,
 )
+
+_NAMES = names_of(
+    {
+        "angle": """nominal nominal_angle angle_nominal nennwinkel sollwinkel
+            номинальный_угол""",
+        "error": """error deviation fehler abweichung winkelabweichung teilungsfehler
+            teilungsabweichung erreur écart погрешность ошибка отклонение""",
+        "correction": "correction korrektur korrektion поправка",
+        "uncertainty": """uncertainty measurement_uncertainty std unsicherheit messunsicherheit
+            incertitude неопределённость""",
+        "standard": """standard_uncertainty standardunsicherheit incertitude_type
+            стандартная_неопределённость""",
+        "expanded": """expanded_uncertainty u95 erweiterte_unsicherheit
+            erweiterte_messunsicherheit incertitude_élargie расширенная_неопределённость""",
+        "coverage": """coverage coverage_factor coverage_factor_k erweiterungsfaktor
+            erweiterungsfaktor_k facteur_d'élargissement коэффициент_охвата""",
+    }
+)
+
+STANDARD = _NAMES["standard"]
 """Headings and keys of an uncertainty that is no expanded one, whatever factor is declared."""
+
+EXPANDED = _NAMES["expanded"]
+"""Headings of an uncertainty, beside a capital U, that is expanded by a factor."""
 
 HEAD_COLUMNS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "angle": (
-            *COLUMNS["angle"],
-            *COLUMNS["position"],
-            *(
-                "nominal",
-                "nominal_angle",
-                "angle_nominal",
-                "nennwinkel",
-                "sollwinkel",
-                "номинальный_угол",
-            ),
-        ),
-        "error": (
-            *("error", "deviation", "fehler", "abweichung", "winkelabweichung"),
-            *("teilungsfehler", "teilungsabweichung", "erreur", "écart"),
-            *("погрешность", "ошибка", "отклонение"),
-        ),
-        "correction": ("correction", "korrektur", "korrektion", "поправка"),
-        "uncertainty": (
-            *("uncertainty", "measurement_uncertainty", "u", "std"),
-            *("unsicherheit", "messunsicherheit", "incertitude"),
-            *("неопределённость", *STANDARD),
-        ),
+        "angle": (*COLUMNS["angle"], *COLUMNS["position"], *_NAMES["angle"]),
+        "error": _NAMES["error"],
+        "correction": _NAMES["correction"],
+        "uncertainty": (*_NAMES["uncertainty"], "u", *STANDARD),
     }
 )
 """What a column holds -> the headings it may have, in any case, with ``е`` for ``ё`` as well."""
 
-EXPANDED = (
-    *("expanded_uncertainty", "u95", "erweiterte_unsicherheit", "erweiterte_messunsicherheit"),
-    *("incertitude_élargie", "расширенная_неопределённость"),
-)
-"""Headings of an uncertainty, beside a capital U, that is expanded by a factor."""
-
 HEAD_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "uncertainty": tuple(
-            name for name in HEAD_COLUMNS["uncertainty"] if name not in ("u", *STANDARD)
-        ),
-        "standard": STANDARD,
-        "expanded": EXPANDED,
-        "coverage": (
-            *("coverage", "coverage_factor", "stroke"),  # ``k`` is read as a stroke
-            *(
-                "coverage_factor_k",
-                "erweiterungsfaktor",
-                "erweiterungsfaktor_k",
-                "facteur_d'élargissement",
-                "коэффициент_охвата",
-            ),
-        ),
+        **{key: _NAMES[key] for key in ("uncertainty", "standard", "expanded")},
+        "coverage": (*_NAMES["coverage"], "stroke"),  # ``k`` is read as a stroke
         "head": ("head",),
         "stand": ("stand",),
     }
@@ -85,10 +72,7 @@ _COVER = re.compile(
 _CAPITAL = re.compile(r"(?:^|[\s_])U$")
 """The sign of an expanded uncertainty, alone or behind its name, as in ``Unsicherheit U``."""
 
-_LEFT_BEHIND = (
-    (re.compile(r"\s*[\[(]\s*[\])]"), ""),
-    (re.compile(r"([\[(])\s*[,;]\s*"), r"\1"),
-)
+_LEFT_BEHIND = ((re.compile(r"\s*[\[(]\s*[\])]"), ""), (re.compile(r"([\[(])\s*[,;]\s*"), r"\1"))
 """What is left of brackets where these were, and what becomes of it."""
 
 

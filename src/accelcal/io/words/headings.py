@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
-from accelcal.io.words.directions import BACK, FORWARD
-from accelcal.io.words.signs import with_hyphen
+from accelcal.arguments.axes import AXES, axis_named
 from accelcal.io.words.vocabulary import (
+    BACK,
     COLUMNS,
+    FORWARD,
     LONGEST,
     has_unit,
     is_unit_of,
     plain_name,
+    with_hyphen,
 )
 from accelcal.units import degrees_in, is_same_unit
 
@@ -198,3 +200,15 @@ def _are_directions(words: set[str]) -> bool:
 def _temperature_or_time(name: str, unit: str | None) -> str:
     told = (role for role in ("time", "temperature") if unit and is_unit_of(role, unit))
     return next(told, "temperature" if name == "T" else "time")
+
+
+def hint_of_triad(names: Iterable[str]) -> str:
+    """Name the command for three accelerometers, where columns are called as theirs.
+
+    Examples
+    --------
+    >>> hint_of_triad(["ax_g", "ay_g", "az_g"]), hint_of_triad(["T", "J", "Y"])
+    ('; three accelerometers in one block go to accelcal triad', '')
+    """
+    is_triad = {axis_named(name.strip(' "')).axis for name in names} >= {*AXES}
+    return "; three accelerometers in one block go to accelcal triad" * is_triad

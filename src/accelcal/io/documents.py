@@ -1,21 +1,26 @@
-"""Files of results, of the kinds that their schemas tell; one is chosen by its serial number."""
+"""Files of results: documents of the kinds that their schemas tell, and frames of a batch."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import csv
+import re
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from accelcal.compensate.triad import refuse_for_triad
 from accelcal.errors import DocumentError, InputError
-from accelcal.io.files.text import Source, Texts, is_document, read_document, read_texts
+from accelcal.io.declarations import Overrides
+from accelcal.io.engines import exact_numbers
+from accelcal.io.files.text import Source, Texts, is_document, read_document, read_text, read_texts
 from accelcal.io.of_serial import all_of_serial, one_of_serial
 from accelcal.plural import listed
+from accelcal.recalibrations.entries import Entry, entries_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.discovery import Discovery
 from accelcal.results.documents.checked import checked, read_as, schema_of
 from accelcal.results.documents.json_text import parse_json
-from accelcal.results.documents.stored import StoredResult, part_of, parts_of
+from accelcal.results.documents.stored import StoredResult, all_from_json, part_of, parts_of
 from accelcal.results.stand_discovery import StandDiscovery
 from accelcal.results.triad import TriadCalibration
 
@@ -66,10 +71,9 @@ class ResultFile(NamedTuple):
         """
         if len(self.results) > 1:
             have = ", ".join(str(found.serial) for found in self.results)
-            raise InputError(
-                f"{self.name}: it holds the discoveries of {have}, and all tables take one model;"
-                " save one item of the list as a file of its own"
-            )
+            problem = f"it holds the discoveries of {have}, and all tables take one model"
+            remedy = "save one item of the list as a file of its own"
+            raise InputError(f"{self.name}: {problem}; {remedy}")
         return self.results[0]
 
     def of_serial(self, serial: str) -> ResultFile:
@@ -152,9 +156,8 @@ def read_calibration(source: Source, serial: str | None = None) -> Calibration |
     >>> accelcal.read_calibration(io.StringIO(found.to_json())) == found
     True
     """
-    found: Calibration | TriadCalibration = read_results(
-        source, Calibration, TriadCalibration
-    ).choose(serial)
+    file = read_results(source, Calibration, TriadCalibration)
+    found: Calibration | TriadCalibration = file.choose(serial)
     return found
 
 
@@ -227,9 +230,7 @@ def read_known(source: str | Texts) -> tuple[Calibration, ...]:
     return found
 
 
-def read_later(
-    source: str, overrides: Mapping[str, object]
-) -> tuple[TumbleRecord | Calibration, ...]:
+def read_later(source: str, overrides: Overrides) -> tuple[TumbleRecord | Calibration, ...]:
     """Read what a calibration is compared with: a table of readings, or another calibration.
 
     Overrides are declarations of a table, as of `accelcal.read_tables`; None is not declared.
@@ -243,8 +244,67 @@ def read_later(
         return read_tables(texts, overrides=overrides)
     given = [f"{name}=..." for name, own in overrides.items() if own is not None]
     if given:
-        raise InputError(
-            f"{listed(given)}: it tells of readings, and calibrations have their own; give it to"
-            " accelcal fit"
-        )
+        problem = f"{listed(given)}: it tells of readings, and calibrations have their own"
+        raise InputError(f"{problem}; give it to accelcal fit")
     return read_known(texts)
+
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_DECIMAL_COMMA = re.compile(r'[;\t]"?-?\d+,\d+(?:[eE][+-]?\d+)?"?(?:[;\t]|$)', re.MULTILINE)
+"""A number as a German spreadsheet writes it."""
+
+
+def read_entries(paths: Sequence[str]) -> list[Entry]:
+    """Read what some files say of units.
+
+    They are frames of ``accelcal batch`` (CSV or Parquet) or documents of ``accelcal fit`` (JSON),
+    and an entry is of one table. Raises InputError if a file cannot be read, or is neither of the
+    two.
+    """
+    return [entry for path in paths for entry in _read(path)]
+
+
+def _read(path: str) -> list[Entry]:
+    name, text, *_ = read_text(path, "result")
+    read = partial(all_from_json, Calibration) if is_document(text) else _frame
+    try:
+        return entries_of(read(text))
+    except InputError as error:
+        raise error.at(name) from None
+
+
+def _frame(text: str) -> pd.DataFrame:
+    from io import StringIO
+
+    import pandas as pd
+
+    headings = text.partition("\n")[0]
+    separator = max(",;\t", key=headings.count)
+    _refuse_cut(text, separator)
+    options: Any = {
+        "sep": separator,
+        "decimal": "," if separator != "," and _DECIMAL_COMMA.search(text) else ".",
+        "dtype": {"serial": str, "date": str, "run": str, "source": str, "sha256": str},
+        "keep_default_na": False,  # only what is empty is missing: a serial may be NA
+        "na_values": [""],
+        "low_memory": False,  # in parts, a column of texts and empty cells would have two types
+        **exact_numbers(),
+    }
+    try:
+        frame: pd.DataFrame = pd.read_csv(StringIO(text), **options)
+    except ValueError:  # that of the parser is one too
+        remedy = "give what accelcal batch -o RESULTS.csv wrote, or fit the table first"
+        raise InputError(f"not a frame of results; {remedy}") from None
+    return frame
+
+
+def _refuse_cut(text: str, separator: str) -> None:
+    """Refuse a last row that ends too soon: of its last number some digits may be lost."""
+    bare = text.strip("\n")
+    ends = [bare.rpartition("\n")[2], bare.partition("\n")[0]]
+    there, wanted = (len(next(csv.reader([row], delimiter=separator), ())) for row in ends)
+    if there < wanted:
+        problem = f"the last row has {there} of {wanted} fields: the file was cut off"
+        raise InputError(f"{problem}; copy it again")
