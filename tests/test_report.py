@@ -252,7 +252,7 @@ def test_clean_report_does_not_alarm():
 
 def test_notebook_warns_first():
     html = fitted(**MANY["outlier"])._repr_html_()
-    assert html.index("<b>WARNING</b> run 1, outlier") < html.index("<table>")
+    assert html.index("WARNING: run 1, outlier") < html.index("<table>")
 
 
 def test_printed_form_is_called_no_calibration():

@@ -18,7 +18,7 @@ def optimal_text(found: OptimalDesign) -> str:
     """Tell the best angles, their uncertainties beside equally spaced tests, and the gain."""
     command = f"accelcal simulate {_options(found)} -o test.csv"
     told = [*_gains(found), *_targets(found), *_cautions(found)]
-    return sections(_head(found), _stops(found), _table(found), told, [command]) + "\n"
+    return sections(_head(found), _stops(found), _table(found), told, [command])
 
 
 def _head(found: OptimalDesign) -> Iterator[str]:

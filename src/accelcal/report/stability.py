@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.plural import counted
-from accelcal.report.lines import WIDTH, aligned, hanging, sections, unit_of, wrapped
+from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import significant
 from accelcal.results.stability import Estimate, Stability
 from accelcal.shown_units import plain, readable, time_unit
@@ -151,18 +151,12 @@ def _row(name: str, symbol: str, estimate: Estimate) -> tuple[str, ...]:
 
 
 def _table(title: str, rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
-    """Rows of estimates, each finding on the line below its row where the line would get long."""
+    """Rows of estimates, and below them the findings."""
     yield title
-    cells = [HEADING, *(row[:-1] for row in rows)]
-    first, *lines = aligned(cells, right={2, 3, 4, 6}, indent="  ")
-    yield first
-    for line, row in zip(lines, rows, strict=True):
-        long = f"{line}  {row[-1]}".rstrip()
-        if len(long) <= WIDTH:
-            yield long
-        else:
-            yield line
-            yield from wrapped(row[-1], " " * 6)
+    yield from aligned([HEADING, *(row[:-1] for row in rows)], right={2, 3, 4, 6}, indent="  ")
+    for row in rows:
+        if row[-1]:
+            yield from hanging(f"{row[0].strip()}: {row[-1]}", indent="  ")
 
 
 def _readable(unit: str, numbers: Iterable[float | None]) -> tuple[float, str]:

@@ -25,10 +25,11 @@ def verdict_text(verdict: Verdict) -> str:
       PASS  k0   3.30  0.10  |x| <= 5 mg  bias, at T0
       decision rule: w = U
     """
-    return visible_lines(_lines(verdict))
+    return visible_lines(verdict_lines(verdict))
 
 
-def _lines(verdict: Verdict) -> Iterator[str]:
+def verdict_lines(verdict: Verdict) -> Iterator[str]:
+    """Tell a verdict in lines of a report."""
     limits = verdict.judgements
     counts = Counter(limit.outcome for limit in limits)
     told = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
