@@ -313,7 +313,7 @@ def test_standard_uncertainties_of_other_programs_are_uncertainties():
             del quantity["expanded_uncertainty"]
     text = str(accelcal.Calibration.from_json(json.dumps(document)))
     assert "NO UNCERTAINTY" not in text
-    assert re.search(r"scale factor +K1 +1\.350 +unknown +output/g +1\.\de-05\n", text)
+    assert re.search(r"scale factor +K1 +1\.350 +unknown +output unit/g +1\.\de-05\n", text)
 
 
 def test_head_error_of_zero_is_told_in_words():

@@ -189,7 +189,7 @@ def _row(
     unit: str | None,
 ) -> CoefficientRow:
     quantity, meaning = table.quantities[symbol], table.meaning(symbol)
-    unit = unit or quantity.unit.replace("output unit", "output")
+    unit = unit or quantity.unit
     if quantity.value is None:
         return CoefficientRow(name, symbol, "", "not determined", "", unit, "", "", "")
     standard, expanded = quantity.standard_uncertainty, quantity.expanded_uncertainty
