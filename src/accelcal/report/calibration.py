@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _STANDARD_GRAVITY = 9.80665  # m/s^2, 3rd CGPM 1901
 
 
-def calibration_text(calibration: Calibration) -> str:
+def text(calibration: Calibration) -> str:
     """Write a calibration as lines of at most 100 characters, in ASCII."""
     return sections(
         _heading(calibration),

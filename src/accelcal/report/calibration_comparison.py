@@ -27,7 +27,7 @@ _NAMES |= {symbol: f"{_NAMES[law]} {side} T0" for symbol, (law, side) in SLOPES.
 _ORDER = list(_NAMES)
 
 
-def comparison_text(found: CalibrationComparison) -> str:
+def text(found: CalibrationComparison) -> str:
     """Tell a comparison in lines of at most 100 characters."""
     return sections(
         _head(found),

@@ -27,7 +27,7 @@ _NAMED = 3
 _NEARLY = 1.1
 
 
-def comparison_text(found: DesignComparison) -> str:
+def text(found: DesignComparison) -> str:
     """Tell what compared tests would give, what effects they show, and which one to book."""
     told = set(found.names())
     groups = [[name for name in names if name in told] for names in _groups(found)]

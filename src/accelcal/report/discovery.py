@@ -28,7 +28,7 @@ _ROUNDING = 1e-10
 """Change of a coefficient over K1 that the arithmetic of a fit may make [g/g^n, or per degC]."""
 
 
-def discovery_text(found: Discovery) -> str:
+def text(found: Discovery) -> str:
     """Tell a discovery in lines of at most 100 characters."""
     return sections(
         _head(found),

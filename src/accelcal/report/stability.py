@@ -34,7 +34,7 @@ HEADING = ("", "", "value", "from", "to", "unit", "dof")
 """Of a row of estimates; the finding stands behind it."""
 
 
-def stability_text(result: Stability) -> str:
+def text(result: Stability) -> str:
     """Write a stability test as lines of at most 100 characters."""
     parts = [
         _heading(result),

@@ -29,7 +29,7 @@ _WORTH_TELLING = 0.005
 """Part by which an uncertainty shrinks that is told as a gain."""
 
 
-def stand_text(found: StandDiscovery) -> str:
+def text(found: StandDiscovery) -> str:
     """Tell what several units tell of their stand, in lines of at most 100 characters."""
     return sections(
         _head(found),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
@@ -35,6 +36,12 @@ class TabularResult(ABC):
             of (1) and (2), ``quantity`` other names.
         """
         return frame_of(self.rows(), self._COLUMNS)
+
+    def __str__(self) -> str:
+        """Text by ``text`` of the module of `accelcal.report` that is called as this one."""
+        own = import_module(type(self).__module__.replace(".results.", ".report."))
+        text: str = own.text(self)
+        return text
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook import in_notebook

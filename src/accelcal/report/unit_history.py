@@ -17,7 +17,7 @@ from accelcal.units import MICRO
 _SHOWN = 40
 
 
-def history_text(history: History) -> str:
+def text(history: History) -> str:
     """Write a history as lines of at most 100 characters."""
     lines = [*_heading(history)]
     for trend in history.trends:
