@@ -17,9 +17,8 @@ pytest.importorskip("matplotlib")
 
 from accelcal.error_budget.budget import budget as budget_of
 from accelcal.io.stability_record import read_stability
-from accelcal.plot.colours import DARK, LIGHT
 from accelcal.plot.stability import both
-from accelcal.plot.style import SMALL, canvas, picture, theme
+from accelcal.plot.style import DARK, LIGHT, SMALL, canvas, picture, theme
 from accelcal.report.discovery import change_row
 from accelcal.report.typeset import typeset
 from accelcal.results.findings import Change, Share

@@ -12,9 +12,8 @@ from accelcal.arrays import Array, Ints
 from accelcal.discovery.in_use.action import Action, action
 from accelcal.model import symbol_of
 from accelcal.numerics.grouping import grouped
-from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import ReadingValues
-from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
+from accelcal.plot.style import SMALL, Pictures, canvas, entitled, palette, styled
 from accelcal.plot.ticks import literal
 from accelcal.report.discovery import with_doubts
 from accelcal.report.findings import p_value, parts_of_disagreement

@@ -1,4 +1,4 @@
-"""Results that are tidy tables, as frames with the units of their columns."""
+"""Results as texts and as tidy tables, frames with the units of their columns."""
 
 from __future__ import annotations
 
@@ -113,3 +113,23 @@ def frame_of(
     frame = frame.astype(kinds)  # NaN in place of None, which neither compares nor adds
     frame.attrs["units"] = known | units
     return frame
+
+
+_BEGIN = "gate_"
+
+
+def gate_column(gate: str) -> str:
+    """Name of the column of a gate.
+
+    Examples
+    --------
+    >>> gate_column("lack of fit")
+    'gate_lack_of_fit'
+    """
+    return _BEGIN + gate.replace(" ", "_")
+
+
+def gate_of_column(column: str) -> str:
+    """Gate of a column; empty where the column is of none."""
+    name = column.removeprefix(_BEGIN)
+    return "" if name == column else name.replace("_", " ")
