@@ -279,7 +279,7 @@ def _along(found: Action, T0_degC: float) -> _Along:
         _Along("stroke", c.stroke.astype(float), *one_way, apart=False),
     )
     for along in tried:
-        groups = along.group if along.label != "stroke" else np.zeros_like(along.group)
+        groups = along.group * float(along.label != "stroke")
         if found.follows(along.value, groups) > _ONE_OF and along.group.max() < len(along.names):
             return along
     order = c.number.astype(float)

@@ -13,7 +13,7 @@ from accelcal.report.calibration_rows import (
     LAW_HEADINGS,
     LawRow,
     coefficient_rows,
-    grouped_alarms,
+    first_alarms,
     residual_grid,
     residuals_by_angle,
     rows_of_mean,
@@ -76,7 +76,7 @@ def _bare(calibration: Calibration) -> Iterator[str]:
 
 
 def _alarms(calibration: Calibration) -> Iterator[str]:
-    found = grouped_alarms(calibration)
+    found = first_alarms(calibration)
     if found:
         yield "CLEAR UP THESE WARNINGS FIRST (each warns by chance in at most 1 % of good records)"
     yield from _items("WARNING", found)
@@ -298,14 +298,10 @@ def residual_lines(table: TableCalibration) -> Iterator[str]:
             yield from lines
             return
     yield f"  residuals [{unit}] by head angle, over {len(strokes)} strokes (the JSON has them all)"
-    found = residuals_by_angle(table)
-    yield from _by_angle(found, shown)
-    yield f"  residuals [{unit}] by stroke: mean"
-    of_stroke: dict[int, list[float]] = {stroke: [] for stroke in strokes}
-    for own in found.values():
-        for stroke, value in own.items():
-            of_stroke[stroke].append(value)
-    yield from _in_lines([f"k={k} {shown(_mean(values))}" for k, values in of_stroke.items()])
+    summary = [["deg", *_SUMMARY]]
+    for angle, own in residuals_by_angle(table).items():
+        summary.append([f"{angle:g}", *map(shown, _summary(own))])
+    yield from aligned(summary, right=range(len(summary[0])), indent="  ")
 
 
 def _grid(
@@ -319,14 +315,6 @@ def _grid(
     if len(heading) == 3:  # of a single stroke there is no mean
         grid = [line[:-1] for line in grid]
     return aligned(grid, right=range(len(grid[0])), indent="  ")
-
-
-def _by_angle(
-    found: Mapping[float, Mapping[int, float]], shown: Callable[[Residual], str]
-) -> Iterator[str]:
-    columns = [["deg", *_SUMMARY]]
-    columns += [[f"{angle:g}", *map(shown, _summary(own))] for angle, own in found.items()]
-    yield from aligned(columns, right=range(len(columns[0])), indent="  ")
 
 
 def _decimals(largest: float) -> int:
@@ -344,10 +332,3 @@ def _summary(own: Mapping[int, float]) -> list[Residual]:
     other_way = [value for stroke, value in own.items() if stroke % 2 == 0]
     seen = own.values()
     return [_mean([*seen]), _mean(one_way), _mean(other_way), min(seen), max(seen)]
-
-
-def _in_lines(items: Sequence[str]) -> Iterator[str]:
-    width = max(map(len, items)) + 2
-    per_line = _LONGEST_ROW // width
-    for start in range(0, len(items), per_line):
-        yield "  " + "".join(item.ljust(width) for item in items[start : start + per_line]).rstrip()
