@@ -279,8 +279,8 @@ def _along(found: Action, T0_degC: float) -> _Along:
         _Along("stroke", c.stroke.astype(float), *one_way, apart=False),
     )
     for along in tried:
-        groups = along.group * float(along.label != "stroke")
-        if found.follows(along.value, groups) > _ONE_OF and along.group.max() < len(along.names):
+        groups = [along.group.astype(float)] if along.label != "stroke" else []
+        if found.follows(along.value, *groups) > _ONE_OF and along.group.max() < len(along.names):
             return along
     order = c.number.astype(float)
     return _Along("reading, in the order of measuring", order, *one_way, apart=False)
