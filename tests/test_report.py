@@ -123,7 +123,7 @@ def test_document_comes_back(calibration):
 
 ROW = re.compile(
     r"^  (scale factor|bias|second order|third order|misalignment|cross-coupling) +"
-    r"(\w+)(?: \*)? +(-?[\d.]+) +([\d.]+) +(\S+) +([\d.e-]+) +([\d.]+)  \S",
+    r"(\w+)(?: \*)? +(-?[\d.]+) +([\d.]+) +((?:output )?\S+) +([\d.e-]+) +([\d.]+)  \S",
     re.MULTILINE,
 )
 FACTORS = {"mg": 1e3, "ug/g^2": 1e6, "ug/g^3": 1e6, "urad": 1e6}

@@ -35,6 +35,7 @@ LAW_HEADINGS = HEADINGS[:5]
 """Of the rows of temperature laws and fixture angles."""
 
 _SOURCES = {"reading": "readings", "launch": "launches", "launch_sf": "launches"}
+_SOURCES["resolution"] = "step"
 _STRONG = 0.8
 _DIGITS_OF_UNKNOWN = 4
 
