@@ -133,6 +133,14 @@ def test_a_notebook_tells_what_the_text_tells(results, name):
     assert "".join(visible("".join(shown).replace("\n", "")).split()) == told
 
 
+@pytest.mark.parametrize(
+    ("name", "least"),
+    [("Discovery", 2), ("Disagreement", 2), ("History", 2), ("Stability", 4), ("StandBudget", 2)],
+)
+def test_results_have_tables(results, name, least):
+    assert results[name]._repr_html_().count("<table>") >= least
+
+
 def test_each_table_of_the_text_is_a_table(results):
     root = ElementTree.fromstring(f"<div>{results['Calibration']._repr_html_()}</div>")
     captions = [table.find("caption").text for table in root.iter("table")]
