@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Options that several commands share, each a decorator that reads as ``@option.text(...)``."""
 
 from __future__ import annotations
 
