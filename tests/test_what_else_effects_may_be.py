@@ -101,7 +101,7 @@ def test_what_the_readings_do_not_tell_of_a_look_alike_counts_as_well(width, fir
     (found,) = model.effects
     assert "temperature-hysteresis" in found.indistinguishable
     (told,) = (note for note in model.otherwise if "temperature-hysteresis in truth" in note)
-    assert told.endswith(", at the farthest, as these readings do not tell first")
+    assert told.endswith(", at the farthest, as these readings do not tell first_level")
     (bias,) = (each.after for each in model.coefficients if each.coefficient == "K0")
     assert abs(bias.value - 3.324e-3) < bias.expanded_uncertainty
     assert within(accelcal.fit(record, model=model), ["k0"]) == [True]
