@@ -28,7 +28,7 @@ from accelcal.archive.sources import find_sources
 from accelcal.cli.main import main
 from accelcal.errors import InputError
 from accelcal.io.engines import exact_numbers
-from accelcal.results.gate_columns import gate_column
+from accelcal.results.tabular import gate_column
 
 ROOT = Path(__file__).parents[1]
 PLAN = accelcal.TumblePlan(temperatures=(20.0,), strokes=2)

@@ -196,7 +196,7 @@ def test_a_list_of_numbers_has_one_unit(root):
 
 def test_both_sides_of_an_axis_certify_what_is_free_of_the_fixture_angle(laboratory):
     plan = accelcal.TumblePlan(temperatures=(20.0,), mountings=("o+", "o-"), delta0=1e-3)
-    both = accelcal.fit(accelcal.simulate(plan=plan, seed=1))
+    both = replace(accelcal.fit(accelcal.simulate(plan=plan, seed=1)), g_local_m_s2=9.81)
     root = ElementTree.fromstring(certificate(both, laboratory))
     check_structure(root)
     *sides, reversal = root.iter(f"{DCC}result")
@@ -204,6 +204,8 @@ def test_both_sides_of_an_axis_certify_what_is_free_of_the_fixture_angle(laborat
     for label, truth in (("delta0", 1e-3), ("delta_free", 1.15e-3)):  # of the simulation
         wide = float(told[label].findtext(f".//{SI}valueExpandedMU"))
         assert abs(float(told[label].findtext(f"{SI}value")) - truth) < 1.5 * wide < 1e-4
+    coupling = float(told["delta_ip"].findtext(f"{SI}value"))  # it was left out
+    assert coupling == pytest.approx(9.81**-1 * both.fixture_angle[0].couplings[0].value)
     effective = [
         name
         for side in sides
@@ -249,6 +251,10 @@ def test_the_temperature_laws_of_each_axis_are_certified(laboratory, mountings):
             assert value == pytest.approx(quantity.value * in_si, rel=1e-12)
             assert wide == pytest.approx(quantity.expanded_uncertainty * in_si, rel=1e-12)
         assert known == {}
+        names = [name for name in result.itertext() if "at_T0" in name]
+        assert names == ["k0 at_T0", "K1 at_T0", "delta at_T0"]  # labels for programs alone
+    told = [name.strip() for name in laws[0].itertext()]
+    assert "slope of the bias over scale factor above T0 lam1" in told
 
 
 def test_administrative_data_come_from_the_file(root):

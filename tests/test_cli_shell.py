@@ -15,9 +15,9 @@ import click
 import pytest
 
 from accelcal.cli import main as entry
+from accelcal.cli import options as option
 from accelcal.cli.deliver import deliver, remark
 from accelcal.cli.main import main
-from accelcal.cli.options import data_argument, format_option, output_option
 from accelcal.cli.program import COMMANDS, LazyGroup
 from accelcal.cli.values import number, quantities, setting, temperature
 from accelcal.errors import AccelcalWarning, InputError, TableError
@@ -33,8 +33,8 @@ def run(monkeypatch):
     """Run a function as the body of the command ``accelcal try``."""
 
     def run_body(body, *arguments, options=()):
-        for option in options:
-            body = option(body)
+        for decorate in options:
+            body = decorate(body)
         trial = click.command("try")(body)
         monkeypatch.setattr(LazyGroup, "get_command", lambda *_: trial)
         return main(["try", *arguments])
@@ -447,7 +447,7 @@ def test_a_missing_folder_is_an_error_of_the_user(run, capsys, tmp_path):
 
 def test_shared_options(run, capsys):
     seen = {}
-    options = [data_argument(many=True), output_option("the result"), format_option("text", "json")]
+    options = [option.data(many=True), option.output("the result"), option.format("text", "json")]
     assert run(lambda **given: seen.update(given), "a", "-", "-o", "b", options=options) == 0
     assert seen == {"data": ("a", "-"), "path": "b", "form": "text"}
     assert run(lambda **_: None, "a", "--format", "xml", options=options) == 2

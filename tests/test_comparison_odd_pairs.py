@@ -252,7 +252,7 @@ def test_exchanged_readings_do_not_pass_for_agreement(plan, declare, both, told)
     assert told in found.notes[0]
     assert found.to_document()["verdict"] == "no verdict"
     assert "no verdict" in repr(found)
-    assert "no verdict" in found._repr_html_()
+    assert "No verdict" in found._repr_html_()
 
 
 def test_a_coarse_head_that_is_declared_is_judged(calibration, record):
@@ -283,7 +283,7 @@ def test_two_calibrations_of_exchanged_readings_are_compared_and_used():
     assert found.to_document()["verdict"] == "no verdict"
     assert found.to_document()["agrees"] is False
     assert "no verdict" in repr(found)
-    assert "no verdict" in found._repr_html_()
+    assert "No verdict" in found._repr_html_()
     assert accelcal.CalibrationComparison.from_json(found.to_json()) == found
     with pytest.warns(accelcal.AccelcalWarning, match="checks of the calibration warn"):
         applied = accelcal.apply(old, np.linspace(-1.35, 1.35, 401))

@@ -318,6 +318,16 @@ def test_what_is_left_open_stands_behind_the_coefficients_and_before_the_picture
     assert places == sorted(places)
 
 
+def test_correlations_stand_side_by_side_behind_all_coefficients(calibration):
+    """The table of the last run had no room beside two matrices, and left a page empty."""
+    sections = {section.title: section for section in report_page(calibration).chapters[0].sections}
+    *before, last = sections["Coefficients"].blocks
+    assert [part.caption.partition(",")[0] for part in last.parts] == [
+        "Correlation of the coefficients"
+    ] * len(calibration.tables)
+    assert not [part for part in before if getattr(part, "folded", False)]
+
+
 def test_the_cause_of_other_warnings_is_told_first(calibration):
     """The outlier that two swapped positions make stood before them, another unit behind all."""
     names = "drift", "proportions", "outlier", "order of positions", "units"
@@ -612,5 +622,5 @@ def test_a_check_that_warns_of_many_tables_is_told_once_at_the_top():
     text = markdown(report_page(found))
     top = text[text.index("Clear these up first") : text.index("## Coefficients")]
     assert top.count("forward against back: mean") == 1
-    assert "forward against back: warns of 11 other tables, listed under Checks" in top
+    assert "forward against back: warns of 11 other tables too: run 2, run 3, run 4" in top
     assert text[text.index("## Checks") :].count("forward against back: mean") == 12

@@ -17,9 +17,8 @@ pytest.importorskip("matplotlib")
 
 from accelcal.error_budget.budget import budget as budget_of
 from accelcal.io.stability_record import read_stability
-from accelcal.plot.colours import DARK, LIGHT
 from accelcal.plot.stability import both
-from accelcal.plot.style import SMALL, canvas, picture, theme
+from accelcal.plot.style import DARK, LIGHT, SMALL, canvas, picture, theme
 from accelcal.report.discovery import change_row
 from accelcal.report.typeset import typeset
 from accelcal.results.findings import Change, Share
@@ -424,6 +423,18 @@ def test_the_signature_lies_on_its_residuals(found):
     assert_legible(ax)
     assert ax.get_xlabel() == "head angle [°]"
     assert ax.get_title("left") == "Backlash of the head"
+
+
+def test_a_signature_of_angle_and_temperature_has_a_line_for_each_temperature():
+    """It was a dense zigzag over all readings in the order of measuring."""
+    record = accelcal.simulate(effects=[accelcal.effect("k3-temperature").of(2e-6)], seed=1)
+    ax = accelcal.discover(record).plot.signature(record)
+    assert ax.get_xlabel() == "head angle [°]"
+    legend = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert legend == ["−40 °C", "20 °C", "80 °C"]
+    cold, middle, hot = (line.get_ydata() for line in ax.get_lines()[1:])
+    assert np.abs(middle).max() < 0.1 * np.abs(hot).max()
+    assert np.corrcoef(cold, hot)[0, 1] < -0.9
 
 
 def test_a_signature_in_time_is_drawn_in_time():

@@ -95,12 +95,13 @@ def test_the_bias_and_its_law_are_within_u_where_a_warm_up_was_named_a_drift(
 def test_what_the_readings_do_not_tell_of_a_look_alike_counts_as_well(width, first):
     """Of the first level of a loop its middle alone did: K0 was off by 100 ug with U of 15."""
     plan = TumblePlan(temperatures=(20.0, 50.0, 80.0, -40.0), timed=True)
-    record = simulated(accelcal.effect("temperature-hysteresis").of(width, first=first), 3, plan)
+    hidden = accelcal.effect("temperature-hysteresis").of(width, first_level=first)
+    record = simulated(hidden, 3, plan)
     model = accelcal.discover(record)
     (found,) = model.effects
     assert "temperature-hysteresis" in found.indistinguishable
     (told,) = (note for note in model.otherwise if "temperature-hysteresis in truth" in note)
-    assert told.endswith(", at the farthest, as these readings do not tell first")
+    assert told.endswith(", at the farthest, as these readings do not tell first_level")
     (bias,) = (each.after for each in model.coefficients if each.coefficient == "K0")
     assert abs(bias.value - 3.324e-3) < bias.expanded_uncertainty
     assert within(accelcal.fit(record, model=model), ["k0"]) == [True]

@@ -4,7 +4,7 @@ import numpy as np
 
 from accelcal.archive.stacked_rows import stacked_tables
 from accelcal.arrays import Labels
-from accelcal.results.gate_columns import gate_column
+from accelcal.results.tabular import gate_column
 
 
 def columns_of(stack):

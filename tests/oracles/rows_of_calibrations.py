@@ -7,7 +7,7 @@ import pandas as pd
 import accelcal
 from accelcal.archive.columns import ROWS
 from accelcal.errors import InputError
-from accelcal.results.gate_columns import gate_column
+from accelcal.results.tabular import gate_column
 
 JOINT = " | "
 

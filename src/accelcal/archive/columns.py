@@ -9,7 +9,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Labels, Places
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, ERROR_UNITS, coefficient_unit
-from accelcal.results.gate_columns import gate_column, gate_of_column
+from accelcal.results.tabular import gate_column, gate_of_column
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -25,8 +25,8 @@ from accelcal.io.records import declared_lot
 from accelcal.model import law_units
 from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
-from accelcal.results.gate_columns import gate_column
 from accelcal.results.table import mountings_of_laws
+from accelcal.results.tabular import gate_column
 from accelcal.results.verdict import OUTCOMES
 from accelcal.sentences import both
 from accelcal.specification import Specification

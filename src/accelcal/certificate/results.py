@@ -13,6 +13,7 @@ from accelcal.certificate.administrative import software
 from accelcal.certificate.xml import dcc, named, number, rich, si
 from accelcal.compensate.at_temperature import MeanOfRuns, means_of_runs
 from accelcal.io.toml.laboratory import NOT_STATED
+from accelcal.model import SLOPES
 from accelcal.results.calibration import Calibration
 from accelcal.results.fixture_angle import FixtureAngle
 from accelcal.results.quantity import Quantity
@@ -63,9 +64,20 @@ _NAMES = {
     "k3": "third-order nonlinearity over scale factor",
     "delta": "effective misalignment",
     "delta_ip": "cross-coupling over scale factor",
+    "delta_io": "cross-coupling over scale factor",
     "delta0": "fixture angle",
     "delta_free": "misalignment without the fixture angle",
 }
+_OF_LAWS = {
+    **{f"{law} at_T0": f"{_NAMES[law]} at T0 {law}N" for law in ("k0", "K1", "delta")},
+    **{
+        f"{law} {side}": f"slope of the {_NAMES[law]} {side} T0 {symbol}"
+        for symbol, (law, side) in SLOPES.items()
+    },
+    "hysteresis": "hysteresis of the bias h_T",
+}
+"""Names of `TemperatureModel.quantities`; slopes of the scale factor are relative to it."""
+
 _PROBABILITY = "0.95"
 
 
@@ -139,14 +151,14 @@ def _laws(model: TemperatureModel, calibration: Calibration, whose: str) -> Elem
 
 
 def _reversal(found: FixtureAngle, calibration: Calibration) -> Element:
-    """Fixture angle, and the misalignment without it at each level."""
+    """Fixture angle, and misalignment and cross-coupling without it at each level."""
     data = [_quantity("delta0", found.angle, calibration, "delta0")]
-    for celsius, misalignment in zip(found.temperatures, found.misalignments, strict=True):
+    symbol = "delta_ip" if found.axis == "o" else "delta_io"
+    for i, (celsius, free) in enumerate(zip(found.temperatures, found.misalignments, strict=True)):
         data += [] if celsius is None else [temperature_quantity([celsius])]
-        data.append(_quantity("delta_free", misalignment, calibration, "delta_free"))
-    title = (
-        f"misalignment freed from the fixture angle by mountings {found.axis}+ and {found.axis}-"
-    )
+        data.append(_quantity("delta_free", free, calibration, "delta_free"))
+        data += [_quantity(symbol, own, calibration, symbol) for own in found.couplings[i : i + 1]]
+    title = f"terms freed from the fixture angle by mountings {found.axis}+ and {found.axis}-"
     return _result(title, "both sides of one axis", data)
 
 
@@ -155,7 +167,7 @@ def _result(title: str, what: str, data: list[Element], more: Element | None = N
 
 
 def _quantity(name: str, quantity: Quantity, calibration: Calibration, meaning: str) -> Element:
-    title = f"{_NAMES.get(name, 'temperature law')} {name}"
+    title = _OF_LAWS.get(name) or f"{_NAMES[name]} {name}"
     if meaning != name:
         title += f", which stands for {meaning}"
     if quantity.value is None:

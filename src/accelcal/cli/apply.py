@@ -9,23 +9,9 @@ from typing import IO, TYPE_CHECKING, Any, cast
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import remark, standard_output
 from accelcal.cli.files import CSV, Command, FileToRead, refuse_source
-from accelcal.cli.options import (
-    choice_option,
-    data_argument,
-    degrees_option,
-    effects_option,
-    flag_option,
-    gravity_option,
-    mounting_option,
-    number_option,
-    output_option,
-    run_option,
-    serial_option,
-    temperature_option,
-    text_option,
-)
 
 if TYPE_CHECKING:
     from accelcal.io.documents import ResultFile
@@ -36,40 +22,40 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json")
-@data_argument()
-@output_option("the accelerations as CSV", metavar="OUT.csv", file=CSV)
-@temperature_option("--temperature", "DEG", "Temperature of all samples [degC].")
-@choice_option(
+@option.data()
+@option.output("the accelerations as CSV", metavar="OUT.csv", file=CSV)
+@option.temperature("--temperature", "DEG", "Temperature of all samples [degC].")
+@option.choice(
     "--in",
     ("g", "m/s^2"),
     "Unit of the accelerations; g is local g at the place of calibration.",
     name="unit",
 )
-@gravity_option("Gravity at the place of calibration [m/s^2].", name="local_gravity")
-@text_option("--unit", "UNIT", "Unit of the outputs in DATA.", name="output_unit")
-@serial_option
-@run_option
-@mounting_option
-@choice_option(
+@option.gravity("Gravity at the place of calibration [m/s^2].", name="local_gravity")
+@option.text("--unit", "UNIT", "Unit of the outputs in DATA.", name="output_unit")
+@option.serial
+@option.run
+@option.mounting
+@option.choice(
     "--by",
     ("laws", "levels"),
     "Coefficients by the temperature laws, or on straight lines between the levels.",
 )
-@number_option(
+@option.number(
     "--output-uncertainty",
     "U",
     "Standard uncertainty of an output, its noise included [output unit].",
     default=0.0,
 )
-@degrees_option(
+@option.degrees(
     "--temperature-uncertainty",
     "DEG",
     "Standard uncertainty of the temperatures [degC].",
     default="0",
 )
-@flag_option("--extrapolate", "Accept temperatures outside the calibrated range.")
-@flag_option("--same-launch", "Do not include the shift from launch to launch in the uncertainty.")
-@effects_option()
+@option.flag("--extrapolate", "Accept temperatures outside the calibrated range.")
+@option.flag("--same-launch", "Do not include the shift from launch to launch in the uncertainty.")
+@option.effects()
 def apply(calibration: str, data: str, path: str | None, **options: Any) -> None:
     """Turn the outputs in DATA into accelerations, using CAL.json.
 

@@ -10,17 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import remark
 from accelcal.cli.files import Command
 from accelcal.cli.fit_arguments import fit_arguments
-from accelcal.cli.options import (
-    calibration_options,
-    count_option,
-    effects_option,
-    flag_option,
-    output_option,
-    text_option,
-)
 from accelcal.errors import InputError
 from accelcal.plural import counted
 
@@ -30,16 +23,16 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
-@output_option("the rows of all tables", metavar="RESULTS.(csv|csv.gz|parquet)", required=True)
-@count_option("--jobs", "N", "Number of processes [default: all processors].")
-@flag_option("--resume", "Continue an interrupted batch.")
-@text_option(
+@option.output("the rows of all tables", metavar="RESULTS.(csv|csv.gz|parquet)", required=True)
+@option.count("--jobs", "N", "Number of processes [default: all processors].")
+@option.flag("--resume", "Continue an interrupted batch.")
+@option.text(
     "--dask",
     "ADDRESS",
     "Work on the Dask cluster of this scheduler; 'local' starts one of --jobs processes.",
 )
-@calibration_options
-@effects_option("model")
+@option.calibration
+@option.effects("model")
 def batch(
     paths: Sequence[str],
     path: str,

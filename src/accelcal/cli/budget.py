@@ -7,26 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command, FileToRead
 from accelcal.cli.forms import deliver_result
-from accelcal.cli.options import (
-    acceleration_option,
-    accelerations_option,
-    degrees_option,
-    file_option,
-    flag_option,
-    format_option,
-    mounting_option,
-    number_option,
-    output_option,
-    picture_option,
-    ratio_option,
-    run_option,
-    serial_option,
-    temperatures_option,
-    valued_option,
-)
 from accelcal.cli.stand_budget import asked_for_stand, budget_of_stand, stand_options
 from accelcal.cli.values import durations
 from accelcal.errors import DocumentError, InputError
@@ -42,18 +26,18 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json", required=False)
-@output_option("the budget as JSON", metavar="BUDGET.json", file=JSON)
-@accelerations_option(
+@option.output("the budget as JSON", metavar="BUDGET.json", file=JSON)
+@option.accelerations(
     "--acceleration",
     "G,...",
     "Accelerations a_i along the input axis [local g].",
     default="1",
     show_default=True,
 )
-@acceleration_option("--a-p", "G", "Along the pendulous axis [local g].", default="0")
-@acceleration_option("--a-o", "G", "Along the output axis [local g].", default="0")
-@temperatures_option("--temperature", "DEG,...", "Temperatures [degC; default: T0].")
-@valued_option(
+@option.acceleration("--a-p", "G", "Along the pendulous axis [local g].", default="0")
+@option.acceleration("--a-o", "G", "Along the output axis [local g].", default="0")
+@option.temperatures("--temperature", "DEG,...", "Temperatures [degC; default: T0].")
+@option.valued(
     durations,
     "--time",
     "T,...",
@@ -61,34 +45,34 @@ if TYPE_CHECKING:
     default="0",
     show_default=True,
 )
-@file_option("--stability", "STABILITY.json", "Result of accelcal stability.")
-@acceleration_option("--launch", "G", "Launch-to-launch bias k0L [g].")
-@number_option("--drift-rate", "G_PER_H", "Drift gamma_D [g/h].")
-@acceleration_option("--fluctuation", "G", "Fluctuation k0F [g].")
-@acceleration_option("--hysteresis", "G", "Hysteresis h_T [g].")
-@acceleration_option("--threshold", "G", "Threshold p [g].")
-@ratio_option("--scale-factor-instability", "REL", "Instability k1 of the scale factor, relative.")
-@number_option(
+@option.file("--stability", "STABILITY.json", "Result of accelcal stability.")
+@option.acceleration("--launch", "G", "Launch-to-launch bias k0L [g].")
+@option.number("--drift-rate", "G_PER_H", "Drift gamma_D [g/h].")
+@option.acceleration("--fluctuation", "G", "Fluctuation k0F [g].")
+@option.acceleration("--hysteresis", "G", "Hysteresis h_T [g].")
+@option.acceleration("--threshold", "G", "Threshold p [g].")
+@option.ratio("--scale-factor-instability", "REL", "Instability k1 of the scale factor, relative.")
+@option.number(
     "--factor",
     "T_P",
     "Number of standard deviations that k0L, k0F, h_T and k1 stand for.",
     default=3.0,
     show_default=True,
 )
-@degrees_option(
+@option.degrees(
     "--temperature-uncertainty",
     "DEG",
     "Standard uncertainty of the temperature [degC].",
     default="0",
 )
-@flag_option("--exact", "Use (K1 - K1N)/K1 of (2), not its first order.")
-@flag_option("--extrapolate", "Allow temperatures outside the calibrated range.")
+@option.flag("--exact", "Use (K1 - K1N)/K1 of (2), not its first order.")
+@option.flag("--extrapolate", "Allow temperatures outside the calibrated range.")
 @stand_options
-@serial_option
-@run_option
-@mounting_option
-@picture_option("the budget (png, svg or pdf)")
-@format_option("text", "json", "csv")
+@option.serial
+@option.run
+@option.mounting
+@option.picture("the budget (png, svg or pdf)")
+@option.format("text", "json", "csv")
 def budget(
     calibration: str | None,
     path: str | None,

@@ -6,21 +6,16 @@ from typing import Any
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.files import Command
 from accelcal.cli.forms import deliver_forms, json_of
-from accelcal.cli.options import (
-    data_argument,
-    declared_serial_option,
-    format_option,
-    reading_options,
-)
 
 
 @click.command(cls=Command)
-@data_argument()
-@reading_options
-@declared_serial_option
-@format_option("text", "json")
+@option.data()
+@option.reading
+@option.declared_serial
+@option.format("text", "json")
 def check(data: str, form: str, **declared: Any) -> None:
     """Show how the table DATA was understood.
 

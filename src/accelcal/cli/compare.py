@@ -6,18 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import remark
 from accelcal.cli.files import Command, FileToRead
 from accelcal.cli.forms import deliver_forms
-from accelcal.cli.options import (
-    angle_option,
-    apparatus_options,
-    data_argument,
-    effects_option,
-    format_option,
-    temperature_option,
-    text_option,
-)
 from accelcal.errors import InputError
 from accelcal.plural import listed
 
@@ -30,8 +22,8 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json")
-@data_argument()
-@text_option("--serial", "TEXT", "Compare this unit only, if a file holds several.")
+@option.data()
+@option.text("--serial", "TEXT", "Compare this unit only, if a file holds several.")
 @click.option(
     "--same-head/--other-head",
     "same_head",
@@ -39,18 +31,18 @@ if TYPE_CHECKING:
     help="Whether both were measured on the same head and clamping [default: as their header"
     " lines '# head: NAME' say].",
 )
-@temperature_option(
+@option.temperature(
     "--temperature", "DEG", "Temperature at which to compare two calibrations [degC; default: T0]."
 )
-@angle_option(
+@option.angle(
     "--fixture-uncertainty",
     "RAD",
     "Standard uncertainty of the fixture angle of each of both tests [rad; default: it is not"
     " counted].",
 )
-@effects_option()
-@apparatus_options
-@format_option("text", "json")
+@option.effects()
+@option.apparatus
+@option.format("text", "json")
 def compare(
     calibration: str,
     data: str,

@@ -6,28 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import deliver, deliver_picture
 from accelcal.cli.files import JSON, Command, FileToWrite
 from accelcal.cli.forms import deliver_result
-from accelcal.cli.options import (
-    acceleration_option,
-    angles_option,
-    degrees_option,
-    effects_option,
-    flag_option,
-    format_option,
-    hours_option,
-    number_option,
-    output_option,
-    picture_option,
-    planned_apparatus_options,
-    seconds_option,
-    seed_option,
-    target_option,
-    temperatures_option,
-    text_option,
-    valued_option,
-)
 from accelcal.cli.values import number, words
 from accelcal.errors import InputError
 
@@ -45,63 +27,63 @@ def whole_numbers(text: str) -> tuple[int, ...]:
 
 
 @click.command(cls=Command)
-@output_option("the document (JSON)", metavar="DESIGN.json", file=JSON)
-@valued_option(
+@option.output("the document (JSON)", metavar="DESIGN.json", file=JSON)
+@option.valued(
     whole_numbers,
     "--positions",
     "N,...",
     "Equally spaced positions in a turn [default: 4,6,8,12,16,24,36; none with --angles].",
 )
-@angles_option(
+@option.angles(
     "--angles", "DEG,...", "Your own head angles of a stroke [deg]; may be repeated.", multiple=True
 )
-@valued_option(whole_numbers, "--strokes", "N,...", "Strokes in a run [default: 2,6].")
-@valued_option(whole_numbers, "--cycles", "N,...", "Strokes in cycles, forward and back.")
-@temperatures_option(
+@option.valued(whole_numbers, "--strokes", "N,...", "Strokes in a run [default: 2,6].")
+@option.valued(whole_numbers, "--cycles", "N,...", "Strokes in cycles, forward and back.")
+@option.temperatures(
     "--temperatures",
     "DEG,...",
     "Temperatures in their order [default: -40,20,80 degC]; may be repeated.",
     multiple=True,
 )
-@valued_option(
+@option.valued(
     words,
     "--mountings",
     "SIDE,...",
     "Mountings o+, o-, p+ or p- in their order [default: o+]; may be repeated.",
     multiple=True,
 )
-@seconds_option("--reading-time", "S", "Time of a reading [default: 60 s].")
-@seconds_option("--turn-time", "S", "Time between positions [default: 30 s].")
-@hours_option("--soak-time", "H", "Time to reach a temperature [default: 2 h].")
-@hours_option("--mount-time", "H", "Time to mount the unit [default: 1 h].")
-@acceleration_option("--noise", "G", "Noise of a reading [default: 5e-6 g].")
-@planned_apparatus_options
-@degrees_option(
+@option.seconds("--reading-time", "S", "Time of a reading [default: 60 s].")
+@option.seconds("--turn-time", "S", "Time between positions [default: 30 s].")
+@option.hours("--soak-time", "H", "Time to reach a temperature [default: 2 h].")
+@option.hours("--mount-time", "H", "Time to mount the unit [default: 1 h].")
+@option.acceleration("--noise", "G", "Noise of a reading [default: 5e-6 g].")
+@option.planned_apparatus
+@option.degrees(
     "--temperature-uncertainty",
     "DEG",
     "Standard uncertainty of the temperature of a run [default: 0 degC].",
 )
-@acceleration_option("--resolution", "G", "Step of the readings [default: 0 g].", default="0")
-@flag_option("--undeclared", "The errors of the stand will not be declared to the fit.")
-@hours_option("--hours", "H", "Longest duration; strokes fill it [h].")
-@target_option("NAME=U", "Wanted standard uncertainty, such as K1=5ppm; may be repeated.")
-@text_option(
+@option.acceleration("--resolution", "G", "Step of the readings [default: 0 g].", default="0")
+@option.flag("--undeclared", "The errors of the stand will not be declared to the fit.")
+@option.hours("--hours", "H", "Longest duration; strokes fill it [h].")
+@option.target("NAME=U", "Wanted standard uncertainty, such as K1=5ppm; may be repeated.")
+@option.text(
     "--optimal", "WHAT", "Find the best angles within --hours: D, A, or one coefficient such as K1."
 )
-@number_option(
+@option.number(
     "--spacing", "DEG", "Smallest distance of two positions for --optimal [default: 15 deg]."
 )
-@seed_option("Seed of --optimal [default: 0].")
-@valued_option(
+@option.seed("Seed of --optimal [default: 0].")
+@option.valued(
     FileToWrite("CSV", ".csv"),
     "--sheet",
     "PLAN.csv",
     "Write the test plan as a sheet to fill in at the laboratory.",
 )
-@flag_option("--no-effects", "Do not examine the effects of the catalogue.")
-@effects_option()
-@picture_option("uncertainty by hours (png, svg or pdf)")
-@format_option("text", "json", "csv")
+@option.flag("--no-effects", "Do not examine the effects of the catalogue.")
+@option.effects()
+@option.picture("uncertainty by hours (png, svg or pdf)")
+@option.format("text", "json", "csv")
 def design(
     path: str | None, form: str, picture: str | None, sheet: str | None, **options: Any
 ) -> None:

@@ -10,23 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import remark_alike
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_forms, one_below_the_other
-from accelcal.cli.options import (
-    apparatus_options,
-    data_argument,
-    effects_option,
-    fixture_angle_option,
-    flag_option,
-    format_option,
-    number_option,
-    output_option,
-    reference_temperature_option,
-    report_option,
-    seed_option,
-    text_option,
-)
 from accelcal.errors import AccelcalWarning, InputError
 
 if TYPE_CHECKING:
@@ -37,16 +24,16 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command)
-@data_argument(many=True)
-@output_option("the discovery, with the extended model, as JSON", metavar="MODEL.json", file=JSON)
-@effects_option()
+@option.data(many=True)
+@option.output("the discovery, with the extended model, as JSON", metavar="MODEL.json", file=JSON)
+@option.effects()
 @click.option(
     "--without",
     metavar="ID",
     multiple=True,
     help="Leave this effect out, as you know that the unit does not have it; may be repeated.",
 )
-@number_option(
+@option.number(
     "--alpha",
     "P",
     "False-alarm rate over the whole catalogue below which an effect is named.",
@@ -60,14 +47,14 @@ if TYPE_CHECKING:
     show_default=True,
     help="Largest number of effects at once.",
 )
-@reference_temperature_option
-@fixture_angle_option
-@apparatus_options
-@flag_option("--empirical", "Add a term for a pattern by head position that no effect explains.")
-@seed_option("Seed of the simulated noise.", default=0, show_default=True)
-@text_option("--serial", "TEXT", "Search this unit only, if the tables hold several.")
-@report_option
-@format_option("text", "json")
+@option.reference_temperature
+@option.fixture_angle
+@option.apparatus
+@option.flag("--empirical", "Add a term for a pattern by head position that no effect explains.")
+@option.seed("Seed of the simulated noise.", default=0, show_default=True)
+@option.text("--serial", "TEXT", "Search this unit only, if the tables hold several.")
+@option.report
+@option.format("text", "json")
 def discover(
     data: Sequence[str],
     path: str | None,

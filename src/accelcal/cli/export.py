@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import deliver
 from accelcal.cli.files import Command, FileToRead, refuse_source
-from accelcal.cli.options import (
-    mounting_option,
-    output_option,
-    run_option,
-    serial_option,
-)
 
 
 @click.command(cls=Command)
 @click.argument("calibration", type=FileToRead(), metavar="CAL.json")
-@output_option("the export", metavar="FILE.(h|yaml|csv)")
+@option.output("the export", metavar="FILE.(h|yaml|csv)")
 @click.option(
     "--format",
     "form",
     type=click.Choice(["c", "yaml", "csv"]),
     help="Format [default: by the extension of the file].",
 )
-@serial_option
-@run_option
-@mounting_option
+@option.serial
+@option.run
+@option.mounting
 def export(
     calibration: str,
     path: str | None,

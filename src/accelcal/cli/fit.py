@@ -7,19 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import remark, remark_alike, say
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.fit_arguments import fit_arguments
 from accelcal.cli.forms import csv_of, deliver_forms, one_below_the_other
-from accelcal.cli.options import (
-    calibration_options,
-    data_argument,
-    declared_serial_option,
-    effects_option,
-    format_option,
-    output_option,
-    report_option,
-)
 from accelcal.cli.verdicts import exit_where_failed, judged
 
 if TYPE_CHECKING:
@@ -28,13 +20,13 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command)
-@data_argument(many=True)
-@output_option("the calibration as JSON", metavar="CAL.json", file=JSON)
-@calibration_options
-@declared_serial_option
-@effects_option("model")
-@report_option
-@format_option("text", "json", "csv")
+@option.data(many=True)
+@option.output("the calibration as JSON", metavar="CAL.json", file=JSON)
+@option.calibration
+@option.declared_serial
+@option.effects("model")
+@option.report
+@option.format("text", "json", "csv")
 def fit(
     data: Sequence[str],
     path: str | None,

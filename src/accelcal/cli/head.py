@@ -7,17 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import deliver_picture, remark_alike
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import csv_of, deliver_result
-from accelcal.cli.options import (
-    data_argument,
-    declared_angle_option,
-    fixture_angle_option,
-    format_option,
-    output_option,
-    picture_option,
-)
 from accelcal.escapes import visible
 
 if TYPE_CHECKING:
@@ -25,16 +18,16 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command)
-@data_argument(many=True)
-@output_option("the calibration of the head as JSON", metavar="HEAD.json", file=JSON)
-@declared_angle_option(
+@option.data(many=True)
+@option.output("the calibration of the head as JSON", metavar="HEAD.json", file=JSON)
+@option.declared_angle(
     "--head-uncertainty",
     "G",
     "Standard uncertainty of one head position before the test [rad, or g].",
 )
-@fixture_angle_option
-@picture_option("the errors of the positions (png, svg or pdf)")
-@format_option("text", "json", "csv")
+@option.fixture_angle
+@option.picture("the errors of the positions (png, svg or pdf)")
+@option.format("text", "json", "csv")
 def head(
     data: Sequence[str],
     path: str | None,

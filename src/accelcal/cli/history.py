@@ -6,39 +6,31 @@ from collections.abc import Sequence
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command, FileToRead
 from accelcal.cli.forms import deliver_result
-from accelcal.cli.options import (
-    format_option,
-    mounting_option,
-    number_option,
-    output_option,
-    picture_option,
-    temperature_option,
-    text_option,
-)
 from accelcal.errors import InputError
 
 
 @click.command(cls=Command)
 @click.argument("results", type=FileToRead(), metavar="RESULTS...", nargs=-1, required=True)
-@output_option("the history as JSON", metavar="HISTORY.json", file=JSON)
-@text_option("--serial", "TEXT", "Unit to follow [default: all, a line each].")
-@mounting_option
-@temperature_option(
+@option.output("the history as JSON", metavar="HISTORY.json", file=JSON)
+@option.text("--serial", "TEXT", "Unit to follow [default: all, a line each].")
+@option.mounting
+@option.temperature(
     "--temperature", "DEG", "Temperature at which to compare [degC; default: that of most dates]."
 )
-@number_option(
+@option.number(
     "--alpha",
     "P",
     "A jump is named if its p-value is below this.",
     default="0.01",
     show_default=True,
 )
-@text_option("--due-before", "DATE", "Of all units, those last calibrated before are due.")
-@picture_option("the history, or the drifts of all units (png, svg or pdf)")
-@format_option("text", "json", "csv")
+@option.text("--due-before", "DATE", "Of all units, those last calibrated before are due.")
+@option.picture("the history, or the drifts of all units (png, svg or pdf)")
+@option.format("text", "json", "csv")
 def history(
     results: Sequence[str],
     path: str | None,

@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Options that several commands share, each a decorator that reads as ``@option.text(...)``."""
 
 from __future__ import annotations
 
@@ -8,27 +8,14 @@ from typing import Any, TypeVar, cast
 
 import click
 
+from accelcal.cli import values
 from accelcal.cli.files import PICTURE, REPORT, FileToRead, FileToWrite
-from accelcal.cli.values import (
-    fixture_angle,
-    label,
-    number,
-    quantities,
-    quantity,
-    quantity_of_table,
-    size,
-    step_of_output,
-    target,
-    temperature,
-    temperature_of_table,
-    temperature_of_test,
-)
 from accelcal.errors import InputError
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def data_argument(*, many: bool = False) -> Callable[[Function], Function]:
+def data(*, many: bool = False) -> Callable[[Function], Function]:
     """Argument DATA: the name of a table (``-`` is standard input), or with `many` a tuple of them.
 
     The file is not checked here but by its reader, so that every fault of a file is told in the
@@ -39,7 +26,7 @@ def data_argument(*, many: bool = False) -> Callable[[Function], Function]:
     return click.argument("data", type=FileToRead(), metavar="DATA")
 
 
-def output_option(
+def output(
     what: str,
     *,
     metavar: str = "FILE",
@@ -58,7 +45,7 @@ def output_option(
     )
 
 
-def valued_option(
+def valued(
     kind: Any,
     flag: str,
     metavar: str | None,
@@ -77,51 +64,51 @@ def valued_option(
     return click.option(*names, type=kind, metavar=metavar, help=told, **attributes)
 
 
-def flag_option(flag: str, told: str, *, name: str | None = None) -> Callable[[Function], Function]:
+def flag(flag: str, told: str, *, name: str | None = None) -> Callable[[Function], Function]:
     """Make an option without a value; `told` is its help, `name` its parameter if another one."""
-    return valued_option(None, flag, None, told, name=name, is_flag=True)
+    return valued(None, flag, None, told, name=name, is_flag=True)
 
 
-def choice_option(
+def choice(
     flag: str, choices: Sequence[str], told: str, *, name: str | None = None
 ) -> Callable[[Function], Function]:
     """Make an option that is one of some words; the first of them is the default."""
     kind = click.Choice(choices)
-    return valued_option(kind, flag, None, told, name=name, default=choices[0], show_default=True)
+    return valued(kind, flag, None, told, name=name, default=choices[0], show_default=True)
 
 
-text_option = partial(valued_option, label)
-number_option = partial(valued_option, number)
-acceleration_option = partial(valued_option, quantity("g", "acceleration"))
-angle_option = partial(valued_option, size(quantity("rad", "angle", "acceleration")))
+text = partial(valued, values.label)
+number = partial(valued, values.number)
+acceleration = partial(valued, values.quantity("g", "acceleration"))
+angle = partial(valued, values.size(values.quantity("rad", "angle", "acceleration")))
 """An option that is the size of an angle of the head [rad], or acceleration [g] that it makes."""
 
-declared_acceleration_option = partial(valued_option, size(quantity_of_table("g", "acceleration")))
+declared_acceleration = partial(valued, values.size(values.quantity_of_table("g", "acceleration")))
 """The size of an acceleration [g] that is declared of a table."""
 
-declared_angle_option = partial(
-    valued_option, size(quantity_of_table("rad", "angle", "acceleration"))
+declared_angle = partial(
+    valued, values.size(values.quantity_of_table("rad", "angle", "acceleration"))
 )
 """The size of an angle of the head [rad], or acceleration [g], that is declared of a table."""
 
-ratio_option = partial(valued_option, size(quantity("1", "ratio")))
-temperature_option = partial(valued_option, temperature_of_test)
-degrees_option = partial(valued_option, size(quantity("degC", "temperature difference")))
-seconds_option = partial(valued_option, quantity("s", "time"))
-hours_option = partial(valued_option, quantity("h", "time"))
-gravity_option = partial(valued_option, quantity("m/s^2", "gravity"), "--g", "M_S2")
-file_option = partial(valued_option, FileToRead())
-accelerations_option = partial(valued_option, quantities(quantity("g", "acceleration")))
-angles_option = partial(valued_option, quantities(quantity("deg", "angle")))
-temperatures_option = partial(valued_option, quantities(temperature))
-count_option = partial(valued_option, click.IntRange(1))
-seed_option = partial(valued_option, click.IntRange(0), "--seed", "N")
-delta0_option = partial(valued_option, fixture_angle, "--delta0", "RAD")
+ratio = partial(valued, values.size(values.quantity("1", "ratio")))
+temperature = partial(valued, values.temperature_of_test)
+degrees = partial(valued, values.size(values.quantity("degC", "temperature difference")))
+seconds = partial(valued, values.quantity("s", "time"))
+hours = partial(valued, values.quantity("h", "time"))
+gravity = partial(valued, values.quantity("m/s^2", "gravity"), "--g", "M_S2")
+file = partial(valued, FileToRead())
+accelerations = partial(valued, values.quantities(values.quantity("g", "acceleration")))
+angles = partial(valued, values.quantities(values.quantity("deg", "angle")))
+temperatures = partial(valued, values.quantities(values.temperature))
+count = partial(valued, click.IntRange(1))
+seed = partial(valued, click.IntRange(0), "--seed", "N")
+delta0 = partial(valued, values.fixture_angle, "--delta0", "RAD")
 
 
-def picture_option(what: str) -> Callable[[Function], Function]:
+def picture(what: str) -> Callable[[Function], Function]:
     """Option ``--plot``: the file that a picture is drawn into; it is called ``picture``."""
-    return valued_option(PICTURE, "--plot", "FILE", f"Draw {what}.", name="picture")
+    return valued(PICTURE, "--plot", "FILE", f"Draw {what}.", name="picture")
 
 
 def together(*options: Callable[[Function], Function]) -> Callable[[Function], Function]:
@@ -129,12 +116,12 @@ def together(*options: Callable[[Function], Function]) -> Callable[[Function], F
     return lambda function: reduce(lambda made, option: option(made), reversed(options), function)
 
 
-def effects_option(*users: str) -> Callable[[Function], Function]:
+def effects(*users: str) -> Callable[[Function], Function]:
     """Option ``--effects``: effects of the user's own, in the catalogue while the command runs.
 
     Where `users`, parameters of the command, are named, they are of use with one of these alone.
     """
-    declared = file_option(
+    declared = file(
         "--effects",
         "FILE.toml",
         "Your own effects, in addition to the catalogue; may be repeated.",
@@ -167,52 +154,50 @@ def _refuse_unused(flag: str, users: Sequence[str], options: Mapping[str, Any]) 
         raise InputError(f"{flag} has no effect without {needed}; give that, or leave it out")
 
 
-def format_option(*forms: str) -> Callable[[Function], Function]:
+def format(*forms: str) -> Callable[[Function], Function]:
     """Option ``--format``: form of the result on standard output; the first form is the default."""
-    return choice_option("--format", forms, "Form of the result on standard output.", name="form")
+    return choice("--format", forms, "Form of the result on standard output.", name="form")
 
 
-reference_temperature_option = valued_option(
-    temperature_of_table,
+reference_temperature = valued(
+    values.temperature_of_table,
     "--t0",
     "DEG",
     "Reference temperature T0 [degC].",
     name="reference_temperature",
 )
 
-local_gravity_option = gravity_option("Local gravity [m/s^2].", name="local_gravity")
+local_gravity = gravity("Local gravity [m/s^2].", name="local_gravity")
 
-fixture_angle_option = delta0_option(
-    "Fixture angle between head zero and input axis, taken as given [rad]."
-)
+fixture_angle = delta0("Fixture angle between head zero and input axis, taken as given [rad].")
 
-specification_option = file_option(
+specification = file(
     "--spec", "SPEC.toml", "Judge against this data sheet; the exit code is 1 if a limit fails."
 )
 
-report_option = valued_option(
+report = valued(
     REPORT, "--report", "FILE.(html|md|pdf)", "Write a report here as well.", name="page"
 )
 
-serial_option = text_option("--serial", "TEXT", "Serial number, if CAL.json holds several.")
+serial = text("--serial", "TEXT", "Serial number, if CAL.json holds several.")
 
-declared_serial_option = text_option(
+declared_serial = text(
     "--serial",
     "TEXT",
     "Of tables with several serial numbers use this one; otherwise the tables are of this serial"
     " number, whatever they say.",
 )
 
-run_option = text_option("--run", "TEXT", "Use the table of this run only.")
+run = text("--run", "TEXT", "Use the table of this run only.")
 
-mounting_option = click.option(
+mounting = click.option(
     "--mounting",
     type=click.Choice(["o+", "o-", "p+", "p-"]),
     help="Use the tables of this mounting only.",
 )
 
 
-def target_option(metavar: str, told: str) -> Callable[[Function], Function]:
+def target(metavar: str, told: str) -> Callable[[Function], Function]:
     """Option ``--target``: uncertainties asked for, each a text by the name of its coefficient."""
 
     def told_apart(_: Any, __: Any, pairs: tuple[tuple[str, str], ...]) -> dict[str, str]:
@@ -220,22 +205,22 @@ def target_option(metavar: str, told: str) -> Callable[[Function], Function]:
             raise click.BadParameter("a coefficient has two targets; give one.")
         return dict(pairs)
 
-    return valued_option(
-        target, "--target", metavar, told, name="targets", multiple=True, callback=told_apart
+    return valued(
+        values.target, "--target", metavar, told, name="targets", multiple=True, callback=told_apart
     )
 
 
-def plan_options(lead: str = "") -> Callable[[Function], Function]:
+def plan(lead: str = "") -> Callable[[Function], Function]:
     """Options of a test that is planned, each told behind the lead."""
 
     def told(text: str) -> str:
         return lead + text if lead else text[0].upper() + text[1:]
 
     return together(
-        count_option("--positions", "N", told("positions in a turn [default: 8].")),
-        angles_option("--angles", "DEG,...", told("head angles instead of positions [deg].")),
-        count_option("--strokes", "N", told("strokes in a run [default: 6].")),
-        temperatures_option(
+        count("--positions", "N", told("positions in a turn [default: 8].")),
+        angles("--angles", "DEG,...", told("head angles instead of positions [deg].")),
+        count("--strokes", "N", told("strokes in a run [default: 6].")),
+        temperatures(
             "--temperatures",
             "DEG,...",
             told("temperatures in their order [default: 20,80,-40 degC]."),
@@ -253,7 +238,7 @@ def _options_of_stand(angle: Any, acceleration: Any) -> Callable[[Function], Fun
         acceleration(
             "--launch-uncertainty", "G", "Standard uncertainty of the bias from run to run [g]."
         ),
-        ratio_option(
+        ratio(
             "--launch-sf-uncertainty",
             "REL",
             "Relative standard uncertainty of the scale factor from run to run.",
@@ -261,25 +246,23 @@ def _options_of_stand(angle: Any, acceleration: Any) -> Callable[[Function], Fun
     )
 
 
-apparatus_options = together(
-    _options_of_stand(declared_angle_option, declared_acceleration_option),
-    degrees_option(
-        "--temperature-uncertainty", "DEG", "Standard uncertainty of a temperature [degC]."
-    ),
+apparatus = together(
+    _options_of_stand(declared_angle, declared_acceleration),
+    degrees("--temperature-uncertainty", "DEG", "Standard uncertainty of a temperature [degC]."),
 )
 """What is declared of head, launch and temperature, in place of the header lines of a table."""
 
-planned_apparatus_options = _options_of_stand(angle_option, acceleration_option)
+planned_apparatus = _options_of_stand(angle, acceleration)
 """The same of a test that is planned."""
 
-reading_options = together(
-    reference_temperature_option,
-    local_gravity_option,
-    apparatus_options,
-    valued_option(step_of_output, "--resolution", "U", "Step of the output [output unit]."),
-    text_option("--unit", "UNIT", "Unit of the output, such as mA."),
-    count_option("--positions", "N", "Positions in a turn."),
-    text_option(
+reading = together(
+    reference_temperature,
+    local_gravity,
+    apparatus,
+    valued(values.step_of_output, "--resolution", "U", "Step of the output [output unit]."),
+    text("--unit", "UNIT", "Unit of the output, such as mA."),
+    count("--positions", "N", "Positions in a turn."),
+    text(
         "--serials",
         "TEXT,...",
         "Headings of the columns of several accelerometers that are read side by side.",
@@ -287,37 +270,37 @@ reading_options = together(
 )
 """What is declared of a test, in place of the header lines of its table."""
 
-calibration_options = together(
-    choice_option(
+calibration = together(
+    choice(
         "--method",
         ("least-squares", "closed-form", "sign-corrected", "printed"),
         "Estimator; the last three are the closed forms (6) of the paper.",
     ),
-    flag_option("--robust", "Reduce the effect of outliers, found by comparing the strokes."),
-    reading_options,
-    fixture_angle_option,
-    text_option(
+    flag("--robust", "Reduce the effect of outliers, found by comparing the strokes."),
+    reading,
+    fixture_angle,
+    text(
         "--coefficients",
         "NAME,...",
         "Coefficients to estimate, the others are taken as zero; a table that cannot separate"
         " them is refused [default: those of K0,K1,K2,K3,M,M_ip that it separates].",
     ),
-    flag_option("--strict", "Refuse a table that cannot separate all six coefficients."),
-    choice_option(
+    flag("--strict", "Refuse a table that cannot separate all six coefficients."),
+    choice(
         "--temperature-laws",
         ("tables", "readings"),
         "Fit the temperature laws to the coefficients of the tables or to all readings.",
     ),
-    file_option(
+    file(
         "--model",
         "MODEL.json",
         "Remove the effects of this discovery; sizes that show are fitted again.",
     ),
-    file_option(
+    file(
         "--head",
         "HEAD.json|CERT.csv",
         "Correct for the errors of the head, from accelcal head or a certificate.",
     ),
-    specification_option,
+    specification,
 )
 """How a calibration is fitted, what is declared, what it is judged against."""

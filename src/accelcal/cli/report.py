@@ -7,16 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import deliver
 from accelcal.cli.files import Command, FileToRead, FileToWrite
-from accelcal.cli.options import (
-    effects_option,
-    file_option,
-    output_option,
-    specification_option,
-    text_option,
-    valued_option,
-)
 from accelcal.cli.verdicts import exit_where_failed, judged
 from accelcal.errors import InputError
 
@@ -27,29 +20,29 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @click.argument("result", type=FileToRead(), metavar="RESULT.json")
-@output_option("the report", metavar="FILE.(html|md|pdf)")
-@specification_option
-@file_option(
+@option.output("the report", metavar="FILE.(html|md|pdf)")
+@option.specification
+@option.file(
     "--data",
     "DATA",
     "Readings of a discovery, for the pictures of the effects; may be repeated.",
     multiple=True,
 )
-@text_option("--serial", "TEXT", "Report this serial number only.")
-@valued_option(
+@option.text("--serial", "TEXT", "Report this serial number only.")
+@option.valued(
     FileToWrite("XML", ".xml"),
     "--dcc",
     "FILE.xml",
     "Write a digital calibration certificate here.",
     name="certificate",
 )
-@file_option(
+@option.file(
     "--dcc-data",
     "LAB.toml",
     "Laboratory, customer and persons of the certificate; without it they are not stated.",
     name="laboratory",
 )
-@effects_option()
+@option.effects()
 def report(
     result: str,
     path: str | None,

@@ -6,24 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import deliver
 from accelcal.cli.files import Command, SimulatedTable
-from accelcal.cli.options import (
-    acceleration_option,
-    angle_option,
-    degrees_option,
-    delta0_option,
-    effects_option,
-    file_option,
-    flag_option,
-    gravity_option,
-    output_option,
-    plan_options,
-    ratio_option,
-    seed_option,
-    text_option,
-    valued_option,
-)
 from accelcal.cli.values import setting, step_of_output, words
 from accelcal.errors import InputError
 
@@ -41,8 +26,8 @@ def settings(text: str) -> Settings:
 
 
 @click.command(cls=Command)
-@output_option("the table", metavar="DATA.csv", file=SimulatedTable())
-@valued_option(
+@option.output("the table", metavar="DATA.csv", file=SimulatedTable())
+@option.valued(
     settings,
     "--effect",
     "ID=VALUE[,NAME=VALUE...]",
@@ -50,10 +35,10 @@ def settings(text: str) -> Settings:
     name="effects",
     multiple=True,
 )
-@effects_option("effects", "list_effects", "model")
-@flag_option("--list-effects", "List the effects with their units, and stop.")
-@seed_option("Seed of the random errors.")
-@plan_options()
+@option.effects("effects", "list_effects", "model")
+@option.flag("--list-effects", "List the effects with their units, and stop.")
+@option.seed("Seed of the random errors.")
+@option.plan()
 @click.option(
     "--mountings",
     "--mounting",
@@ -62,38 +47,38 @@ def settings(text: str) -> Settings:
     help="Mountings o+, o-, p+ or p-, each at all temperatures [default: o+].",
     multiple=True,
 )
-@delta0_option("Fixture angle [default: 0 rad].")
-@acceleration_option("--reading-noise", "G", "Noise of a reading [default: 5e-6 g].")
-@angle_option("--head-error", "RAD", "Error of a head position [default: 6.7e-6 rad].")
-@acceleration_option(
+@option.delta0("Fixture angle [default: 0 rad].")
+@option.acceleration("--reading-noise", "G", "Noise of a reading [default: 5e-6 g].")
+@option.angle("--head-error", "RAD", "Error of a head position [default: 6.7e-6 rad].")
+@option.acceleration(
     "--launch-shift", "G", "Shift of the bias from run to run [default: 6.7e-6 g]."
 )
-@ratio_option(
+@option.ratio(
     "--launch-sf-shift",
     "REL",
     "Relative shift of the scale factor from run to run [default: 5e-6].",
 )
-@degrees_option(
+@option.degrees(
     "--temperature-error",
     "DEG",
     "True minus recorded temperature, from run to run [default: 0 degC].",
 )
-@valued_option(
+@option.valued(
     step_of_output,
     "--resolution",
     "MA",
     "Step of the output, 0 for none [default: 1e-7 mA].",
     default="1e-7",
 )
-@flag_option("--times", "Write a column of times.", name="timed")
-@flag_option("--undeclared", "Do not declare the uncertainties in the header.")
-@gravity_option("Local gravity to declare [m/s^2].", name="local_gravity")
-@text_option(
+@option.flag("--times", "Write a column of times.", name="timed")
+@option.flag("--undeclared", "Do not declare the uncertainties in the header.")
+@option.gravity("Local gravity to declare [m/s^2].", name="local_gravity")
+@option.text(
     "--serial",
     "TEXT",
     "Serial number [default: AL-15]; selects the unit if MODEL.json holds several.",
 )
-@file_option(
+@option.file(
     "--model", "MODEL.json", "Simulate the accelerometer, noise and effects of this discovery."
 )
 def simulate(path: str | None, list_effects: bool, **options: Any) -> None:

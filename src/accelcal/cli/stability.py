@@ -8,19 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_result
-from accelcal.cli.options import (
-    data_argument,
-    file_option,
-    format_option,
-    number_option,
-    output_option,
-    picture_option,
-    text_option,
-    valued_option,
-)
 from accelcal.cli.values import duration, durations, number
 from accelcal.errors import InputError
 
@@ -41,12 +32,12 @@ def probability(text: str) -> float | None:
 
 
 @click.command(cls=Command)
-@data_argument(many=True)
-@output_option("the analysis as JSON", metavar="STABILITY.json", file=JSON)
-@file_option("--calibration", "CAL.json", "Calibration that gives the scale factor.")
-@number_option("--scale-factor", "K1", "Scale factor [output unit per g].")
-@text_option("--unit", "UNIT", "Unit of the output.")
-@valued_option(
+@option.data(many=True)
+@option.output("the analysis as JSON", metavar="STABILITY.json", file=JSON)
+@option.file("--calibration", "CAL.json", "Calibration that gives the scale factor.")
+@option.number("--scale-factor", "K1", "Scale factor [output unit per g].")
+@option.text("--unit", "UNIT", "Unit of the output.")
+@option.valued(
     probability,
     "--probability",
     "P",
@@ -54,7 +45,7 @@ def probability(text: str) -> float | None:
     default="3",
     show_default=True,
 )
-@valued_option(
+@option.valued(
     duration,
     "--window",
     "T",
@@ -62,7 +53,7 @@ def probability(text: str) -> float | None:
     default="600",
     show_default=True,
 )
-@valued_option(
+@option.valued(
     durations,
     "--times",
     "T,...",
@@ -70,10 +61,10 @@ def probability(text: str) -> float | None:
     default="600,3600,21600,43200",
     show_default=True,
 )
-@valued_option(duration, "--average", "S", "First average the samples over S [s].")
-@valued_option(duration, "--launch-gap", "S", "A longer pause begins a new launch [s].")
-@picture_option("the bias and the Allan deviation (png, svg or pdf)")
-@format_option("text", "json", "csv")
+@option.valued(duration, "--average", "S", "First average the samples over S [s].")
+@option.valued(duration, "--launch-gap", "S", "A longer pause begins a new launch [s].")
+@option.picture("the bias and the Allan deviation (png, svg or pdf)")
+@option.format("text", "json", "csv")
 def stability(
     data: Sequence[str],
     path: str | None,

@@ -8,15 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from accelcal.cli.options import (
-    delta0_option,
-    file_option,
-    plan_options,
-    seed_option,
-    target_option,
-    together,
-    valued_option,
-)
+from accelcal.cli import options as option
 from accelcal.cli.values import number, words
 from accelcal.errors import InputError
 
@@ -43,35 +35,35 @@ def _trials(text: str) -> int | None:
     return int(value)
 
 
-stand_options = together(
-    file_option(
+stand_options = option.together(
+    option.file(
         "--stand",
         "STAND.toml",
         "Budget of this stand instead: uncertainty of each coefficient due to its errors.",
     ),
-    file_option("--test", "DATA.csv", "With --stand: the test is that of this table."),
-    plan_options("With --stand: "),
-    valued_option(
+    option.file("--test", "DATA.csv", "With --stand: the test is that of this table."),
+    option.plan("With --stand: "),
+    option.valued(
         words,
         "--mountings",
         "SIDE,...",
         "With --stand: mountings o+, o-, p+, p- in their order [default: o+].",
     ),
-    delta0_option("With --stand: fixture angle [default: 0 rad]."),
-    valued_option(
+    option.delta0("With --stand: fixture angle [default: 0 rad]."),
+    option.valued(
         _trials,
         "--monte-carlo",
         "N",
         "With --stand: Monte Carlo with this number of trials, or `adaptive`.",
         default="0",
     ),
-    seed_option("With --stand: seed of the Monte Carlo trials."),
-    target_option(
+    option.seed("With --stand: seed of the Monte Carlo trials."),
+    option.target(
         "NAME=SIZE",
         "With --stand: wanted expanded uncertainty, such as K1=5ppm or k0=10ug; gives what"
         " each instrument must be. May be repeated.",
     ),
-    file_option(
+    option.file(
         "--spec",
         "SPEC.toml",
         "With --stand: is the stand good enough for the limits of this data sheet?",

@@ -4,34 +4,27 @@ from __future__ import annotations
 
 import click
 
+from accelcal.cli import options as option
 from accelcal.cli.deliver import deliver_picture
 from accelcal.cli.files import JSON, Command
 from accelcal.cli.forms import deliver_result
-from accelcal.cli.options import (
-    data_argument,
-    format_option,
-    local_gravity_option,
-    output_option,
-    picture_option,
-    text_option,
-)
 from accelcal.errors import InputError
 
 
 @click.command(cls=Command)
-@data_argument()
-@output_option("the calibration as JSON", metavar="TRIAD.json", file=JSON)
+@option.data()
+@option.output("the calibration as JSON", metavar="TRIAD.json", file=JSON)
 @click.option(
     "--frame",
     type=click.Choice(["x", "z"]),
     help="Axis of the frame that lies along its channel's sensitive axis, x if not given (attitudes"
     " unknown).",
 )
-@local_gravity_option
-@text_option("--unit", "UNIT", "Unit of the outputs, such as V.")
-@text_option("--serial", "NAME", "Serial number of the triad.")
-@picture_option("the residuals by attitude (png, svg or pdf)")
-@format_option("text", "json", "csv")
+@option.local_gravity
+@option.text("--unit", "UNIT", "Unit of the outputs, such as V.")
+@option.text("--serial", "NAME", "Serial number of the triad.")
+@option.picture("the residuals by attitude (png, svg or pdf)")
+@option.format("text", "json", "csv")
 def triad(
     data: str,
     path: str | None,

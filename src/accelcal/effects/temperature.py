@@ -29,8 +29,8 @@ def _between_levels(c: Conditions) -> Array:
     return np.linspace(lowest, highest, 23)[1:-1]
 
 
-def _loop(c: Conditions, amplitude: float, first: float) -> Array:
-    return amplitude * np.where(c.heating == 0.0, first, c.heating)
+def _loop(c: Conditions, amplitude: float, first_level: float) -> Array:
+    return amplitude * np.where(c.heating == 0.0, first_level, c.heating)
 
 
 def _states(c: Conditions) -> Array:
@@ -118,7 +118,7 @@ EFFECTS = (
         parameters=(
             Parameter("amplitude", "g", "half the width h of the loop"),
             Parameter(
-                "first",
+                "first_level",
                 "1",
                 "bias at the first level, which no record tells the way to, over h: from -1, as"
                 " after cooling, to +1",

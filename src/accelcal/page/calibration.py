@@ -20,6 +20,7 @@ from accelcal.page.blocks import (
     Section,
     Table,
     Tone,
+    galleries,
 )
 from accelcal.page.evidence import place
 from accelcal.page.pictures import pictures
@@ -281,7 +282,8 @@ def _coefficients(calibration: Calibration) -> Section:
         blocks.append(Table(f"Mean of {mean.runs}", _LAW_HEADINGS, rows, (2, 3)))
     for table in calibration.tables:
         blocks += _of_table(table, calibration.g_local_m_s2)
-    return Section("Coefficients", blocks)
+    told = [_correlations(table) for table in calibration.tables if table.covariance_matrix]
+    return Section("Coefficients", [*blocks, *galleries(told)])
 
 
 def _of_table(table: TableCalibration, local_gravity: float | None) -> Iterator[Block]:
@@ -295,8 +297,6 @@ def _of_table(table: TableCalibration, local_gravity: float | None) -> Iterator[
     said += strong_correlations(table)
     if said or table.warnings:
         yield Bullets([typeset(sentence) for sentence in (*said, *table.warnings)])
-    if table.covariance_matrix:
-        yield _correlations(table)
 
 
 def _plain(number: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from accelcal.plot import coefficients, residuals, temperature
-from accelcal.plot.pictures import Pictures
+from accelcal.plot.style import Pictures
 from accelcal.results.calibration import Calibration
 
 if TYPE_CHECKING:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.plot.style import Pictures, canvas, entitled, palette, styled
 from accelcal.report.calibration_comparison import shown_changes
 from accelcal.report.typeset import typeset
 from accelcal.results.calibration_comparison import CalibrationComparison

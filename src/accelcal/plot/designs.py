@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import canvases, own_panels, palette, styled
+from accelcal.plot.style import Pictures, canvases, own_panels, palette, styled
 from accelcal.plot.ticks import short_log_ticks
 from accelcal.plural import counted
 from accelcal.report.typeset import typeset

@@ -9,9 +9,8 @@ import numpy as np
 from accelcal.discovery.new_record.compare import residuals_of
 from accelcal.plot.coefficients import SYMBOLS, draw_runs, run_labels
 from accelcal.plot.discovery import draw_where
-from accelcal.plot.pictures import Pictures
 from accelcal.plot.residuals import ReadingValues, draw_by_angle
-from accelcal.plot.style import canvas, canvases, entitled, palette, styled
+from accelcal.plot.style import Pictures, canvas, canvases, entitled, palette, styled
 from accelcal.results.agreement import ALPHA
 from accelcal.results.disagreement import QUANTITIES, Disagreement
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from accelcal.arrays import Array
+from accelcal.arrays import Array, Ints
 from accelcal.discovery.in_use.action import Action, action
 from accelcal.model import symbol_of
-from accelcal.plot.pictures import Pictures
+from accelcal.numerics.grouping import grouped
 from accelcal.plot.residuals import ReadingValues
-from accelcal.plot.style import SMALL, canvas, entitled, palette, styled
+from accelcal.plot.style import SMALL, Pictures, canvas, entitled, palette, styled
 from accelcal.plot.ticks import literal
 from accelcal.report.discovery import with_doubts
 from accelcal.report.findings import p_value, parts_of_disagreement
@@ -126,23 +126,24 @@ class DiscoveryPlot(Pictures[Discovery]):
             If no such effect was found, or the record does not suit the discovery.
         """
         found = action(self.result, record, effect)
-        along = _along(found)
+        along = _along(found, self.result.T0_degC)
         ax = canvas(ax)
         colours, (factor, unit) = palette(), readable("g", found.residual)
         ax.axhline(0.0, color=colours.ink, lw=0.8)
         stroke = np.asarray(record.stroke)
-        readings = ReadingValues(along.value, stroke, factor * found.residual)
         acting = ReadingValues(along.value, stroke, factor * found.change)
-        for number, name, part in readings.directions():
-            at = part.angle + along.jitter * (2 * number - 1)
-            colour = colours.series[number]
-            ax.scatter(at, part.value, s=10, alpha=0.45, lw=0, color=colour, label=name)
-        if along.jitter:
-            for number, name, part in acting.directions():
-                at, line, _ = part.means()
-                colour, shift = colours.series[number], along.jitter * (2 * number - 1)
-                ax.plot(at + shift, line, color=colour, label=f"effect, {name}")
-        else:
+        groups = [(n, name, along.group == n) for n, name in enumerate(along.names)]
+        groups = [one for one in groups if one[2].any()]
+        for number, name, own in groups:
+            at = along.value[own] + along.jitter * (2 * number - 1)
+            left, colour = factor * found.residual[own], colours.series[number]
+            ax.scatter(at, left, s=10, alpha=0.45, lw=0, color=colour, label=name)
+        for number, name, own in groups if along.apart else ():
+            at, line, _ = acting.of(own).means()
+            shift = along.jitter * (2 * number - 1)
+            label = f"effect, {name}" if len(groups) < 3 else None  # of many, points tell colours
+            ax.plot(at + shift, line, color=colours.series[number], label=label)
+        if not along.apart:
             at, line, _ = acting.means()
             ax.plot(at, line, color=colours.ink, label="effect")
         ax.set(xlabel=along.label, ylabel=f"reading − model without it [{unit}]")
@@ -252,24 +253,34 @@ def draw_where(
 
 
 class _Along(NamedTuple):
-    """What the action is drawn along; where directions lie apart, each has its own line."""
+    """What the action is drawn along, in groups; where these lie apart, each has its own line."""
 
     label: str
     value: Array
-    jitter: float
+    group: Ints
+    names: Sequence[str]
+    jitter: float = 0.0
+    apart: bool = True
 
 
-def _along(found: Action) -> _Along:
+def _along(found: Action, T0_degC: float) -> _Along:
     """Head angle, temperature or time in the run, whichever the action follows; else the order."""
     c = found.conditions
-    direction = (c.stroke % 2).astype(float)
+    one_way = (c.stroke % 2 == 0).astype(int), ("forward", "back")
+    levels = grouped(np.round(c.excess, 0))
+    names = [f"{T0_degC + excess:g} °C".replace("-", "−") for excess in levels.key]
+    at_levels = levels.cell, names[: len(palette().series)]
+    minutes = np.round(c.run_time / 60.0)
     tried = (
-        (_Along("head angle [°]", c.angle, 1.5), direction),
-        (_Along("temperature − T0 [°C]", np.round(c.excess, 0), 0.4), direction),
-        (_Along("time in the run [min]", np.round(c.run_time / 60.0), 0.0), direction),
-        (_Along("stroke", c.stroke.astype(float), 0.0), np.zeros(c.stroke.size)),
+        _Along("head angle [°]", c.angle, *one_way, jitter=1.5),
+        _Along("temperature − T0 [°C]", np.round(c.excess, 0), *one_way, jitter=0.4),
+        _Along("head angle [°]", c.angle, *at_levels),
+        _Along("time in the run [min]", minutes, *one_way, apart=False),
+        _Along("stroke", c.stroke.astype(float), *one_way, apart=False),
     )
-    for along, other in tried:
-        if found.follows(along.value, other) > _ONE_OF:
+    for along in tried:
+        groups = [along.group.astype(float)] if along.label != "stroke" else []
+        if found.follows(along.value, *groups) > _ONE_OF and along.group.max() < len(along.names):
             return along
-    return _Along("reading, in the order of measuring", c.number.astype(float), 0.0)
+    order = c.number.astype(float)
+    return _Along("reading, in the order of measuring", order, *one_way, apart=False)

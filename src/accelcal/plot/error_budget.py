@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import SMALL, canvases, palette, styled
+from accelcal.plot.style import SMALL, Pictures, canvases, palette, styled
 from accelcal.plot.ticks import LONGEST_TITLE, literal, shortened
 from accelcal.report.error_budget import NO_RANDOM_ERROR, joint_variance, place
 from accelcal.report.lines import sentence

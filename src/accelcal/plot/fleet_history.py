@@ -8,8 +8,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Mask
 from accelcal.errors import InputError
-from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import canvases, entitled, palette, styled
+from accelcal.plot.style import Pictures, canvases, entitled, palette, styled
 from accelcal.plot.ticks import shortened
 from accelcal.plural import listed
 from accelcal.results.fleet_history import DOUBT, FleetHistory, UnitOfFleet

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from accelcal.numerics.probability import NORMAL_FACTOR
-from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.plot.style import Pictures, canvas, entitled, palette, styled
 from accelcal.results.head_calibration import HeadCalibration
 from accelcal.shown_units import readable
 

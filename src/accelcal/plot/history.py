@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from accelcal.numerics.probability import NORMAL_FACTOR
-from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import canvases, entitled, palette, styled
+from accelcal.plot.style import Pictures, canvases, entitled, palette, styled
 from accelcal.plot.ticks import LONGEST_TITLE, shortened
 from accelcal.report.findings import p_value
 from accelcal.results.unit_history import History

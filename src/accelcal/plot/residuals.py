@@ -39,11 +39,11 @@ class ReadingValues:
         for number, name in enumerate(("forward", "back")):
             here = self.stroke % 2 == 1 - number
             if here.any():
-                yield (
-                    number,
-                    name,
-                    ReadingValues(self.angle[here], self.stroke[here], self.value[here]),
-                )
+                yield number, name, self.of(here)
+
+    def of(self, here: Array) -> ReadingValues:
+        """Take some of the readings."""
+        return ReadingValues(self.angle[here], self.stroke[here], self.value[here])
 
     def means(self) -> tuple[Array, Array, Array]:
         """Head angles, mean at each, and half width of its 95 % interval by Student.

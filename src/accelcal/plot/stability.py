@@ -9,8 +9,7 @@ import numpy as np
 
 from accelcal.arguments.kinds import expect
 from accelcal.errors import InputError
-from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import blank, canvas, canvases, palette, styled
+from accelcal.plot.style import Pictures, blank, canvas, canvases, palette, styled
 from accelcal.plot.ticks import LONGEST_TITLE, short_log_ticks, shortened
 from accelcal.results.stability import Stability
 from accelcal.shown_units import readable, time_unit

@@ -9,8 +9,7 @@ import numpy as np
 
 from accelcal.errors import InputError
 from accelcal.model import SLOPES
-from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import canvases, own_panels, palette, styled
+from accelcal.plot.style import Pictures, canvases, own_panels, palette, styled
 from accelcal.plot.ticks import LONGEST_TITLE, shortened
 from accelcal.report.stand_budget import shares, shown_unit
 from accelcal.report.typeset import typeset

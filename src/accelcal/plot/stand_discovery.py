@@ -8,8 +8,7 @@ import numpy as np
 
 from accelcal.arguments.options import check_text
 from accelcal.errors import InputError
-from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import blank, canvas, entitled, palette, styled
+from accelcal.plot.style import Pictures, blank, canvas, entitled, palette, styled
 from accelcal.plot.ticks import literal, name_ticks, shortened
 from accelcal.report.lines import sentence
 from accelcal.results.stand_discovery import StandDiscovery

@@ -6,17 +6,17 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from functools import wraps
 from io import BytesIO
 from threading import RLock
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 
 from accelcal.arguments.kinds import ending_of, kind_of
 from accelcal.arguments.options import check_choice, check_flag
 from accelcal.errors import InputError, not_installed
-from accelcal.plot.colours import DARK, LIGHT, Palette
 from accelcal.plot.ticks import FONT
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FORMS",
+    "Pictures",
     "blank",
     "canvas",
     "canvases",
@@ -40,6 +41,48 @@ __all__ = [
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+@dataclass(frozen=True, slots=True)
+class Palette:
+    """Colours of a theme by what they are for."""
+
+    name: str  # ``"light"`` or ``"dark"``
+    # text and axes, what stands back, grid lines, and the ground
+    ink: str
+    muted: str
+    grid: str
+    paper: str
+    series: tuple[str, ...]  # eight colours of data, the same hues in the same order in all themes
+    middle: str  # middle of the scale of heat maps, which the first two of the series end
+
+
+LIGHT = Palette(
+    name="light",
+    ink="#1b1f24",
+    muted="#6b7178",
+    grid="#e4e6e9",
+    paper="#ffffff",
+    series=(
+        *("#0072b2", "#d55e00", "#009e73", "#cc79a7"),
+        *("#e69f00", "#56b4e9", "#8c6d1f", "#5b4b9a"),
+    ),
+    middle="#f7f7f7",
+)
+
+DARK = Palette(
+    name="dark",
+    ink="#e8eaed",
+    muted="#9aa0a6",
+    grid="#3a3f45",
+    paper="#15181c",
+    series=(
+        *("#56b4e9", "#ff8a4c", "#2ec4a0", "#e39bc4"),
+        *("#f0c24b", "#a8d8f7", "#c9a85a", "#a99be0"),
+    ),
+    middle="#262b31",
+)
+
 
 FORMS = ("png", "svg", "pdf")
 """Forms of a picture; the name of its file ends in one of them."""
@@ -307,3 +350,31 @@ def _settings(colours: Palette, transparent: bool) -> dict[str, Any]:
         "hatch.linewidth": 0.5,
         "figure.dpi": 110.0,
     }
+
+
+@dataclass(frozen=True, slots=True)
+class Pictures(Generic[R]):
+    """Pictures of a result, a method each.
+
+    Each method draws into the matplotlib axes that it is given, or makes a figure of its own, and
+    returns the axes; ``ax.figure`` is the figure. `accelcal.plot.style.theme` chooses dark colours.
+
+    Attributes
+    ----------
+    result : object
+        The result.
+    """
+
+    result: R
+
+    def __call__(self, *_: Any, **__: Any) -> NoReturn:
+        """Say which pictures there are, where one is asked for as pandas has it.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        mine = {name for name, value in vars(type(self)).items() if callable(value)}
+        names = ", ".join(f".plot.{name}()" for name in sorted(mine) if not name.startswith("_"))
+        raise InputError(f".plot() is no picture; choose {names}")

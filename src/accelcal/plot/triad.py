@@ -10,8 +10,7 @@ from accelcal.arguments.axes import AXES
 from accelcal.arguments.kinds import expect
 from accelcal.arrays import Array
 from accelcal.errors import InputError
-from accelcal.plot.pictures import Pictures
-from accelcal.plot.style import canvas, entitled, palette, styled
+from accelcal.plot.style import Pictures, canvas, entitled, palette, styled
 from accelcal.results.triad import TriadCalibration
 from accelcal.shown_units import readable
 from accelcal.triad.record import TriadRecord

@@ -13,8 +13,8 @@ from accelcal.arguments.kinds import kind_of, several
 from accelcal.dates import date_of
 from accelcal.errors import InputError
 from accelcal.results.calibration import Calibration
-from accelcal.results.gate_columns import gate_of_column
 from accelcal.results.quantity import Quantity
+from accelcal.results.tabular import gate_of_column
 from accelcal.units import YEAR
 
 if TYPE_CHECKING:

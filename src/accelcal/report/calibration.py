@@ -13,7 +13,7 @@ from accelcal.report.calibration_rows import (
     LAW_HEADINGS,
     LawRow,
     coefficient_rows,
-    grouped_alarms,
+    first_alarms,
     residual_grid,
     residuals_by_angle,
     rows_of_mean,
@@ -21,8 +21,9 @@ from accelcal.report.calibration_rows import (
     temperature_laws,
     without_uncertainty,
 )
-from accelcal.report.lines import aligned, hanging, sections, unit_of
+from accelcal.report.lines import WIDTH, aligned, hanging, sections, unit_of
 from accelcal.report.numbers import in_millionths, matching_digits, significant, sized
+from accelcal.report.verdict import verdict_lines
 from accelcal.results.table import TableCalibration
 from accelcal.shown_units import ACCELERATIONS, by_size, plain, readable
 from accelcal.units import MICRO
@@ -36,21 +37,21 @@ if TYPE_CHECKING:
 _STANDARD_GRAVITY = 9.80665  # m/s^2, 3rd CGPM 1901
 
 
-def calibration_text(calibration: Calibration) -> str:
+def text(calibration: Calibration) -> str:
     """Write a calibration as lines of at most 100 characters, in ASCII."""
     return sections(
         _heading(calibration),
         _bare(calibration),
         _alarms(calibration),
         _open(calibration.warnings),
-        *(_table(table, calibration) for table in calibration.tables),
+        *(table_lines(t, calibration.g_local_m_s2) for t in calibration.tables),
         _mean_of_runs(calibration),
         _temperature(calibration),
         _fixture_angles(calibration.fixture_angle),
         _effects(calibration),
         _errors(calibration),
         _record_gates(calibration.gates),
-        [] if calibration.verdict is None else str(calibration.verdict).split("\n"),
+        [] if calibration.verdict is None else verdict_lines(calibration.verdict),
     )
 
 
@@ -75,13 +76,14 @@ def _bare(calibration: Calibration) -> Iterator[str]:
 
 
 def _alarms(calibration: Calibration) -> Iterator[str]:
-    found = grouped_alarms(calibration)
+    found = first_alarms(calibration)
     if found:
         yield "CLEAR UP THESE WARNINGS FIRST (each warns by chance in at most 1 % of good records)"
     yield from _items("WARNING", found)
 
 
-def _table(table: TableCalibration, calibration: Calibration) -> Iterator[str]:
+def table_lines(table: TableCalibration, local_gravity: float | None) -> Iterator[str]:
+    """Tell one table: its coefficients, residuals and gates."""
     temperature = table.temperature_degC
     where = "temperature unknown" if temperature is None else f"{temperature:.2f} degC"
     yield (
@@ -89,10 +91,10 @@ def _table(table: TableCalibration, calibration: Calibration) -> Iterator[str]:
         f" {counted(table.readings, 'reading')}, {degrees_of_freedom(table.dof)}"
     )
     yield from _coefficients(table)
-    yield from scale_factor_elsewhere(table, calibration.g_local_m_s2)
+    yield from scale_factor_elsewhere(table, local_gravity)
     for sentence in strong_correlations(table):
         yield from hanging(sentence, indent="  ")
-    yield from (f"  {line}" for line in residual_lines(table))
+    yield from residual_lines(table)
     yield from _gates(table.gates)
     yield from _items("note", table.warnings)
 
@@ -291,19 +293,15 @@ def residual_lines(table: TableCalibration) -> Iterator[str]:
     heading = ["deg", *(f"k={stroke}" for stroke in strokes), "mean"]
     if len("  ".join(heading)) <= _LONGEST_ROW:  # a grid of many strokes is not even written
         lines = list(_grid(heading, residual_grid(table)[1], shown))
-        if max(map(len, lines)) <= _LONGEST_ROW:
-            yield f"residuals [{unit}] by head angle and stroke"
+        if max(map(len, lines)) <= WIDTH - 2:
+            yield f"  residuals [{unit}] by head angle and stroke"
             yield from lines
             return
-    yield f"residuals [{unit}] by head angle, over {len(strokes)} strokes (the JSON has them all)"
-    found = residuals_by_angle(table)
-    yield from _by_angle(found, shown)
-    yield f"residuals [{unit}] by stroke: mean"
-    of_stroke: dict[int, list[float]] = {stroke: [] for stroke in strokes}
-    for own in found.values():
-        for stroke, value in own.items():
-            of_stroke[stroke].append(value)
-    yield from _in_lines([f"k={k} {shown(_mean(values))}" for k, values in of_stroke.items()])
+    yield f"  residuals [{unit}] by head angle, over {len(strokes)} strokes (the JSON has them all)"
+    summary = [["deg", *_SUMMARY]]
+    for angle, own in residuals_by_angle(table).items():
+        summary.append([f"{angle:g}", *map(shown, _summary(own))])
+    yield from aligned(summary, right=range(len(summary[0])), indent="  ")
 
 
 def _grid(
@@ -316,15 +314,7 @@ def _grid(
     grid += [[f"{angle:g}", *map(shown, [*values, _mean(values)])] for angle, values in rows]
     if len(heading) == 3:  # of a single stroke there is no mean
         grid = [line[:-1] for line in grid]
-    return aligned(grid, right=range(len(grid[0])))
-
-
-def _by_angle(
-    found: Mapping[float, Mapping[int, float]], shown: Callable[[Residual], str]
-) -> Iterator[str]:
-    columns = [["deg", *_SUMMARY]]
-    columns += [[f"{angle:g}", *map(shown, _summary(own))] for angle, own in found.items()]
-    yield from aligned(columns, right=range(len(columns[0])))
+    return aligned(grid, right=range(len(grid[0])), indent="  ")
 
 
 def _decimals(largest: float) -> int:
@@ -342,10 +332,3 @@ def _summary(own: Mapping[int, float]) -> list[Residual]:
     other_way = [value for stroke, value in own.items() if stroke % 2 == 0]
     seen = own.values()
     return [_mean([*seen]), _mean(one_way), _mean(other_way), min(seen), max(seen)]
-
-
-def _in_lines(items: Sequence[str]) -> Iterator[str]:
-    width = max(map(len, items)) + 2
-    per_line = _LONGEST_ROW // width
-    for start in range(0, len(items), per_line):
-        yield "".join(item.ljust(width) for item in items[start : start + per_line]).rstrip()

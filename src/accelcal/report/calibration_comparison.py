@@ -19,15 +19,13 @@ from accelcal.results.calibration_comparison import (
 from accelcal.shown_units import in_small_unit
 from accelcal.units import MICRO
 
-HEADINGS = ("", "", "old", "new", "new - old", "U (95 %)", "unit", "E_n ")
-"""Of `rows_of`."""
-
+_HEADINGS = ("", "", "old", "new", "new - old", "U (95 %)", "unit", "E_n ")
 _NAMES = {symbol: name for name, symbol, *_ in SHOWN_COEFFICIENTS}
 _NAMES |= {symbol: f"{_NAMES[law]} {side} T0" for symbol, (law, side) in SLOPES.items()}
 _ORDER = list(_NAMES)
 
 
-def comparison_text(found: CalibrationComparison) -> str:
+def text(found: CalibrationComparison) -> str:
     """Tell a comparison in lines of at most 100 characters."""
     return sections(
         _head(found),
@@ -73,12 +71,8 @@ def _verdict(found: CalibrationComparison) -> Iterator[str]:
 
 def _changes(changes: list[tuple[str, CoefficientChange]]) -> Iterator[str]:
     if changes:
-        yield from aligned([HEADINGS, *rows_of(changes)], right={2, 3, 4, 5, 7}, indent="  ")
-
-
-def rows_of(changes: list[tuple[str, CoefficientChange]]) -> list[tuple[str, ...]]:
-    """Tell changes by their names: a row each."""
-    return [_row(name, own) for name, own in changes]
+        rows = [_row(*change) for change in changes]
+        yield from aligned([_HEADINGS, *rows], right={2, 3, 4, 5, 7}, indent="  ")
 
 
 def shown_changes(found: CalibrationComparison) -> list[tuple[str, CoefficientChange]]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -37,8 +35,8 @@ LAW_HEADINGS = HEADINGS[:5]
 """Of the rows of temperature laws and fixture angles."""
 
 _SOURCES = {"reading": "readings", "launch": "launches", "launch_sf": "launches"}
+_SOURCES["resolution"] = "step"
 _STRONG = 0.8
-_BRACKETS = re.compile(r" \([^()]*\)")
 _DIGITS_OF_UNKNOWN = 4
 
 _CAUSES = ("units", "order of positions", "outlier", "proportions", "agreement of tables")
@@ -56,6 +54,9 @@ _REMEDIES = {
 
 _MOST_TABLES = 3
 """Tables of which one gate warns, each with a line of its own, before the rest are counted."""
+
+_MOST_NAMED = 8
+"""Of these rest, by their runs."""
 
 LawRow = tuple[str, str, str, str, str]
 """Name, symbol, value, half width of the 95 % interval and unit."""
@@ -79,39 +80,35 @@ class CoefficientRow(NamedTuple):
 
 def alarms(calibration: Calibration) -> list[str]:
     """List run, gate and finding of the gates that warn, before anyone believes the numbers."""
-    return [sentence for _, sentence in _alarms(calibration)]
+    return [sentence for _, _, sentence in _alarms(calibration)]
 
 
 def first_alarms(calibration: Calibration) -> list[str]:
-    """List `alarms`; of a gate that warns of more tables the first, and of how many others."""
-    found = list(_alarms(calibration))
-    count, told = Counter(name for name, _ in found), []
-    for name, sentence in found:
-        if count[name] > _MOST_TABLES:
-            others = f"{name}: warns of {count[name] - 1} other tables, listed under Checks"
-            told += [sentence, others] if others not in told else []
+    """List `alarms`; of a gate that warns of more tables the first, and of which others."""
+    of_gate: dict[str, list[tuple[str, str]]] = {}
+    for name, title, sentence in _alarms(calibration):
+        of_gate.setdefault(name, []).append((title, sentence))
+    told = []
+    for name, found in of_gate.items():
+        if len(found) <= _MOST_TABLES:
+            told += [sentence for _, sentence in found]
         else:
-            told.append(sentence)
+            others = [title for title, _ in found[1:]]
+            number = counted(len(others), "other table")
+            told += [found[0][1], f"{name}: warns of {number} too: {listed(others, _MOST_NAMED)}"]
     return told
 
 
-def grouped_alarms(calibration: Calibration) -> list[str]:
-    """List `alarms`; of those that differ in nothing but what is in brackets, the first."""
-    groups: dict[tuple[str, str], list[tuple[str, Gate]]] = {}
+def _alarms(calibration: Calibration) -> Iterator[tuple[str, str, str]]:
+    """Gate, table and sentence of each warning; what to do is said once, behind the first."""
+    left = dict(_REMEDIES)
+    strokes = max(len({*table.residuals.stroke}) for table in calibration.tables)
+    if strokes > 2 and not calibration.robust:  # of two strokes none is the odd one
+        left["outlier"] += "; --robust reduces its effect"
     for title, gate in _warning(calibration):
-        groups.setdefault((gate.name, _BRACKETS.sub("", gate.finding)), []).append((title, gate))
-    told = ((name, _told(*own[0]) + _same_for(own[1:])) for (name, _), own in groups.items())
-    return [sentence for _, sentence in _with_remedies(told, calibration)]
-
-
-def _same_for(others: Sequence[tuple[str, Gate]]) -> str:
-    runs = ", ".join(title.removeprefix("run ") for title, _ in others)
-    return f"; the same for {counted(len(others), 'other run')}: {runs}" if others else ""
-
-
-def _alarms(calibration: Calibration) -> Iterator[tuple[str, str]]:
-    warnings = ((g.name, _told(title, g)) for title, g in _warning(calibration))
-    return _with_remedies(warnings, calibration)
+        told = f"{title}{', ' if title else ''}{gate.name}: {gate.finding}"
+        remedy = left.pop(gate.name, "")
+        yield gate.name, title, f"{told}; {remedy}" if remedy else told
 
 
 def _warning(calibration: Calibration) -> list[tuple[str, Gate]]:
@@ -121,23 +118,6 @@ def _warning(calibration: Calibration) -> list[tuple[str, Gate]]:
     warning = [(title, gate) for title, gate in found if gate.verdict == "warn"]
     rank = {name: place for place, name in enumerate(_CAUSES)}
     return sorted(warning, key=lambda one: rank.get(one[1].name, len(rank)))
-
-
-def _told(title: str, gate: Gate) -> str:
-    return f"{title}{', ' if title else ''}{gate.name}: {gate.finding}"
-
-
-def _with_remedies(
-    warnings: Iterable[tuple[str, str]], calibration: Calibration
-) -> Iterator[tuple[str, str]]:
-    """Say once of each gate what to do, behind its first warning."""
-    left = dict(_REMEDIES)
-    strokes = max(len({*table.residuals.stroke}) for table in calibration.tables)
-    if strokes > 2 and not calibration.robust:  # of two strokes none is the odd one
-        left["outlier"] += "; --robust reduces its effect"
-    for name, told in warnings:
-        remedy = left.pop(name, "")
-        yield name, f"{told}; {remedy}" if remedy else told
 
 
 def without_uncertainty(calibration: Calibration) -> list[str]:
@@ -189,7 +169,7 @@ def _row(
     unit: str | None,
 ) -> CoefficientRow:
     quantity, meaning = table.quantities[symbol], table.meaning(symbol)
-    unit = unit or quantity.unit.replace("output unit", "output")
+    unit = unit or quantity.unit
     if quantity.value is None:
         return CoefficientRow(name, symbol, "", "not determined", "", unit, "", "", "")
     standard, expanded = quantity.standard_uncertainty, quantity.expanded_uncertainty

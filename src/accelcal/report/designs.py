@@ -27,24 +27,21 @@ _NAMED = 3
 _NEARLY = 1.1
 
 
-def comparison_text(found: DesignComparison) -> str:
+def text(found: DesignComparison) -> str:
     """Tell what compared tests would give, what effects they show, and which one to book."""
     told = set(found.names())
     groups = [[name for name in names if name in told] for names in _groups(found)]
     *first, last = (list(_table(found, names)) for names in groups if names)
-    return (
-        sections(
-            _head(found),
-            *first,
-            [*last, *_legend(found)],
-            _expanded(found, groups[0]),
-            _booking(found),
-            _what_time_buys(found),
-            _lost(found.designs),
-            *_effects(found.designs),
-            _notes(found),
-        )
-        + "\n"
+    return sections(
+        _head(found),
+        *first,
+        [*last, *_legend(found)],
+        _expanded(found, groups[0]),
+        _booking(found),
+        _what_time_buys(found),
+        _lost(found.designs),
+        *_effects(found.designs),
+        _notes(found),
     )
 
 
@@ -167,7 +164,7 @@ def _what_time_buys(found: DesignComparison) -> Iterator[str]:
     rows = [_worth(name, front) for name, front in fronts.items() if front]
     if rows:
         yield "What more time buys: the best of these, and the quickest within 10 % of it"
-        yield from aligned(rows, right={1}, indent="  ")
+        yield from aligned(rows, right={1}, indent="  ", headed=False)
 
 
 def _worth(name: str, front: Sequence[TestDesign]) -> list[str]:

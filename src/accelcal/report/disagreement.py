@@ -14,7 +14,7 @@ from accelcal.units import MICRO
 _NOT_TOLD = "not told"
 
 
-def disagreement_text(found: Disagreement) -> str:
+def text(found: Disagreement) -> str:
     """Tell a comparison in lines of at most 100 characters."""
     where = where_lines(found.where, found.structure) if found.structure else ()
     return sections(_head(found), _verdict(found), where, _runs(found), notes(found.notes))

@@ -28,7 +28,7 @@ _ROUNDING = 1e-10
 """Change of a coefficient over K1 that the arithmetic of a fit may make [g/g^n, or per degC]."""
 
 
-def discovery_text(found: Discovery) -> str:
+def text(found: Discovery) -> str:
     """Tell a discovery in lines of at most 100 characters."""
     return sections(
         _head(found),
@@ -131,16 +131,11 @@ def _effect(found: Discovery, effect: FoundEffect) -> Iterator[str]:
         yield from wrapped(said, "  ")
 
 
-def other_values(effect: FoundEffect, name: str) -> str:
-    """List the other values of a parameter with which the effect explains the readings as well."""
-    others = {place[name] for place in effect.elsewhere if name in place}
-    return " or ".join(f"{other:g}" for other in sorted(others - {effect.parameters[name].value}))
-
-
 def or_as_well(effect: FoundEffect, name: str) -> str:
-    """Tell them behind the value."""
-    others = other_values(effect, name)
-    return others and f", or as well {others}"
+    """Tell what other values of a parameter explain the readings as well, behind its value."""
+    places = {place[name] for place in effect.elsewhere if name in place}
+    others = sorted(places - {effect.parameters[name].value})
+    return f", or as well {' or '.join(f'{other:g}' for other in others)}" if others else ""
 
 
 def entry_of(name: str, parameters: Iterable[str] = ()) -> Effect | None:

@@ -27,7 +27,7 @@ _ABOUT_THE_BOUND = (
 _IN_FULL = 4  # points; of more, only the worst is split by component
 
 
-def budget_text(budget: ErrorBudget) -> str:
+def text(budget: ErrorBudget) -> str:
     """Write the totals of all points, and the components of each, or of the worst of many."""
     points = range(budget.a_i.size)
     split: Sequence[int] = points

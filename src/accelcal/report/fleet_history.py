@@ -18,7 +18,7 @@ _HEADINGS = ("serial", "attention", "n", "last", "ug/year", "U", "ppm/year", "U"
 _RIGHT = {2, 4, 5, 6, 7}
 
 
-def fleet_text(fleet: FleetHistory) -> str:
+def text(fleet: FleetHistory) -> str:
     """Write a fleet as a table, a line for each unit, and what chance makes of so many."""
     return sections(_heading(fleet), _units(fleet), _legend(fleet))
 

@@ -11,7 +11,21 @@ WIDTH = 100
 """Characters of the longest line."""
 
 
-def visible_lines(lines: Iterable[str]) -> str:
+class Row(str):
+    """A line of a table that keeps its cells; the first one may be a heading."""
+
+    cells: tuple[str, ...]
+    is_heading: bool
+
+
+class Report(str):
+    """A text that keeps its lines, those of tables as each a `Row`."""
+
+    __slots__ = ("lines",)
+    lines: tuple[str, ...]
+
+
+def visible_lines(lines: Iterable[str]) -> Report:
     r"""Join the lines of a report, each with escapes as of `visible`, whatever names stand in them.
 
     Examples
@@ -19,10 +33,13 @@ def visible_lines(lines: Iterable[str]) -> str:
     >>> visible_lines(["serial AL\n15", "K1"])
     'serial AL\\n15\nK1'
     """
-    return "\n".join(map(visible, lines))
+    kept = tuple(lines)
+    found = Report("\n".join(map(visible, kept)))
+    found.lines = kept
+    return found
 
 
-def sections(*parts: Iterable[str]) -> str:
+def sections(*parts: Iterable[str]) -> Report:
     r"""Join the parts of a report, of visible lines each, by empty lines; empty parts are left out.
 
     Examples
@@ -30,7 +47,8 @@ def sections(*parts: Iterable[str]) -> str:
     >>> sections(["AL-15", "162 readings"], [], ["K1"])
     'AL-15\n162 readings\n\nK1'
     """
-    return "\n\n".join(visible_lines(part) for part in map(list, parts) if part)
+    filled = [part for part in map(list, parts) if part]
+    return visible_lines([line for part in filled for line in ("", *part)][1:])
 
 
 def sentence(text: str) -> str:
@@ -72,9 +90,15 @@ def wrapped(sentence: str, lead: str = "") -> list[str]:
 
 
 def aligned(
-    rows: Sequence[Sequence[str]], right: Collection[int], indent: str = ""
-) -> Iterator[str]:
+    rows: Sequence[Sequence[str]],
+    right: Collection[int],
+    indent: str = "",
+    *,
+    headed: bool = True,
+) -> Iterator[Row]:
     r"""Align cells in columns; in the columns `right`, cells stand at the right.
+
+    The first row is a heading where `headed`.
 
     Examples
     --------
@@ -88,7 +112,9 @@ def aligned(
             cell.rjust(width) if i in right else cell.ljust(width)
             for i, (cell, width) in enumerate(zip(row, widths, strict=True))
         )
-        yield indent + "  ".join(cells).rstrip()
+        line = Row(indent + "  ".join(cells).rstrip())
+        line.cells, line.is_heading = tuple(row), headed and row is rows[0]
+        yield line
 
 
 def notes(said: Sequence[str]) -> Iterator[str]:

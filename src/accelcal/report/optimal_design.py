@@ -14,11 +14,11 @@ _TWO_CYCLES = 4
 _PER_LINE = 10
 
 
-def optimal_text(found: OptimalDesign) -> str:
+def text(found: OptimalDesign) -> str:
     """Tell the best angles, their uncertainties beside equally spaced tests, and the gain."""
     command = f"accelcal simulate {_options(found)} -o test.csv"
     told = [*_gains(found), *_targets(found), *_cautions(found)]
-    return sections(_head(found), _stops(found), _table(found), told, [command]) + "\n"
+    return sections(_head(found), _stops(found), _table(found), told, [command])
 
 
 def _head(found: OptimalDesign) -> Iterator[str]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from accelcal.plural import counted
-from accelcal.report.lines import WIDTH, aligned, hanging, sections, unit_of, wrapped
+from accelcal.report.lines import aligned, hanging, sections, unit_of
 from accelcal.report.numbers import significant
 from accelcal.results.stability import Estimate, Stability
 from accelcal.shown_units import plain, readable, time_unit
@@ -30,21 +30,22 @@ _LAUNCH_HEADING = "", "lasts", "samples", "mean", "drift", "from", "to", "fluct.
 _SHOWN_LAUNCHES = 20
 
 _BOUND = "k0(t) = 0.5 sqrt(k0L^2 + (gamma_D t)^2 + k0F^2)"
-HEADING = ("", "", "value", "from", "to", "unit", "dof")
+_HEADING = ("", "", "value", "from", "to", "unit", "dof")
 """Of a row of estimates; the finding stands behind it."""
 
 
-def stability_text(result: Stability) -> str:
+def text(result: Stability) -> str:
     """Write a stability test as lines of at most 100 characters."""
+    bounds = [_row(_time(b.time_s), "k0(t)", b.bound) for b in result.bounds]
+    terms = [_row(TERMS[name].name, name, e) for name, e in result.noise_terms.items()]
     parts = [
         _heading(result),
-        _table("Random bias", component_rows(result)),
-        _table(f"Bound of the random bias (3), +- {_BOUND}", bound_rows(result)),
+        _table("Random bias", _components(result)),
+        _table(f"Bound of the random bias (3), +- {_BOUND}", bounds),
         _launches(result),
     ]
     if result.allan.tau_s:
-        terms = _table("Noise terms of the Allan deviation", noise_rows(result))
-        parts += [_allan(result), terms]
+        parts += [_allan(result), _table("Noise terms of the Allan deviation", terms)]
     return sections(*parts, _open(result))
 
 
@@ -58,16 +59,11 @@ def _heading(result: Stability) -> Iterator[str]:
     yield f"{result.coverage}; intervals are of 95 %"
 
 
-def component_rows(result: Stability) -> list[tuple[str, ...]]:
-    """Tell the components of the random bias, a row of `HEADING` and a finding each."""
+def _components(result: Stability) -> list[tuple[str, ...]]:
+    """Tell the components of the random bias, a row of `_HEADING` and a finding each."""
     rows = [_row(_NAMES[name], name, e) for name, e in result.components.items()]
     # the finding of sigma_L and sigma_F holds for their bounds, and is told once
     return [(*row[:-1], "" if row[1] in ("k0L", "k0F") else row[-1]) for row in rows]
-
-
-def bound_rows(result: Stability) -> list[tuple[str, ...]]:
-    """Tell the bounds (3), a row of `HEADING` and a finding each."""
-    return [_row(_time(b.time_s), "k0(t)", b.bound) for b in result.bounds]
 
 
 def _launches(result: Stability) -> Iterator[str]:
@@ -108,11 +104,6 @@ def _allan(result: Stability) -> Iterator[str]:
     yield from aligned(rows, right={0, 1, 2, 3, 4}, indent="  ")
 
 
-def noise_rows(result: Stability) -> list[tuple[str, ...]]:
-    """Tell the noise terms, a row of `HEADING` and a finding each."""
-    return [_row(f"{TERMS[name].name}", name, e) for name, e in result.noise_terms.items()]
-
-
 _VERDICTS = {"warn": "WARNING", "pass": "passed", "not assessed": "not assessed"}
 
 
@@ -151,18 +142,12 @@ def _row(name: str, symbol: str, estimate: Estimate) -> tuple[str, ...]:
 
 
 def _table(title: str, rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
-    """Rows of estimates, each finding on the line below its row where the line would get long."""
+    """Rows of estimates, and below them the findings."""
     yield title
-    cells = [HEADING, *(row[:-1] for row in rows)]
-    first, *lines = aligned(cells, right={2, 3, 4, 6}, indent="  ")
-    yield first
-    for line, row in zip(lines, rows, strict=True):
-        long = f"{line}  {row[-1]}".rstrip()
-        if len(long) <= WIDTH:
-            yield long
-        else:
-            yield line
-            yield from wrapped(row[-1], " " * 6)
+    yield from aligned([_HEADING, *(row[:-1] for row in rows)], right={2, 3, 4, 6}, indent="  ")
+    for row in rows:
+        if row[-1]:
+            yield from hanging(f"{row[0].strip()}: {row[-1]}", indent="  ")
 
 
 def _readable(unit: str, numbers: Iterable[float | None]) -> tuple[float, str]:

@@ -29,7 +29,7 @@ _RELATIVE = ("K1", "K1 per m/s^2")
 _OF_ONE_TABLE = ("k0", "K1", "k2", "k3", "delta", "delta_ip")
 
 
-def stand_budget_text(budget: StandBudget) -> str:
+def text(budget: StandBudget) -> str:
     """Tell the uncertainty of the coefficients, what the components do, and requirements."""
     parts = [_heading(budget), _coefficients(budget), _components(budget)]
     if budget.requirements is not None:

@@ -29,7 +29,7 @@ _WORTH_TELLING = 0.005
 """Part by which an uncertainty shrinks that is told as a gain."""
 
 
-def stand_text(found: StandDiscovery) -> str:
+def text(found: StandDiscovery) -> str:
     """Tell what several units tell of their stand, in lines of at most 100 characters."""
     return sections(
         _head(found),
@@ -69,7 +69,7 @@ def _effect(found: StandDiscovery, effect: StandEffect) -> Iterator[str]:
     one = f"one size for all: chance of noise {probability(effect.p_one_value)}; {spread}"
     yield from wrapped(one, "  ")
     rows = [(name, told(effect.sizes[name])) for name in found.units]
-    yield from aligned(rows, right=(), indent="    ")
+    yield from aligned(rows, right=(), indent="    ", headed=False)
     if effect.indistinguishable:
         yield from wrapped(f"It could as well be: {', '.join(effect.indistinguishable)}.", "  ")
 
@@ -87,7 +87,7 @@ def _positions(found: StandDiscovery) -> Iterator[str]:
             (f"{angle:g} deg", f"{error} +- {expanded}")
             for angle, error, expanded in head_rows(found)
         ]
-        yield from aligned(rows, right={0}, indent="  ")
+        yield from aligned(rows, right={0}, indent="  ", headed=False)
 
 
 def head_rows(found: StandDiscovery) -> Iterator[tuple[float, str, str]]:

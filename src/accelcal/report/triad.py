@@ -13,7 +13,7 @@ from accelcal.results.quantity import Quantity
 from accelcal.results.triad import FRAMES, TriadCalibration
 
 
-def triad_text(found: TriadCalibration) -> str:
+def text(found: TriadCalibration) -> str:
     """Write the calibration of a triad as lines of at most 100 characters."""
     return sections(_head(found), _table(found), _gates(found))
 

@@ -42,7 +42,7 @@ def typeset(text: str) -> str:
     for ascii_text, printed in _PLAIN:
         text = text.replace(ascii_text, printed)
     text = _SYMBOL.sub(_symbol, text)
-    text = _COUPLING.sub(_coupling, text)
+    text = _COUPLING.sub(_symbol, text)
     text = _ANGLE.sub(r"\1θ", text).replace("d th =", "dθ =")
     text = _ALONE.sub(lambda match: _GREEK[match[1]], text)
     text = _MICRO.sub("µ", text)
@@ -51,12 +51,8 @@ def typeset(text: str) -> str:
 
 
 def _symbol(match: re.Match[str]) -> str:
-    letter = _GREEK.get(match[1], match[1])
-    return letter + match[2].translate(_SUBSCRIPTS) + match[3]
-
-
-def _coupling(match: re.Match[str]) -> str:
-    return _GREEK.get(match[1], match[1]) + match[2].translate(_SUBSCRIPTS)
+    letter, index, *behind = match.groups()
+    return "".join([_GREEK.get(letter, letter), index.translate(_SUBSCRIPTS), *behind])
 
 
 def _power_of_ten(match: re.Match[str]) -> str:

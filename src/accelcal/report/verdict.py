@@ -12,23 +12,24 @@ from accelcal.results.verdict import Judgement, Verdict
 _HEADING = ("", "", "value", "+- U", "limit", "")
 
 
-def verdict_text(verdict: Verdict) -> str:
+def text(verdict: Verdict) -> str:
     """Write a line for each limit and place, the remarks, and the decision rule.
 
     Examples
     --------
     >>> from accelcal.results.verdict import Judgement, Verdict
     >>> found = Judgement("bias", "k0", "at T0", "pass", "mg", None, 5.0, 3.3, 0.1, 1.0)
-    >>> print(verdict_text(Verdict("AL-15", "", "guard band", "w = U", (found,))))
+    >>> print(text(Verdict("AL-15", "", "guard band", "w = U", (found,))))
     Verdict against AL-15: PASS (1 pass)
                 value  +- U  limit
       PASS  k0   3.30  0.10  |x| <= 5 mg  bias, at T0
       decision rule: w = U
     """
-    return visible_lines(_lines(verdict))
+    return visible_lines(verdict_lines(verdict))
 
 
-def _lines(verdict: Verdict) -> Iterator[str]:
+def verdict_lines(verdict: Verdict) -> Iterator[str]:
+    """Tell a verdict in lines of a report."""
     limits = verdict.judgements
     counts = Counter(limit.outcome for limit in limits)
     told = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())

@@ -139,11 +139,6 @@ class Calibration(StoredResult, TabularResult):
     effects_as_found: tuple[str, ...] = ()
     provenance: FrozenMapping[Any] = FrozenMapping({})  # noqa: RUF009  (it is frozen)
 
-    def __str__(self) -> str:
-        from accelcal.report.calibration import calibration_text
-
-        return calibration_text(self)
-
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
         return visible(f"<Calibration {name}: {self.method}, {counted(len(self.tables), 'table')}>")

@@ -211,11 +211,6 @@ class CalibrationComparison(StoredResult, TabularResult):
     serial: str | None = None
     software: str = ""
 
-    def __str__(self) -> str:
-        from accelcal.report.calibration_comparison import comparison_text
-
-        return comparison_text(self)
-
     def __repr__(self) -> str:
         name = self.serial or self.new.source
         chance = written_p_value(self.p_value)

@@ -315,11 +315,6 @@ class DesignComparison(StoredResult, TabularResult):
         fronts = {name: self.front(name) for name in self.names()}
         return [list(_rows(design, i, fronts)) for i, design in enumerate(self.designs)]
 
-    def __str__(self) -> str:
-        from accelcal.report.designs import comparison_text
-
-        return comparison_text(self)
-
     def __repr__(self) -> str:
         return f"<DesignComparison of {counted(len(self.designs), 'test')}>"
 

@@ -143,11 +143,6 @@ class Disagreement(StoredResult, TabularResult):
     calibration: str = "<calibration>"
     software: str = ""
 
-    def __str__(self) -> str:
-        from accelcal.report.disagreement import disagreement_text
-
-        return disagreement_text(self)
-
     def __repr__(self) -> str:
         worst = max(self.where, key=lambda share: share.share, default=None)
         told = f", mostly by {worst.factor}" if worst and self.structure else ""

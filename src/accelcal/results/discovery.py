@@ -158,11 +158,6 @@ class Discovery(StoredResult, TabularResult):
     stand_name: str | None = None
     calibration: Calibration | None = None
 
-    def __str__(self) -> str:
-        from accelcal.report.discovery import discovery_text
-
-        return discovery_text(self)
-
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
         found = ", ".join(effect.id for effect in self.effects)

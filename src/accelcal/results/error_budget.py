@@ -154,11 +154,6 @@ class ErrorBudget(EqualByContents, StoredResult, TabularResult):
     serial: str | None = None
     source: str = "<table>"
 
-    def __str__(self) -> str:
-        from accelcal.report.error_budget import budget_text
-
-        return budget_text(self)
-
     def __repr__(self) -> str:
         points = counted(self.a_i.size, "point")
         return visible(f"<ErrorBudget {self.serial or self.source}: {points}>")

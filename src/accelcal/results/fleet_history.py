@@ -175,11 +175,6 @@ class FleetHistory(StoredResult, TabularResult):
     notes: tuple[str, ...] = ()
     software: str = ""
 
-    def __str__(self) -> str:
-        from accelcal.report.fleet_history import fleet_text
-
-        return fleet_text(self)
-
     def __repr__(self) -> str:
         count = sum(bool(unit.attention) for unit in self.units)
         told = counted(len(self.units), "unit")

@@ -180,11 +180,6 @@ class HeadCalibration(Correlated, StoredResult, TabularResult):
         if not _is_covariance(matrix):
             raise InputError("the covariance of a head is none; it is symmetric and not negative")
 
-    def __str__(self) -> str:
-        from accelcal.report.head import head_text
-
-        return head_text(self)
-
     def __repr__(self) -> str:
         what = f"{len(self.errors)} positions, {self.origin}"
         return visible(f"<HeadCalibration {self.source}: {what}>")

@@ -123,10 +123,5 @@ class OptimalDesign(StoredResult, TabularResult):
         parts = zip(self.losses, self.comparison.rows_by_design(), strict=True)
         return [{"test": name, **row} for name, part in parts for row in part]
 
-    def __str__(self) -> str:
-        from accelcal.report.optimal_design import optimal_text
-
-        return optimal_text(self)
-
     def __repr__(self) -> str:
         return f"<OptimalDesign {self.criterion}: {len(self.stops())} angles, {self.best!r}>"

@@ -143,9 +143,9 @@ class Gate(StoredPart):
         return f"<Gate {self.name}: {self.verdict}>"
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook import gate_html
+        from accelcal.report.notebook import html_of
 
-        return gate_html(self)
+        return html_of([f"{self.verdict}: {self.name}: {self.finding}"])
 
 
 @dataclass(frozen=True, slots=True)

@@ -196,6 +196,8 @@ class AllanDeviation(ReadByFields, TabularResult):
     def __repr__(self) -> str:
         return f"<AllanDeviation at {counted(len(self.tau_s), 'averaging time')}>"
 
+    __str__ = __repr__
+
     def rows(self) -> list[dict[str, float]]:
         """List the averaging times, a flat dictionary each."""
         names = [item.name for item in fields(self) if item.name != "level"]
@@ -280,11 +282,6 @@ class Stability(StoredResult, TabularResult):
     serial: str | None = None
     source: str = "<record>"
     software: str = ""
-
-    def __str__(self) -> str:
-        from accelcal.report.stability import stability_text
-
-        return stability_text(self)
 
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source

@@ -260,11 +260,6 @@ class StandBudget(EqualByContents, StoredResult, TabularResult):
     requirements: Requirements | None = None
     data_sheet: tuple[Sufficiency, ...] = ()
 
-    def __str__(self) -> str:
-        from accelcal.report.stand_budget import stand_budget_text
-
-        return stand_budget_text(self)
-
     def __repr__(self) -> str:
         return visible(
             f"<StandBudget {self.stand}: {len(self.components)} components,"

@@ -134,11 +134,6 @@ class StandDiscovery(StoredResult, TabularResult):
     alpha: float = 0.01
     doubtful: tuple[str, ...] = ()
 
-    def __str__(self) -> str:
-        from accelcal.report.stand_discovery import stand_text
-
-        return stand_text(self)
-
     def __repr__(self) -> str:
         found = ", ".join(f"{item.id} ({item.verdict})" for item in self.effects)
         return visible(f"<StandDiscovery of {len(self.units)} units: {found or 'nothing'}>")

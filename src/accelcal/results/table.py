@@ -107,9 +107,10 @@ class TableCalibration(CorrelatedBySource, StoredPart):
         return visible(f"<TableCalibration {what}>")
 
     def _repr_html_(self) -> str:
-        from accelcal.report.notebook import table_html
+        from accelcal.report.calibration import table_lines
+        from accelcal.report.notebook import html_of
 
-        return table_html(self)
+        return html_of(table_lines(self, None))
 
     def meaning(self, name: str) -> str:
         """Say what a coefficient really estimates at these angles.

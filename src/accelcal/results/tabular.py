@@ -1,9 +1,10 @@
-"""Results that are tidy tables, as frames with the units of their columns."""
+"""Results as texts and as tidy tables, frames with the units of their columns."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
@@ -35,6 +36,12 @@ class TabularResult(ABC):
             of (1) and (2), ``quantity`` other names.
         """
         return frame_of(self.rows(), self._COLUMNS)
+
+    def __str__(self) -> str:
+        """Text by ``text`` of the module of `accelcal.report` that is called as this one."""
+        own = import_module(type(self).__module__.replace(".results.", ".report."))
+        text: str = own.text(self)
+        return text
 
     def _repr_html_(self) -> str:
         from accelcal.report.notebook import in_notebook
@@ -106,3 +113,23 @@ def frame_of(
     frame = frame.astype(kinds)  # NaN in place of None, which neither compares nor adds
     frame.attrs["units"] = known | units
     return frame
+
+
+_BEGIN = "gate_"
+
+
+def gate_column(gate: str) -> str:
+    """Name of the column of a gate.
+
+    Examples
+    --------
+    >>> gate_column("lack of fit")
+    'gate_lack_of_fit'
+    """
+    return _BEGIN + gate.replace(" ", "_")
+
+
+def gate_of_column(column: str) -> str:
+    """Gate of a column; empty where the column is of none."""
+    name = column.removeprefix(_BEGIN)
+    return "" if name == column else name.replace("_", " ")

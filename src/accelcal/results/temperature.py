@@ -84,9 +84,9 @@ class TemperatureModel(CorrelatedBySource, StoredPart):
         return "\n".join(f"{name}: {quantity}" for name, quantity in self.quantities())
 
     def _repr_html_(self) -> str:
-        from accelcal.report.html import items, safe
+        from accelcal.report.notebook import in_notebook
 
-        return items(safe(f"{name}: {quantity}") for name, quantity in self.quantities())
+        return in_notebook(self)
 
     def without_bound(self, names: Collection[str]) -> TemperatureModel:
         """Take the uncertainty from the laws of those of K0, K1 and M of which nothing bounds it.

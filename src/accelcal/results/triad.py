@@ -217,11 +217,6 @@ class TriadCalibration(CorrelatedByName, StoredResult, TabularResult):
 
         write_export(self, path, form=form)
 
-    def __str__(self) -> str:
-        from accelcal.report.triad import triad_text
-
-        return triad_text(self)
-
     def __repr__(self) -> str:
         name = f"serial {self.serial}" if self.serial else self.source
         rms = f"{1e3 * self.residual_rms:.3g} mg rms"

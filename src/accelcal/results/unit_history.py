@@ -203,11 +203,6 @@ class History(StoredResult, TabularResult):
     notes: tuple[str, ...] = ()
     software: str = ""
 
-    def __str__(self) -> str:
-        from accelcal.report.history import history_text
-
-        return history_text(self)
-
     def __repr__(self) -> str:
         jumps = counted(sum(len(trend.jumps) for trend in self.trends), "jump")
         count = counted(len(self.trends[0].points), "calibration")

@@ -117,11 +117,6 @@ class Verdict(StoredPart, TabularResult):
         """List the judgements, a flat dictionary each."""
         return [judgement.to_document() for judgement in self.judgements]
 
-    def __str__(self) -> str:
-        from accelcal.report.verdict import verdict_text
-
-        return verdict_text(self)
-
     def _contents(self) -> dict[str, Any]:
         return {
             **members(self, "specification source rule rule_statement outcome"),

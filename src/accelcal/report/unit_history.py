@@ -17,7 +17,7 @@ from accelcal.units import MICRO
 _SHOWN = 40
 
 
-def history_text(history: History) -> str:
+def text(history: History) -> str:
     """Write a history as lines of at most 100 characters."""
     lines = [*_heading(history)]
     for trend in history.trends:
@@ -51,7 +51,7 @@ def _trend(trend: Trend, alpha: float) -> Iterator[str]:
         other = "other " if trend.jumps else ""
         largest = p_value(trend.no_other_jump)
         yield f"  no {other}jump at alpha = {alpha:g}; the largest has {largest}"
-    yield from (f"    {line}" for line in _points(trend))
+    yield from _points(trend)
 
 
 def _drifts(trend: Trend, unit: str) -> Iterator[str]:
@@ -75,9 +75,9 @@ def _points(trend: Trend) -> Iterator[str]:
         value, half = matching_digits(found, wide, MICRO)
         apart = matching_digits(found - point.line, wide, MICRO)[0]
         rows.append((point.date, value, half, apart, visible(point.source)[-50:]))
-    yield from aligned(rows, right={1, 2, 3})
+    yield from aligned(rows, right={1, 2, 3}, indent="    ")
     if len(trend.points) > _SHOWN:
-        yield f"and {len(trend.points) - _SHOWN} earlier ones (CSV and JSON have all)"
+        yield f"    and {len(trend.points) - _SHOWN} earlier ones (CSV and JSON have all)"
 
 
 def _interval(quantity: Quantity) -> str:

@@ -14,7 +14,7 @@ _TOLD = 0.5
 """Share of the declared variance below which a harmonic counts as not told."""
 
 
-def head_text(found: HeadCalibration) -> str:
+def text(found: HeadCalibration) -> str:
     """Write the calibration of a head as lines of at most 100 characters."""
     lines = [*_head(found), "", *_positions(found)]
     if found.harmonics:
