@@ -316,6 +316,21 @@ def test_a_drift_of_the_chamber_is_a_doubt_where_one_level_tells_no_slopes():
         assert all("scale-factor-drift" in note for note in told)
 
 
+@pytest.mark.parametrize("levels", [(20.0,), (35.0, 35.0), (20.0, 60.0)])
+@pytest.mark.parametrize("beside", [[], ["stroke-offset"]])
+def test_a_level_that_moves_as_recorded_is_no_effect(levels, beside):
+    """Slopes were those of levels alone: K1 along a ramp was a law of dT^2, for certain."""
+    plan = TumblePlan(temperatures=levels, strokes=6, timed=True)
+    hidden = [effect("chamber-drift").of(-0.8), *(effect(name).of(3e-5) for name in beside)]
+    record = accelcal.simulate(plan=plan, effects=hidden, seed=3)
+    begins = [record.time[record.run == run].min() for run in range(len(levels))]
+    moved = record.temperature - 0.8 * (record.time - np.take(begins, record.run)) / 3600.0
+    found = accelcal.discover(replace(record, temperature=moved))
+    assert ids(found) == beside
+    assert found.unexplained is None
+    assert "within a level" not in str(found.coefficients)
+
+
 def test_a_rival_that_is_hardly_less_sure_is_told():
     """Its chance stands on the other side of alpha, and was not told for that."""
     plan = TumblePlan(temperatures=(20.0, 60.0), strokes=4, timed=True)
