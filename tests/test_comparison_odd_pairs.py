@@ -186,11 +186,17 @@ def test_a_calibration_of_exchanged_readings_is_refused_in_words_of_its_own():
 
 
 @pytest.mark.parametrize("temperatures", [(20.0,), (20.0, 80.0, -40.0)])
-def test_what_nothing_bounds_in_a_calibration_is_no_change_of_a_record(temperatures):
-    """K1, K3 and M without U counted as exact: a change of K1 was told to 10 ppm, M to 8 urad."""
-    plan = TumblePlan(temperatures=temperatures)
+@pytest.mark.parametrize("reading", [5e-6, 1e-6])
+def test_what_nothing_bounds_in_a_calibration_is_no_change_of_a_record(temperatures, reading):
+    """K1, K3 and M without U counted as exact: a change of K1 was told to 10 ppm, M to 8 urad.
+
+    Slopes without U were refused as declared errors, too large beside noise of 3.5 ug.
+    """
+    plan, noise = TumblePlan(temperatures=temperatures), NoiseComponents(reading=reading)
     hidden = [accelcal.effect("dead-zone").of(1e-4)]
-    known, other = (simulate(plan=plan, effects=hidden, seed=seed) for seed in (1017, 1517))
+    known, other = (
+        simulate(plan=plan, noise=noise, effects=hidden, seed=seed) for seed in (1017, 1517)
+    )
     model = accelcal.discover(known)
     assert model.unbounded == ("K1", "K3", "M")
     calibration = accelcal.fit(other, model=model)
