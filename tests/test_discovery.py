@@ -316,19 +316,31 @@ def test_a_drift_of_the_chamber_is_a_doubt_where_one_level_tells_no_slopes():
         assert all("scale-factor-drift" in note for note in told)
 
 
+def ramped(hidden, levels, seed):
+    """A record of runs in which the temperature falls by 0.8 degC in an hour, as it says."""
+    plan = TumblePlan(temperatures=levels, strokes=6, timed=True)
+    effects = [effect("chamber-drift").of(-0.8), *hidden]
+    record = accelcal.simulate(plan=plan, effects=effects, seed=seed)
+    begins = [record.time[record.run == run].min() for run in range(len(levels))]
+    fallen = 0.8 * (record.time - np.take(begins, record.run)) / 3600.0
+    return replace(record, temperature=record.temperature - fallen)
+
+
 @pytest.mark.parametrize("levels", [(20.0,), (35.0, 35.0), (20.0, 60.0)])
 @pytest.mark.parametrize("beside", [[], ["stroke-offset"]])
 def test_a_level_that_moves_as_recorded_is_no_effect(levels, beside):
     """Slopes were those of levels alone: K1 along a ramp was a law of dT^2, for certain."""
-    plan = TumblePlan(temperatures=levels, strokes=6, timed=True)
-    hidden = [effect("chamber-drift").of(-0.8), *(effect(name).of(3e-5) for name in beside)]
-    record = accelcal.simulate(plan=plan, effects=hidden, seed=3)
-    begins = [record.time[record.run == run].min() for run in range(len(levels))]
-    moved = record.temperature - 0.8 * (record.time - np.take(begins, record.run)) / 3600.0
-    found = accelcal.discover(replace(record, temperature=moved))
+    found = accelcal.discover(ramped([effect(name).of(3e-5) for name in beside], levels, 3))
     assert ids(found) == beside
     assert found.unexplained is None
     assert "within a level" not in str(found.coefficients)
+
+
+def test_replicates_follow_the_temperature_as_recorded():
+    """K1 along a ramp was noise of replicates, in which an outlier of 16 sigma was none."""
+    found = accelcal.discover(ramped([effect("outlier").of(8e-5, reading=70)], (20, 80, -40), 1))
+    assert [fault.id for fault in found.faults] == ["outlier"]
+    assert found.unexplained is None
 
 
 def test_a_rival_that_is_hardly_less_sure_is_told():

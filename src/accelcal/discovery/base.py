@@ -20,7 +20,7 @@ from itertools import compress
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.columns import dummies
+from accelcal.discovery.columns import MOVES, dummies
 from accelcal.discovery.spans import scaled
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
@@ -35,9 +35,6 @@ SIDES = ("above T0", "below T0")
 
 _WITHIN_A_LEVEL = " within a level"
 """End of the names of slopes that take up how one level moves."""
-
-_MOVES = 0.05
-"""Range of recorded temperatures above which a level moves: usual slopes change K1 by 25 ppm."""
 
 _STEPS = 5
 """Most steps of Gauss and Newton."""
@@ -281,7 +278,7 @@ def _law(excess: Array) -> tuple[Array, list[str]]:
         if np.ptp(side) >= LEVEL_CHANGE:
             columns.append(side)
             names.append(name)
-        elif np.ptp(side) > _MOVES:  # one level alone tells none, but moves as recorded
+        elif np.ptp(side) > MOVES:  # one level alone tells none, but moves as recorded
             columns.append(side - side.mean() if side.all() else side)
             names.append(f"{name}{_WITHIN_A_LEVEL}")
     return np.stack(columns, axis=1), names
