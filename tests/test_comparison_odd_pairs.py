@@ -210,6 +210,16 @@ def test_what_nothing_bounds_in_a_calibration_is_no_change_of_a_record(temperatu
         assert any(note.startswith("K1, k3") and "no U in the" in note for note in found.notes)
 
 
+def test_a_record_whose_temperature_moves_is_no_farther_off_than_its_calibration():
+    """It was refused by its readings, where the range of the calibration is that of its runs."""
+    record = simulate(seed=1, effects=[accelcal.effect("chamber-drift").of(-2.5)])
+    begun = np.tile(np.arange(54), 3) / 60.0  # one reading a minute [h]
+    moved = replace(record, temperature=record.temperature - 2.5 * begun)
+    found = accelcal.compare(accelcal.fit(moved), moved)
+    assert len(found.runs) == 3
+    assert found.p_value > 0.01
+
+
 def test_of_a_calibration_without_covariance_each_uncertainty_counts():
     calibration = accelcal.fit(simulate(plan=ONE_LEVEL, seed=1))
     (table,) = calibration.tables
