@@ -79,7 +79,7 @@ def test_what_changes_with_the_law_is_told():
         accelcal.simulate(plan=TumblePlan(timed=True), effects=[TILT.of(3e-5)], seed=0)
     )
     (note,) = (note for note in found.notes if note.startswith("if it is foundation-tilt with "))
-    assert re.search(r"rad in truth: delta \d+ urad", note)
+    assert re.search(r"rad in truth: delta [\d.]+ urad", note)
 
 
 ASYMMETRY = accelcal.effect("scale-factor-asymmetry").of(2e-4)

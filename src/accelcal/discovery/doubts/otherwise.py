@@ -8,6 +8,7 @@ or a reading beside that of a step. And other effects of the catalogue may fit a
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -292,7 +293,9 @@ def _value(best: Change, change: Change) -> str:
     if change.coefficient == "K1":  # of which no more than the change is told
         more = value - (best.after.value or 0.0) * MICRO
         return f"K1 {abs(more):.3g} ppm {'higher' if more > 0.0 else 'lower'}"
-    return f"{symbol_of(change.coefficient)} {value:.4g} {SMALL_UNITS[change.after.unit]}"
+    U = (change.after.expanded_uncertainty or 0.0) * MICRO
+    digits = f".{max(1 - math.floor(math.log10(U)), 0)}f" if U else ".3g"
+    return f"{symbol_of(change.coefficient)} {value:{digits}} {SMALL_UNITS[change.after.unit]}"
 
 
 def with_others_counted(found: Discovery, others: Sequence[Otherwise]) -> Discovery:
