@@ -33,7 +33,7 @@ _FAR = 6.0
 class Sizes(NamedTuple):
     """Amplitudes of some effects, fitted together to readings that the base model leaves."""
 
-    whole: Array  # the amplitudes of all effects; zero where nothing is told, (m,)
+    whole: Array  # the amplitudes of all effects; as in the mixture where nothing is told, (m,)
     of_each: list[Array]  # those of each effect
     linear: Array  # columns of all of them in the space, (n, m)
     shown: Mask  # which have a value, (m,)
@@ -81,7 +81,12 @@ def fitted_sizes(comparison: Comparison, instances: Sequence[Instance]) -> Sizes
     sizes = np.zeros(shown.size)
     sizes[shown] = np.linalg.lstsq(linear[:, shown], comparison.seen, rcond=None)[0]
     ends = np.cumsum([len(item.amplitudes) for item in instances], dtype=np.intp)
-    return Sizes(sizes, np.split(sizes, ends)[:-1], linear, shown)
+    of_each = np.split(sizes, ends)[:-1]
+    for item, own, seen in zip(instances, of_each, np.split(shown, ends)[:-1], strict=True):
+        parts = np.array(item.mixture)[np.flatnonzero(item.mixture)]
+        most = np.abs(parts * seen).argmax()
+        own[~seen] = parts[~seen] * (own[most] / parts[most])
+    return Sizes(sizes, of_each, linear, shown)
 
 
 def squares_left(comparison: Comparison, instances: Sequence[Instance]) -> float:

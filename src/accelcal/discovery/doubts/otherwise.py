@@ -12,6 +12,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.dead_zone_or_cube import APART, apart
 from accelcal.discovery.explanation import Explanation, explain_as_well
-from accelcal.discovery.instance import Instance, instance_of, replaced
+from accelcal.discovery.instance import Instance, amplitude_columns, instance_of, replaced
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.untold import scales, untold
@@ -90,6 +91,16 @@ def _other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterat
         own = (p for p in effect.amplitudes if values[p.name])
         what = ", ".join(f"{p.name} = {values[p.name]:.3g} {p.unit}" for p in own)
         yield Alternative(effect, what, replaced(others, place, instance_of(fitted)))
+    c = comparison.model.conditions
+    for place, item in enumerate(instances):
+        _, shown = comparison.space.shown(amplitude_columns(item, c))
+        if not shown.all():  # coefficients take up the others
+            parts, names = np.abs(item.mixture), [p.name for p in item.effect.amplitudes]
+            what = f"{listed(list(compress(names, ~shown)))} as large as {names[parts.argmax()]}"
+            mixture = tuple(np.where(shown, item.mixture, parts.max()).tolist())
+            yield Alternative(
+                item.effect, what, replaced(instances, place, item._replace(mixture=mixture))
+            )
 
 
 def _other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
