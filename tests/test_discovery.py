@@ -343,6 +343,17 @@ def test_replicates_follow_the_temperature_as_recorded():
     assert found.unexplained is None
 
 
+@pytest.mark.parametrize("slope", [-40e-6, 40e-6])
+def test_a_law_that_one_moving_level_alone_shows_is_not_sure(slope):
+    """Another slope in one run was a break of the law of all, for certain."""
+    record = ramped([], (-40.0, 20.0, 80.0, 20.0), 0)
+    own = record.run == 2
+    away = np.where(own, record.temperature - record.temperature[own].mean(), 0.0)
+    found = accelcal.discover(replace(record, output=record.output + 1.35 * slope * away))
+    assert ids(found) == list(found.doubtful) == ["break-shift"]
+    assert any("bias with the temperature of run 3 alone explains" in note for note in found.notes)
+
+
 def test_a_rival_that_is_hardly_less_sure_is_told():
     """Its chance stands on the other side of alpha, and was not told for that."""
     plan = TumblePlan(temperatures=(20.0, 60.0), strokes=4, timed=True)
