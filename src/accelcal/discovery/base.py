@@ -33,7 +33,7 @@ from accelcal.record import TumbleRecord
 SIDES = ("above T0", "below T0")
 """Sides of a bilinear law, as they stand behind a blank in the names of slopes."""
 
-_WITHIN_A_LEVEL = " within a level"
+_AS_IT_MOVES = " as the temperature moves"
 """End of the names of slopes that take up how one level moves."""
 
 _STEPS = 5
@@ -82,7 +82,7 @@ class BaseModel:
     @property
     def moving(self) -> Mask:
         """Which parameters take up how one level moves, and are not told, shape (p + q,)."""
-        return np.array([name.endswith(_WITHIN_A_LEVEL) for name in self.names])
+        return np.array([name.endswith(_AS_IT_MOVES) for name in self.names])
 
     def extended(self, columns: Array, names: tuple[str, ...]) -> BaseModel:
         """Add columns [g] to the second bracket."""
@@ -280,7 +280,7 @@ def _law(excess: Array) -> tuple[Array, list[str]]:
             names.append(name)
         elif np.ptp(side) > MOVES:  # one level alone tells none, but moves as recorded
             columns.append(side - side.mean() if side.all() else side)
-            names.append(f"{name}{_WITHIN_A_LEVEL}")
+            names.append(f"{name}{_AS_IT_MOVES}")
     return np.stack(columns, axis=1), names
 
 
