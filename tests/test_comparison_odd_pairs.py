@@ -186,11 +186,17 @@ def test_a_calibration_of_exchanged_readings_is_refused_in_words_of_its_own():
 
 
 @pytest.mark.parametrize("temperatures", [(20.0,), (20.0, 80.0, -40.0)])
-def test_what_nothing_bounds_in_a_calibration_is_no_change_of_a_record(temperatures):
-    """K1, K3 and M without U counted as exact: a change of K1 was told to 10 ppm, M to 8 urad."""
-    plan = TumblePlan(temperatures=temperatures)
+@pytest.mark.parametrize("reading", [5e-6, 1e-6])
+def test_what_nothing_bounds_in_a_calibration_is_no_change_of_a_record(temperatures, reading):
+    """K1, K3 and M without U counted as exact: a change of K1 was told to 10 ppm, M to 8 urad.
+
+    Slopes without U were refused as declared errors, too large beside noise of 3.5 ug.
+    """
+    plan, noise = TumblePlan(temperatures=temperatures), NoiseComponents(reading=reading)
     hidden = [accelcal.effect("dead-zone").of(1e-4)]
-    known, other = (simulate(plan=plan, effects=hidden, seed=seed) for seed in (1017, 1517))
+    known, other = (
+        simulate(plan=plan, noise=noise, effects=hidden, seed=seed) for seed in (1017, 1517)
+    )
     model = accelcal.discover(known)
     assert model.unbounded == ("K1", "K3", "M")
     calibration = accelcal.fit(other, model=model)
@@ -202,6 +208,16 @@ def test_what_nothing_bounds_in_a_calibration_is_no_change_of_a_record(temperatu
             assert run.misalignment.value is None
             assert run.bias.expanded_uncertainty > 1.9e-5
         assert any(note.startswith("K1, k3") and "no U in the" in note for note in found.notes)
+
+
+def test_a_record_whose_temperature_moves_is_no_farther_off_than_its_calibration():
+    """It was refused by its readings, where the range of the calibration is that of its runs."""
+    record = simulate(seed=1, effects=[accelcal.effect("chamber-drift").of(-2.5)])
+    begun = np.tile(np.arange(54), 3) / 60.0  # one reading a minute [h]
+    moved = replace(record, temperature=record.temperature - 2.5 * begun)
+    found = accelcal.compare(accelcal.fit(moved), moved)
+    assert len(found.runs) == 3
+    assert found.p_value > 0.01
 
 
 def test_of_a_calibration_without_covariance_each_uncertainty_counts():

@@ -315,6 +315,44 @@ def test_a_drift_of_the_chamber_is_a_doubt_where_one_level_tells_no_slopes():
         assert all("scale-factor-drift" in note for note in told)
 
 
+def ramped(hidden, levels, seed):
+    """A record of runs in which the temperature falls by 0.8 degC in an hour, as it says."""
+    plan = TumblePlan(temperatures=levels, strokes=6, timed=True)
+    effects = [effect("chamber-drift").of(-0.8), *hidden]
+    record = accelcal.simulate(plan=plan, effects=effects, seed=seed)
+    begins = [record.time[record.run == run].min() for run in range(len(levels))]
+    fallen = 0.8 * (record.time - np.take(begins, record.run)) / 3600.0
+    return replace(record, temperature=record.temperature - fallen)
+
+
+@pytest.mark.parametrize("levels", [(20.0,), (35.0, 35.0), (20.0, 60.0)])
+@pytest.mark.parametrize("beside", [[], ["stroke-offset"]])
+def test_a_level_that_moves_as_recorded_is_no_effect(levels, beside):
+    """Slopes were those of levels alone: K1 along a ramp was a law of dT^2, for certain."""
+    found = accelcal.discover(ramped([effect(name).of(3e-5) for name in beside], levels, 3))
+    assert ids(found) == beside
+    assert found.unexplained is None
+    assert "as the temperature moves" not in str(found.coefficients)
+
+
+def test_replicates_follow_the_temperature_as_recorded():
+    """K1 along a ramp was noise of replicates, in which an outlier of 16 sigma was none."""
+    found = accelcal.discover(ramped([effect("outlier").of(8e-5, reading=70)], (20, 80, -40), 1))
+    assert [fault.id for fault in found.faults] == ["outlier"]
+    assert found.unexplained is None
+
+
+@pytest.mark.parametrize("slope", [-40e-6, 40e-6])
+def test_a_law_that_one_moving_level_alone_shows_is_not_sure(slope):
+    """Another slope in one run was a break of the law of all, for certain."""
+    record = ramped([], (-40.0, 20.0, 80.0, 20.0), 0)
+    own = record.run == 2
+    away = np.where(own, record.temperature - record.temperature[own].mean(), 0.0)
+    found = accelcal.discover(replace(record, output=record.output + 1.35 * slope * away))
+    assert ids(found) == list(found.doubtful) == ["break-shift"]
+    assert any("bias with the temperature of run 3 alone explains" in note for note in found.notes)
+
+
 def test_a_rival_that_is_hardly_less_sure_is_told():
     """Its chance stands on the other side of alpha, and was not told for that."""
     plan = TumblePlan(temperatures=(20.0, 60.0), strokes=4, timed=True)

@@ -84,6 +84,20 @@ def test_a_warm_up_of_one_run_is_told_as_one(size, tau):
     assert float(told[2]) == pytest.approx(tau / 60.0, rel=0.5)
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_drift_of_one_run_is_told_as_one(seed):
+    """It settled with a time constant as long as those that were tried, or was by the time."""
+
+    def drift(record):
+        later = record.time - record.time[record.run == 1].min()
+        return np.where(record.run == 1, 50e-6 * later / 3600.0, 0.0)
+
+    found = accelcal.discover(disturbed(drift, seed=seed))
+    assert found.effects == ()
+    told = re.match(r"the bias drifts in run 2 alone, by (\S+) ug/h", found.unexplained.structure)
+    assert float(told[1]) == pytest.approx(50.0, rel=0.1)
+
+
 def test_a_run_that_alone_does_not_warm_up_settles_beside_a_warm_up():
     """It was told as the one that settles, the wrong way, and no word on the other runs."""
 

@@ -447,3 +447,15 @@ def test_what_no_known_effect_explains_in_a_unit_has_no_sure_name():
     assert own == set(told.doubtful)
     assert any("no known effect explains how" in note for note in told.notes)
     assert own
+
+
+def test_units_of_a_stand_may_differ_in_whether_their_level_moves():
+    plan = accelcal.TumblePlan(temperatures=(20.0,), strokes=6)
+    own = [effect("stroke-offset").of(3e-5)]
+    records = [
+        replace(accelcal.simulate(plan=plan, effects=own, seed=seed), serial=f"S{seed}")
+        for seed in range(3)
+    ]
+    ramp = np.linspace(-0.2, 0.2, len(records[0]))
+    records[1] = replace(records[1], temperature=20.0 + ramp)
+    assert [item.id for item in discover_stand(records).effects] == ["stroke-offset"]

@@ -79,7 +79,7 @@ def test_what_changes_with_the_law_is_told():
         accelcal.simulate(plan=TumblePlan(timed=True), effects=[TILT.of(3e-5)], seed=0)
     )
     (note,) = (note for note in found.notes if note.startswith("if it is foundation-tilt with "))
-    assert re.search(r"rad in truth: delta \d+ urad", note)
+    assert re.search(r"rad in truth: delta [\d.]+ urad", note)
 
 
 ASYMMETRY = accelcal.effect("scale-factor-asymmetry").of(2e-4)
@@ -112,3 +112,19 @@ def test_a_coefficient_that_hangs_on_no_other_effect_keeps_its_uncertainty():
     found = discovered(TumblePlan(), ASYMMETRY, 1)
     K3 = coefficient(found, "K3")
     assert K3.after.standard_uncertainty == pytest.approx(K3.before.standard_uncertainty, rel=0.05)
+
+
+def test_a_part_of_an_effect_that_coefficients_take_up_is_counted_in_them():
+    """U of k0 and k2 left out the sine of an eccentricity of which the cosine shows: 40 ug."""
+    plan = TumblePlan(positions=12, mountings=("o+", "o-"), temperatures=(20.0,))
+    hidden = [accelcal.effect("head-eccentricity").of(-4e-5, cosine=4e-5)]
+    first, second = (accelcal.simulate(plan=plan, effects=hidden, seed=seed) for seed in (1, 2))
+    found = accelcal.discover(first)
+    assert [item.id for item in found.effects] == ["head-eccentricity"]
+    assert found.effects[0].parameters["sine"].value is None
+    after = {change.coefficient: change.after for change in found.coefficients}
+    model = accelcal.fit(second, model=found).tables[0].error_model
+    assert any("sine as large as cosine" in note for note in found.notes)
+    for name, truth in (("K0", 3.324e-3), ("K2", 105e-6)):
+        for told in (after[name], model[name.lower()]):
+            assert 2e-5 < abs(told.value - truth) < told.expanded_uncertainty < 7e-5

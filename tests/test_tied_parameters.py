@@ -1,11 +1,13 @@
 """The bias breaks once: where it does follows from its slopes, if no level lies close to it."""
 
+from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 
 import accelcal
-from accelcal.simulation import TumblePlan
+from accelcal.simulation import NoiseComponents, TumblePlan
 
 SHIFT = accelcal.effect("break-shift")
 LEVELS = TumblePlan(
@@ -82,3 +84,18 @@ def test_a_tie_is_made_of_names():
             term=SHIFT.term,
             tie=5,
         )
+
+
+def test_a_break_is_where_the_slopes_tell_beside_a_level_that_moves():
+    """It was 50.1 degC with U 9.6 degC, by the noise of readings that move about that level."""
+    plan = TumblePlan(temperatures=(20.0, 50.0, 80.0, -10.0, -40.0), strokes=4, timed=True)
+    noise = NoiseComponents(launch=0.0, launch_sf=0.0)
+    break_ = accelcal.effect("break-shift")
+    hidden = [accelcal.effect("chamber-drift").of(-0.8), break_.of(15.0)]
+    record = accelcal.simulate(plan=plan, effects=hidden, noise=noise, seed=9)
+    begins = [record.time[record.run == run].min() for run in range(5)]
+    fallen = 0.8 * (record.time - np.take(begins, record.run)) / 3600.0
+    moved = replace(record, temperature=record.temperature - fallen)
+    (found,) = accelcal.discover(moved, effects=[break_]).effects
+    shift = found.parameters["shift"]
+    assert abs(shift.value - 15.0) < 1.5 * shift.expanded_uncertainty < 2.0

@@ -20,7 +20,7 @@ from itertools import compress
 import numpy as np
 
 from accelcal.arrays import Array, Mask
-from accelcal.discovery.columns import dummies
+from accelcal.discovery.columns import MOVES, dummies
 from accelcal.discovery.spans import scaled
 from accelcal.effects.conditions import LEVEL_CHANGE, Conditions, conditions_of
 from accelcal.errors import InputError
@@ -32,6 +32,9 @@ from accelcal.record import TumbleRecord
 
 SIDES = ("above T0", "below T0")
 """Sides of a bilinear law, as they stand behind a blank in the names of slopes."""
+
+_AS_IT_MOVES = " as the temperature moves"
+"""End of the names of slopes that take up how one level moves."""
 
 _STEPS = 5
 """Most steps of Gauss and Newton."""
@@ -75,6 +78,11 @@ class BaseModel:
     def tilting(self) -> Mask:
         """Which parameters are those of the misalignment, shape (p + q,)."""
         return np.array([name.startswith("M") and "_i" not in name for name in self.names])
+
+    @property
+    def moving(self) -> Mask:
+        """Which parameters take up how one level moves, and are not told, shape (p + q,)."""
+        return np.array([name.endswith(_AS_IT_MOVES) for name in self.names])
 
     def extended(self, columns: Array, names: tuple[str, ...]) -> BaseModel:
         """Add columns [g] to the second bracket."""
@@ -261,15 +269,18 @@ def _axes(record: TumbleRecord) -> dict[str, tuple[str, str]]:
 
 
 def _law(excess: Array) -> tuple[Array, list[str]]:
-    """Columns of a bilinear law; a side without a level of its own has no slope."""
+    """Columns of a bilinear law; of a side without a level of its own, no slope is told."""
     columns, names = [np.ones(excess.size)], [""]
     for side, name in (
         (np.maximum(excess, 0.0), f" {SIDES[0]}"),
         (np.minimum(excess, 0.0), f" {SIDES[1]}"),
     ):
-        if np.ptp(side) >= LEVEL_CHANGE:  # one level alone tells no slope
+        if np.ptp(side) >= LEVEL_CHANGE:
             columns.append(side)
             names.append(name)
+        elif np.ptp(side) > MOVES:  # one level alone tells none, but moves as recorded
+            columns.append(side - side.mean() if side.all() else side)
+            names.append(f"{name}{_AS_IT_MOVES}")
     return np.stack(columns, axis=1), names
 
 

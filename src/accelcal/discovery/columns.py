@@ -13,6 +13,9 @@ from accelcal.numerics.grouping import cells
 _CYCLES = 24
 """Cycles that are told apart; of longer runs as many stretches of cycles that follow each other."""
 
+MOVES = 0.05
+"""Range of recorded temperatures above which a level moves: usual slopes change K1 by 25 ppm."""
+
 SMALL_UNITS = {"bias": "ug", "scale factor": "ppm", "misalignment": "urad"}
 """Unit of a millionth of what may change in the course of a run."""
 
@@ -47,12 +50,25 @@ def repeated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
 def saturated(c: Conditions, mounting: NDArray[np.str_]) -> Array:
     """Columns that take up everything that repeats, so that only noise is left, shape (n, k).
 
-    Run x mounting x position x sense of rotation, the cycles of each run, a drift in each run, and
-    a drift of each position from cycle to cycle.
+    Run x mounting x position x sense of rotation, the cycles of each run, a drift in each run, a
+    drift of each position from cycle to cycle, and what follows the temperature.
     """
     cycles = dummies(c.run, cycle(c))
     runs = dummies(c.run)
-    return np.hstack([repeated(c, mounting), cycles, runs * c.run_time[:, None], worn(c)])
+    drifts = runs * c.run_time[:, None]
+    return np.hstack([repeated(c, mounting), cycles, drifts, worn(c), following(c)])
+
+
+def following(c: Conditions) -> Array:
+    """Bias, scale factor and misalignment that follow temperatures which move within runs, (n, k).
+
+    There are none on a side of T0 where the recorded temperatures do not move.
+    """
+    runs = dummies(c.run)
+    sides = np.stack([c.excess.clip(min=0.0), c.excess.clip(max=0.0)], axis=1)
+    moved = sides - runs @ (runs.T @ sides / runs.sum(axis=0)[:, None])
+    moved = moved[:, np.ptp(moved, axis=0) > MOVES]
+    return np.hstack([moved, moved * c.input[:, None], moved * c.cross[:, None]])
 
 
 def worn(c: Conditions) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -143,7 +144,7 @@ def _functionals(model: BaseModel) -> dict[str, Array]:
     """Weights of the parameters in each coefficient: the law and the mean over the runs."""
     names = list(model.names)
     found = {}
-    for name in dict.fromkeys(names):
+    for name in dict.fromkeys(compress(names, ~model.moving)):
         places = [i for i, other in enumerate(names) if other == name]
         weights = np.zeros(len(names))
         weights[places[0]] = 1.0

@@ -18,12 +18,9 @@ from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.instance import Instance
 from accelcal.discovery.solution import Solution, by_reading, solution
 from accelcal.discovery.spans import lengths
-from accelcal.discovery.untold import Untold, not_shown, said_of_untold
+from accelcal.discovery.untold import AS_WELL, Untold, not_shown, said_of_untold
 from accelcal.numerics.probability import LEVEL, student_quantile
 from accelcal.results.quantity import Quantity
-
-_AS_WELL = 4.0
-"""Sum of squares more that a place may leave, two standard deviations of one number."""
 
 _BEYOND = 3.0
 """Standard uncertainties by which an amplitude that is tied may be off."""
@@ -166,7 +163,7 @@ def _estimate(comparison: Comparison, instances: Sequence[Instance], one: Untold
     varied = np.array([[1.0, -of_amplitude / of_excess], [0.0, 1.0 / of_excess]]) @ tie.varied
     reach = 2.0 * _BEYOND * float(np.linalg.norm(varied[1]))
     far = [value for value in _searched(comparison, one) if abs(value - one.value) > reach]
-    most = tie.fit.chi2 + _AS_WELL
+    most = tie.fit.chi2 + AS_WELL
     if not reach < one.spread or any(each.fit.chi2 < most and each.holds for each in map(at, far)):
         return _Estimate(amplitude, None, _ANYWHERE)
     return _Estimate(amplitude, varied, _FOLLOWING)
@@ -182,7 +179,7 @@ def _settled(comparison: Comparison, instances: Sequence[Instance], one: Untold)
         return float(tie(value).values[1])
 
     item, name = instances[one.place], one.parameter.name
-    most = tie(one.value).fit.chi2 + _AS_WELL
+    most = tie(one.value).fit.chi2 + AS_WELL
     tried = [(value, tie(value)) for value in _searched(comparison, one)]
     for (low, at_low), (high, at_high) in pairwise(tried):
         as_well = max(at_low.fit.chi2, at_high.fit.chi2) < most

@@ -23,11 +23,17 @@ from accelcal.effects.parameter import Parameter
 
 _STEP = 1e-4
 
+AS_WELL = 4.0
+"""Sum of squares more that a place may leave, two standard deviations of one number."""
+
+_FAR = 6.0
+"""Standard uncertainties from which on a parameter is another one."""
+
 
 class Sizes(NamedTuple):
     """Amplitudes of some effects, fitted together to readings that the base model leaves."""
 
-    whole: Array  # the amplitudes of all effects; zero where nothing is told, (m,)
+    whole: Array  # the amplitudes of all effects; as in the mixture where nothing is told, (m,)
     of_each: list[Array]  # those of each effect
     linear: Array  # columns of all of them in the space, (n, m)
     shown: Mask  # which have a value, (m,)
@@ -75,7 +81,12 @@ def fitted_sizes(comparison: Comparison, instances: Sequence[Instance]) -> Sizes
     sizes = np.zeros(shown.size)
     sizes[shown] = np.linalg.lstsq(linear[:, shown], comparison.seen, rcond=None)[0]
     ends = np.cumsum([len(item.amplitudes) for item in instances], dtype=np.intp)
-    return Sizes(sizes, np.split(sizes, ends)[:-1], linear, shown)
+    of_each = np.split(sizes, ends)[:-1]
+    for item, own, seen in zip(instances, of_each, np.split(shown, ends)[:-1], strict=True):
+        parts = np.array(item.mixture)[np.flatnonzero(item.mixture)]
+        most = np.abs(parts * seen).argmax()
+        own[~seen] = parts[~seen] * (own[most] / parts[most])
+    return Sizes(sizes, of_each, linear, shown)
 
 
 def squares_left(comparison: Comparison, instances: Sequence[Instance]) -> float:
@@ -110,9 +121,24 @@ def not_shown(comparison: Comparison, instances: Sequence[Instance]) -> list[Unt
     for column, one in enumerate(_possible(comparison, instances)):
         beside = orthonormal(np.hstack([others, np.delete(by_shape, column, axis=1)]))
         told = float(lengths(without(by_shape[:, [column]], beside))[0])
-        if one.spread > 0.0 and told * one.spread < 1.0:
+        if one.spread > 0.0 and (
+            told * one.spread < 1.0 or _is_anywhere(comparison, instances, one, told)
+        ):
             found.append(one)
     return found
+
+
+def _is_anywhere(
+    comparison: Comparison, instances: Sequence[Instance], one: Untold, told: float
+) -> bool:
+    """Whether a tied parameter far from its value explains the readings as well.
+
+    A break within a level that moves follows its noise, where any between two levels would do.
+    """
+    grid = one.parameter.searched_at(comparison.model.conditions) if one.tied else np.empty(0)
+    far = grid[np.abs(grid - one.value) * told > _FAR].tolist()
+    most = squares_left(comparison, instances) + AS_WELL
+    return any(squares_left(comparison, one.at(instances, value)) < most for value in far)
 
 
 def said_of_untold(instances: Sequence[Instance], one: Untold) -> str:

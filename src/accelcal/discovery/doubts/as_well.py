@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.discovery.columns import coefficient_columns
+from accelcal.discovery.columns import MOVES, coefficient_columns
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.dead_zone_or_cube import unlike
 from accelcal.discovery.explanation import explain_as_well, is_needed
@@ -131,14 +131,20 @@ def _of_time(comparison: Comparison) -> Iterator[NotListed]:
 
 
 def _of_one_run(comparison: Comparison) -> Iterator[NotListed]:
-    """A k2 or k3 that is another in one of several runs."""
+    """A k2, k3 or slope with the temperature that is another in one of several runs."""
     c, labels = comparison.model.conditions, comparison.record.run_labels
     remedy = "repeat that run at its temperature"
     runs = distinct(c.run).tolist()
     for run in runs if len(runs) > 1 else ():
-        for power in (2, 3):
-            column = np.where(c.run == run, c.gain * c.input**power, 0.0)
-            yield NotListed(f"another k{power} of run {labels[run]} alone", remedy, column)
+        own = c.run == run
+        others = {f"k{power}": c.input**power for power in (2, 3)}
+        away = c.excess - c.excess[own].mean()
+        if np.ptp(away[own]) > MOVES:
+            others["slope of the bias with the temperature"] = away
+            others["slope of the scale factor with the temperature"] = away * c.input
+        for what, column in others.items():
+            said = f"another {what} of run {labels[run]} alone"
+            yield NotListed(said, remedy, np.where(own, c.gain * column, 0.0))
 
 
 def _of_ranges(comparison: Comparison) -> Iterator[NotListed]:

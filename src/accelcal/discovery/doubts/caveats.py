@@ -275,7 +275,8 @@ def _of_oscillations(waves: Sequence[Instead]) -> Iterator[Caveat]:
 def _of_the_chamber(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Caveat]:
     """Slow effects that a drift of the chamber would look like, where no slopes are known."""
     slow = [item.effect.id for item in instances if item.effect.bend]
-    if slow and not comparison.model.conditions.per_degree.any():
+    model = comparison.model
+    if slow and not model.moving.any() and not model.conditions.per_degree.any():
         yield Caveat(
             "one level tells no slopes with the temperature: a drift of the chamber could as well"
             f" be the cause of {listed(slow)}; log the temperature of each reading",

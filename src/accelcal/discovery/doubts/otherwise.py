@@ -8,9 +8,11 @@ or a reading beside that of a step. And other effects of the catalogue may fit a
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +22,7 @@ from accelcal.discovery.candidates import instances_of
 from accelcal.discovery.comparison import Comparison
 from accelcal.discovery.doubts.dead_zone_or_cube import APART, apart
 from accelcal.discovery.explanation import Explanation, explain_as_well
-from accelcal.discovery.instance import Instance, instance_of, replaced
+from accelcal.discovery.instance import Instance, amplitude_columns, instance_of, replaced
 from accelcal.discovery.parameters import parameters_of
 from accelcal.discovery.solution import changes, solution
 from accelcal.discovery.untold import scales, untold
@@ -89,6 +91,16 @@ def _other_laws(comparison: Comparison, instances: Sequence[Instance]) -> Iterat
         own = (p for p in effect.amplitudes if values[p.name])
         what = ", ".join(f"{p.name} = {values[p.name]:.3g} {p.unit}" for p in own)
         yield Alternative(effect, what, replaced(others, place, instance_of(fitted)))
+    c = comparison.model.conditions
+    for place, item in enumerate(instances):
+        _, shown = comparison.space.shown(amplitude_columns(item, c))
+        if not shown.all():  # coefficients take up the others
+            parts, names = np.abs(item.mixture), [p.name for p in item.effect.amplitudes]
+            what = f"{listed(list(compress(names, ~shown)))} as large as {names[parts.argmax()]}"
+            mixture = tuple(np.where(shown, item.mixture, parts.max()).tolist())
+            yield Alternative(
+                item.effect, what, replaced(instances, place, item._replace(mixture=mixture))
+            )
 
 
 def _other_places(comparison: Comparison, instances: Sequence[Instance]) -> Iterator[Alternative]:
@@ -292,7 +304,9 @@ def _value(best: Change, change: Change) -> str:
     if change.coefficient == "K1":  # of which no more than the change is told
         more = value - (best.after.value or 0.0) * MICRO
         return f"K1 {abs(more):.3g} ppm {'higher' if more > 0.0 else 'lower'}"
-    return f"{symbol_of(change.coefficient)} {value:.4g} {SMALL_UNITS[change.after.unit]}"
+    U = (change.after.expanded_uncertainty or 0.0) * MICRO
+    digits = f".{max(1 - math.floor(math.log10(U)), 0)}f" if U else ".3g"
+    return f"{symbol_of(change.coefficient)} {value:{digits}} {SMALL_UNITS[change.after.unit]}"
 
 
 def with_others_counted(found: Discovery, others: Sequence[Otherwise]) -> Discovery:

@@ -49,8 +49,9 @@ _ACROSS = [*_MAIN[:_DELTA], _OTHER, _OTHER + 1]
 _MOST_POSITIONS = 1000
 """Head positions above which what each did is not worked out, in matrices of their squares."""
 
-_UNBOUNDED = 1.0
-"""Variance of what nothing bounds [1, g^2 or rad^2], and of its slopes [per degC^2]."""
+_UNBOUNDED = np.array([1e-4 if "slope" in name else 1.0 for name in ERRORS])
+"""Variances of what nothing bounds [1, g^2 or rad^2], of slopes as much over 100 degC: were they
+larger, the noise of the readings would be lost in their rounding."""
 
 _ROUNDING = 1e-12
 """Part of the largest eigenvalue below which one is a rounding error."""
@@ -180,7 +181,7 @@ def _each_alone(calibration: Calibration, found: Compensation, start: int) -> Ar
     sizes = {name: quantity.standard_uncertainty for name, quantity in stated.items()}
     variance = {n: (u / unit.get(n, 1.0)) ** 2 for n, u in sizes.items() if u is not None}
     names = OF_ONE_AXIS if start else (*PARAMETERS, *SLOPES)
-    return np.array([variance.get(name, _UNBOUNDED) for name in names])
+    return np.array([variance.get(*each) for each in zip(names, _UNBOUNDED[start:], strict=False)])
 
 
 def _without(whole: Array, by_head: Array) -> Array:

@@ -12,6 +12,7 @@ from accelcal.compensate.ranges import outside_temperatures, within_temperatures
 from accelcal.discovery.as_searched import refuse_several_clampings
 from accelcal.errors import InputError
 from accelcal.estimate.at_positions import at_positions
+from accelcal.numerics.grouping import grouped
 from accelcal.record import TumbleRecord
 from accelcal.units import conversion_factor
 
@@ -68,13 +69,16 @@ def _refuse_far_off(found: Compensation, record: TumbleRecord) -> None:
 def _refuse_other_temperatures(found: Compensation, record: TumbleRecord) -> None:
     if found.temperatures is None:
         return
-    known = record.temperature[np.isfinite(record.temperature)]
+    is_known = np.isfinite(record.temperature)
+    known, run = record.temperature[is_known], record.run[is_known]
     if found.several_levels and known.size < len(record):
         raise InputError(
             f"{record.source}: {len(record) - known.size} readings without temperature, on which"
             " the calibration depends; give their temperature"
         )
-    outside = known[~within_temperatures(found.temperatures, known)]
+    of_runs = grouped(run)  # the temperatures of the calibration are means of runs, too
+    levels = np.bincount(of_runs[1], weights=known) / of_runs[2]
+    outside = levels[~within_temperatures(found.temperatures, levels)]
     if outside.size:
         problem = outside_temperatures(found.temperatures, float(outside[0]))
         raise InputError(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accelcal.arrays import Array, Ints, Mask, Places
-from accelcal.discovery.columns import cycle, dummies, saturated
+from accelcal.discovery.columns import cycle, dummies, following, saturated
 from accelcal.discovery.spans import orthonormal, without
 from accelcal.effects.conditions import Conditions
 from accelcal.head_angles import head_positions
@@ -153,6 +153,7 @@ def smooth(c: Conditions, mounting: NDArray[np.str_]) -> Array:
             senses,
             senses * c.input[:, None],
             senses * c.cross[:, None],
+            following(c),
         ]
     )
 
@@ -167,4 +168,4 @@ def pooled(c: Conditions, mounting: NDArray[np.str_]) -> Array:
     x, cross = c.input, c.cross
     columns = [runs * part[:, None] for part in (x, x**2, x**3, cross, cross * x)]
     cells = dummies(mounting, np.round(c.angle, 6), c.rotation)
-    return np.hstack([cells, dummies(c.run, cycle(c)), *columns])
+    return np.hstack([cells, dummies(c.run, cycle(c)), *columns, following(c)])

@@ -115,7 +115,12 @@ def mean_unit(
     model = min(models, key=lambda one: np.count_nonzero(silent_in(one.conditions)))
     fits = [solution(unit.comparison, amplitudes([*shared, *unit.own])) for unit in units]
     # those beside the effects: what these silence hangs on the misalignment
-    parameters = _mean(weights, [fit.parameters[: len(model.names)] for fit in fits])
+    laws = [~own.moving for own in models]
+    parameters = np.zeros(len(model.names))
+    parameters[~model.moving] = _mean(
+        weights,
+        [fit.parameters[: own.size][own] for fit, own in zip(fits, laws, strict=True)],
+    )
     base = model.reading - model.residual(parameters)
     records = [unit.comparison.record for unit in units]
     times = [record.time for record in records if record.time is not None]

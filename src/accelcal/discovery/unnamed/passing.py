@@ -37,8 +37,8 @@ _FEWEST, _GROWTH = 4, 1.5
 _RATIOS = (2.0, 3.0, 4.0, 6.0, 9.0, 14.0)
 """Noise of a stroke over that of the others that is tried."""
 
-_DECAYS = (0.1, 0.2, 0.4)
-"""Time constants of a bias that settles in one run, over the length of the longest."""
+_DECAYS = (0.1, 0.2, 0.4, np.inf)
+"""Time constants of a bias that settles in one run, over the longest; of no end, it drifts."""
 
 _WEIGHTS = {
     "oscillations": 0.3,
@@ -155,20 +155,28 @@ def once(c: Conditions, labels: Sequence[str]) -> Kind:
 
 
 def _decays(c: Conditions, labels: Sequence[str]) -> Kind:
-    """A bias that settles from the start of one run alone: in each, it is a warm-up."""
+    """A bias that settles, or drifts, from the start of one run alone: in each, it is a warm-up."""
     runs = [np.flatnonzero(own) for own in dummies(c.run).T]
-    taus = [part * float(c.run_time.max()) for part in _DECAYS]
-    found = [(own, tau) for own in runs for tau in taus if tau and len(runs) > 1]
+    longest = float(c.run_time.max())
+    found = [(own, part) for own in runs for part in _DECAYS if longest and len(runs) > 1]
+
+    def acting(own: Ints, part: float) -> Array:
+        time = c.run_time[own] / longest
+        return np.exp(-time / part) if np.isfinite(part) else time
 
     def told(place: int, _: float, bias: Array) -> str:
-        own, tau = found[place]
-        first = own[np.argmin(c.run_time[own])]
+        own, part = found[place]
+        first, last = own[[np.argmin(c.run_time[own]), np.argmax(c.run_time[own])]]
+        where = f"in run {labels[c.run[first]]} alone"
+        if np.isinf(part):
+            rate = bias[last] * MICRO / c.run_time[last] * 3600.0
+            return f"the bias drifts {where}, by {rate:+.3g} ug/h; repeat that run"
         return (
-            f"the bias settles in run {labels[c.run[first]]} alone, from {bias[first] * MICRO:+.3g}"
-            f" ug at its start with a time constant of about {tau / 60.0:.2g} min; repeat that run"
+            f"the bias settles {where}, from {bias[first] * MICRO:+.3g} ug at its start with a time"
+            f" constant of about {part * longest / 60.0:.2g} min; repeat that run"
         )
 
-    rows = [(own, c.gain[own] * np.exp(-c.run_time[own] / tau)) for own, tau in found]
+    rows = [(own, c.gain[own] * acting(own, part)) for own, part in found]
     return Kind(1, _acting(rows, c), (np.inf,), told)
 
 
