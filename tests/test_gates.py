@@ -15,13 +15,12 @@ from one_record import noises_of_record
 
 import accelcal
 from accelcal.calibrate.fit import calibrate_many
-from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.tables import prepare
+from accelcal.estimate.tables import linear_estimator, prepare
 from accelcal.gates import order, plan
+from accelcal.gates.order import best_swap, swap_blocks
+from accelcal.gates.record import gates_of_stack
 from accelcal.gates.stack import TableStack
 from accelcal.gates.stroke_groups import Basis, Groups, LeftOut
-from accelcal.gates.swaps import best_swap, swap_blocks
-from accelcal.gates.table import gates_of_stack
 from accelcal.numerics import grouping
 from accelcal.numerics.grouping import grouped
 

@@ -11,7 +11,7 @@ import accelcal
 from accelcal import AL15, NoiseComponents, TumblePlan
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import Component
-from accelcal.temperature.generalised_least_squares import chance_of_misfit, contrasts_of
+from accelcal.temperature.bilinear import chance_of_misfit, contrasts_of
 from accelcal.temperature.hysteresis import branches_of
 
 K1N, BETA = 1.35, (520e-6, 480e-6)

@@ -21,7 +21,7 @@ from accelcal.results.calibration import Calibration
 
 if TYPE_CHECKING:
     from accelcal.calibrate.options import LawsOf
-    from accelcal.estimate.linear import Method
+    from accelcal.estimate.tables import Method
     from accelcal.results.discovery import Discovery
     from accelcal.results.head_calibration import HeadCalibration
 

@@ -13,8 +13,7 @@ from accelcal.calibrate.known_effects import said_of_effects
 from accelcal.calibrate.table_weaknesses import of_large_turn, of_table
 from accelcal.estimate.at_positions import said_of_positions
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.linear import linear_estimator
-from accelcal.estimate.tables import PreparedTable
+from accelcal.estimate.tables import PreparedTable, linear_estimator
 from accelcal.model import ERROR_TERMS
 from accelcal.plural import degrees_of_freedom, listed
 from accelcal.results.beyond_uncertainty import (

@@ -17,15 +17,21 @@ from accelcal.compensate.assumptions import (
     without_covariance,
 )
 from accelcal.compensate.by_levels import level_compensation
-from accelcal.compensate.by_runs import are_alike, by_runs, said_of_runs
 from accelcal.compensate.coefficients import (
     Compensation,
     CrossAxis,
     Launch,
     Law,
 )
-from accelcal.compensate.covariance import errors_of_laws
-from accelcal.compensate.of_table import by_table, cross_name, lost_symbols, of_test, with_other
+from accelcal.compensate.of_table import (
+    by_table,
+    cross_name,
+    errors_of_laws,
+    lost_symbols,
+    of_test,
+    with_other,
+)
+from accelcal.compensate.runs import are_alike, by_runs, said_of_runs
 from accelcal.effects.left_in_use import beyond_in_use, left_in_use
 from accelcal.effects.static import how_taken_up, static_effects
 from accelcal.effects.without_sources import without_sources
@@ -76,7 +82,7 @@ def compensation(
         The calibration.
     run : str or int, optional
         Use the table of this run only; by default the temperature laws, or without laws the mean of
-        all runs, see `accelcal.compensate.by_runs`.
+        all runs, see `accelcal.compensate.runs`.
     by : {"laws", "levels"}, default "laws"
         How the coefficients depend on temperature: by the laws, or on straight lines between the
         levels, see `accelcal.compensate.levels`.

@@ -12,8 +12,7 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.effects.static import Samples, StaticEffects, static_effects
-from accelcal.error_budget.coefficients import Coefficients
-from accelcal.error_budget.conditions import Conditions
+from accelcal.error_budget.coefficients import Coefficients, Conditions
 from accelcal.error_budget.random_part import RandomBound, RandomPart
 from accelcal.estimate.uncertainty import combined, counted
 from accelcal.model import CROSS_AXES, acceleration_error, bias_bound

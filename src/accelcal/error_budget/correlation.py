@@ -10,9 +10,8 @@ import numpy as np
 
 from accelcal.arrays import Array
 from accelcal.compensate.at_temperature import CoefficientsAt
-from accelcal.error_budget.coefficients import Coefficients
+from accelcal.error_budget.coefficients import Coefficients, Conditions
 from accelcal.error_budget.components import SLOPES, sensitivity
-from accelcal.error_budget.conditions import Conditions
 from accelcal.model import CROSS_AXES, ERROR_TERMS, LAWS
 from accelcal.results.covariance import CorrelatedBySource
 from accelcal.results.error_budget import ErrorComponent

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.estimate.memory import MEMORY
+from accelcal.estimate.replicates import MEMORY
 
 # A solution in multiples of its size / 2^23 and a design in multiples of 2^-24 have a product of
 # up to 49 bits, so that it is exact in the 53 bits of a number, in whatever order it is summed.

@@ -11,8 +11,7 @@ import numpy as np
 
 from accelcal.arrays import Array, Ints, Mask, Places
 from accelcal.estimate.tables import PreparedTable
-from accelcal.gates.plan import TablePlan, once_a_plan
-from accelcal.gates.replicate_plan import rank_and_inverse
+from accelcal.gates.plan import TablePlan, once_a_plan, rank_and_inverse
 from accelcal.gates.stack import TableStack
 from accelcal.gates.verdict import GateStack, acceleration, gate_stack, times
 from accelcal.geometry import side_of
@@ -26,8 +25,7 @@ from accelcal.model import (
     SCALE_FACTOR,
     coefficient_unit,
 )
-from accelcal.numerics.grouping import Grouped, grouped
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import Grouped, distinct, grouped
 
 LARGEST_RATIOS = {"K0": 0.2, "K2": 0.1, "K3": 0.1, "M": 0.1, "M_ip": 0.1}
 """Largest part of K1 that a coefficient of any accelerometer has [1 / g^(n - 1)]."""

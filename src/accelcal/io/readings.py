@@ -24,8 +24,7 @@ from accelcal.io.values.temperatures import temperatures_of
 from accelcal.io.values.times import days, in_seconds, times
 from accelcal.io.words.signs import mounting_written
 from accelcal.io.words.wording import all_outputs
-from accelcal.numerics.grouping import Grouped
-from accelcal.numerics.sorting import distinct, median
+from accelcal.numerics.grouping import Grouped, distinct, median
 from accelcal.pace import too_quick
 from accelcal.units import degrees_in
 

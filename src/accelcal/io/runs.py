@@ -14,8 +14,7 @@ from accelcal.head_angles import head_positions, nominal_angles
 from accelcal.io.readings import Readings
 from accelcal.io.unknown_temperatures import with_levels_around
 from accelcal.io.words.wording import lines_named
-from accelcal.numerics.grouping import grouped
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct, grouped
 from accelcal.plural import listed
 
 LEVEL_GAP = 2.0

@@ -23,17 +23,15 @@ from accelcal.results.temperature import TemperatureLaw, TemperatureModel
 from accelcal.sentences import Told, of_each
 from accelcal.temperature.bilinear import (
     LawStack,
+    chance_of_misfit,
+    contrasts_of,
+    law_maps,
     local_slopes,
+    misfit,
     relative_slopes,
     share_of_law,
     taken_from_the_other_side,
     tell_a_law,
-)
-from accelcal.temperature.generalised_least_squares import (
-    chance_of_misfit,
-    contrasts_of,
-    law_maps,
-    misfit,
     with_columns,
 )
 from accelcal.temperature.hysteresis import Branches, Hysteresis, branches_of, mean_hysteresis

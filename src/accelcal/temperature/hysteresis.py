@@ -17,7 +17,7 @@ from accelcal.arrays import Array, Places
 from accelcal.estimate.launch import reached_by, same_levels
 from accelcal.estimate.uncertainty import Component, Intervals, interval_stack, propagate
 from accelcal.results.quantity import Quantity
-from accelcal.temperature.generalised_least_squares import chance_of_misfit
+from accelcal.temperature.bilinear import chance_of_misfit
 
 _HALF_OPEN = 0.5
 """Where the bias of the lowest and of the highest level is taken to lie, in half widths from the

@@ -18,11 +18,10 @@ from accelcal.results.covariance import Covariance, rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.triad import NAMES, TriadCalibration
 from accelcal.triad.gates import gates_of
-from accelcal.triad.known import from_known_attitudes
+from accelcal.triad.known import Visits, from_known_attitudes
 from accelcal.triad.record import TriadRecord, one_an_attitude
 from accelcal.triad.solution import Solution
 from accelcal.triad.unknown import FRAMES, from_unknown_attitudes
-from accelcal.triad.visits import Visits
 from accelcal.version import SOFTWARE
 
 __all__ = ["calibrate_triad"]

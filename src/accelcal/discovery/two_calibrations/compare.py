@@ -43,8 +43,14 @@ from accelcal.discovery.two_calibrations.suited import (
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import quantities
 from accelcal.numerics.one_thread import in_one_thread
-from accelcal.numerics.probability import LEVEL, NORMAL_FACTOR, f_survival, student_quantile
-from accelcal.numerics.simultaneous import path_length, simultaneous_quantile
+from accelcal.numerics.probability import (
+    LEVEL,
+    NORMAL_FACTOR,
+    f_survival,
+    path_length,
+    simultaneous_quantile,
+    student_quantile,
+)
 from accelcal.results.agreement import ALPHA, chance_if_known, least_of
 from accelcal.results.calibration import Calibration
 from accelcal.results.calibration_comparison import (

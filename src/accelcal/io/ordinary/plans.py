@@ -22,8 +22,7 @@ from accelcal.io.runs import LEVEL_GAP, are_counted
 from accelcal.io.values.places import MAXIMUM_ANGLE
 from accelcal.io.values.temperatures import FARTHEST_ALIKE, FEWEST_OTHERS, LONE
 from accelcal.io.words.signs import mounting_written
-from accelcal.numerics.grouping import grouped
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct, grouped
 
 PLANNED = frozenset({"temperature", "stroke", "position", "angle", "run", "mounting"})
 """Columns that tell where a reading was taken, not what it was."""

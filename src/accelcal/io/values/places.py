@@ -10,7 +10,7 @@ from accelcal.arrays import Array, Ints
 from accelcal.errors import TableError
 from accelcal.head_angles import angular_distance
 from accelcal.io.values.cells import Column, numbers, whole_numbers
-from accelcal.numerics.sorting import distinct
+from accelcal.numerics.grouping import distinct
 from accelcal.units import degrees_in
 
 MAXIMUM_ANGLE = 36000.0
