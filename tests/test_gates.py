@@ -359,7 +359,14 @@ def test_all_strokes_shifted(strokes, positions, turn):
 def test_all_strokes_of_the_other_sign():
     warned = warnings_of(fitted(times(-1.0, *ALL)))
     assert set(warned) == {PROPORTIONS}
-    assert_said(warned, PROPORTIONS, r"K1 = -1\.35\d* mA/g is not positive: the sign")
+    assert_said(warned, PROPORTIONS, r"K1 is not positive \(-1\.35\d* mA/g\): the sign")
+
+
+def test_a_turned_sign_is_told_once_of_all_runs():
+    record = accelcal.simulate(seed=1)
+    told = str(accelcal.fit(replace(record, output=-record.output)))
+    assert told.count("K1 is not positive") == 1
+    assert "the same for 2 other runs: 2, 3" in " ".join(told.split())
 
 
 @pytest.mark.parametrize(("places", "turn"), [(3, -135), (5, 135)])
