@@ -23,7 +23,7 @@ from rows_of_calibrations import assert_rows_are_those_of_fits, warnings
 
 import accelcal
 from accelcal.archive import block, journal, parts, through, workers
-from accelcal.archive.columns import LAWS, ROWS
+from accelcal.archive.formats import LAWS, ROWS
 from accelcal.archive.sources import find_sources
 from accelcal.cli.main import main
 from accelcal.errors import InputError

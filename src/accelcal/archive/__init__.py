@@ -2,6 +2,6 @@
 
 `batch` finds the files (`sources`), divides them into blocks, and goes `through` them with the
 `workers`, as `settings` ask. A `block` is read, large tables in `parts`, fitted, and goes by
-`stacked_rows` to the `columns` of the frames, which `formats` encodes. `failures` words what goes
+`stacked_rows` to the columns of the frames, which `formats` encodes. `failures` words what goes
 wrong with a file; `journal` and `lock` keep what is finished when a batch is killed.
 """

@@ -15,9 +15,8 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from accelcal.archive.columns import LAWS, ROWS, Columns, FrameColumn, no_rows, put_together
 from accelcal.archive.failures import attempt, one_line
-from accelcal.archive.formats import encode
+from accelcal.archive.formats import LAWS, ROWS, Columns, FrameColumn, encode, no_rows, put_together
 from accelcal.archive.parts import Failure, Found, Part, read_files, read_part
 from accelcal.archive.settings import Settings
 from accelcal.archive.sources import SourceFile

@@ -19,16 +19,14 @@ from accelcal.effects.without_sources import without_sources
 from accelcal.error_budget.coefficients import Coefficients, Conditions, coefficients_of, conditions
 from accelcal.error_budget.components import (
     SLOPES,
-    effect_components,
-    random_components,
-    systematic_components,
-)
-from accelcal.error_budget.correlation import (
     Added,
     correlated_symbols,
     correlations_of,
     correlations_of_other_axis,
     covariance,
+    effect_components,
+    random_components,
+    systematic_components,
 )
 from accelcal.error_budget.random_part import FEW_LAUNCHES, NOT_IDENTIFIED, RandomPart, random_part
 from accelcal.estimate.uncertainty import FEWEST, combined
@@ -102,7 +100,7 @@ def budget(
     Equation (4), with the bias bound (3). The error is that of a reading turned into acceleration
     by K1N alone. In the GUM sum each bound counts by its standard uncertainty, without the factor
     0.5 of (3), and the calibration uncertainty of each coefficient counts as well, with the
-    correlations of `accelcal.error_budget.correlation.covariance`. A second cross axis, which
+    correlations of `accelcal.error_budget.components.covariance`. A second cross axis, which
     shares the errors of the head, is added linearly. Effects of the calibration that depend on
     acceleration and temperature alone (`Effect.static`) are systematic parts, as the model does not
     have them; their sizes count as uncorrelated with the coefficients.

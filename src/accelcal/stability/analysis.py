@@ -25,10 +25,16 @@ from accelcal.results.stability import (
     Stability,
 )
 from accelcal.stability.allan import even_series, overlapping_allan, was_off
+from accelcal.stability.components import (
+    coverage_factor,
+    deviation,
+    hysteresis,
+    lag1_correlation,
+    random_bias,
+    threshold,
+)
 from accelcal.stability.noise_terms import noise_terms
 from accelcal.stability.record import Launch, StabilityRecord
-from accelcal.stability.spread import coverage_factor, deviation, lag1_correlation, random_bias
-from accelcal.stability.threshold import hysteresis, threshold
 from accelcal.stability.trend import Trend, fit_trend
 from accelcal.version import SOFTWARE
 

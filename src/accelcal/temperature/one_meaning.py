@@ -12,7 +12,7 @@ import operator
 from collections.abc import Iterator, Mapping, Sequence
 
 from accelcal.estimate.joint import JointEstimate
-from accelcal.estimate.linearised import Linearised, adjusted
+from accelcal.estimate.reversal import Linearised, adjusted
 from accelcal.estimate.tables import PreparedTable
 from accelcal.model import COEFFICIENTS, ERROR_TERMS, LAW_COEFFICIENTS
 from accelcal.plural import listed, named

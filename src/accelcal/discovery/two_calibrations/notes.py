@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from accelcal.compensate.assumptions import unknown_shifts
 from accelcal.compensate.of_table import cross_name
+from accelcal.compensate.ranges import unknown_shifts
 from accelcal.compensate.runs import said_of_runs
 from accelcal.discovery.new_record.calibration_errors import is_corrected
 from accelcal.discovery.new_record.errors_counted import heat_of
