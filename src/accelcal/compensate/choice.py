@@ -38,7 +38,7 @@ from accelcal.effects.without_sources import without_sources
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import counted
 from accelcal.results.calibration import Calibration
-from accelcal.results.covariance import LOOK_ALIKES
+from accelcal.results.covariance import LOOK_ALIKES, rows_of
 from accelcal.results.table import TableCalibration, known_temperatures
 from accelcal.results.tables_in_use import tables_in_use
 from accelcal.results.temperature import TemperatureModel
@@ -256,7 +256,7 @@ def _by_laws(
         k2=values["k2"],
         k3=values["k3"],
         cross=CrossAxis(cross_name(table.mounting), laws["delta"], values["delta_ip"]),
-        **errors_of_laws(model, laws, alone)._asdict(),
+        errors=tuple(map(rows_of, errors_of_laws(model, laws, alone))),
         T0_degC=calibration.T0_degC,
         temperatures=None,
         hysteresis=0.0 if model.hysteresis is None else abs(model.hysteresis.value or 0.0),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from accelcal.geometry import accelerations
 from accelcal.model import COEFFICIENTS, CROSS_AXES, ERROR_TERMS, LAWS
 from accelcal.record import TumbleRecord
 from accelcal.results.calibration import Calibration
-from accelcal.results.covariance import Rows, rows_of
+from accelcal.results.covariance import rows_of
 from accelcal.results.quantity import Quantity
 from accelcal.results.table import TableCalibration, quotients_by_coefficients
 from accelcal.results.temperature import TemperatureModel
@@ -38,25 +38,20 @@ _IN_MODEL = {name: f"{name} at_T0" for name in LAWS} | {
 """Error of the compensation -> its name in the covariance of the temperature laws."""
 
 
-class _ParameterErrors(NamedTuple):
-    """Covariance of `PARAMETERS` and `SLOPES`, shape (12, 12), by itself and over the freedom."""
+def errors_of_table(calibration: Calibration, table: TableCalibration) -> Array:
+    """Errors of `PARAMETERS` from those of K0 .. M_ip, by the quotients of (6), shape (2, 12, 12).
 
-    covariance: Rows  # NaN where unknown
-    # the same with each source of error over its degrees of freedom; 0 where unknown
-    over_dof: Rows
-
-
-def errors_of_table(calibration: Calibration, table: TableCalibration) -> _ParameterErrors:
-    """Errors of `PARAMETERS` from those of K0 .. M_ip, by the quotients of (6).
-
-    A misalignment that is free of the fixture angle has its own uncertainty and the correlations of
-    the table. `SLOPES`, which are not in it, have no errors.
+    They are the covariance, NaN where unknown, and with each source over its degrees of freedom,
+    0 where unknown. A misalignment that is free of the fixture angle has its own uncertainty and
+    the correlations of the table. `SLOPES`, which are not in it, have no errors.
     """
-    if not table.covariance_names:
-        unknown = np.full((len(PARAMETERS), len(PARAMETERS)), np.nan)
-        return _of_table(unknown, np.zeros_like(unknown))
-    jacobian = by_quotients(calibration, table)
-    return _of_table(*(jacobian @ told @ jacobian.T for told in (table.covariance, table.over_dof)))
+    found = np.zeros((2, *2 * (len(PARAMETERS) + len(SLOPES),)))
+    of_parameters = found[:, : len(PARAMETERS), : len(PARAMETERS)]
+    of_parameters[0] = np.nan
+    if table.covariance_names:
+        jacobian = by_quotients(calibration, table)
+        of_parameters[:] = jacobian @ np.stack([table.covariance, table.over_dof]) @ jacobian.T
+    return found
 
 
 def by_quotients(calibration: Calibration, table: TableCalibration) -> Array:
@@ -73,30 +68,24 @@ def by_quotients(calibration: Calibration, table: TableCalibration) -> Array:
     return jacobian
 
 
-def _of_table(covariance: Array, over_dof: Array) -> _ParameterErrors:
-    return _ParameterErrors(
-        *(rows_of(np.pad(own, (0, len(SLOPES)))) for own in (covariance, over_dof))
-    )
-
-
 def errors_of_laws(
     model: TemperatureModel, laws: Mapping[str, Law], common: Mapping[str, Quantity]
-) -> _ParameterErrors:
-    """Errors of `PARAMETERS` and `SLOPES` from those of the laws of k0, K1 and delta.
+) -> Array:
+    """Errors of `PARAMETERS` and `SLOPES` from those of the laws of k0, K1 and delta, (2, 12, 12).
 
     k2, k3 and delta_ip, `common` to all temperatures, have no law. What is not in the covariance of
     the model is uncorrelated.
     """
     names, scale_factor = (*PARAMETERS, *SLOPES), laws["K1"].at_T0
     variance, dof = _each_alone(model, laws, common)
-    covariance, over_dof = np.diag(variance), np.diag(np.nan_to_num(variance / dof))
+    errors = np.stack([np.diag(variance), np.diag(np.nan_to_num(variance / dof))])
     places = {_IN_MODEL.get(name, name): place for place, name in enumerate(names)}
     known = [i for i, name in enumerate(model.covariance_names) if name in places]
     own = [places[model.covariance_names[i]] for i in known]
     relative = np.array([1.0 / scale_factor if names[i] == "K1" else 1.0 for i in own])
-    for whole, told in ((covariance, model.covariance), (over_dof, model.over_dof)):
+    for whole, told in zip(errors, (model.covariance, model.over_dof), strict=True):
         whole[np.ix_(own, own)] = told[np.ix_(known, known)] * np.outer(relative, relative)
-    return _ParameterErrors(rows_of(covariance), rows_of(over_dof))
+    return errors
 
 
 def _each_alone(
@@ -132,7 +121,7 @@ def by_table(calibration: Calibration, table: TableCalibration) -> Compensation:
         k2=values["k2"],
         k3=values["k3"],
         cross=CrossAxis(cross_name(table.mounting), Law(values["delta"]), values["delta_ip"]),
-        **errors_of_table(calibration, table)._asdict(),
+        errors=tuple(map(rows_of, errors_of_table(calibration, table))),
         T0_degC=level,
         temperatures=None if level is None else (level, level),
         **of_test(calibration, table),
@@ -157,8 +146,7 @@ def with_other(found: Compensation, other: Compensation) -> Compensation:
         other.cross.name,
         other.cross.delta,
         other.cross.delta_ip,
-        covariance=rows_of(np.array(other.covariance)[np.ix_(own, own)]),
-        over_dof=rows_of(np.array(other.over_dof)[np.ix_(own, own)]),
+        tuple(rows_of(np.array(part)[np.ix_(own, own)]) for part in other.errors),
     )
     return replace(found, other=axis)
 

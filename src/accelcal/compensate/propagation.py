@@ -21,16 +21,16 @@ class Part(NamedTuple):
     dof: Array | float
 
 
-def propagated(covariance: ArrayLike, over_dof: ArrayLike, rows: Sequence[Array | float]) -> Part:
+def propagated(errors: ArrayLike, rows: Sequence[Array | float]) -> Part:
     """J C J' with its degrees of freedom J C J' / J D J', J given by its columns.
 
-    D is the covariance with each source over its degrees of freedom; one without rows has none that
-    end. No source counts as fewer than `FEWEST`, so that less is a rounding of D where C nearly
-    vanishes. NaN in C is NaN in what depends on it, and nowhere else.
+    The errors are C, and D with each source over its degrees of freedom, shape (2, n, n). No source
+    counts as fewer than `FEWEST`, so that less is a rounding of D where C nearly vanishes. NaN in C
+    is NaN in what depends on it, and nowhere else.
     """
     jacobian = np.stack(rows, axis=-1)
-    variance = variance_of(jacobian, np.asarray(covariance, dtype=np.float64))
-    of_sources = np.asarray(over_dof, dtype=np.float64)
+    covariance, of_sources = np.asarray(errors, dtype=np.float64)
+    variance = variance_of(jacobian, covariance)
     if not of_sources.any():
         return Part(variance, math.inf)
     return Part(variance, np.maximum(ratio(variance, _squares(jacobian, of_sources)), FEWEST))
@@ -108,6 +108,5 @@ def _half_width(model: TemperatureModel, name: str, columns: Array, scale: float
     parts = [getattr(model.laws[name], part) for part in _PARTS]
     if all(part is None or part.coverage_factor is None for part in parts):
         return np.zeros(columns.shape[1])
-    covariance, over_dof = blocks * np.outer(units, units)
-    found = propagated(covariance, over_dof, list(columns))
+    found = propagated(blocks * np.outer(units, units), list(columns))
     return np.asarray(interval_of_parts([found]).expanded)

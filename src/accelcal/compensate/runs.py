@@ -37,7 +37,7 @@ _ROUNDING = 1e-9
 
 
 class LevelRun(NamedTuple):
-    """One table, or the mean of several: coefficients, and errors as `LevelErrors` has them."""
+    """One table, or the mean of several: coefficients, and errors as `LevelTable` has them."""
 
     temperature: float  # [degC]
     values: Array  # shape (6,): `PARAMETERS`
@@ -63,7 +63,7 @@ def level_run(
     values = values_of(calibration, table)
     unit = np.ones(_SIZE)
     unit[PARAMETERS.index("K1")] = values["K1"]
-    whole = np.array(errors_of_table(calibration, table))[:, :_SIZE, :_SIZE]
+    whole = errors_of_table(calibration, table)[:, :_SIZE, :_SIZE]
     heat, noise = _of_temperature(calibration, table), _of_readings(calibration, table)
     of_heat = _with_freedom(np.outer(heat, heat), _freedom(calibration, "temperature"))
     own, in_whole = np.zeros((3, *whole.shape)), np.zeros_like(whole)
@@ -284,10 +284,7 @@ def by_runs(calibration: Calibration, tables: Sequence[TableCalibration]) -> Com
     mean = mean_run([level_run(calibration, table, tables) for table in tables])
     near = by_table(calibration, nearest_table(tables, mean.temperature))
     relative = np.where(np.equal(PARAMETERS, "K1"), 1.0 / mean.values[1], 1.0)
-    covariance, over_dof = (
-        rows_of(np.pad(own * np.outer(relative, relative), (0, len(SLOPES))))
-        for own in mean.common + mean.own
-    )
+    errors = (mean.common + mean.own) * np.outer(relative, relative)
     k0, K1, k2, k3, delta, delta_ip = mean.values.tolist()
     level = None if near.T0_degC is None else mean.temperature
     return replace(
@@ -297,8 +294,7 @@ def by_runs(calibration: Calibration, tables: Sequence[TableCalibration]) -> Com
         k2=k2,
         k3=k3,
         cross=replace(near.cross, delta=Law(delta), delta_ip=delta_ip),
-        covariance=covariance,
-        over_dof=over_dof,
+        errors=tuple(rows_of(np.pad(own, (0, len(SLOPES)))) for own in errors),
         T0_degC=level,
         temperatures=None if level is None else (level, level),
     )

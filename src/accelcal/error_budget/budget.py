@@ -19,7 +19,6 @@ from accelcal.effects.without_sources import without_sources
 from accelcal.error_budget.coefficients import Coefficients, Conditions, coefficients_of, conditions
 from accelcal.error_budget.components import (
     SLOPES,
-    Added,
     correlated_symbols,
     correlations_of,
     correlations_of_other_axis,
@@ -171,7 +170,7 @@ def _symbols_of(axis: Sequence[str], parts: Sequence[ErrorComponent]) -> frozens
     return frozenset(p.symbol for p in parts if p.symbol in own and p.standard_uncertainty.any())
 
 
-def _together(parts: Sequence[ErrorComponent], symbols: Collection[str], added: Added) -> Part:
+def _together(parts: Sequence[ErrorComponent], symbols: Collection[str], added: Array) -> Part:
     """Variance of what is correlated, with the degrees of freedom of its sources.
 
     These are `FEWEST` or more, so that less is a rounding where correlation leaves next to nothing.

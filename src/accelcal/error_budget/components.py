@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -239,71 +238,52 @@ def _random(name: str, symbol: str, part: RandomBound, x: Array, bound: Array) -
     )
 
 
-class Shared(NamedTuple):
-    """What the errors of two coefficients have in common.
+class Correlations(NamedTuple):
+    """What the errors of q coefficients have in common.
 
     Attributes
     ----------
-    correlation : float
-        Their covariance over both standard uncertainties.
-    over_dof : float
-        The same with each source of error over its degrees of freedom.
+    symbols : tuple of str
+        Symbols of their components.
+    shared : ndarray, shape (2, q, q)
+        Their covariance over both standard uncertainties, and with each source of error over its
+        degrees of freedom. On the diagonal stands what one alone has over degrees of freedom fewer
+        than the 1 that its component tells.
     """
 
-    correlation: float
-    over_dof: float
-
-
-Correlations = dict[tuple[str, str], Shared]
-"""Symbols of two components -> what the errors of their coefficients share."""
-
-
-class Added(NamedTuple):
-    """What correlation adds at n points.
-
-    Attributes
-    ----------
-    variance : ndarray, shape (n,)
-        To the combined variance [g^2].
-    over_dof : ndarray, shape (n,)
-        To the sum of the variances, each over its degrees of freedom [g^2].
-    """
-
-    variance: Array
-    over_dof: Array
+    symbols: tuple[str, ...]
+    shared: Array
 
 
 def covariance(
     correlations: Sequence[Correlations], points: Conditions, parts: Sequence[ErrorComponent]
-) -> Added:
-    """Sum of 2 r u u' over all pairs of correlated coefficients, GUM (16).
-
-    And what one alone has over degrees of freedom fewer than the 1 that its component tells.
+) -> Array:
+    """Sum of 2 r u u' over all pairs of correlated coefficients, GUM (16), at n points.
 
     Returns
     -------
-    Added
-        The sum, and that of what the sources of error have in common.
+    ndarray, shape (2, n)
+        What correlation adds to the variance [g^2], and to the sum of the variances, each over its
+        degrees of freedom.
 
     Notes
     -----
     The covariance is that of the fit. Laws from all readings do not tell how they are correlated
     with k2, k3 and delta_ip, which count as uncorrelated with them: mostly on the safe side.
     """
-    correlated = correlated_symbols(correlations)
-    signed = {part.symbol: _signed(part, points) for part in parts if part.symbol in correlated}
-    total = np.zeros((2, points.rise.size))
+    known = correlated_symbols(correlations)
+    signed = {part.symbol: _signed(part, points) for part in parts if part.symbol in known}
+    unknown, total = np.zeros(points.rise.size), np.zeros((2, points.rise.size))
     above = points.rise > 0.0
-    for found, there in zip(correlations, (above, ~above), strict=True):
-        for (first, second), shared in found.items():
-            product = signed.get(first, 0.0) * signed.get(second, 0.0)  # 0 where one is unknown
-            total += np.outer(shared, np.where(there, 2.0 * product, 0.0))
-    return Added(*total)
+    for (symbols, shared), there in zip(correlations, (above, ~above), strict=True):
+        own = np.array([signed.get(symbol, unknown) for symbol in symbols]).reshape(-1, above.size)
+        total += np.where(there, (shared @ own * own).sum(axis=1), 0.0)
+    return total
 
 
 def correlated_symbols(correlations: Sequence[Correlations]) -> frozenset[str]:
     """Symbols of the components that are correlated with others."""
-    return frozenset(symbol for found in correlations for pair in found for symbol in pair)
+    return frozenset(symbol for found in correlations for symbol in found.symbols)
 
 
 def _signed(part: ErrorComponent, points: Conditions) -> Array:
@@ -324,7 +304,7 @@ def correlations_of_other_axis(coefficients: Coefficients) -> list[Correlations]
     """Take those of its misalignment at T0 and the slopes on either side."""
     model, (name, _) = coefficients.second, coefficients.of_other_axis
     if model is None or name not in coefficients.slopes:
-        return [{}, {}]
+        return [_by_pairs(coefficients.alone, [])] * 2
     symbols = ({"delta at_T0": name, f"delta {s}": SLOPES[name][1]} for s in ("above", "below"))
     return [_by_pairs(model, [own.get(n) for n in model.covariance_names]) for own in symbols]
 
@@ -372,15 +352,11 @@ def _by_pairs(
 
     The symbol None leaves one out, as an exact one is.
     """
-    covariance, over_dof = known.covariance, known.over_dof
-    sigma = sign * np.sqrt(np.diagonal(covariance))
-    kept = [(i, symbol) for i, symbol in enumerate(symbols[: sigma.size]) if symbol and sigma[i]]
-    found = {
-        (one, two): Shared(
-            *(float(m[i, j] / (sigma[i] * sigma[j])) for m in (covariance, over_dof))
-        )
-        for (i, one), (j, two) in combinations(kept, 2)
-    }
-    beyond = {name: float(over_dof[i, i] / sigma[i] ** 2) - 1.0 for i, name in kept}
-    few = {(name, name): Shared(0.0, 0.5 * more) for name, more in beyond.items() if more > 0.0}
-    return found | few if found else found
+    errors = np.stack([known.covariance, known.over_dof])
+    sigma = sign * np.sqrt(np.diagonal(errors[0]))
+    kept = [i for i, symbol in enumerate(symbols[: sigma.size]) if symbol and sigma[i]]
+    kept = kept if len(kept) > 1 else []
+    shared = errors[:, kept][:, :, kept] / np.outer(sigma[kept], sigma[kept])
+    np.fill_diagonal(shared[0], 0.0)
+    np.fill_diagonal(shared[1], np.maximum(np.diagonal(shared[1]) - 1.0, 0.0))
+    return Correlations(tuple(str(symbols[i]) for i in kept), shared)

@@ -257,7 +257,7 @@ def _quantities(
     values: ArrayLike, by_errors: ArrayLike, errors: Errors, units: Sequence[str]
 ) -> list[Quantity]:
     """Values that depend on errors, with their intervals."""
-    told = interval_of_parts([propagated(*errors, list(np.array(by_errors).T))])
+    told = interval_of_parts([propagated(errors, list(np.array(by_errors).T))])
     return quantities(units, np.asarray(values), told.standard, told.expanded, told.dof)
 
 
