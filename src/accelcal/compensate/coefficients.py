@@ -322,7 +322,8 @@ class Compensation(KnownErrors):
         tilt, linear, parameters = np.zeros(()), np.ones(()), self.parameters(rise)
         for (*_, delta, delta_ip), along in zip(parameters, cross, strict=True):
             tilt = tilt + delta * along
-            linear = linear + delta_ip * _within_reach(along)
+            # NaN beyond what any solution is looked for
+            linear = linear + delta_ip * np.where(np.abs(along) <= FARTHEST, along, np.nan)
         k0, K1, k2, k3, *_ = parameters[0]
         return Samples(rise, cross, k0, tilt, linear, k2, k3, K1)
 
@@ -349,8 +350,3 @@ class Compensation(KnownErrors):
             tilt = tilt + axis.delta.local_slope(rise) * along
         of_effects = self.effects.heat_sensitivity(samples, a_i) if self.effects else 0.0
         return np.asarray(self.k0.local_slope(rise) + scale * bracket + tilt + of_effects)
-
-
-def _within_reach(along: Array) -> Array:
-    """Accelerations along a cross axis, NaN beyond what any solution is looked for [g]."""
-    return np.where(np.abs(along) <= FARTHEST, along, np.nan)

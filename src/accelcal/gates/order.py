@@ -202,8 +202,10 @@ def order_of_positions(stack: TableStack) -> GateStack:
     """
     bad = ~_is_clear(stack) | differ_by_waves(stack.plan, stack.residual)
     rows, better = np.flatnonzero(bad), {}
-    if rows.size and stack.there is None:
-        better = _better_orders(stack, rows)
+    left = (stack.residual[:, rows] ** 2).sum(axis=0)
+    rows = rows[left > _MUCH_BETTER * _least(stack.output[:, rows])]
+    if stack.there is None:
+        better = _better_orders(stack, rows) if rows.size else {}
         bad[:] = False
         bad[list(better)] = True
 

@@ -47,7 +47,7 @@ from accelcal.version import SOFTWARE
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["history", "history_of"]
+__all__ = ["history"]
 
 QUANTITIES = 2
 """Bias and scale factor: a chance of either is twice that of one."""
@@ -63,7 +63,7 @@ _ALIKE = 0.02
 
 
 def history(
-    calibrations: Frames | pd.DataFrame | Iterable[Calibration],
+    calibrations: Frames | pd.DataFrame | Iterable[Calibration | Entry],
     serial: str | None = None,
     *,
     mounting: str | None = None,
@@ -106,22 +106,8 @@ def history(
     >>> found
     <History serial AL-15: 6 calibrations, 0 jumps>
     """
-    return history_of(
-        entries_of(calibrations), serial, mounting=mounting, temperature=temperature, alpha=alpha
-    )
-
-
-def history_of(
-    entries: Sequence[Entry],
-    serial: str | None,
-    *,
-    mounting: str | None,
-    temperature: float | None,
-    alpha: float,
-) -> History:
-    """Follow a unit through tables of any units, with options and errors as of `history`."""
     check_options(serial, mounting, temperature, alpha)
-    return judged_history(entries, serial, mounting, temperature, alpha).history
+    return judged_history(entries_of(calibrations), serial, mounting, temperature, alpha).history
 
 
 def check_options(

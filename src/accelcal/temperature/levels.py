@@ -7,7 +7,7 @@ that were really reached differ from record to record.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -125,17 +125,10 @@ class LevelStack(NamedTuple):
         """Keep some of the records."""
         if rows.size == len(self.reference):
             return self
-        return self._replace(
-            temperature=self.temperature[rows],
-            uncertainty=self.uncertainty[rows],
-            dof=self.dof[rows],
-            reference=self.reference[rows],
-            coefficients=self.coefficients[rows],
-            components={
-                name: Component(part.covariance[rows], part.dof[rows])
-                for name, part in self.components.items()
-            },
-        )
+        by_record = ("temperature", "uncertainty", "dof", "reference", "coefficients")
+        own: dict[str, Any] = {name: getattr(self, name)[rows] for name in by_record}
+        parts = {name: part.of_records(rows) for name, part in self.components.items()}
+        return self._replace(components=parts, **own)
 
 
 def level_stack(
