@@ -12,7 +12,7 @@ from accelcal import AL15, NoiseComponents, TumblePlan
 from accelcal.errors import InputError
 from accelcal.estimate.uncertainty import Component
 from accelcal.temperature.bilinear import chance_of_misfit, contrasts_of
-from accelcal.temperature.hysteresis import branches_of
+from accelcal.temperature.weaknesses import branches_of
 
 K1N, BETA = 1.35, (520e-6, 480e-6)
 K0N, LAM = 3.324e-3, (-3.9e-5, -4.5e-5)

@@ -38,7 +38,7 @@ from typing import NamedTuple
 import numpy as np
 
 from accelcal.arrays import Array
-from accelcal.numerics.left_out import ratios_by_the_others
+from accelcal.numerics.covariance import ratios_by_the_others
 from accelcal.numerics.probability import (
     LEVEL,
     NORMAL_FACTOR,

@@ -194,7 +194,7 @@ def law_maps(law: Array, pairs: Array, covariance: Array) -> Array:
 
     The columns of one law, shape (R, n, p) or (1, n, p), are those of
     `accelcal.reference.bilinear_design`; those of the half widths, (n, L), are of
-    `accelcal.temperature.hysteresis.Branches`. The covariance of the tables in each quantity, of
+    `accelcal.temperature.weaknesses.Branches`. The covariance of the tables in each quantity, of
     shape (R, 3, n, n), is NaN where unknown. The maps, (R, 3, p + L, n), are zero for half widths
     of K1 and delta; axes of R and of 3 have the length 1 where they are alike.
 

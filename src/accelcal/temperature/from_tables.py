@@ -34,9 +34,15 @@ from accelcal.temperature.bilinear import (
     tell_a_law,
     with_columns,
 )
-from accelcal.temperature.hysteresis import Branches, Hysteresis, branches_of, mean_hysteresis
 from accelcal.temperature.levels import Levels, LevelStack, alike, joint_components, levels_of
-from accelcal.temperature.weaknesses import NO_LEVEL_NEAR_T0, law_sentences
+from accelcal.temperature.weaknesses import (
+    NO_LEVEL_NEAR_T0,
+    Branches,
+    Hysteresis,
+    branches_of,
+    law_sentences,
+    mean_hysteresis,
+)
 
 _SIGNIFICANT = 0.001  # chance below which levels off their law are told
 _OF_EFFECTS = (EFFECTS, *BY_OTHERS)  # components of error that come from the effects of a model

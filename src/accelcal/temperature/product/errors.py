@@ -29,9 +29,9 @@ from accelcal.model import COEFFICIENTS, MISALIGNMENT, SCALE_FACTOR, WITHOUT_LAW
 from accelcal.numerics.grouping import grouped
 from accelcal.reference import bilinear_design
 from accelcal.temperature.bilinear import share_of_law, taken_from_the_other_side
-from accelcal.temperature.hysteresis import Branches, branches_of
 from accelcal.temperature.levels import RecordedTemperatures, stacked_temperature_uncertainty
 from accelcal.temperature.product.model import Block, HeadErrors, MountingReadings, Point
+from accelcal.temperature.weaknesses import Branches, branches_of
 
 _LEAST = 1e-10
 """Least noise over the largest output: beside less, what is known before would round off."""
